@@ -1,0 +1,132 @@
+"""What a controller is: a policy over the env API, and Nav2's path followers inside one.
+
+:class:`Controller` is all that a run needs: ``reset`` and ``act``. Nav2's DWB, MPPI and RPP are
+:class:`PathFollower` objects; :class:`controllers.navigator.Navigator` turns any of them into a
+Controller by adding planning, checkers and recoveries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.errors import MapBenchError
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.robot import RobotSpec
+from gym_mapbench.scenario import Pose
+
+Observation = Mapping[str, Any]
+
+
+class Twist(NamedTuple):
+    """Forward speed in m/s and turn rate in rad/s."""
+
+    v: float
+    w: float
+
+
+class ControllerError(MapBenchError):
+    """The controller has no valid command now (Nav2's ``PlannerException``); patience applies."""
+
+
+class ControllerAbort(MapBenchError):
+    """The controller gives up at once (any other exception in Nav2 Humble, e.g. MPPI's runtime errors)."""
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a controller may know before a run.
+
+    Args:
+        robot: Shape and limits of the robot.
+        grid: The static map.
+        start: Start pose.
+        goal: Goal pose.
+        control_period: Seconds between two calls of ``act``.
+        rng: The run's own generator; the only source of randomness a controller may use.
+    """
+
+    robot: RobotSpec
+    grid: GridMap
+    start: Pose
+    goal: Pose
+    control_period: float
+    rng: np.random.Generator
+
+
+class Controller(Protocol):
+    """A policy over the env API.
+
+    ``observation_keys`` names what it needs of the observation. A controller that decides by itself
+    when its run is over (as Nav2 does) also has ``decides_goal = True`` and the attributes of
+    :class:`controllers.navigator.Navigator`: ``status`` and ``events``.
+    """
+
+    @property
+    def observation_keys(self) -> tuple[str, ...]:
+        """Keys of the observation this controller reads."""
+        ...
+
+    def reset(self, context: Context) -> None:
+        """Forget the last run and prepare for the next."""
+        ...
+
+    def act(self, observation: Observation) -> NDArray[np.float64] | tuple[float, float]:
+        """Return the command ``(v m/s, omega rad/s)`` for one control period."""
+        ...
+
+
+@dataclass(frozen=True)
+class FollowerSetup:
+    """What Nav2's controller server hands a controller plugin before a run.
+
+    Args:
+        footprint: The padded footprint.
+        control_period: Seconds between two calls, 1 / ``controller_frequency``.
+        xy_goal_tolerance: Of the goal checker, m.
+        yaw_goal_tolerance: Of the goal checker, rad.
+        inflation_radius: Of the local costmap's inflation layer, m.
+        cost_scaling_factor: Of the same layer, 1/m.
+        rng: The run's own generator.
+    """
+
+    footprint: Footprint
+    control_period: float
+    xy_goal_tolerance: float
+    yaw_goal_tolerance: float
+    inflation_radius: float
+    cost_scaling_factor: float
+    rng: np.random.Generator
+
+
+class PathFollower(Protocol):
+    """A controller plugin in Nav2's sense (``nav2_core::Controller``)."""
+
+    def reset(self, setup: FollowerSetup) -> None:
+        """Forget everything of the last run."""
+        ...
+
+    def set_plan(self, path: NDArray[np.float64]) -> None:
+        """Take a new global plan, ``(n, 3)`` x, y in m and yaw in rad, start to goal."""
+        ...
+
+    def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
+        """Return the next command.
+
+        Args:
+            pose: Pose of the robot.
+            velocity: Odometry, already thresholded.
+            costmap: Local costmap.
+            now: Seconds since the start of the run.
+
+        Raises:
+            ControllerError: If no valid command exists now.
+            ControllerAbort: If the action must end at once.
+        """
+        ...

@@ -1,0 +1,100 @@
+"""RobotSpec: shape and limits of the robot, with presets by name."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator
+
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.settings import Settings
+
+Positive = Annotated[float, Field(gt=0)]
+
+
+class RobotSpec(Settings):
+    """A differential-drive robot: a disc, or a convex polygon where ``footprint`` is given.
+
+    The limits are those of the wheels: what the base can do whatever it is told.
+
+    Args:
+        radius: Radius of the disc, m; ignored where ``footprint`` is given.
+        footprint: Convex polygon, ``((x, y), ...)`` m in the robot frame, or None.
+        max_linear_velocity: m/s, forwards.
+        max_reverse_velocity: m/s, backwards, as a positive number.
+        max_angular_velocity: rad/s.
+        max_linear_acceleration: m/s^2, speeding up and braking.
+        max_angular_acceleration: rad/s^2.
+    """
+
+    name: str = "custom"
+    radius: Positive = 0.22
+    footprint: tuple[tuple[float, float], ...] | None = None
+    max_linear_velocity: Positive = 0.5
+    max_reverse_velocity: Annotated[float, Field(ge=0)] = 0.35
+    max_angular_velocity: Positive = 1.9
+    max_linear_acceleration: Positive = 2.5
+    max_angular_acceleration: Positive = 3.2
+
+    @field_validator("footprint")
+    @classmethod
+    def _convex(cls, value: tuple[tuple[float, float], ...] | None) -> tuple[tuple[float, float], ...] | None:
+        if value is not None and not _is_convex_around_origin(np.asarray(value)):
+            raise ConfigError("expected 3 to 8 corners of a convex polygon around (0, 0)")
+        return value
+
+    @property
+    def circumscribed_radius(self) -> float:
+        """Largest distance of the robot's outline from its centre, m."""
+        if self.footprint is None:
+            return self.radius
+        return float(np.hypot(*np.asarray(self.footprint).T).max())
+
+
+def _is_convex_around_origin(corners: NDArray[np.float64]) -> bool:
+    """Whether all corners turn the same way and the origin lies inside; Box2D takes at most 8."""
+    if corners.ndim != 2 or not 3 <= len(corners) <= 8:
+        return False
+    edges = np.roll(corners, -1, axis=0) - corners
+    after = np.roll(edges, -1, axis=0)
+    turns = edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0]
+    sides = edges[:, 0] * -corners[:, 1] + edges[:, 1] * corners[:, 0]
+    return bool(((turns > 0).all() and (sides > 0).all()) or ((turns < 0).all() and (sides < 0).all()))
+
+
+ROBOTS: dict[str, RobotSpec] = {
+    # Nav2's example (nav2_bringup/params/nav2_params.yaml): the radius of its costmaps, MPPI's and RPP's top speed.
+    "turtlebot3_waffle": RobotSpec(name="turtlebot3_waffle"),
+    # ROBOTIS e-manual: 0.22 m/s, 2.84 rad/s; the 138 mm x 178 mm base fits a disc of 0.105 m.
+    "turtlebot3_burger": RobotSpec(
+        name="turtlebot3_burger",
+        radius=0.105,
+        max_linear_velocity=0.22,
+        max_reverse_velocity=0.22,
+        max_angular_velocity=2.84,
+    ),
+    # BARN Challenge: half sizes 0.21 m x 0.165 m, up to 2 m/s.
+    "jackal": RobotSpec(
+        name="jackal",
+        radius=0.267,
+        footprint=((0.21, 0.165), (-0.21, 0.165), (-0.21, -0.165), (0.21, -0.165)),
+        max_linear_velocity=2.0,
+        max_reverse_velocity=2.0,
+        max_angular_velocity=4.0,
+        max_linear_acceleration=20.0,
+        max_angular_acceleration=25.0,
+    ),
+}
+
+
+def make_robot(name: str) -> RobotSpec:
+    """Return a preset by name.
+
+    Raises:
+        ConfigError: If there is no such preset.
+    """
+    if name not in ROBOTS:
+        raise unknown_name("robot", name, ROBOTS)
+    return ROBOTS[name]

@@ -1,0 +1,95 @@
+"""Settings: the base of every frozen, validated group of options.
+
+Unknown keys and bad values raise one-line :class:`~gym_mapbench.errors.ConfigError`
+that names the key, what was expected and what came.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Self
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
+
+from gym_mapbench.errors import ConfigError
+
+MAX_YAML_BYTES = 4_000_000
+
+
+class Settings(BaseModel):
+    """Frozen, keyword-only options; equal by value, JSON-able with ``model_dump(mode="json")``.
+
+    Raises:
+        ConfigError: On an unknown key or a value of the wrong type or range.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __init__(self, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise ConfigError(_describe(error, type(self))) from None
+
+    @classmethod
+    def from_mapping(cls, values: object, where: str) -> Self:
+        """Build from a mapping; ``where`` (a file or section name) opens every error message."""
+        if not isinstance(values, Mapping):
+            raise ConfigError(f"{where}: expected a mapping of options, got {type(values).__name__}")
+        try:
+            return cls(**{str(key): value for key, value in values.items()})
+        except ConfigError as error:
+            raise ConfigError(f"{where}: {error}") from None
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some options changed, validated again."""
+        return type(self)(**{**{name: getattr(self, name) for name in type(self).model_fields}, **changes})
+
+
+def read_yaml(path: str | Path) -> Any:
+    """Read one YAML document with the safe loader.
+
+    Raises:
+        ConfigError: If the file is missing, too large, or not YAML.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > MAX_YAML_BYTES:
+            raise ConfigError(f"{path}: expected at most {MAX_YAML_BYTES} bytes of YAML, got {path.stat().st_size}")
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise ConfigError(f"{path}: not a YAML file ({reason})") from None
+
+
+def _describe(error: ValidationError, settings: type[BaseModel]) -> str:
+    """Say the first problem of a validation error in one line."""
+    first = error.errors(include_url=False)[0]
+    if first["type"] == "extra_forbidden":
+        return _unknown_key(first, settings)
+    inner = first.get("ctx", {}).get("error")
+    key = ".".join(str(part) for part in first["loc"])
+    if isinstance(inner, ValueError):
+        return f"{key}: {inner}" if key else str(inner)
+    expected = first["msg"].removeprefix("Input should be ")
+    return f"{key}: expected {expected}, got {_short(first['input'])}"
+
+
+def _unknown_key(first: ErrorDetails, settings: type[BaseModel]) -> str:
+    """Name an unknown key and the nearest valid one."""
+    valid = list(settings.model_fields) + [f.alias for f in settings.model_fields.values() if f.alias]
+    key = ".".join(str(part) for part in first["loc"])
+    near = difflib.get_close_matches(str(first["loc"][-1]), valid, n=1, cutoff=0.4)
+    hint = f"; did you mean {near[0]!r}?" if near else f" (expected one of: {', '.join(sorted(valid))})"
+    return f"unknown key {key!r}{hint}, got {_short(first['input'])}"
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."
