@@ -1,0 +1,176 @@
+"""Random maps as in the thesis (section 4.3): circles, squares and walls scattered over a bordered square.
+
+Every function is a function of its arguments and of the generator passed to it; arrays are
+``[row, col]`` with row 0 at the bottom.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator, model_validator
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.scenario import Pose
+from gym_mapbench.settings import Settings
+
+Cells = NDArray[np.bool_]
+Probability = Annotated[float, Field(ge=0, le=1)]
+CellRange = tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]]
+
+SHAPES: tuple[Literal["circle", "square", "wall"], ...] = ("circle", "square", "wall")
+TASK_YAW = 3 * math.pi / 4
+"""Heading of start and goal: from the lower right to the upper left."""
+
+
+class ShapeSettings(Settings):
+    """What random maps are made of; the defaults are the thesis' world. Ranges include both ends.
+
+    Args:
+        size: Rows and columns of the map, cells.
+        resolution: Side of a cell, m.
+        n_obstacles: Fewest and most shapes on a map.
+        circle_probability: Probability that a shape is a filled circle.
+        square_probability: Probability that it is a filled square.
+        wall_probability: Probability that it is a wall, horizontal or vertical.
+        circle_radius: Range of a circle's radius, cells.
+        square_side: Range of a square's side, cells.
+        wall_length: Range of a wall's length, cells.
+        wall_thickness: Range of a wall's thickness, cells.
+        border: Thickness of the wall around the map, cells.
+        task_distance: Free cells between the border and the cells of start and goal.
+        cleared_distance: The square cleared around start and goal reaches this many cells to every side.
+    """
+
+    size: Annotated[int, Field(ge=5, le=10_000)] = 150
+    resolution: Annotated[float, Field(gt=0)] = 0.05
+    n_obstacles: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = (15, 40)
+    circle_probability: Probability = 0.2
+    square_probability: Probability = 0.3
+    wall_probability: Probability = 0.5
+    circle_radius: CellRange = (2, 10)
+    square_side: CellRange = (4, 10)
+    wall_length: CellRange = (10, 30)
+    wall_thickness: CellRange = (1, 3)
+    border: Annotated[int, Field(ge=0)] = 1
+    task_distance: Annotated[int, Field(ge=0)] = 10
+    cleared_distance: Annotated[int, Field(ge=0)] = 10
+
+    @field_validator("n_obstacles", "circle_radius", "square_side", "wall_length", "wall_thickness")
+    @classmethod
+    def _ordered(cls, value: tuple[int, int]) -> tuple[int, int]:
+        if value[0] > value[1]:
+            raise ConfigError(f"expected (smallest, largest), got {value}")
+        return value
+
+    @model_validator(mode="after")
+    def _consistent(self) -> ShapeSettings:
+        if not math.isclose(sum(self.probabilities), 1.0, abs_tol=1e-9):
+            raise ConfigError(f"shape probabilities: expected a sum of 1, got {self.probabilities}")
+        if self.size <= 2 * (self.border + self.task_distance):
+            needed = 2 * (self.border + self.task_distance) + 1
+            raise ConfigError(f"size: expected at least {needed} cells for border and task_distance, got {self.size}")
+        return self
+
+    @property
+    def probabilities(self) -> tuple[float, float, float]:
+        """Of circle, square and wall, in the order of :data:`SHAPES`."""
+        return self.circle_probability, self.square_probability, self.wall_probability
+
+
+def draw_shape(rng: np.random.Generator, settings: ShapeSettings) -> Cells:
+    """Draw kind, size and orientation of one obstacle; return its ``(height, width)`` bool stamp."""
+    kind = SHAPES[int(rng.choice(3, p=settings.probabilities))]
+    if kind == "circle":
+        return disc(_draw(rng, settings.circle_radius))
+    if kind == "square":
+        side = _draw(rng, settings.square_side)
+        return np.ones((side, side), dtype=np.bool_)
+    wall = np.ones((_draw(rng, settings.wall_thickness), _draw(rng, settings.wall_length)), dtype=np.bool_)
+    return wall if rng.integers(2) else wall.T
+
+
+def disc(radius: int) -> Cells:
+    """Return the ``(2 * radius + 1,) * 2`` stamp of the cells within ``radius`` cells of its middle."""
+    offset = np.arange(-radius, radius + 1)
+    return np.asarray(offset[:, None] ** 2 + offset**2 <= radius**2)
+
+
+def draw_position(rng: np.random.Generator, shape: tuple[int, int], area: tuple[int, int]) -> tuple[int, int]:
+    """Draw ``(row, col)`` of a stamp's lower-left cell, uniformly over all places inside ``(rows, cols)``.
+
+    A stamp larger than the area gets 0, and sticks out.
+    """
+    row, col = (int(rng.integers(max(1, whole - part + 1))) for part, whole in zip(shape, area, strict=True))
+    return row, col
+
+
+def stamp(cells: Cells, shape: Cells, row: int, col: int) -> None:
+    """Occupy the cells under a stamp whose lower-left cell is ``(row, col)``; what lies outside is cut off."""
+    height, width = shape.shape
+    top, left = max(0, -row), max(0, -col)
+    target = cells[max(0, row) : max(0, row + height), max(0, col) : max(0, col + width)]
+    target |= shape[top : top + target.shape[0], left : left + target.shape[1]]
+
+
+def sample_map(rng: np.random.Generator, settings: ShapeSettings) -> Cells:
+    """Draw the ``(size, size)`` occupancy of one map, with its border, and start and goal areas cleared."""
+    cells = np.zeros((settings.size, settings.size), dtype=np.bool_)
+    inside = interior(cells, settings.border)
+    for _ in range(_draw(rng, settings.n_obstacles)):
+        shape = draw_shape(rng, settings)
+        stamp(inside, shape, *draw_position(rng, (shape.shape[0], shape.shape[1]), inside.shape))
+    return clear_and_border(cells, settings)
+
+
+def interior(cells: Cells, border: int) -> Cells:
+    """Return the view of the cells inside the border."""
+    rows, cols = cells.shape
+    return cells[border : rows - border, border : cols - border]
+
+
+def clear_and_border(cells: Cells, settings: ShapeSettings) -> Cells:
+    """Return a copy with start and goal areas cleared and the border filled."""
+    repaired = cells.copy()
+    reach = settings.cleared_distance
+    for row, col in task_cells((cells.shape[0], cells.shape[1]), settings.border + settings.task_distance):
+        repaired[max(0, row - reach) : row + reach + 1, max(0, col - reach) : col + reach + 1] = False
+    bordered = np.ones_like(repaired)
+    interior(bordered, settings.border)[:] = interior(repaired, settings.border)
+    return bordered
+
+
+def task_cells(shape: tuple[int, int], margin: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return ``(row, col)`` of start (lower right) and goal (upper left), ``margin`` cells inside the map."""
+    rows, cols = shape
+    return (margin, cols - 1 - margin), (rows - 1 - margin, margin)
+
+
+def default_task(grid: GridMap, margin: int = 11) -> tuple[Pose, Pose]:
+    """Return start (near the lower right) and goal (near the upper left), both facing up and left.
+
+    The points lie a quarter of a cell inside their cells: NavFn rounds points to cells, and a
+    cell's middle would be a tie.
+
+    Args:
+        grid: The map.
+        margin: Cells between the map's edge and the cells of start and goal; border + 10 in the thesis.
+
+    Raises:
+        ConfigError: If the map is too small.
+    """
+    if min(grid.shape) <= 2 * margin:
+        raise ConfigError(f"map: expected more than {2 * margin} cells a side for the default task, got {grid.shape}")
+    start, goal = (
+        Pose(*grid.cell_to_world(row - 0.25, col - 0.25), TASK_YAW) for row, col in task_cells(grid.shape, margin)
+    )
+    return start, goal
+
+
+def _draw(rng: np.random.Generator, bounds: tuple[int, int]) -> int:
+    """Draw an integer, both ends included."""
+    return int(rng.integers(bounds[0], bounds[1], endpoint=True))
