@@ -1,0 +1,8 @@
+"""``python -m evolution`` is the command ``mapbench``."""
+
+from __future__ import annotations
+
+from evolution.cli import main
+
+if __name__ == "__main__":
+    raise SystemExit(main())

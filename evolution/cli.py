@@ -1,0 +1,66 @@
+"""The command ``mapbench``: arguments in, one clear line out when they are wrong."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from evolution.commands import COMMANDS
+from gym_mapbench.errors import MapBenchError
+
+USAGE_ERROR = 2
+INTERRUPTED = 130
+
+DESCRIPTION = "Evolve maps that tell navigation controllers apart, and drive, compare and export them."
+EXAMPLES = """examples:
+  mapbench evolve --preset quick --out runs/first     evolve map sets for about two minutes
+  mapbench bench runs/first --repeats 5               drive every controller on the best maps again
+  mapbench drive runs/first --controller mppi --gif mppi.gif
+  mapbench bench my_map.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
+  mapbench report runs/first                          one HTML page with maps and replays
+
+'mapbench COMMAND --help' explains one command, with examples of its own."""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line and exit with code 2."""
+        print(f"{self.prog}: {message}", file=sys.stderr)
+        raise SystemExit(USAGE_ERROR)
+
+
+def build_parser() -> Parser:
+    """Build the parser of the command and of all its subcommands."""
+    parser = Parser(
+        prog="mapbench",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
+    for command in COMMANDS:
+        command.add_parser(subparsers)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit code (0 done, 2 wrong input, 130 interrupted)."""
+    args = build_parser().parse_args(argv)
+    try:
+        code: int = args.run(args)
+    except MapBenchError as error:
+        print(f"mapbench {args.command}: {error}", file=sys.stderr)
+        return USAGE_ERROR
+    except KeyboardInterrupt:
+        print(f"mapbench {args.command}: interrupted; what was finished is kept", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader of our output went away (for example `| head`); nothing is left to say.
+        sys.stderr.close()
+        return 0
+    return code

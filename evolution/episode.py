@@ -1,0 +1,128 @@
+"""run_episode: one controller drives one scenario, and everything that happened is recorded."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import Context, Controller
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.env import MapBenchEnv
+from gym_mapbench.episode import Episode, Event, Outcome
+from gym_mapbench.scenario import Scenario
+
+
+def environment_for(config: EnvConfig, controller: Controller) -> MapBenchEnv:
+    """Build the env a controller needs: its observation keys, and who decides that the goal is reached.
+
+    Nav2 decides that itself (its goal checker forgets at every new path, an env's does not), so an
+    env under a controller with ``decides_goal`` leaves the goal to it.
+    """
+    changes: dict[str, Any] = {"observation": tuple(controller.observation_keys)}
+    if getattr(controller, "decides_goal", False):
+        changes["goal_ends_episode"] = False
+    return MapBenchEnv(config=config.replace(**changes))
+
+
+def run_episode(
+    env: MapBenchEnv,
+    controller: Controller,
+    scenario: Scenario,
+    *,
+    name: str,
+    seed: int,
+    noise_seed: int | None = None,
+) -> Episode:
+    """Drive ``scenario`` once, from reset to the end.
+
+    Args:
+        env: An env made by :func:`environment_for` for this controller.
+        controller: The policy; it is reset here.
+        scenario: Map, start and goal.
+        name: Name under which the controller is reported.
+        seed: Seed of the controller's generator, and of the env's unless ``noise_seed`` is given.
+        noise_seed: Seed of the env's own noise; the same for all controllers gives common random numbers.
+
+    Returns:
+        The recorded run.
+    """
+    observation, info = env.reset(seed=seed if noise_seed is None else noise_seed, options={"scenario": scenario})
+    period = 1.0 / env.config.control_hz
+    controller.reset(
+        Context(
+            robot=env.robot,
+            grid=scenario.map,
+            start=scenario.start,
+            goal=scenario.goal,
+            control_period=period,
+            rng=np.random.default_rng(seed),
+        )
+    )
+    log = _Log(info)
+    while info["outcome"] == "running":
+        began = time.perf_counter()
+        command = controller.act(observation)
+        log.controller_seconds += time.perf_counter() - began
+        if getattr(controller, "status", "running") != "running":
+            break
+        observation, _, _, _, info = env.step(np.asarray(command, dtype=np.float64))
+        log.add(command, info)
+    outcome, reason = _outcome(controller, info)
+    return Episode(
+        scenario=scenario,
+        controller=name,
+        seed=seed,
+        outcome=outcome,
+        reason=reason,
+        time=float(info["time"]),
+        control_period=period,
+        trajectory=np.array(log.states),
+        commands=np.array(log.commands, dtype=np.float64).reshape(-1, 2),
+        path=np.asarray(getattr(controller, "first_path", np.empty((0, 3)))),
+        first_contact_time=log.first_contact_time,
+        events=_events(controller, log),
+        controller_seconds=log.controller_seconds,
+    )
+
+
+class _Log:
+    """What is written down while a run goes on."""
+
+    def __init__(self, info: dict[str, Any]) -> None:
+        self.states: list[tuple[float, ...]] = [(*info["pose"], *info["velocity"])]
+        self.commands: list[NDArray[np.float64] | tuple[float, float]] = []
+        self.contacts: list[float] = []
+        self.touching = False
+        self.controller_seconds = 0.0
+
+    @property
+    def first_contact_time(self) -> float | None:
+        return self.contacts[0] if self.contacts else None
+
+    def add(self, command: NDArray[np.float64] | tuple[float, float], info: dict[str, Any]) -> None:
+        self.commands.append(command)
+        self.states.append((*info["pose"], *info["velocity"]))
+        if info["contact"] and not self.touching:
+            self.contacts.append(float(info["time"]))
+        self.touching = bool(info["contact"])
+
+
+def _outcome(controller: Controller, info: dict[str, Any]) -> tuple[Outcome, str]:
+    """Who ended the run: the env, or a controller that decides by itself."""
+    status = getattr(controller, "status", "running")
+    if status == "succeeded":
+        return "goal", ""
+    if status == "failed":
+        kind: Outcome = getattr(controller, "failure_kind", "controller_failure")
+        return kind, str(getattr(controller, "failure_reason", ""))
+    outcome: Outcome = info["outcome"]
+    reasons = {"goal": "", "collision": "the robot touched a wall", "timeout": "the time limit was reached"}
+    return outcome, reasons[outcome]
+
+
+def _events(controller: Controller, log: _Log) -> tuple[Event, ...]:
+    contacts = [Event(t, "contact") for t in log.contacts]
+    return tuple(sorted([*getattr(controller, "events", ()), *contacts], key=lambda event: event.time))

@@ -1,0 +1,172 @@
+"""Figures: drawn from plain data, deterministic to the byte, vector and raster.
+
+Source of the figure types: thesis figures 5.1 to 5.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gym_mapbench.episode import RECOVERY_KINDS, Episode
+from gym_mapbench.scenario import Scenario
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette: told apart by colour-blind readers and in print.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
+
+
+def colour_of(names: Sequence[str], name: str) -> str:
+    """Colour of one name among ``names``: by position, so that it is the same in every figure."""
+    return COLOURS[list(names).index(name) % len(COLOURS)]
+
+
+def new_figure(columns: int = 1, width: float = 6.4, height: float = 4.2) -> tuple[Figure, NDArray[Any]]:
+    """Make a figure of ``columns`` axes side by side without touching pyplot's global state."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, np.atleast_1d(figure.subplots(1, columns))
+
+
+def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = ("png", "svg")) -> list[Path]:
+    """Write ``stem.png`` and ``stem.svg`` without dates or random ids, so that equal figures are equal bytes."""
+    import matplotlib as mpl
+
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    written = []
+    with mpl.rc_context({"svg.hashsalt": stem.name, "savefig.dpi": 150}):
+        for extension in formats:
+            path = stem.with_suffix(f".{extension}")
+            figure.savefig(path, metadata={"Date": None} if extension == "svg" else None)
+            written.append(path)
+    return written
+
+
+def draw_map(axes: Axes, scenario: Scenario) -> None:
+    """Draw walls, start (circle) and goal (star) of a scenario, axes in m."""
+    x0, y0, x1, y1 = scenario.map.bounds
+    axes.imshow(scenario.map.occupancy, cmap="Greys", origin="lower", extent=(x0, x1, y0, y1), vmax=1.4)
+    axes.plot(scenario.start.x, scenario.start.y, "o", color="#444444", markersize=7, zorder=4)
+    axes.plot(scenario.goal.x, scenario.goal.y, "*", color="#444444", markersize=12, zorder=4)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x, m")
+    axes.set_ylabel("y, m")
+
+
+def draw_trajectories(axes: Axes, episodes: Sequence[Episode], names: Sequence[str]) -> None:
+    """Draw the driven paths of several controllers; crosses mark recoveries."""
+    for episode in episodes:
+        colour = colour_of(names, episode.controller)
+        label = f"{episode.controller}: {episode.time:.1f} s"
+        label += "" if episode.success else f" ({episode.outcome})"
+        axes.plot(*episode.trajectory[:, :2].T, color=colour, linewidth=1.6, label=label, zorder=3)
+        steps = [round(event.time / episode.control_period) for event in episode.events if event.kind in RECOVERY_KINDS]
+        where = episode.trajectory[np.minimum(steps, len(episode.trajectory) - 1).astype(int), :2]
+        axes.plot(*where.T, "x", color=colour, markersize=6, zorder=5)
+
+
+def map_set_figure(groups: Sequence[Sequence[Episode]], titles: Sequence[str], names: Sequence[str]) -> Figure:
+    """Figures 5.3 and 5.5: the maps of one set side by side, every controller's trajectory on them.
+
+    Args:
+        groups: For each map the episodes on it (all of the same scenario).
+        titles: One title a map: the fitness' reading of it.
+        names: All controllers, which fixes their colours.
+    """
+    figure, columns = new_figure(len(groups), width=4.6 * len(groups), height=5.2)
+    for axes, episodes, title in zip(columns, groups, titles, strict=True):
+        draw_map(axes, episodes[0].scenario)
+        draw_trajectories(axes, episodes, names)
+        axes.set_title(title, fontsize=10)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=8, frameon=False)
+    return figure
+
+
+def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel: str = "evaluations") -> Figure:
+    """Best fitness so far over the budget, one line a run or method; lower is better."""
+    figure, (axes,) = new_figure()
+    for position, (name, (x, y)) in enumerate(series.items()):
+        axes.step(x, y, where="post", color=COLOURS[position % len(COLOURS)], label=name)
+    axes.set_xlabel(xlabel)
+    axes.set_ylabel("best fitness (lower is better)")
+    axes.grid(alpha=0.3)
+    axes.legend(frameon=False)
+    return figure
+
+
+def spread_figure(groups: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel: str = "generation") -> Figure:
+    """Figure 5.1: mean and standard deviation over runs of the best fitness, ``(runs, generations)`` each."""
+    figure, (axes,) = new_figure()
+    for position, (name, (x, values)) in enumerate(groups.items()):
+        table = np.atleast_2d(np.asarray(values, dtype=float))
+        mean, spread = table.mean(axis=0), table.std(axis=0)
+        colour = COLOURS[position % len(COLOURS)]
+        axes.plot(x, mean, color=colour, label=f"{name} (n = {len(table)})")
+        axes.fill_between(np.asarray(x), mean - spread, mean + spread, color=colour, alpha=0.18, linewidth=0)
+    axes.set_xlabel(xlabel)
+    axes.set_ylabel("best fitness, mean and SD")
+    axes.grid(alpha=0.3)
+    axes.legend(frameon=False)
+    return figure
+
+
+def box_figure(groups: Mapping[str, ArrayLike], ylabel: str = "final fitness") -> Figure:
+    """Figure 5.2: box plots of one number per run, the single runs drawn on them."""
+    figure, (axes,) = new_figure()
+    values = [np.asarray(group, dtype=float) for group in groups.values()]
+    axes.boxplot(values, tick_labels=list(groups), widths=0.5, medianprops={"color": COLOURS[1]})
+    for position, group in enumerate(values, start=1):
+        offsets = np.linspace(-0.12, 0.12, len(group)) if len(group) > 1 else np.zeros(1)
+        axes.plot(position + offsets, group, ".", color=COLOURS[0], alpha=0.6)
+    axes.set_ylabel(ylabel)
+    axes.grid(axis="y", alpha=0.3)
+    return figure
+
+
+def lorenz_figure(times: Sequence[ArrayLike], titles: Sequence[str]) -> Figure:
+    """Figure 4.3: Lorenz curve of the controllers' times on each map; the further from the diagonal the less alike."""
+    figure, (axes,) = new_figure(width=4.8, height=4.6)
+    axes.plot([0, 1], [0, 1], color="#888888", linewidth=1, linestyle="--")
+    for position, (values, title) in enumerate(zip(times, titles, strict=True)):
+        ordered = np.sort(np.asarray(values, dtype=float))
+        share = np.concatenate([[0.0], np.cumsum(ordered) / ordered.sum()])
+        axes.plot(np.linspace(0, 1, len(share)), share, "o-", color=COLOURS[position % len(COLOURS)], label=title)
+    axes.set_xlabel("share of controllers")
+    axes.set_ylabel("share of travel time")
+    axes.legend(frameon=False)
+    return figure
+
+
+def times_figure(times: Mapping[str, Sequence[ArrayLike]], maps: Sequence[str]) -> Figure:
+    """Travel times per map and controller: every run a dot, the mean a bar."""
+    figure, (axes,) = new_figure(width=1.9 * len(maps) + 2.2)
+    names = list(times)
+    width = 0.8 / len(names)
+    for position, name in enumerate(names):
+        for column, values in enumerate(times[name]):
+            runs = np.asarray(values, dtype=float)
+            if len(runs) == 0:
+                continue
+            x = column + (position - (len(names) - 1) / 2) * width
+            axes.bar(x, runs.mean(), width * 0.9, color=COLOURS[position], alpha=0.55)
+            axes.plot(np.full(len(runs), x), runs, ".", color="#222222", markersize=4)
+    axes.set_xticks(range(len(maps)), maps)
+    axes.set_ylabel("travel time, s")
+    axes.legend(
+        handles=[_patch(COLOURS[i], name) for i, name in enumerate(names)], frameon=False, ncols=min(4, len(names))
+    )
+    return figure
+
+
+def _patch(colour: str, label: str) -> Any:
+    from matplotlib.patches import Patch
+
+    return Patch(color=colour, alpha=0.55, label=label)

@@ -1,0 +1,166 @@
+"""Recorded Nav2 results, read from a directory and checked once.
+
+The format is that of the directory's own README: row 0 of every grid is the *top* there; what is
+handed out here has row 0 at the bottom, as everywhere in this project.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.errors import MapFormatError
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.scenario import Pose
+
+Arrays = dict[str, NDArray[Any]]
+
+_REQUIRED = {
+    "maps.npz": ("occupied", "map_id"),
+    "plans": ("map_id", "costmap", "potential", "potential_map_id", "found", "path", "path_offset"),
+    "runs": ("traj", "cmd", "offset"),
+    "units": (
+        *("map_id", "pose", "vel", "plan_from", "rpp_cmd", "rpp_exception", "rpp_carrot", "dwb_cmd"),
+        *("mppi_cmd_stepwise", "mppi_fail_flag", "mppi_seq_in_vx", "mppi_seq_in_wz"),
+    ),
+    "units_dwb": ("critics", "twist", "total", "raw_score", "illegal_by", "offset", "best_index"),
+    "units_mppi": ("unit_index", "critics", "critic_cost"),
+    "mppi_noise.npz": ("vx", "wz"),
+}
+
+
+@dataclass(frozen=True)
+class Preset:
+    """Robot, costmap and task of one preset: lengths in m, poses (x, y, yaw)."""
+
+    name: str
+    resolution: float
+    robot_radius: float
+    inflation_radius: float
+    cost_scaling_factor: float
+    footprint_padding: float
+    start: Pose
+    goal: Pose
+
+
+class Oracle:
+    """A directory of recorded results.
+
+    Args:
+        directory: Where it lies.
+
+    Raises:
+        MapFormatError: If a file is missing, unreadable, or lacks a field.
+    """
+
+    def __init__(self, directory: str | Path) -> None:
+        self.directory = Path(directory)
+        if not self.directory.is_dir():
+            raise MapFormatError(f"{self.directory}: expected a directory of recorded results, found none")
+        self.config: dict[str, Any] = self._json("config.json", dict)
+        for key in ("presets", "simulation", "controllers", "variants", "planner"):
+            if not isinstance(self.config.get(key), dict):
+                raise MapFormatError(f"{self.directory / 'config.json'}: expected a mapping under {key!r}, found none")
+        self._cache: dict[str, Arrays] = {}
+
+    @cached_property
+    def presets(self) -> tuple[Preset, ...]:
+        """The presets in the order of ``config.json``."""
+        return tuple(self._preset(name, values) for name, values in self.config["presets"].items())
+
+    def maps(self, preset: Preset) -> dict[int, GridMap]:
+        """Maps by id, at the preset's resolution."""
+        recorded = self.arrays("maps.npz")
+        if recorded["occupied"].ndim != 3:
+            raise MapFormatError(
+                f"{self.directory / 'maps.npz'}: occupied: expected shape (maps, rows, cols), "
+                f"got {recorded['occupied'].shape}"
+            )
+        return {
+            int(number): GridMap.from_image_array(cells, preset.resolution)
+            for number, cells in zip(recorded["map_id"], recorded["occupied"], strict=True)
+        }
+
+    def table(self, kind: str, preset: Preset) -> Arrays:
+        """Arrays of ``KIND_PRESET.npz``, kind one of plans, runs, units, units_dwb, units_mppi."""
+        return self.arrays(f"{kind}_{preset.name}.npz", kind)
+
+    def runs(self, preset: Preset) -> list[dict[str, Any]]:
+        """Records of ``runs_PRESET.json``."""
+        records: list[dict[str, Any]] = self._json(f"runs_{preset.name}.json", list)
+        needed = ("map", "controller", "variant", "local_costmap", "success", "strict_success", "time", "min_clearance")
+        for position, record in enumerate(records):
+            missing = [key for key in needed if not isinstance(record, dict) or key not in record]
+            if missing:
+                raise MapFormatError(
+                    f"{self.directory / f'runs_{preset.name}.json'}: run {position}: expected {missing[0]!r}, found none"
+                )
+        return records
+
+    def controller_params(self, controller: str, variant: str) -> dict[str, Any]:
+        """Parameters of a controller ("RPP", "DWB", "MPPI") in one of its variants."""
+        params = dict(self.config["controllers"][controller])
+        if variant != "default":
+            params.update(self.config["variants"][f"{controller}/{variant}"])
+        params.pop("robot_given_as", None)
+        return params
+
+    def arrays(self, name: str, kind: str | None = None) -> Arrays:
+        """All arrays of one ``.npz`` file, read once."""
+        if name not in self._cache:
+            self._cache[name] = self._load(name, _REQUIRED[kind or name])
+        return self._cache[name]
+
+    def _load(self, name: str, required: tuple[str, ...]) -> Arrays:
+        path = self.directory / name
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                loaded = {key: archive[key] for key in archive.files}
+        except FileNotFoundError:
+            raise MapFormatError(f"{path}: expected recorded results, found no such file") from None
+        except Exception as error:  # numpy and zipfile raise many kinds on broken archives
+            raise MapFormatError(f"{path}: not a readable .npz archive ({error})") from None
+        missing = [key for key in required if key not in loaded]
+        if missing:
+            raise MapFormatError(f"{path}: expected the field {missing[0]!r}, found {sorted(loaded)}")
+        return loaded
+
+    def _json(self, name: str, kind: type) -> Any:
+        path = self.directory / name
+        try:
+            loaded = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise MapFormatError(f"{path}: expected recorded results, found no such file") from None
+        except (OSError, ValueError, RecursionError) as error:
+            raise MapFormatError(f"{path}: not readable as JSON ({error})") from None
+        if not isinstance(loaded, kind):
+            raise MapFormatError(f"{path}: expected a JSON {kind.__name__}, got {type(loaded).__name__}")
+        return loaded
+
+    def _preset(self, name: str, values: dict[str, Any]) -> Preset:
+        lengths = ("resolution", "robot_radius", "inflation_radius", "cost_scaling_factor", "footprint_padding")
+        try:
+            return Preset(
+                name=name,
+                start=Pose(*map(float, values["start"])),
+                goal=Pose(*map(float, values["goal"])),
+                **{key: float(values[key]) for key in lengths},
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise MapFormatError(
+                f"{self.directory / 'config.json'}: presets.{name}: not a complete preset ({error})"
+            ) from None
+
+
+def ragged(arrays: Arrays, name: str) -> Iterator[NDArray[Any]]:
+    """Items of a ragged list: ``array[offset[i]:offset[i + 1]]``."""
+    offset = arrays[f"{name}_offset"] if f"{name}_offset" in arrays else arrays["offset"]
+    for begin, end in zip(offset[:-1], offset[1:], strict=True):
+        yield arrays[name][begin:end]
