@@ -1,0 +1,213 @@
+"""Statistics of a study: every p-value stands with its effect size and n.
+
+Tests are SciPy's; what SciPy lacks (Holm's correction, A12, Nemenyi's critical difference) is here.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+from gym_mapbench.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One row of a table like the thesis' Table 5.2; ``std`` is the sample standard deviation."""
+
+    n: int
+    mean: float
+    std: float
+    median: float
+    minimum: float
+    maximum: float
+    ci_low: float
+    ci_high: float
+
+
+@dataclass(frozen=True)
+class TestResult:
+    """A test with what makes its p-value readable.
+
+    Args:
+        test: Name of the test.
+        groups: Names of the groups compared.
+        n: Size of each group.
+        statistic: The test's statistic.
+        p_value: Two-sided; corrected where the test says so.
+        effect: Effect size.
+        effect_name: Which one.
+    """
+
+    __test__ = False  # not a test class, whatever its name looks like to pytest
+
+    test: str
+    groups: tuple[str, ...]
+    n: tuple[int, ...]
+    statistic: float
+    p_value: float
+    effect: float
+    effect_name: str
+
+    def __str__(self) -> str:
+        sizes = ", ".join(map(str, self.n))
+        return (
+            f"{self.test} ({' vs '.join(self.groups)}): statistic {self.statistic:.3f}, p = {self.p_value:.3g}, "
+            f"{self.effect_name} = {self.effect:.3f}, n = {sizes}"
+        )
+
+
+def summarize(values: ArrayLike, rng: np.random.Generator, confidence: float = 0.95) -> Summary:
+    """Summarise one sample; the interval is a bootstrap interval of the mean."""
+    sample = np.asarray(values, dtype=float)
+    low, high = bootstrap_interval(sample, rng, confidence=confidence)
+    spread = float(sample.std(ddof=1)) if len(sample) > 1 else 0.0
+    return Summary(
+        n=len(sample),
+        mean=float(sample.mean()),
+        std=spread,
+        median=float(np.median(sample)),
+        minimum=float(sample.min()),
+        maximum=float(sample.max()),
+        ci_low=low,
+        ci_high=high,
+    )
+
+
+def bootstrap_interval(
+    values: ArrayLike,
+    rng: np.random.Generator,
+    statistic: Callable[..., NDArray[np.float64]] = np.mean,
+    confidence: float = 0.95,
+    resamples: int = 2000,
+) -> tuple[float, float]:
+    """Percentile bootstrap interval of a statistic that takes ``axis``.
+
+    Raises:
+        ConfigError: If there is no value.
+    """
+    sample = np.asarray(values, dtype=float)
+    if len(sample) == 0:
+        raise ConfigError("bootstrap: expected at least one value, got none")
+    drawn = sample[rng.integers(0, len(sample), (resamples, len(sample)))]
+    low, high = np.quantile(statistic(drawn, axis=1), [(1 - confidence) / 2, (1 + confidence) / 2])
+    return float(low), float(high)
+
+
+def kruskal_wallis(groups: Mapping[str, ArrayLike]) -> TestResult:
+    """Whether several groups come from one distribution (thesis: H = 0.44, p = 0.80 over populations).
+
+    The effect size is epsilon squared, H / (n - 1).
+    """
+    samples = _samples(groups)
+    total = sum(map(len, samples))
+    if np.ptp(np.concatenate(samples)) == 0:
+        statistic, p_value = 0.0, 1.0
+    else:
+        statistic, p_value = map(float, stats.kruskal(*samples))
+    return TestResult(
+        "Kruskal-Wallis", tuple(groups), _sizes(samples), statistic, p_value, statistic / (total - 1), "epsilon^2"
+    )
+
+
+def pairwise_mann_whitney(groups: Mapping[str, ArrayLike]) -> list[TestResult]:
+    """Mann-Whitney U of every pair, p-values corrected by Holm, effect size A12."""
+    pairs = list(itertools.combinations(groups, 2))
+    samples = dict(zip(groups, _samples(groups), strict=True))
+    raw = [stats.mannwhitneyu(samples[a], samples[b], alternative="two-sided") for a, b in pairs]
+    corrected = holm([float(result.pvalue) for result in raw])
+    return [
+        TestResult(
+            "Mann-Whitney U, Holm",
+            (a, b),
+            (len(samples[a]), len(samples[b])),
+            float(result.statistic),
+            p_value,
+            vargha_delaney_a12(samples[a], samples[b]),
+            "A12",
+        )
+        for (a, b), result, p_value in zip(pairs, raw, corrected, strict=True)
+    ]
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """Holm's step-down correction, in the given order (Holm 1979)."""
+    order = np.argsort(p_values, kind="stable")
+    factors = len(p_values) - np.arange(len(p_values))
+    stepped = np.minimum(np.maximum.accumulate(np.asarray(p_values)[order] * factors), 1.0)
+    corrected = np.empty(len(p_values))
+    corrected[order] = stepped
+    return [float(p) for p in corrected]
+
+
+def vargha_delaney_a12(first: ArrayLike, second: ArrayLike) -> float:
+    """Probability that a value of ``first`` is larger than one of ``second``, ties half (Vargha, Delaney 2000)."""
+    a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    difference = np.sign(a[:, None] - b[None, :])
+    return float((difference.mean() + 1) / 2)
+
+
+def cliffs_delta(first: ArrayLike, second: ArrayLike) -> float:
+    """Cliff's delta, 2 A12 - 1."""
+    return 2 * vargha_delaney_a12(first, second) - 1
+
+
+def friedman(table: ArrayLike, methods: Sequence[str]) -> TestResult:
+    """Whether several methods differ over several problems; ``table`` is ``(problems, methods)``.
+
+    The effect size is Kendall's W.
+    """
+    values = np.asarray(table, dtype=float)
+    problems, count = values.shape
+    if count < 3 or problems < 2:
+        raise ConfigError(f"Friedman: expected at least 2 problems and 3 methods, got {problems} and {count}")
+    statistic, p_value = map(float, stats.friedmanchisquare(*values.T))
+    agreement = statistic / (problems * (count - 1))
+    return TestResult("Friedman", tuple(methods), (problems,) * count, statistic, p_value, agreement, "Kendall's W")
+
+
+def critical_difference(table: ArrayLike, alpha: float = 0.05) -> tuple[NDArray[np.float64], float]:
+    """Mean ranks ``(methods,)`` (1 = smallest value) and Nemenyi's critical difference (Demsar 2006)."""
+    values = np.asarray(table, dtype=float)
+    problems, count = values.shape
+    ranks = stats.rankdata(values, axis=1).mean(axis=0)
+    q = stats.studentized_range.ppf(1 - alpha, count, np.inf) / np.sqrt(2)
+    return ranks, float(q * np.sqrt(count * (count + 1) / (6 * problems)))
+
+
+def rank_correlation(first: ArrayLike, second: ArrayLike, confidence: float = 0.95) -> tuple[float, float, float]:
+    """Spearman's rho with an approximate interval by Fisher's transformation (Bonett and Wright 2000).
+
+    Returns:
+        ``(rho, low, high)``; the interval is (-1, 1) for fewer than five pairs, all NaN for fewer than
+        two or where one side does not vary.
+    """
+    a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    if len(a) != len(b):
+        raise ConfigError(f"rank correlation: expected two lists of one length, got {len(a)} and {len(b)}")
+    if len(a) < 2 or np.ptp(a) == 0 or np.ptp(b) == 0:
+        return np.nan, np.nan, np.nan
+    rho = float(stats.spearmanr(a, b).statistic)
+    if len(a) < 5:
+        return rho, -1.0, 1.0
+    spread = np.sqrt((1 + rho**2 / 2) / (len(a) - 3)) * stats.norm.ppf((1 + confidence) / 2)
+    middle = np.arctanh(np.clip(rho, -0.999999999, 0.999999999))
+    return rho, float(np.tanh(middle - spread)), float(np.tanh(middle + spread))
+
+
+def _samples(groups: Mapping[str, ArrayLike]) -> list[NDArray[np.float64]]:
+    samples = [np.asarray(values, dtype=float) for values in groups.values()]
+    empty = [name for name, sample in zip(groups, samples, strict=True) if len(sample) == 0]
+    if len(samples) < 2 or empty:
+        got = f"no value in {empty[0]!r}" if empty else f"{len(samples)} group"
+        raise ConfigError(f"comparison: expected at least two groups with values, got {got}")
+    return samples
+
+
+def _sizes(samples: Sequence[NDArray[np.float64]]) -> tuple[int, ...]:
+    return tuple(map(len, samples))

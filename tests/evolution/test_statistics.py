@@ -1,0 +1,93 @@
+"""Statistics against hand-worked values and their own definitions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from evolution.statistics import (
+    bootstrap_interval,
+    cliffs_delta,
+    critical_difference,
+    friedman,
+    holm,
+    kruskal_wallis,
+    pairwise_mann_whitney,
+    rank_correlation,
+    summarize,
+    vargha_delaney_a12,
+)
+from gym_mapbench.errors import ConfigError
+
+SAMPLES = st.lists(st.floats(-100, 100, allow_nan=False), min_size=1, max_size=12)
+
+
+def test_holm_by_hand():
+    # Sorted 0.01, 0.03, 0.04 times 3, 2, 1 = 0.03, 0.06, 0.04; the running maximum makes the last 0.06.
+    assert holm([0.04, 0.01, 0.03]) == pytest.approx([0.06, 0.03, 0.06])
+
+
+def test_a12_by_hand():
+    # Of the four pairs (1,2) (1,3) (3,2) (3,3): one larger, one tie.
+    assert vargha_delaney_a12([1, 3], [2, 3]) == pytest.approx(1.5 / 4)
+
+
+@given(SAMPLES, SAMPLES)
+def test_a12_counts_pairs(first, second):
+    counted = sum((a > b) + 0.5 * (a == b) for a in first for b in second) / (len(first) * len(second))
+    assert vargha_delaney_a12(first, second) == pytest.approx(counted)
+    assert cliffs_delta(first, second) == pytest.approx(-cliffs_delta(second, first))
+
+
+def test_kruskal_wallis_by_hand():
+    # Ranks 1,2 | 3,4 | 5,6: H = 12/(6*7) * (9/2 + 49/2 + 121/2) - 3*7 = 4.5714.
+    result = kruskal_wallis({"a": [1, 2], "b": [3, 4], "c": [5, 6]})
+    assert result.statistic == pytest.approx(4.571428, abs=1e-5)
+    assert result.effect == pytest.approx(4.571428 / 5, abs=1e-5)
+    assert "n = 2, 2, 2" in str(result)
+
+
+def test_equal_groups_do_not_differ():
+    assert kruskal_wallis({"a": [1, 1], "b": [1, 1]}).p_value == 1.0
+
+
+def test_pairs_are_corrected_and_sized():
+    results = pairwise_mann_whitney({"a": list(range(10)), "b": list(range(100, 110)), "c": list(range(10))})
+    by_pair = {result.groups: result for result in results}
+    assert by_pair["a", "b"].p_value < 0.01
+    assert by_pair["a", "b"].effect == 0.0
+    assert by_pair["a", "c"].p_value == 1.0
+
+
+def test_friedman_and_critical_difference():
+    table = np.array([[1.0, 2.0, 3.0]] * 10)
+    assert friedman(table, ["a", "b", "c"]).effect == pytest.approx(1.0)
+    ranks, difference = critical_difference(table)
+    assert ranks == pytest.approx([1, 2, 3])
+    # Demsar 2006, table 5: q(0.05, 3 methods) = 2.343.
+    assert difference == pytest.approx(2.343 * np.sqrt(3 * 4 / 60), rel=1e-3)
+
+
+def test_bootstrap_interval_covers_and_repeats():
+    values = np.random.default_rng(0).normal(5, 1, 50)
+    low, high = bootstrap_interval(values, np.random.default_rng(1))
+    assert low < values.mean() < high
+    assert (low, high) == bootstrap_interval(values, np.random.default_rng(1))
+    assert summarize(values, np.random.default_rng(1)).ci_low == low
+
+
+def test_rank_correlation():
+    rho, low, high = rank_correlation(range(30), np.arange(30) ** 2)
+    assert rho == pytest.approx(1.0)
+    assert low > 0.9
+    assert high <= 1.0
+    assert np.isnan(rank_correlation([1, 1], [1, 2])[0])
+
+
+def test_bad_input_is_one_line():
+    with pytest.raises(ConfigError, match="no value in 'b'"):
+        kruskal_wallis({"a": [1.0], "b": []})
+    with pytest.raises(ConfigError, match="at least 2 problems"):
+        friedman([[1.0, 2.0]], ["a", "b"])
