@@ -1,0 +1,7 @@
+"""Maps in and out: one file per format, one way in (:func:`load_scenarios`)."""
+
+from gym_mapbench.mapio.bundle import save_map_set
+from gym_mapbench.mapio.loading import load_map_set, load_maps, load_scenarios
+from gym_mapbench.mapio.tasked_map import Task, TaskedMap
+
+__all__ = ["Task", "TaskedMap", "load_map_set", "load_maps", "load_scenarios", "save_map_set"]

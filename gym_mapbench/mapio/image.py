@@ -1,0 +1,132 @@
+"""Plain pictures (PNG, BMP, JPEG, PGM): brightness read as Nav2 does, maps with a threshold and a resolution given."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from gym_mapbench.errors import ConfigError, MapFormatError
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.mapio.netpbm import decode_pgm
+from gym_mapbench.mapio.source import check_size, read_bytes
+from gym_mapbench.mapio.tasked_map import TaskedMap
+
+IMAGE_SUFFIXES = frozenset({".png", ".pgm", ".bmp", ".jpg", ".jpeg"})
+DEFAULT_RESOLUTION = 0.05
+DEFAULT_THRESHOLD = 0.5
+
+_PILLOW_FORMATS = ("PNG", "BMP", "JPEG")
+
+
+class Picture(NamedTuple):
+    """A decoded picture, row 0 at the top.
+
+    ``total`` is the sum of each pixel's ``channels`` values, each up to ``white``; ``opaque`` is None without alpha.
+    """
+
+    total: NDArray[np.uint32]
+    channels: int
+    white: int
+    alpha: NDArray[np.uint16] | None
+
+    def levels(self, with_alpha: bool) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
+        """Return every pixel's level and, for each level, its brightness in 0..1.
+
+        Args:
+            with_alpha: Average alpha in as one more channel, as Nav2 does in trinary mode.
+        """
+        mixed = with_alpha and self.alpha is not None
+        total = self.total + self.alpha if mixed and self.alpha is not None else self.total
+        full = (self.channels + mixed) * self.white
+        return total, np.arange(full + 1) / full
+
+
+def read_picture(path: Path) -> Picture:
+    """Decode a picture file.
+
+    Raises:
+        MapFormatError: If it is missing, too large, truncated or no picture.
+    """
+    data = read_bytes(path)
+    if data[:2] in (b"P2", b"P5"):
+        grey, white = decode_pgm(data, path)
+        return Picture(grey.astype(np.uint32), 1, white, None)
+    return _split_channels(_decode(data, path))
+
+
+def read_image(
+    path: Path, resolution: float = DEFAULT_RESOLUTION, threshold: float = DEFAULT_THRESHOLD
+) -> list[TaskedMap]:
+    """Read a plain picture: what is darker than ``threshold`` (0 black to 1 white) is a wall.
+
+    Args:
+        path: The picture.
+        resolution: Side of a pixel, m.
+        threshold: Brightness below which a pixel is occupied.
+
+    Raises:
+        MapFormatError: If the file is no picture.
+        ConfigError: If resolution or threshold is out of range.
+    """
+    if not 0 < threshold <= 1:
+        raise ConfigError(f"threshold: expected a brightness above 0 and up to 1, got {threshold}")
+    total, brightness = read_picture(path).levels(with_alpha=False)
+    return [TaskedMap(path.stem, GridMap.from_image_array((brightness < threshold)[total], resolution))]
+
+
+def encode_image(grid: GridMap) -> bytes:
+    """Encode a map as PNG with the grey values of Nav2's map saver."""
+    buffer = io.BytesIO()
+    Image.fromarray(grey_levels(grid)).save(buffer, format="PNG")
+    return buffer.getvalue()
+
+
+def grey_levels(grid: GridMap) -> NDArray[np.uint8]:
+    """Return ``(rows, cols)`` uint8, row 0 at the top: 0 occupied, 254 free, 205 unknown (Nav2's map saver)."""
+    grey = np.where(grid.occupancy, 0, 254).astype(np.uint8)
+    if grid.unknown is not None:
+        grey[grid.unknown] = 205
+    return grey[::-1].copy()
+
+
+def write_images(maps: Sequence[TaskedMap], folder: Path) -> list[Path]:
+    """Write one PNG a map into an existing folder and return the files."""
+    files = [folder / f"{tasked.name}.png" for tasked in maps]
+    for tasked, file in zip(maps, files, strict=True):
+        file.write_bytes(encode_image(tasked.grid))
+    return files
+
+
+def _decode(data: bytes, path: Path) -> Image.Image:
+    """Let Pillow decode the bytes, after its size is known to be sane."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            image = Image.open(io.BytesIO(data), formats=_PILLOW_FORMATS)
+            check_size(path, image.height, image.width)
+            image.load()
+    except MapFormatError:
+        raise
+    except Exception as error:  # Pillow's decoders raise nearly anything on damaged bytes.
+        raise MapFormatError(f"{path}: not a readable PNG, BMP, JPEG or PGM picture ({type(error).__name__})") from None
+    return image
+
+
+def _split_channels(image: Image.Image) -> Picture:
+    """Sum the colours of each pixel and set alpha apart."""
+    transparent = "A" in image.getbands() or "transparency" in image.info
+    if image.mode.startswith("I"):
+        return Picture(np.asarray(image).astype(np.uint32), 1, 65535, None)
+    if image.mode not in ("L", "LA", "RGB", "RGBA") or transparent:
+        image = image.convert("RGBA" if transparent else "RGB")
+    pixels = np.asarray(image).reshape(image.height, image.width, -1)
+    colours = pixels.shape[2] - transparent
+    total = pixels[:, :, :colours].sum(axis=2, dtype=np.uint32)
+    return Picture(total, colours, 255, pixels[:, :, -1].astype(np.uint16) if transparent else None)

@@ -1,0 +1,146 @@
+"""One way in for every map format: by the name of the file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from gym_mapbench.errors import ConfigError, MapFormatError
+from gym_mapbench.generator import ShapeSettings, default_task, task_cells
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.mapio.bundle import BEST_MAP_SET, read_bundle
+from gym_mapbench.mapio.image import DEFAULT_RESOLUTION, DEFAULT_THRESHOLD, IMAGE_SUFFIXES, read_image
+from gym_mapbench.mapio.map_server import read_map_server
+from gym_mapbench.mapio.tasked_map import Task, TaskedMap
+from gym_mapbench.scenario import MapSet, Pose, Scenario
+
+PoseLike = Pose | Sequence[float]
+
+
+def load_scenarios(
+    path: str | Path,
+    *,
+    start: PoseLike | None = None,
+    goal: PoseLike | None = None,
+    resolution: float | None = None,
+    threshold: float = DEFAULT_THRESHOLD,
+) -> list[Scenario]:
+    """Load every task of a map file, map-set file, run directory or benchmark folder.
+
+    A map with many tasks is shared by their scenarios. A map without any gets the default task of
+    the thesis where it has the thesis' layout.
+
+    Args:
+        path: What :func:`load_maps` reads.
+        start: ``(x, y, yaw)`` in m and rad, to use instead of the file's; every map is then driven once.
+        goal: The same for the goal.
+        resolution: As for :func:`load_maps`.
+        threshold: As for :func:`load_maps`.
+
+    Raises:
+        MapFormatError: If the file is not what it claims to be.
+        ConfigError: If a map has no task and none is given, or a pose is off the map or occupied.
+    """
+    maps = load_maps(path, resolution=resolution, threshold=threshold)
+    tasked = [_with_task(path, item, start, goal) for item in maps]
+    try:
+        return [scenario for item in tasked for scenario in item.scenarios()]
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+
+
+def load_map_set(path: str | Path, *, start: PoseLike | None = None, goal: PoseLike | None = None) -> MapSet:
+    """Load what :func:`load_scenarios` loads, as one map set; the same errors."""
+    return MapSet(tuple(load_scenarios(path, start=start, goal=goal)))
+
+
+def load_maps(
+    path: str | Path, *, resolution: float | None = None, threshold: float = DEFAULT_THRESHOLD
+) -> list[TaskedMap]:
+    """Load the maps of a file or folder, with the tasks known for them, which may be none.
+
+    By name: ``.yaml`` map_server, ``.png .pgm .bmp .jpg`` plain pictures, ``.json`` the project's map-set
+    file, a folder with ``best_map_set.json`` a run directory.
+
+    Args:
+        path: The file or folder.
+        resolution: Side of a cell in m, for formats that do not say (0.05 for pictures).
+        threshold: Brightness (0..1) below which a pixel of a plain picture is occupied.
+
+    Raises:
+        MapFormatError: If there is no such file, or it is in none of these formats.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix in IMAGE_SUFFIXES:
+        return read_image(path, DEFAULT_RESOLUTION if resolution is None else resolution, threshold)
+    if resolution is not None:
+        raise ConfigError(f"resolution: {path} says its own, expected it for plain pictures only")
+    if path.is_dir():
+        return _load_folder(path)
+    if suffix in (".yaml", ".yml"):
+        return read_map_server(path)
+    if suffix == ".json":
+        return read_bundle(path)
+    raise MapFormatError(f"{path}: {_why_not(path)}")
+
+
+def _load_folder(path: Path) -> list[TaskedMap]:
+    if (path / BEST_MAP_SET).exists():
+        return read_bundle(path / BEST_MAP_SET)
+    raise MapFormatError(f"{path}: no maps found in this folder")
+
+
+def _why_not(path: Path) -> str:
+    known = ", ".join((".yaml", ".json", *sorted(IMAGE_SUFFIXES)))
+    return f"not a map format known by name (expected {known} or a folder)" if path.exists() else "no such file"
+
+
+def _with_task(path: str | Path, item: TaskedMap, start: PoseLike | None, goal: PoseLike | None) -> TaskedMap:
+    """Give a map its task: the file's, the caller's, or the thesis'."""
+    if start is None and goal is None and item.tasks:
+        return item
+    task = item.tasks[0] if item.tasks else _thesis_task(item)
+    first, last = (task.start, task.goal) if task else (None, None)
+    first, last = start if start is not None else first, goal if goal is not None else last
+    if first is None or last is None:
+        missing = " and ".join(f"--{what}" for what, pose in (("start", first), ("goal", last)) if pose is None)
+        raise ConfigError(f"{path}: no task is known for this map, give {missing} as x,y,yaw")
+    return TaskedMap(item.name, item.grid, (Task(as_pose("start", first), as_pose("goal", last), item.name),))
+
+
+def as_pose(what: str, pose: PoseLike) -> Pose:
+    """Make a pose of ``(x, y, yaw)``.
+
+    Raises:
+        ConfigError: If it is not three numbers.
+    """
+    try:
+        x, y, yaw = (float(value) for value in pose)
+    except (TypeError, ValueError):
+        raise ConfigError(f"{what}: expected x, y, yaw in m and rad, got {pose!r}") from None
+    return Pose(x, y, yaw)
+
+
+def _thesis_task(item: TaskedMap) -> Task | None:
+    """Return the thesis' task if the map is laid out for it: square, walled in, both corners cleared."""
+    if not has_thesis_layout(item.grid):
+        return None
+    return Task(*default_task(item.grid), item.name)
+
+
+def has_thesis_layout(grid: GridMap) -> bool:
+    """Whether the map is square, has a filled border, and is clear around the thesis' start and goal."""
+    layout = ShapeSettings()
+    margin, reach = layout.border + layout.task_distance, layout.cleared_distance
+    cells = grid.occupancy
+    if cells.shape[0] != cells.shape[1] or cells.shape[0] <= 2 * margin or grid.unknown is not None:
+        return False
+    walled = np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]]).all()
+    clear = not any(
+        cells[row - reach : row + reach + 1, col - reach : col + reach + 1].any()
+        for row, col in task_cells(grid.shape, margin)
+    )
+    return bool(walled and clear)

@@ -1,0 +1,167 @@
+"""Nav2's map_server format: ``NAME.yaml`` and its picture.
+
+Source: nav2_map_server/src/map_io.cpp (Humble) for the values of the cells, and
+nav2_costmap_2d/plugins/static_layer.cpp with its default parameters (``trinary_costmap``,
+``lethal_cost_threshold`` 100) for what counts as a wall: only cells of value 100; graded values
+below it are free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.errors import MapFormatError
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.mapio.image import Picture, grey_levels, read_picture
+from gym_mapbench.mapio.netpbm import encode_pgm
+from gym_mapbench.mapio.poses import poses_path, poses_yaml, read_poses, yaml_float
+from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, read_yaml_file, short
+from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
+
+OCCUPIED_THRESH = 0.65
+FREE_THRESH = 0.25
+
+UNKNOWN = -1
+LETHAL = 100
+
+Values = NDArray[np.int8]
+
+
+class _Thresholds(NamedTuple):
+    """How to read a brightness: the keys of the same names in the YAML file."""
+
+    negate: bool
+    occupied_thresh: float
+    free_thresh: float
+
+
+def read_map_server(path: Path) -> list[TaskedMap]:
+    """Read ``NAME.yaml``, its picture, and ``NAME_poses.yaml`` if that lies beside it.
+
+    The picture must lie inside the folder of the YAML file (an absolute name may point there too).
+
+    Raises:
+        MapFormatError: If one of the files is not what it should be, or the origin is rotated.
+    """
+    grid = read_map_server_grid(path)
+    poses = poses_path(path)
+    tasks = [read_poses(poses)] if poses.exists() else []
+    return [TaskedMap(path.stem, grid, name_tasks(path.stem, tasks))]
+
+
+def read_map_server_grid(path: Path) -> GridMap:
+    """Read the map alone; see :func:`read_map_server`."""
+    info = _required(path, read_yaml_file(path))
+    mode = info.get("mode", "trinary")
+    if mode not in _MODES:
+        raise MapFormatError(f"{path}: mode: expected one of {', '.join(_MODES)}, got {short(mode)}")
+    resolution = as_number(f"{path}: resolution", info["resolution"])
+    x, y, yaw = as_numbers(f"{path}: origin", info["origin"], 3)
+    if resolution <= 0:
+        raise MapFormatError(f"{path}: resolution: expected metres per cell > 0, got {resolution:g}")
+    if yaw != 0:
+        raise MapFormatError(
+            f"{path}: origin: a rotated map (yaw {yaw:g}) is not supported, rotate the picture instead"
+        )
+    picture = read_picture(file_inside(path.parent, info["image"], f"{path}: image"))
+    values = _MODES[mode](picture, _thresholds(path, info))
+    return GridMap.from_image_array(values == LETHAL, resolution, origin=(x, y), unknown=values == UNKNOWN)
+
+
+def map_server_yaml(grid: GridMap, image: str) -> str:
+    """Return the text of ``NAME.yaml`` for a picture written with :func:`map_server_pgm`."""
+    x, y = (yaml_float(value) for value in grid.origin)
+    return (
+        f"image: {image}\nmode: trinary\nresolution: {yaml_float(grid.resolution)}\norigin: [{x}, {y}, 0.0]\n"
+        f"negate: 0\noccupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
+    )
+
+
+def map_server_pgm(grid: GridMap) -> bytes:
+    """Return the P5 picture: 0 occupied, 254 free, 205 unknown."""
+    return encode_pgm(grey_levels(grid))
+
+
+def write_map_server(maps: Sequence[TaskedMap], folder: Path) -> list[Path]:
+    """Write ``NAME.pgm``, ``NAME.yaml`` and, where a task is known, ``NAME_poses.yaml`` into an existing folder.
+
+    A map with several tasks is written once a task, since the poses file holds one.
+
+    Returns:
+        The YAML files of the maps.
+    """
+    return [file for tasked in maps for file in _write_one(tasked, folder)]
+
+
+def _write_one(tasked: TaskedMap, folder: Path) -> list[Path]:
+    names = [task.name for task in tasked.tasks] or [tasked.name]
+    for name in names:
+        (folder / f"{name}.pgm").write_bytes(map_server_pgm(tasked.grid))
+        (folder / f"{name}.yaml").write_text(map_server_yaml(tasked.grid, f"{name}.pgm"), encoding="utf-8")
+    for task in tasked.tasks:
+        poses = poses_yaml([task.start, task.goal])
+        (folder / f"{task.name}_poses.yaml").write_text(poses, encoding="utf-8")
+    return [folder / f"{name}.yaml" for name in names]
+
+
+def _required(path: Path, document: object) -> Mapping[Any, Any]:
+    """Check that the keys Nav2 demands are there."""
+    if not isinstance(document, Mapping):
+        raise MapFormatError(f"{path}: expected the keys of a map_server file, got {short(document)}")
+    for key in ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"):
+        if key not in document:
+            raise MapFormatError(f"{path}: not a map_server file: the key {key!r} is missing")
+    return document
+
+
+def _thresholds(path: Path, info: Mapping[Any, Any]) -> _Thresholds:
+    negate = info["negate"]
+    if not isinstance(negate, (bool, int)) or negate not in (0, 1):
+        raise MapFormatError(f"{path}: negate: expected 0 or 1, got {short(negate)}")
+    return _Thresholds(
+        bool(negate),
+        as_number(f"{path}: occupied_thresh", info["occupied_thresh"]),
+        as_number(f"{path}: free_thresh", info["free_thresh"]),
+    )
+
+
+def _occupancy(picture: Picture, thresholds: _Thresholds, with_alpha: bool) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    """Return every pixel's level and each level's occupancy in 0..1, before thresholding."""
+    total, brightness = picture.levels(with_alpha)
+    return total, brightness if thresholds.negate else 1.0 - brightness
+
+
+def _trinary(picture: Picture, thresholds: _Thresholds) -> Values:
+    total, occupancy = _occupancy(picture, thresholds, with_alpha=True)
+    values = np.full(len(occupancy), UNKNOWN, np.int8)
+    values[occupancy < thresholds.free_thresh] = 0
+    values[occupancy > thresholds.occupied_thresh] = LETHAL
+    return values[total]
+
+
+def _scale(picture: Picture, thresholds: _Thresholds) -> Values:
+    """As trinary, with values in between; a pixel that is not opaque is unknown."""
+    total, occupancy = _occupancy(picture, thresholds, with_alpha=False)
+    span = thresholds.occupied_thresh - thresholds.free_thresh
+    graded = np.rint((occupancy - thresholds.free_thresh) / (span or 1.0) * 100.0)
+    graded[occupancy < thresholds.free_thresh] = 0
+    graded[occupancy > thresholds.occupied_thresh] = LETHAL
+    values = np.clip(graded, 0, LETHAL).astype(np.int8)[total]
+    if picture.alpha is not None:
+        values[picture.alpha < picture.white] = UNKNOWN
+    return values
+
+
+def _raw(picture: Picture, _: _Thresholds) -> Values:
+    """Grey values 0..100 are the values themselves, whatever ``negate`` says; all others are unknown."""
+    total, brightness = picture.levels(with_alpha=False)
+    percent = np.floor(brightness * 255 + 0.5)
+    return np.where(percent <= LETHAL, percent, UNKNOWN).astype(np.int8)[total]
+
+
+_MODES: dict[str, Callable[[Picture, _Thresholds], Values]] = {"trinary": _trinary, "scale": _scale, "raw": _raw}

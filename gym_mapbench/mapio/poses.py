@@ -1,0 +1,48 @@
+"""``NAME_poses.yaml`` and ``NAME_waypoints.yaml``: the tasks beside a map, as the thesis' framework writes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from gym_mapbench.errors import MapFormatError
+from gym_mapbench.mapio.source import as_numbers, read_yaml_file, short
+from gym_mapbench.scenario import Pose
+
+
+def poses_path(map_path: Path) -> Path:
+    """Return where the poses of a map file lie: ``NAME_poses.yaml`` beside ``NAME.yaml``."""
+    return map_path.with_name(f"{map_path.stem}_poses.yaml")
+
+
+def read_poses(path: Path) -> tuple[Pose, Pose]:
+    """Read start and goal: the first two entries of a plain list ``- [x, y, yaw]`` (m, rad).
+
+    Raises:
+        MapFormatError: If the file holds anything else.
+    """
+    poses = read_yaml_file(path)
+    if not isinstance(poses, list) or len(poses) < 2:
+        raise MapFormatError(f"{path}: expected a list of [x, y, yaw], start first, then goal, got {short(poses)}")
+    start, goal = (Pose(*as_numbers(f"{path}: pose {index}", pose, 3)) for index, pose in enumerate(poses[:2]))
+    return start, goal
+
+
+def poses_yaml(poses: Sequence[Pose]) -> str:
+    """Return the text of ``NAME_poses.yaml``."""
+    return "".join(f"- {_flow(pose)}\n" for pose in poses)
+
+
+def waypoints_yaml(poses: Sequence[Pose]) -> str:
+    """Return the text of ``NAME_waypoints.yaml``: one list of waypoints that visits the poses in order."""
+    return f"- waypoints: [{', '.join(_flow(pose) for pose in poses)}]\n"
+
+
+def _flow(pose: Pose) -> str:
+    return f"[{', '.join(yaml_float(value) for value in pose)}]"
+
+
+def yaml_float(value: float) -> str:
+    """Write a float exactly; YAML 1.1 wants a dot in every one (``1.0e-07``, not ``1e-07``)."""
+    text = repr(float(value))
+    return text.replace("e", ".0e", 1) if "e" in text and "." not in text else text

@@ -1,0 +1,111 @@
+"""Reading files that may be anything: bounded sizes, one clear line for every failure."""
+
+from __future__ import annotations
+
+import math
+import os
+import reprlib
+from pathlib import Path
+from typing import Any
+
+from gym_mapbench.errors import ConfigError, MapFormatError
+from gym_mapbench.settings import read_yaml
+
+MAX_MAP_CELLS = 25_000_000
+"""Largest map read from a file (5000 x 5000); what a header claims is checked before anything is allocated."""
+
+MAX_FILE_BYTES = 120_000_000
+
+
+def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
+    """Read a whole file.
+
+    Raises:
+        MapFormatError: If it cannot be read or is larger than ``limit`` bytes.
+    """
+    try:
+        size = path.stat().st_size
+        if size > limit:
+            raise MapFormatError(f"{path}: expected at most {limit} bytes, got {size}")
+        return path.read_bytes()
+    except OSError as error:
+        raise MapFormatError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError:
+        raise MapFormatError(f"{str(path)!r}: not a file name") from None
+
+
+def read_text(path: Path, limit: int = MAX_FILE_BYTES) -> str:
+    """Read a whole UTF-8 text file, errors as in :func:`read_bytes`."""
+    try:
+        return read_bytes(path, limit).decode("utf-8")
+    except UnicodeDecodeError:
+        raise MapFormatError(f"{path}: expected a text file, got other bytes") from None
+
+
+def read_yaml_file(path: Path) -> Any:
+    """Read one YAML document with the safe loader.
+
+    Raises:
+        MapFormatError: If the file cannot be read or is not YAML.
+    """
+    try:
+        return read_yaml(path)
+    except ConfigError as error:
+        raise MapFormatError(str(error)) from None
+
+
+def check_size(where: object, rows: int, cols: int) -> None:
+    """Refuse an empty or absurdly large map before it is allocated.
+
+    Raises:
+        MapFormatError: Outside 1 to :data:`MAX_MAP_CELLS` cells.
+    """
+    if rows < 1 or cols < 1 or rows * cols > MAX_MAP_CELLS:
+        raise MapFormatError(f"{where}: expected a map of 1 to {MAX_MAP_CELLS} cells, got {cols} x {rows}")
+
+
+def as_number(where: str, value: object) -> float:
+    """Return a finite float; text such as ``5e-2``, which YAML 1.1 does not take for a number, is read as well.
+
+    Raises:
+        MapFormatError: If it is none.
+    """
+    try:
+        number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise MapFormatError(f"{where}: expected a number, got {short(value)}")
+    return number
+
+
+def as_numbers(where: str, value: object, count: int) -> list[float]:
+    """Return ``count`` finite floats of a list.
+
+    Raises:
+        MapFormatError: If it is something else.
+    """
+    if not isinstance(value, (list, tuple)) or len(value) != count:
+        raise MapFormatError(f"{where}: expected a list of {count} numbers, got {short(value)}")
+    return [as_number(where, item) for item in value]
+
+
+def short(value: object) -> str:
+    """Show a value in one short line, however deep or long it is."""
+    text = " ".join(reprlib.repr(value).split())
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def file_inside(folder: Path, name: object, where: str) -> Path:
+    """Resolve a file name found in a file: it must stay inside ``folder``, as written (links are the user's own).
+
+    Raises:
+        MapFormatError: If it is not a name or leads out of the folder.
+    """
+    if not isinstance(name, str) or not name.strip() or "\0" in name:
+        raise MapFormatError(f"{where}: expected a file name, got {short(name)}")
+    base = os.path.abspath(folder)
+    path = os.path.normpath(os.path.join(base, name))
+    if os.path.commonpath([base, path]) != base:
+        raise MapFormatError(f"{where}: expected a file inside {folder}, got {short(name)}")
+    return Path(path)

@@ -1,0 +1,64 @@
+"""TaskedMap: what every reader returns and every writer takes: a named map with the tasks known for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import NamedTuple
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.scenario import Pose, Scenario
+
+
+class Task(NamedTuple):
+    """Where to start and where to go; ``name`` is that of the scenario."""
+
+    start: Pose
+    goal: Pose
+    name: str
+
+
+@dataclass(frozen=True)
+class TaskedMap:
+    """A map and its tasks, which may be none.
+
+    Args:
+        name: Name of the map, usually the stem of its file.
+        grid: The map.
+        tasks: Its tasks, in the file's order.
+    """
+
+    name: str
+    grid: GridMap
+    tasks: tuple[Task, ...] = ()
+
+    def scenarios(self) -> list[Scenario]:
+        """Return one scenario a task; all share this map.
+
+        Raises:
+            ConfigError: If a start or goal is off the map or occupied; the message names the task.
+        """
+        return [self._scenario(task) for task in self.tasks]
+
+    def _scenario(self, task: Task) -> Scenario:
+        try:
+            return Scenario(self.grid, task.start, task.goal, task.name)
+        except ConfigError as error:
+            raise ConfigError(f"task {task.name!r}: {error}") from None
+
+
+def name_tasks(name: str, poses: Sequence[tuple[Pose, Pose]]) -> tuple[Task, ...]:
+    """Name the tasks of one map: ``name`` if there is one, ``name_0``, ``name_1``... if there are more."""
+    if len(poses) == 1:
+        return (Task(*poses[0], name),)
+    return tuple(Task(start, goal, f"{name}_{index}") for index, (start, goal) in enumerate(poses))
+
+
+def group_scenarios(scenarios: Iterable[Scenario]) -> list[TaskedMap]:
+    """Gather neighbouring scenarios on the same map; the order is kept."""
+    groups = [list(group) for _, group in groupby(scenarios, key=lambda scenario: scenario.map.digest)]
+    return [
+        TaskedMap(group[0].name, group[0].map, tuple(Task(s.start, s.goal, s.name) for s in group)) for group in groups
+    ]
