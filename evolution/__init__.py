@@ -1,0 +1,1 @@
+"""The search over env configs: operators, fitness, evaluation, studies and the command ``mapbench``."""

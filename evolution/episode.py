@@ -6,11 +6,11 @@ import time
 from typing import Any
 
 import numpy as np
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.env import MapBenchEnv
 from numpy.typing import NDArray
 
 from controllers.base import Context, Controller
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.episode import Episode, Event, Outcome
 from gym_mapbench.scenario import Scenario
 

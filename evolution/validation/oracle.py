@@ -6,6 +6,7 @@ handed out here has row 0 at the bottom, as everywhere in this project.
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -99,9 +100,8 @@ class Oracle:
         for position, record in enumerate(records):
             missing = [key for key in needed if not isinstance(record, dict) or key not in record]
             if missing:
-                raise MapFormatError(
-                    f"{self.directory / f'runs_{preset.name}.json'}: run {position}: expected {missing[0]!r}, found none"
-                )
+                path = self.directory / f"runs_{preset.name}.json"
+                raise MapFormatError(f"{path}: run {position}: expected {missing[0]!r}, found none")
         return records
 
     def controller_params(self, controller: str, variant: str) -> dict[str, Any]:
@@ -162,5 +162,5 @@ class Oracle:
 def ragged(arrays: Arrays, name: str) -> Iterator[NDArray[Any]]:
     """Items of a ragged list: ``array[offset[i]:offset[i + 1]]``."""
     offset = arrays[f"{name}_offset"] if f"{name}_offset" in arrays else arrays["offset"]
-    for begin, end in zip(offset[:-1], offset[1:], strict=True):
+    for begin, end in itertools.pairwise(offset):
         yield arrays[name][begin:end]
