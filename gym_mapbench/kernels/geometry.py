@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from gym_mapbench.kernels.jit import kernel
 
 TWO_PI = 2.0 * math.pi
@@ -24,7 +26,7 @@ def cell_index(x, y, origin_x, origin_y, resolution, rows, cols):
 @kernel
 def normalize_angle(angle):
     """Wrap an angle to (-pi, pi], as ``angles::normalize_angle``."""
-    wrapped = math.fmod(angle + math.pi, TWO_PI)
+    wrapped = np.fmod(angle + math.pi, TWO_PI)
     if wrapped <= 0.0:
         return wrapped + math.pi
     return wrapped - math.pi

@@ -5,8 +5,13 @@ No fast-math: the same inputs give the same bits on every machine of one archite
 
 from __future__ import annotations
 
-import functools
+from collections.abc import Callable
+from typing import Any, cast
 
 import numba
 
-kernel = functools.partial(numba.njit, cache=True, error_model="numpy", nogil=True)
+
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile ``function`` when it is first called, for the types of its arguments."""
+    compiled = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
+    return cast(Callable[..., Any], compiled)

@@ -1,0 +1,272 @@
+"""One call of Regulated Pure Pursuit: window of the plan, carrot, command, collision check.
+
+Source: nav2_regulated_pure_pursuit_controller/src/regulated_pure_pursuit_controller.cpp (Humble).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from controllers.rpp.regulation import (
+    approach_limited,
+    circle_segment_intersection,
+    cost_limited,
+    curvature_limited,
+    curvature_to,
+    projection_step,
+    rotation_speed,
+)
+from gym_mapbench.kernels.footprint import footprint_cost
+from gym_mapbench.kernels.geometry import cell_index, normalize_angle
+from gym_mapbench.kernels.jit import kernel
+
+LETHAL = 254
+NO_INFORMATION = 255
+
+OK = 0
+EMPTY_PLAN = 1
+OFF_COSTMAP = 2
+COLLISION_AHEAD = 3
+
+
+class Tuning(NamedTuple):
+    """The parameters of :class:`~controllers.rpp.params.RppParams` as a kernel takes them, and what comes from outside.
+
+    ``max_robot_pose_search_dist`` is NaN for half the costmap; ``allow_reversing`` is the effective value.
+    """
+
+    desired_linear_vel: float
+    lookahead_dist: float
+    min_lookahead_dist: float
+    max_lookahead_dist: float
+    lookahead_time: float
+    use_velocity_scaled_lookahead_dist: bool
+    use_interpolation: bool
+    use_rotate_to_heading: bool
+    rotate_to_heading_min_angle: float
+    rotate_to_heading_angular_vel: float
+    max_angular_accel: float
+    min_approach_linear_velocity: float
+    approach_velocity_scaling_dist: float
+    use_collision_detection: bool
+    max_allowed_time_to_collision_up_to_carrot: float
+    use_regulated_linear_velocity_scaling: bool
+    regulated_linear_scaling_min_radius: float
+    regulated_linear_scaling_min_speed: float
+    use_cost_regulated_linear_velocity_scaling: bool
+    cost_scaling_dist: float
+    cost_scaling_gain: float
+    inflation_cost_scaling_factor: float
+    allow_reversing: bool
+    max_robot_pose_search_dist: float
+    control_period: float
+    xy_goal_tolerance: float
+    inscribed_radius: float
+    circumscribed_radius: float
+
+
+@kernel
+def plan_window(path, steps, begin, x, y, search_dist, extent):
+    """First and past-the-last index of the poses to follow; equal when there are none.
+
+    ``steps[i]`` is the distance from pose i to i + 1. The window begins at the pose nearest to the robot among
+    those within ``search_dist`` of path and ends before the first pose farther than ``extent`` from the robot.
+    """
+    first, nearest, travelled = begin, math.inf, 0.0
+    for i in range(begin, len(path)):
+        if i > begin:
+            travelled += steps[i - 1]
+            if travelled > search_dist:
+                break
+        distance = math.hypot(path[i, 0] - x, path[i, 1] - y)
+        if distance < nearest:
+            first, nearest = i, distance
+    last = first
+    while last < len(path) and math.hypot(path[last, 0] - x, path[last, 1] - y) <= extent:
+        last += 1
+    return first, last
+
+
+@kernel
+def cusp_distance(path, first, last, x, y):
+    """Distance from the robot to the first pose of the window where the path turns back, infinite without one."""
+    for i in range(first + 1, last - 1):
+        before = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
+        after = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
+        if before[0] * after[0] + before[1] * after[1] < 0.0:
+            return math.hypot(path[i, 0] - x, path[i, 1] - y)
+    return math.inf
+
+
+@kernel
+def find_lookahead(path, first, last, x, y, speed, tuning):
+    """Lookahead distance, m."""
+    lookahead = tuning.lookahead_dist
+    if tuning.use_velocity_scaled_lookahead_dist:
+        scaled = abs(speed) * tuning.lookahead_time
+        lookahead = min(max(scaled, tuning.min_lookahead_dist), tuning.max_lookahead_dist)
+    if tuning.allow_reversing:
+        lookahead = min(lookahead, cusp_distance(path, first, last, x, y))
+    return lookahead
+
+
+@kernel
+def find_carrot(path, first, last, x, y, yaw, lookahead, interpolate):
+    """The carrot in the robot frame: the first point of the window at the lookahead distance, else its last pose."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    before_x = before_y = 0.0
+    for i in range(first, last):
+        dx, dy = path[i, 0] - x, path[i, 1] - y
+        ahead_x, ahead_y = cos * dx + sin * dy, cos * dy - sin * dx
+        if math.hypot(ahead_x, ahead_y) >= lookahead:
+            if interpolate and i > first:
+                return circle_segment_intersection(before_x, before_y, ahead_x, ahead_y, lookahead)
+            return ahead_x, ahead_y
+        before_x, before_y = ahead_x, ahead_y
+    return before_x, before_y
+
+
+@kernel
+def tracking_speed(path, steps, first, last, x, y, curvature, cost, tuning):
+    """Regulated speed along the path, m/s, without sign."""
+    base = tuning.desired_linear_vel
+    on_curve = near_obstacle = base
+    if tuning.use_regulated_linear_velocity_scaling:
+        on_curve = curvature_limited(base, curvature, tuning.regulated_linear_scaling_min_radius)
+    if tuning.use_cost_regulated_linear_velocity_scaling:
+        near_obstacle = cost_limited(
+            base,
+            cost,
+            tuning.inscribed_radius,
+            tuning.inflation_cost_scaling_factor,
+            tuning.cost_scaling_dist,
+            tuning.cost_scaling_gain,
+        )
+    speed = max(min(on_curve, near_obstacle), tuning.regulated_linear_scaling_min_speed)
+    remaining = 0.0
+    for i in range(first, last - 1):
+        remaining += steps[i]
+    to_end = math.hypot(path[last - 1, 0] - x, path[last - 1, 1] - y)
+    speed = approach_limited(
+        speed, remaining, to_end, tuning.approach_velocity_scaling_dist, tuning.min_approach_linear_velocity
+    )
+    return min(abs(speed), base)
+
+
+@kernel
+def pose_collides(costs, resolution, origin_x, origin_y, track_unknown, corners, x, y, yaw):
+    """Whether the outline touches an obstacle; off the map nothing does, unknown counts unless it is tracked."""
+    rows, cols = costs.shape
+    if cell_index(x, y, origin_x, origin_y, resolution, rows, cols) < 0:
+        return False
+    cost = footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners)
+    if cost == NO_INFORMATION and track_unknown:
+        return False
+    return cost >= LETHAL
+
+
+@kernel
+def arc_collides(costs, resolution, origin_x, origin_y, track_unknown, corners, x, y, yaw, v, w, carrot_dist, tuning):
+    """Whether the robot collides now, or on the arc of a command until it has come as far as the carrot."""
+    if pose_collides(costs, resolution, origin_x, origin_y, track_unknown, corners, x, y, yaw):
+        return True
+    step = projection_step(v, w, resolution, tuning.circumscribed_radius)
+    at_x, at_y, heading = x, y, yaw
+    i = 1
+    while i * step < tuning.max_allowed_time_to_collision_up_to_carrot:
+        i += 1
+        at_x += step * (v * math.cos(heading))
+        at_y += step * (v * math.sin(heading))
+        heading += step * w
+        if math.hypot(at_x - x, at_y - y) > carrot_dist:
+            return False
+        if pose_collides(costs, resolution, origin_x, origin_y, track_unknown, corners, at_x, at_y, heading):
+            return True
+    return False
+
+
+@kernel
+def rotation_angle(carrot_x, carrot_y, end_yaw, tuning):
+    """Whether to turn on the spot, and by what angle (rad): to the goal's heading, or towards the carrot."""
+    if not tuning.use_rotate_to_heading:
+        return False, 0.0
+    if math.hypot(carrot_x, carrot_y) < tuning.xy_goal_tolerance:
+        return True, end_yaw
+    bearing = math.atan2(carrot_y, carrot_x)
+    return abs(bearing) > tuning.rotate_to_heading_min_angle, bearing
+
+
+@kernel
+def track(path, steps, first, last, x, y, carrot_x, carrot_y, cost, tuning):
+    """Command ``(v, w)`` along the arc to the carrot."""
+    curvature = curvature_to(carrot_x, carrot_y)
+    speed = tracking_speed(path, steps, first, last, x, y, curvature, cost, tuning)
+    if tuning.allow_reversing and carrot_x < 0.0:
+        speed = -speed
+    return speed, speed * curvature
+
+
+@kernel
+def follow(path, steps, begin, x, y, yaw, v, w, costs, resolution, origin_x, origin_y, track_unknown, corners, tuning):
+    """One controller call.
+
+    Args:
+        path: ``(n, 3)`` x, y in m and yaw in rad; poses before ``begin`` are already pruned.
+        steps: ``(n - 1,)`` distances between consecutive poses, m.
+        begin: First pose of the plan.
+        x: Pose of the robot, m.
+        y: Pose of the robot, m.
+        yaw: Pose of the robot, rad.
+        v: Measured speed, m/s.
+        w: Measured turn rate, rad/s.
+        costs: ``(rows, cols)`` uint8 local costmap.
+        resolution: Side of its cells, m.
+        origin_x: Its lower-left corner, m.
+        origin_y: Its lower-left corner, m.
+        track_unknown: Whether 255 means unknown there.
+        corners: ``(k, 2)`` padded footprint, m.
+        tuning: Parameters.
+
+    Returns:
+        Status, command v and w, carrot x and y in the robot frame, new first pose of the plan.
+    """
+    rows, cols = costs.shape
+    extent = (max(rows, cols) - 0.5) * resolution / 2.0
+    search_dist = tuning.max_robot_pose_search_dist
+    if math.isnan(search_dist):
+        search_dist = extent
+    first, last = plan_window(path, steps, begin, x, y, search_dist, extent)
+    if first == last:
+        return EMPTY_PLAN, 0.0, 0.0, math.nan, math.nan, first
+    lookahead = find_lookahead(path, first, last, x, y, v, tuning)
+    carrot_x, carrot_y = find_carrot(path, first, last, x, y, yaw, lookahead, tuning.use_interpolation)
+    rotates, angle = rotation_angle(carrot_x, carrot_y, normalize_angle(path[last - 1, 2] - yaw), tuning)
+    if rotates:
+        command_v = 0.0
+        command_w = rotation_speed(
+            angle, w, tuning.rotate_to_heading_angular_vel, tuning.max_angular_accel, tuning.control_period
+        )
+    else:
+        cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
+        if cell < 0:
+            return OFF_COSTMAP, 0.0, 0.0, carrot_x, carrot_y, first
+        cost = costs[cell // cols, cell % cols]
+        command_v, command_w = track(path, steps, first, last, x, y, carrot_x, carrot_y, cost, tuning)
+    if tuning.use_collision_detection and arc_collides(
+        costs,
+        resolution,
+        origin_x,
+        origin_y,
+        track_unknown,
+        corners,
+        x,
+        y,
+        yaw,
+        command_v,
+        command_w,
+        math.hypot(carrot_x, carrot_y),
+        tuning,
+    ):
+        return COLLISION_AHEAD, 0.0, 0.0, carrot_x, carrot_y, first
+    return OK, command_v, command_w, carrot_x, carrot_y, first
