@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from controllers.base import ControllerError, FollowerSetup, Twist
 from controllers.rpp import kernels
-from controllers.rpp.kernels import Tuning, follow
 from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
@@ -20,6 +19,21 @@ REASONS = {
     kernels.OFF_COSTMAP: "Costmap is too small to fully include the robot's footprint: increase its size.",
     kernels.COLLISION_AHEAD: "RegulatedPurePursuitController detected collision ahead!",
 }
+
+TUNING = np.dtype(
+    [
+        *(
+            (name, np.bool_ if field.annotation is bool else np.float64)
+            for name, field in RppParams.model_fields.items()
+        ),
+        *(
+            (name, np.float64)
+            for name in ("control_period", "xy_goal_tolerance", "inscribed_radius", "circumscribed_radius")
+        ),
+    ],
+    align=True,
+)
+"""Parameters as the kernels take them; ``max_robot_pose_search_dist`` is NaN for half the costmap."""
 
 
 class RppFollower:
@@ -33,7 +47,7 @@ class RppFollower:
     """
 
     carrot: tuple[float, float]
-    _tuning: Tuning
+    _tuning: NDArray[np.void]
     _corners: NDArray[np.float64]
 
     def __init__(self, params: RppParams | None = None) -> None:
@@ -56,7 +70,7 @@ class RppFollower:
         """Limit the speed to ``speed`` m/s, or per cent of ``desired_linear_vel``; 0 lifts the limit."""
         base = self.params.desired_linear_vel
         limited = base * speed / 100.0 if percentage else float(speed)
-        self._tuning = self._tuning._replace(desired_linear_vel=limited if speed else base)
+        self._tuning["desired_linear_vel"] = limited if speed else base
 
     def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
         """Return the next command; arguments as in :class:`controllers.base.PathFollower`.
@@ -64,7 +78,7 @@ class RppFollower:
         Raises:
             ControllerError: If the plan is empty, the robot is off the costmap, or the way to the carrot is blocked.
         """
-        status, v, w, carrot_x, carrot_y, self._begin = follow(
+        status, v, w, carrot_x, carrot_y, self._begin = kernels.follow(
             self._path,
             self._steps,
             self._begin,
@@ -88,9 +102,14 @@ class RppFollower:
         self.carrot = math.nan, math.nan
 
 
-def make_tuning(params: RppParams, setup: FollowerSetup) -> Tuning:
-    """Join the parameters with what the controller server tells the plugin."""
-    values = params.model_dump()
+def make_tuning(params: RppParams, setup: FollowerSetup) -> NDArray[np.void]:
+    """Join the parameters with what the controller server tells the plugin: one record of :data:`TUNING`."""
+    values = params.model_dump() | {
+        "control_period": setup.control_period,
+        "xy_goal_tolerance": setup.xy_goal_tolerance,
+        "inscribed_radius": setup.footprint.inscribed_radius,
+        "circumscribed_radius": setup.footprint.circumscribed_radius,
+    }
     search_dist = params.max_robot_pose_search_dist
     if search_dist is None:
         values["max_robot_pose_search_dist"] = math.nan
@@ -98,10 +117,4 @@ def make_tuning(params: RppParams, setup: FollowerSetup) -> Tuning:
         values["max_robot_pose_search_dist"] = math.inf
     # Nav2 switches reversing off, with a warning, where it could not tell it from a turn on the spot.
     values["allow_reversing"] = params.allow_reversing and not params.use_rotate_to_heading
-    return Tuning(
-        **values,
-        control_period=float(setup.control_period),
-        xy_goal_tolerance=float(setup.xy_goal_tolerance),
-        inscribed_radius=setup.footprint.inscribed_radius,
-        circumscribed_radius=setup.footprint.circumscribed_radius,
-    )
+    return np.array([tuple(values[name] for name in TUNING.fields or ())], dtype=TUNING)

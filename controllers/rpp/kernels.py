@@ -1,12 +1,14 @@
 """One call of Regulated Pure Pursuit: window of the plan, carrot, command, collision check.
 
+``tuning`` is one record of :data:`controllers.rpp.controller.TUNING`: the parameters, and what the robot and the
+controller server add to them.
+
 Source: nav2_regulated_pure_pursuit_controller/src/regulated_pure_pursuit_controller.cpp (Humble).
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from controllers.rpp.regulation import (
     approach_limited,
@@ -30,40 +32,11 @@ OFF_COSTMAP = 2
 COLLISION_AHEAD = 3
 
 
-class Tuning(NamedTuple):
-    """The parameters of :class:`~controllers.rpp.params.RppParams` as a kernel takes them, and what comes from outside.
-
-    ``max_robot_pose_search_dist`` is NaN for half the costmap; ``allow_reversing`` is the effective value.
-    """
-
-    desired_linear_vel: float
-    lookahead_dist: float
-    min_lookahead_dist: float
-    max_lookahead_dist: float
-    lookahead_time: float
-    use_velocity_scaled_lookahead_dist: bool
-    use_interpolation: bool
-    use_rotate_to_heading: bool
-    rotate_to_heading_min_angle: float
-    rotate_to_heading_angular_vel: float
-    max_angular_accel: float
-    min_approach_linear_velocity: float
-    approach_velocity_scaling_dist: float
-    use_collision_detection: bool
-    max_allowed_time_to_collision_up_to_carrot: float
-    use_regulated_linear_velocity_scaling: bool
-    regulated_linear_scaling_min_radius: float
-    regulated_linear_scaling_min_speed: float
-    use_cost_regulated_linear_velocity_scaling: bool
-    cost_scaling_dist: float
-    cost_scaling_gain: float
-    inflation_cost_scaling_factor: float
-    allow_reversing: bool
-    max_robot_pose_search_dist: float
-    control_period: float
-    xy_goal_tolerance: float
-    inscribed_radius: float
-    circumscribed_radius: float
+@kernel
+def distance(path, i, x, y):
+    """Distance from a point to pose i of the path, m."""
+    dx, dy = path[i, 0] - x, path[i, 1] - y
+    return math.sqrt(dx * dx + dy * dy)
 
 
 @kernel
@@ -79,11 +52,11 @@ def plan_window(path, steps, begin, x, y, search_dist, extent):
             travelled += steps[i - 1]
             if travelled > search_dist:
                 break
-        distance = math.hypot(path[i, 0] - x, path[i, 1] - y)
-        if distance < nearest:
-            first, nearest = i, distance
+        away = distance(path, i, x, y)
+        if away < nearest:
+            first, nearest = i, away
     last = first
-    while last < len(path) and math.hypot(path[last, 0] - x, path[last, 1] - y) <= extent:
+    while last < len(path) and distance(path, last, x, y) <= extent:
         last += 1
     return first, last
 
@@ -95,7 +68,7 @@ def cusp_distance(path, first, last, x, y):
         before = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
         after = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
         if before[0] * after[0] + before[1] * after[1] < 0.0:
-            return math.hypot(path[i, 0] - x, path[i, 1] - y)
+            return distance(path, i, x, y)
     return math.inf
 
 
@@ -147,7 +120,7 @@ def tracking_speed(path, steps, first, last, x, y, curvature, cost, tuning):
     remaining = 0.0
     for i in range(first, last - 1):
         remaining += steps[i]
-    to_end = math.hypot(path[last - 1, 0] - x, path[last - 1, 1] - y)
+    to_end = distance(path, last - 1, x, y)
     speed = approach_limited(
         speed, remaining, to_end, tuning.approach_velocity_scaling_dist, tuning.min_approach_linear_velocity
     )
@@ -155,10 +128,33 @@ def tracking_speed(path, steps, first, last, x, y, curvature, cost, tuning):
 
 
 @kernel
-def pose_collides(costs, resolution, origin_x, origin_y, track_unknown, corners, x, y, yaw):
-    """Whether the outline touches an obstacle; off the map nothing does, unknown counts unless it is tracked."""
+def is_clear(costs, row, col, reach):
+    """Whether the square of cells within ``reach`` of a cell lies on the map and holds no obstacle."""
     rows, cols = costs.shape
-    if cell_index(x, y, origin_x, origin_y, resolution, rows, cols) < 0:
+    if row < reach or col < reach or row + reach >= rows or col + reach >= cols:
+        return False
+    for near_row in range(row - reach, row + reach + 1):
+        worst = 0
+        for near_col in range(col - reach, col + reach + 1):
+            worst = max(worst, costs[near_row, near_col])
+        if worst >= LETHAL:
+            return False
+    return True
+
+
+@kernel
+def pose_collides(grid, corners, circumscribed_radius, x, y, yaw):
+    """Whether the outline touches an obstacle; off the map nothing does, unknown counts unless it is tracked.
+
+    ``grid`` is ``(costs, resolution, origin_x, origin_y, track_unknown)``.
+    """
+    costs, resolution, origin_x, origin_y, track_unknown = grid
+    rows, cols = costs.shape
+    cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
+    if cell < 0:
+        return False
+    # The outline cannot leave this square; where it is clear, ten times cheaper, nothing else need be asked.
+    if is_clear(costs, cell // cols, cell % cols, int(circumscribed_radius / resolution + 1e-6) + 1):
         return False
     cost = footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners)
     if cost == NO_INFORMATION and track_unknown:
@@ -167,11 +163,12 @@ def pose_collides(costs, resolution, origin_x, origin_y, track_unknown, corners,
 
 
 @kernel
-def arc_collides(costs, resolution, origin_x, origin_y, track_unknown, corners, x, y, yaw, v, w, carrot_dist, tuning):
+def arc_collides(grid, corners, x, y, yaw, v, w, carrot_dist, tuning):
     """Whether the robot collides now, or on the arc of a command until it has come as far as the carrot."""
-    if pose_collides(costs, resolution, origin_x, origin_y, track_unknown, corners, x, y, yaw):
+    radius = tuning.circumscribed_radius
+    if pose_collides(grid, corners, radius, x, y, yaw):
         return True
-    step = projection_step(v, w, resolution, tuning.circumscribed_radius)
+    step = projection_step(v, w, grid[1], radius)
     at_x, at_y, heading = x, y, yaw
     i = 1
     while i * step < tuning.max_allowed_time_to_collision_up_to_carrot:
@@ -181,7 +178,7 @@ def arc_collides(costs, resolution, origin_x, origin_y, track_unknown, corners, 
         heading += step * w
         if math.hypot(at_x - x, at_y - y) > carrot_dist:
             return False
-        if pose_collides(costs, resolution, origin_x, origin_y, track_unknown, corners, at_x, at_y, heading):
+        if pose_collides(grid, corners, radius, at_x, at_y, heading):
             return True
     return False
 
@@ -198,17 +195,31 @@ def rotation_angle(carrot_x, carrot_y, end_yaw, tuning):
 
 
 @kernel
-def track(path, steps, first, last, x, y, carrot_x, carrot_y, cost, tuning):
-    """Command ``(v, w)`` along the arc to the carrot."""
+def cost_at(costs, resolution, origin_x, origin_y, x, y):
+    """Cost of the cell that holds a point, -1 off the map."""
+    rows, cols = costs.shape
+    cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
+    return int(costs[cell // cols, cell % cols]) if cell >= 0 else -1
+
+
+@kernel
+def choose_command(path, steps, first, last, x, y, yaw, w, carrot_x, carrot_y, cost, tuning):
+    """Status and command ``(v, w)``: a turn on the spot, or along the arc to the carrot."""
+    rotates, angle = rotation_angle(carrot_x, carrot_y, normalize_angle(path[last - 1, 2] - yaw), tuning)
+    if rotates:
+        top = tuning.rotate_to_heading_angular_vel
+        return OK, 0.0, rotation_speed(angle, w, top, tuning.max_angular_accel, tuning.control_period)
+    if cost < 0:
+        return OFF_COSTMAP, 0.0, 0.0
     curvature = curvature_to(carrot_x, carrot_y)
     speed = tracking_speed(path, steps, first, last, x, y, curvature, cost, tuning)
     if tuning.allow_reversing and carrot_x < 0.0:
         speed = -speed
-    return speed, speed * curvature
+    return OK, speed, speed * curvature
 
 
 @kernel
-def follow(path, steps, begin, x, y, yaw, v, w, costs, resolution, origin_x, origin_y, track_unknown, corners, tuning):
+def follow(path, steps, begin, x, y, yaw, v, w, costs, resolution, origin_x, origin_y, track_unknown, corners, tunings):
     """One controller call.
 
     Args:
@@ -226,47 +237,23 @@ def follow(path, steps, begin, x, y, yaw, v, w, costs, resolution, origin_x, ori
         origin_y: Its lower-left corner, m.
         track_unknown: Whether 255 means unknown there.
         corners: ``(k, 2)`` padded footprint, m.
-        tuning: Parameters.
+        tunings: ``(1,)`` array with the record of parameters.
 
     Returns:
         Status, command v and w, carrot x and y in the robot frame, new first pose of the plan.
     """
-    rows, cols = costs.shape
-    extent = (max(rows, cols) - 0.5) * resolution / 2.0
+    tuning = tunings[0]
+    extent = (max(costs.shape) - 0.5) * resolution / 2.0
     search_dist = tuning.max_robot_pose_search_dist
-    if math.isnan(search_dist):
-        search_dist = extent
-    first, last = plan_window(path, steps, begin, x, y, search_dist, extent)
+    first, last = plan_window(path, steps, begin, x, y, extent if math.isnan(search_dist) else search_dist, extent)
     if first == last:
         return EMPTY_PLAN, 0.0, 0.0, math.nan, math.nan, first
     lookahead = find_lookahead(path, first, last, x, y, v, tuning)
     carrot_x, carrot_y = find_carrot(path, first, last, x, y, yaw, lookahead, tuning.use_interpolation)
-    rotates, angle = rotation_angle(carrot_x, carrot_y, normalize_angle(path[last - 1, 2] - yaw), tuning)
-    if rotates:
-        command_v = 0.0
-        command_w = rotation_speed(
-            angle, w, tuning.rotate_to_heading_angular_vel, tuning.max_angular_accel, tuning.control_period
-        )
-    else:
-        cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
-        if cell < 0:
-            return OFF_COSTMAP, 0.0, 0.0, carrot_x, carrot_y, first
-        cost = costs[cell // cols, cell % cols]
-        command_v, command_w = track(path, steps, first, last, x, y, carrot_x, carrot_y, cost, tuning)
-    if tuning.use_collision_detection and arc_collides(
-        costs,
-        resolution,
-        origin_x,
-        origin_y,
-        track_unknown,
-        corners,
-        x,
-        y,
-        yaw,
-        command_v,
-        command_w,
-        math.hypot(carrot_x, carrot_y),
-        tuning,
-    ):
-        return COLLISION_AHEAD, 0.0, 0.0, carrot_x, carrot_y, first
-    return OK, command_v, command_w, carrot_x, carrot_y, first
+    cost = cost_at(costs, resolution, origin_x, origin_y, x, y)
+    status, v, w = choose_command(path, steps, first, last, x, y, yaw, w, carrot_x, carrot_y, cost, tuning)
+    reach = math.hypot(carrot_x, carrot_y)
+    grid = costs, resolution, origin_x, origin_y, track_unknown
+    if status == OK and tuning.use_collision_detection and arc_collides(grid, corners, x, y, yaw, v, w, reach, tuning):
+        status = COLLISION_AHEAD
+    return status, v, w, carrot_x, carrot_y, first
