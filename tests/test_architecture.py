@@ -1,0 +1,49 @@
+"""The house holds: imports run one way, and nobody pays for what they do not use."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+HEAVY = ("torch", "stable_baselines3", "matplotlib", "pymoo", "pandas", "jinja2")
+
+
+def run(code: str) -> str:
+    """Run a line of Python in a fresh interpreter and return what it prints."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    return done.stdout
+
+
+def test_import_contracts_hold():
+    command = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+    done = subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("module", ["gym_mapbench.env", "controllers.registry"])
+def test_heavy_modules_stay_out(module):
+    loaded = run(f"import sys, {module}; print(*sys.modules)").split()
+    assert not set(HEAVY) & set(loaded)
+
+
+def test_no_pygame_anywhere():
+    code = (
+        "import sys, gymnasium, gym_mapbench; env = gymnasium.make('MapBench-v0', render_mode='rgb_array'); "
+        "env.reset(seed=0); env.render(); print(*sys.modules)"
+    )
+    assert "pygame" not in run(code).split()
+    sources = [path for folder in ("gym_mapbench", "controllers", "evolution") for path in (ROOT / folder).rglob("*.py")]
+    assert not [path for path in sources if "import pygame" in path.read_text(encoding="utf-8")]
+
+
+@pytest.mark.parametrize(("package", "only_in"), [("Box2D", "gym_mapbench/simulation.py"), ("pymoo", "evolution/")])
+def test_each_engine_lives_in_one_place(package, only_in):
+    for folder in ("gym_mapbench", "controllers", "evolution"):
+        for path in (ROOT / folder).rglob("*.py"):
+            if f"import {package}" in (text := path.read_text(encoding="utf-8")) or f"from {package}" in text:
+                assert path.relative_to(ROOT).as_posix().startswith(only_in)
