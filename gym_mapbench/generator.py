@@ -7,7 +7,7 @@ Every function is a function of its arguments and of the generator passed to it;
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,6 @@ Cells = NDArray[np.bool_]
 Probability = Annotated[float, Field(ge=0, le=1)]
 CellRange = tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]]
 
-SHAPES: tuple[Literal["circle", "square", "wall"], ...] = ("circle", "square", "wall")
 TASK_YAW = 3 * math.pi / 4
 """Heading of start and goal: from the lower right to the upper left."""
 
@@ -78,16 +77,16 @@ class ShapeSettings(Settings):
 
     @property
     def probabilities(self) -> tuple[float, float, float]:
-        """Of circle, square and wall, in the order of :data:`SHAPES`."""
+        """Of circle, square and wall."""
         return self.circle_probability, self.square_probability, self.wall_probability
 
 
 def draw_shape(rng: np.random.Generator, settings: ShapeSettings) -> Cells:
     """Draw kind, size and orientation of one obstacle; return its ``(height, width)`` bool stamp."""
-    kind = SHAPES[int(rng.choice(3, p=settings.probabilities))]
-    if kind == "circle":
+    kind = rng.random()
+    if kind < settings.circle_probability:
         return disc(_draw(rng, settings.circle_radius))
-    if kind == "square":
+    if kind < settings.circle_probability + settings.square_probability:
         side = _draw(rng, settings.square_side)
         return np.ones((side, side), dtype=np.bool_)
     wall = np.ones((_draw(rng, settings.wall_thickness), _draw(rng, settings.wall_length)), dtype=np.bool_)

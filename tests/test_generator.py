@@ -17,6 +17,7 @@ from gym_mapbench.generator import (
     task_cells,
 )
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.kernels.rectangles import merge_rectangles
 from gym_mapbench.scenario import Scenario
 
 THESIS = ShapeSettings()
@@ -107,3 +108,19 @@ def test_bad_settings_are_refused():
         ShapeSettings(size=22)
     with pytest.raises(ConfigError, match="more than 22 cells"):
         default_task(GridMap(np.zeros((20, 20), bool)))
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0, 1))
+def test_merged_rectangles_cover_every_wall_once(seed, share):
+    rng = np.random.default_rng(seed)
+    cells = rng.random(tuple(rng.integers(1, 40, 2))) < share
+    covered = np.zeros(cells.shape, int)
+    for row, col, height, width in merge_rectangles(cells):
+        covered[row : row + height, col : col + width] += 1
+    assert (covered == cells).all()
+
+
+def test_rectangles_are_few():
+    assert merge_rectangles(np.ones((30, 40), bool)).tolist() == [[0, 0, 30, 40]]
+    checkerboard = np.indices((40, 40)).sum(axis=0) % 2 == 0
+    assert len(merge_rectangles(checkerboard)) == 800
