@@ -37,7 +37,7 @@ class Footprint:
     def from_corners(cls, corners: NDArray[np.float64], padding: float = 0.01) -> Footprint:
         """Pad a polygon, ``(n, 2)`` m: every corner moves away from both axes by ``padding`` (m)."""
         corners = np.asarray(corners, dtype=np.float64)
-        padded = corners + np.sign(corners) * padding
+        padded = corners + np.sign(corners) * float(np.float32(padding))  # footprint_padding is a float in Nav2
         padded.flags.writeable = False
         edges = np.roll(padded, -1, axis=0) - padded
         along = np.clip(-(padded * edges).sum(axis=1) / (edges**2).sum(axis=1), 0.0, 1.0)
