@@ -1,0 +1,181 @@
+"""A slow, literal Regulated Pure Pursuit, one step of the reference after the other, to hold the kernels against."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+INFINITE = float("inf")
+
+
+def bresenham(row0, col0, row1, col1):
+    cells = []
+    d_row, d_col = abs(row1 - row0), abs(col1 - col0)
+    s_row, s_col = (1 if row1 >= row0 else -1), (1 if col1 >= col0 else -1)
+    long, short = max(d_row, d_col), min(d_row, d_col)
+    error = long // 2
+    for _ in range(long + 1):
+        cells.append((row0, col0))
+        error += short
+        aside = error >= long
+        if aside:
+            error -= long
+        if d_col >= d_row:
+            col0, row0 = col0 + s_col, row0 + s_row * aside
+        else:
+            row0, col0 = row0 + s_row, col0 + s_col * aside
+    return cells
+
+
+def outline_cost(costmap, pose, corners):
+    x, y, yaw = pose
+    at = [
+        costmap.world_to_map(
+            x + (cx * math.cos(yaw) - cy * math.sin(yaw)), y + (cx * math.sin(yaw) + cy * math.cos(yaw))
+        )
+        for cx, cy in corners
+    ]
+    if None in at:
+        return 254
+    worst = 0
+    for a, b in zip(at, at[1:] + at[:1], strict=True):
+        edge = 0
+        for cell in bresenham(*a, *b):
+            edge = max(edge, int(costmap.costs[cell]))
+            if edge == 254:
+                return 254
+        worst = max(worst, edge)
+    return worst
+
+
+class PlainRpp:
+    """One call with all of section 6 spelled out; ``poses`` is what is left of the plan."""
+
+    def __init__(self, params, setup, path):
+        self.p, self.s = params, setup
+        self.poses = [tuple(map(float, pose)) for pose in path]
+        self.carrot = None
+
+    def __call__(self, pose, velocity, costmap):
+        p = self.p
+        x, y, yaw = pose
+        extent = max(costmap.size_in_meters()) / 2
+        search = p.max_robot_pose_search_dist
+        search = extent if search is None else INFINITE if search < 0 else search
+        local = self.local_plan(x, y, yaw, extent, search)
+        if not local:
+            return "empty"
+        self.carrot = cx, cy = self.find_carrot(local, abs(velocity[0]))
+        reach = math.hypot(cx, cy)
+        bearing = math.atan2(cy, cx)
+        if p.use_rotate_to_heading and reach < self.s.xy_goal_tolerance:
+            v, w = 0.0, self.rotate(local[-1][2], velocity[1])
+        elif p.use_rotate_to_heading and abs(bearing) > p.rotate_to_heading_min_angle:
+            v, w = 0.0, self.rotate(bearing, velocity[1])
+        else:
+            cell = costmap.world_to_map(x, y)
+            if cell is None:
+                return "off"
+            curvature = 2 * cy / reach**2 if reach**2 > 0.001 else 0.0
+            v = self.speed(local, curvature, int(costmap.costs[cell]))
+            if p.allow_reversing and not p.use_rotate_to_heading and cx < 0:
+                v = -v
+            w = v * curvature
+        if p.use_collision_detection and self.collides(pose, v, w, reach, costmap):
+            return "collision"
+        return v, w
+
+    def local_plan(self, x, y, yaw, extent, search):
+        length, candidates = 0.0, []
+        for i, pose in enumerate(self.poses):
+            if i:
+                length += math.dist(pose[:2], self.poses[i - 1][:2])
+            if length > search:
+                break
+            candidates.append(math.dist(pose[:2], (x, y)))
+        if candidates:
+            self.poses = self.poses[candidates.index(min(candidates)) :]
+        local = []
+        for px, py, pyaw in self.poses:
+            dx, dy = px - x, py - y
+            if math.hypot(dx, dy) > extent:
+                break
+            turned = math.atan2(math.sin(pyaw - yaw), math.cos(pyaw - yaw))
+            local.append((dx * math.cos(yaw) + dy * math.sin(yaw), -dx * math.sin(yaw) + dy * math.cos(yaw), turned))
+        return local
+
+    def find_carrot(self, local, speed):
+        p = self.p
+        lookahead = p.lookahead_dist
+        if p.use_velocity_scaled_lookahead_dist:
+            lookahead = min(max(speed * p.lookahead_time, p.min_lookahead_dist), p.max_lookahead_dist)
+        if p.allow_reversing and not p.use_rotate_to_heading:
+            for (ax, ay, _), (bx, by, _), (cx, cy, _) in zip(local, local[1:], local[2:], strict=False):
+                if (bx - ax) * (cx - bx) + (by - ay) * (cy - by) < 0:
+                    lookahead = min(lookahead, math.hypot(bx, by))
+                    break
+        far = [i for i, (px, py, _) in enumerate(local) if math.hypot(px, py) >= lookahead]
+        if not far:
+            return local[-1][:2]
+        i = far[0]
+        if i == 0 or not p.use_interpolation:
+            return local[i][:2]
+        # Bisection instead of the closed form: the segment crosses the circle outwards exactly once.
+        (ax, ay, _), (bx, by, _) = local[i - 1], local[i]
+        low, high = 0.0, 1.0
+        for _ in range(80):
+            t = (low + high) / 2
+            inside = math.hypot(ax + t * (bx - ax), ay + t * (by - ay)) < lookahead
+            low, high = (t, high) if inside else (low, t)
+        return ax + low * (bx - ax), ay + low * (by - ay)
+
+    def rotate(self, angle, turn_rate):
+        p = self.p
+        sign = 1 if angle > 0 else -1
+        step = p.max_angular_accel * self.s.control_period
+        w = min(max(sign * p.rotate_to_heading_angular_vel, turn_rate - step), turn_rate + step)
+        limit = math.sqrt(2 * p.max_angular_accel * abs(angle))
+        return sign * limit if abs(w) > limit else w
+
+    def speed(self, local, curvature, cost):
+        p = self.p
+        base = on_curve = near = p.desired_linear_vel
+        if p.use_regulated_linear_velocity_scaling and curvature:
+            radius = 1 / abs(curvature)
+            if radius < p.regulated_linear_scaling_min_radius:
+                on_curve = base * radius / p.regulated_linear_scaling_min_radius
+        if p.use_cost_regulated_linear_velocity_scaling and cost not in (0, 255):
+            away = self.s.footprint.inscribed_radius - math.log(cost / 252) / p.inflation_cost_scaling_factor
+            if away < p.cost_scaling_dist:
+                near = base * p.cost_scaling_gain * away / p.cost_scaling_dist
+        v = max(min(on_curve, near), p.regulated_linear_scaling_min_speed)
+        length = sum(math.dist(a[:2], b[:2]) for a, b in itertools.pairwise(local))
+        share = 1.0
+        if length < p.approach_velocity_scaling_dist:
+            share = math.hypot(*local[-1][:2]) / p.approach_velocity_scaling_dist
+        return min(v, max(v * share, p.min_approach_linear_velocity), base)
+
+    def collides(self, pose, v, w, reach, costmap):
+        if self.touches(pose, costmap):
+            return True
+        if abs(v) < 0.01 and abs(w) > 0.01:
+            step = 2 * math.sin(costmap.resolution / 2 / self.s.footprint.circumscribed_radius) / abs(w)
+        else:
+            step = costmap.resolution / abs(v) if v else INFINITE
+        x, y, yaw = pose
+        i = 1
+        while i * step < self.p.max_allowed_time_to_collision_up_to_carrot:
+            x, y = x + step * v * math.cos(yaw), y + step * v * math.sin(yaw)
+            yaw += step * w
+            if math.dist((x, y), pose[:2]) > reach:
+                return False
+            if self.touches((x, y, yaw), costmap):
+                return True
+            i += 1
+        return False
+
+    def touches(self, pose, costmap):
+        if costmap.world_to_map(*pose[:2]) is None:
+            return False
+        cost = outline_cost(costmap, pose, self.s.footprint.corners)
+        return cost >= 254 and not (cost == 255 and costmap.track_unknown_space)
