@@ -1,0 +1,195 @@
+"""DwbFollower: Nav2's Dynamic Window controller as a path follower.
+
+Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import ControllerError, FollowerSetup, Twist
+from controllers.dwb.critics import make_critics
+from controllers.dwb.kernels_plan import plan_window
+from controllers.dwb.kernels_scoring import total_scores
+from controllers.dwb.params import DwbParams
+from controllers.dwb.scene import Scene
+from controllers.dwb.trajectories import Trajectories
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.scenario import Pose
+
+NO_SPEED_LIMIT = 0.0
+
+
+@dataclass(frozen=True)
+class DwbEvaluation:
+    """How every candidate of one cycle was judged.
+
+    Args:
+        critics: Names of the critics, in order.
+        twists: ``(n, 2)`` float64, sampled v in m/s and omega in rad/s.
+        velocities: ``(n, 2)`` float64, the command each candidate stands for; the sample itself unless
+            ``limit_vel_cmd_in_traj``.
+        scales: ``(critics,)`` float32, effective weights.
+        raw_scores: ``(n, critics)`` float64, before weighing; -1 throughout for an illegal candidate.
+        totals: ``(n,)`` float32; -1 for an illegal candidate.
+        illegal_by: ``(n,)`` int64, index of the critic that rejected the candidate, -1 if legal.
+        best: Index of the candidate that is chosen, -1 if all are illegal.
+    """
+
+    critics: tuple[str, ...]
+    twists: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    scales: NDArray[np.float32]
+    raw_scores: NDArray[np.float64]
+    totals: NDArray[np.float32]
+    illegal_by: NDArray[np.int64]
+    best: int
+
+    def rejections(self) -> dict[str, float]:
+        """Share of the candidates that each critic rejected, for those that rejected any."""
+        shares = np.bincount(self.illegal_by[self.illegal_by >= 0], minlength=len(self.critics)) / len(self.totals)
+        return {name: float(share) for name, share in zip(self.critics, shares, strict=True) if share > 0}
+
+
+class DwbFollower:
+    """Nav2's DWB local planner: sample velocities, roll them out, let critics choose.
+
+    Args:
+        params: The parameters; see :class:`~controllers.dwb.params.DwbParams`.
+    """
+
+    def __init__(self, params: DwbParams) -> None:
+        self.params = params
+        self._limited = params
+        self._critics = make_critics(params)
+        self._forward = max(params.GoalAlign.forward_point_distance, params.PathAlign.forward_point_distance)
+        self._candidates = Trajectories()
+        self._plan = np.empty((0, 3))
+        self._setup: FollowerSetup | None = None
+
+    def reset(self, setup: FollowerSetup) -> None:
+        """Forget the last run: plan, critics' memory and speed limit."""
+        self._setup = setup
+        self._limited = self.params
+        self._plan = np.empty((0, 3))
+        self._critics = make_critics(self.params)
+
+    def set_plan(self, path: NDArray[np.float64]) -> None:
+        """Take a new global plan, ``(n, 3)``; all critics forget, as in Nav2."""
+        self._plan = np.ascontiguousarray(path, dtype=np.float64)
+        for critic in self._critics:
+            critic.reset()
+
+    def set_speed_limit(self, speed: float, percentage: bool) -> None:
+        """Scale the top speeds: ``speed`` is m/s, or per cent of the parameters' values; 0 lifts the limit.
+
+        A limit in m/s that is not below ``max_speed_xy`` changes nothing, as in Nav2.
+
+        Raises:
+            ConfigError: If the limit is negative or not finite.
+        """
+        p = self.params
+        if not 0.0 <= speed < np.inf:
+            raise ConfigError(f"speed limit: expected a finite number >= 0, got {speed}")
+        if speed == NO_SPEED_LIMIT:
+            self._limited = p
+        elif percentage:
+            self._limited = _scaled(p, speed / 100.0, p.max_speed_xy * speed / 100.0)
+        elif speed < p.max_speed_xy:
+            self._limited = _scaled(p, speed / p.max_speed_xy, speed)
+
+    def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
+        """Return the command of the best candidate; see :class:`~controllers.base.PathFollower`.
+
+        Raises:
+            ControllerError: If the plan is empty or ends, or every candidate is illegal.
+        """
+        scene = self._look(pose, velocity, costmap, now)
+        evaluation = self._judge(scene)
+        command = Twist(0.0, 0.0) if evaluation.best < 0 else Twist(*evaluation.velocities[evaluation.best].tolist())
+        for critic in self._critics:
+            critic.debrief(command, scene)
+        if evaluation.best < 0:
+            raise ControllerError(_no_legal_candidate(evaluation))
+        return command
+
+    def evaluate(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> DwbEvaluation:
+        """Judge all candidates as :meth:`compute_velocity_commands` does, and give no command.
+
+        The plan is pruned and RotateToGoal remembers that the goal is near, as in a real cycle.
+
+        Raises:
+            ControllerError: If the plan is empty or ends.
+        """
+        return self._judge(self._look(pose, velocity, costmap, now))
+
+    def trajectory(self, candidate: int) -> NDArray[np.float64]:
+        """Return the poses of one candidate of the last cycle, ``(steps + 1, 3)`` x, y in m and yaw in rad."""
+        return self._candidates.poses(candidate)
+
+    def _look(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Scene:
+        """Roll out the candidates and collect what the critics need to know."""
+        if self._setup is None:
+            raise ControllerError("reset must be called before a command is asked for")
+        plan = self._near_plan(pose, costmap)
+        goal = Pose(*self._plan[-1].tolist())
+        candidates = self._candidates
+        candidates.fill(self._limited, self._setup.control_period, pose, velocity, costmap)
+        fastest = max(abs(velocity.v), float(np.abs(candidates.twists[:, 0]).max(initial=0.0)))
+        reach = fastest * self._limited.sim_time + self._forward
+        return Scene(pose, velocity, goal, plan, costmap, self._setup.footprint, now, reach)
+
+    def _near_plan(self, pose: Pose, costmap: Costmap) -> NDArray[np.float64]:
+        """Return the part of the plan near the robot; forget what lies behind it."""
+        if not len(self._plan):
+            raise ControllerError("received plan with zero length")
+        p = self.params
+        half = max(costmap.costs.shape) * costmap.resolution / 2.0
+        start = min(half, p.prune_distance) if p.prune_plan else half
+        end = min(half, p.forward_prune_distance) if p.shorten_transformed_plan else half
+        first, last = plan_window(self._plan, pose.x, pose.y, p.prune_distance, start, end)
+        near = self._plan[first:last]
+        if p.prune_plan:
+            self._plan = self._plan[first:]
+        if not len(near):
+            raise ControllerError("resulting plan has 0 poses in it")
+        return near
+
+    def _judge(self, scene: Scene) -> DwbEvaluation:
+        """Let every critic score every candidate, and choose."""
+        candidates, n = self._candidates, len(self._candidates.twists)
+        raw = np.zeros((len(self._critics), n))
+        scales = np.zeros(len(self._critics), dtype=np.float32)
+        for i, critic in enumerate(self._critics):
+            critic.prepare(scene)
+            scales[i] = critic.scale(scene.costmap.resolution)
+            if scales[i] != 0.0:
+                critic.score(scene, candidates, raw[i])
+        totals, illegal_by = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.int64)
+        best = total_scores(raw, scales, totals, illegal_by)
+        return DwbEvaluation(
+            self.params.critics, candidates.twists, candidates.velocities, scales, raw.T, totals, illegal_by, best
+        )
+
+
+def _scaled(params: DwbParams, ratio: float, max_speed_xy: float) -> DwbParams:
+    """Scale the top speeds; lower limits stay, even where they end above the upper ones."""
+    return params.model_copy(
+        update={
+            "max_speed_xy": max_speed_xy,
+            "max_vel_x": params.max_vel_x * ratio,
+            "max_vel_theta": params.max_vel_theta * ratio,
+        }
+    )
+
+
+def _no_legal_candidate(evaluation: DwbEvaluation) -> str:
+    """Say how much of the candidates each critic rejected."""
+    if not len(evaluation.totals):
+        return "no valid trajectories: the velocity limits leave no candidate"
+    shares = ", ".join(f"{name} {share:.1%}" for name, share in evaluation.rejections().items())
+    return f"no valid trajectories out of {len(evaluation.totals)}: {shares}"

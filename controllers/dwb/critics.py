@@ -1,0 +1,325 @@
+"""The critics: each gives every candidate a raw score, or rejects it.
+
+Source: nav2_dwb_controller/dwb_critics.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import Twist
+from controllers.dwb.kernels_scoring import (
+    ILLEGAL,
+    LAST,
+    PRODUCT,
+    SUM,
+    footprint_scores,
+    map_grid_scores,
+    obstacle_scores,
+    reject_off_map,
+    rotation_errors,
+)
+from controllers.dwb.params import (
+    AlignParams,
+    CriticParams,
+    DwbParams,
+    MapGridParams,
+    ObstacleParams,
+    OscillationParams,
+    PreferForwardParams,
+    RotateToGoalParams,
+)
+from controllers.dwb.scene import Field, Scene
+from controllers.dwb.trajectories import Trajectories
+
+Floats = NDArray[np.float64]
+AGGREGATIONS = {"last": LAST, "sum": SUM, "product": PRODUCT}
+
+
+class Critic(ABC):
+    """One critic; only :meth:`score` is required."""
+
+    def __init__(self, params: CriticParams) -> None:
+        self._scale = params.scale
+
+    def reset(self) -> None:
+        """Forget what was remembered since the last plan."""
+
+    def prepare(self, scene: Scene) -> None:
+        """Look at the scene before the candidates are scored."""
+
+    def scale(self, resolution: float) -> float:
+        """Weight of the raw score on a costmap of this resolution (m); 0 to leave this critic out."""
+        del resolution
+        return self._scale
+
+    @abstractmethod
+    def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
+        """Write the raw scores, ``(n,)``, ``ILLEGAL`` for a candidate that is rejected."""
+
+    def debrief(self, command: Twist, scene: Scene) -> None:
+        """Hear what the robot is told to do."""
+
+
+class BaseObstacle(Critic):
+    """Cost of the cell under the robot's centre; nowhere inscribed, lethal or unknown."""
+
+    def __init__(self, params: ObstacleParams, twice: bool) -> None:
+        super().__init__(params)
+        self._sum_scores = params.sum_scores
+        self._twice = twice
+
+    def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
+        """See :class:`Critic`."""
+        c = candidates
+        obstacle_scores(c.steps, c.places, c.cells, scene.costmap.costs, c.worst, self._sum_scores, self._twice, scores)
+
+
+class ObstacleFootprint(BaseObstacle):
+    """Largest cost under the footprint's outline; nowhere lethal or unknown."""
+
+    def scale(self, resolution: float) -> float:
+        """See :class:`Critic`."""
+        return resolution * self._scale
+
+    def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
+        """See :class:`Critic`."""
+        c, m = candidates, scene.costmap
+        footprint_scores(
+            c.steps, c.places, c.x, c.y, c.yaw, c.worst, m.costs, m.origin_x, m.origin_y, m.resolution,
+            scene.footprint.corners, self._sum_scores, self._twice, scores,
+        )  # fmt: skip
+
+
+class MapGrid(Critic):
+    """Manhattan distance in cells of the trajectory from a set of seed cells, obstacles ignored."""
+
+    _forward = 0.0
+    _must_stay_on_map = True
+    _field: Field
+
+    def __init__(self, params: MapGridParams, twice: bool) -> None:
+        super().__init__(params)
+        self._aggregation = AGGREGATIONS[params.aggregation_type]
+        self._twice = twice
+
+    def scale(self, resolution: float) -> float:
+        """See :class:`Critic`."""
+        return resolution * 0.5 * self._scale
+
+    def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
+        """See :class:`Critic`."""
+        c, m, f = candidates, scene.costmap, self._field
+        if self._must_stay_on_map and not f.reached:
+            scores[:] = ILLEGAL
+            return
+        map_grid_scores(
+            c.steps, c.places, c.x, c.y, c.cos, c.sin, self._forward, f.distances, f.first_row, f.first_col,
+            m.costs, m.origin_x, m.origin_y, m.resolution, self._aggregation, self._twice, scores,
+        )  # fmt: skip
+        if self._must_stay_on_map:
+            reject_off_map(c.worst, scores)
+
+
+class PathDist(MapGrid):
+    """Distance from the plan."""
+
+    def prepare(self, scene: Scene) -> None:
+        """See :class:`Critic`."""
+        self._field = scene.path_field()
+
+
+class GoalDist(MapGrid):
+    """Distance from the last cell of the plan on the map."""
+
+    def prepare(self, scene: Scene) -> None:
+        """See :class:`Critic`."""
+        self._field = scene.field_of(scene.seeds()[-1:])
+
+
+class PathAlign(PathDist):
+    """Distance of a point ahead of the robot from the plan; silent close to the goal."""
+
+    _must_stay_on_map = False
+
+    def __init__(self, params: AlignParams, twice: bool) -> None:
+        super().__init__(params, twice)
+        self._forward = params.forward_point_distance
+        self._near_goal = False
+
+    def prepare(self, scene: Scene) -> None:
+        """See :class:`Critic`."""
+        self._near_goal = scene.goal_distance() <= self._forward * self._forward
+        super().prepare(scene)
+
+    def scale(self, resolution: float) -> float:
+        """See :class:`Critic`."""
+        return 0.0 if self._near_goal else super().scale(resolution)
+
+
+class GoalAlign(GoalDist):
+    """Distance of a point ahead of the robot from a point as far ahead of the plan's end."""
+
+    _must_stay_on_map = False
+
+    def __init__(self, params: AlignParams, twice: bool) -> None:
+        super().__init__(params, twice)
+        self._forward = params.forward_point_distance
+
+    def prepare(self, scene: Scene) -> None:
+        """See :class:`Critic`."""
+        bearing = math.atan2(scene.goal.y - scene.pose.y, scene.goal.x - scene.pose.x)
+        plan = scene.plan.copy()
+        plan[-1, 0] += self._forward * math.cos(bearing)
+        plan[-1, 1] += self._forward * math.sin(bearing)
+        self._field = scene.field_of(scene.cells_of(plan)[-1:])
+
+
+class RotateToGoal(Critic):
+    """Once within ``xy_goal_tolerance`` (until the next plan): slow down, stop, then only turn to the goal's heading.
+
+    With a ``lookahead_time`` Nav2 Humble reads past the end of its array of times; here as intended there.
+    """
+
+    def __init__(self, params: RotateToGoalParams, dwb: DwbParams) -> None:
+        super().__init__(params)
+        self._params = params
+        self._sim_time = dwb.sim_time
+        self._tolerance_sq = dwb.xy_goal_tolerance * dwb.xy_goal_tolerance
+        self._stopped_sq = dwb.trans_stopped_velocity * dwb.trans_stopped_velocity
+        self.reset()
+
+    def reset(self) -> None:
+        """See :class:`Critic`."""
+        self._in_window = False
+        self._rotating = False
+
+    def prepare(self, scene: Scene) -> None:
+        """See :class:`Critic`."""
+        self._in_window = self._in_window or scene.goal_distance() <= self._tolerance_sq
+        stopped = scene.velocity.v * scene.velocity.v <= self._stopped_sq
+        self._rotating = self._rotating or (self._in_window and stopped)
+
+    def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
+        """See :class:`Critic`."""
+        if not self._in_window:
+            scores[:] = 0.0
+            return
+        c = candidates
+        rotation_errors(c.steps, c.places, c.yaw, self._sim_time, self._params.lookahead_time, scene.goal.yaw, scores)
+        v = c.velocities[:, 0]
+        if self._rotating:
+            scores[v != 0.0] = ILLEGAL
+        else:
+            speed_sq = v * v
+            scores += speed_sq * self._params.slowing_factor
+            scores[speed_sq >= scene.velocity.v * scene.velocity.v] = ILLEGAL
+
+
+class Trend:
+    """Sign of the last nonzero command on one axis, and the only sign allowed since it flipped (0: both)."""
+
+    def __init__(self) -> None:
+        self.sign = 0
+        self.only = 0
+
+    def update(self, command: float) -> bool:
+        """Take a command; return whether its sign flipped."""
+        sign = (command > 0.0) - (command < 0.0)
+        if sign == 0:
+            return False
+        flipped = sign == -self.sign
+        if flipped:
+            self.only = sign
+        self.sign = sign
+        return flipped
+
+
+class Oscillation(Critic):
+    """No going back and forth: after a change of sign only the new sign, until the robot has moved."""
+
+    def __init__(self, params: OscillationParams) -> None:
+        super().__init__(params)
+        self._params = params
+        self.reset()
+        self._flip_pose, self._flip_time = (0.0, 0.0, 0.0), 0.0
+
+    def reset(self) -> None:
+        """See :class:`Critic`."""
+        self._forward, self._turn = Trend(), Trend()
+
+    def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
+        """See :class:`Critic`."""
+        del scene
+        scores[:] = 0.0
+        for trend, commands in zip((self._forward, self._turn), candidates.velocities.T, strict=True):
+            if trend.only:
+                scores[commands * trend.only < 0.0] = ILLEGAL
+
+    def debrief(self, command: Twist, scene: Scene) -> None:
+        """See :class:`Critic`."""
+        flipped = self._forward.update(command.v)
+        limit = self._params.x_only_threshold
+        if limit < 0.0 or abs(command.v) <= limit:
+            flipped |= self._turn.update(command.w)
+        if flipped:
+            self._flip_pose, self._flip_time = scene.pose, scene.now
+        if (self._forward.only or self._turn.only) and self._moved_on(scene):
+            self.reset()
+
+    def _moved_on(self, scene: Scene) -> bool:
+        """Whether distance, turn (not wrapped, as in Humble) or time since the flip lifts the restrictions."""
+        p, (x, y, yaw) = self._params, self._flip_pose
+        dx, dy = scene.pose.x - x, scene.pose.y - y
+        if p.oscillation_reset_dist >= 0.0 and dx * dx + dy * dy > p.oscillation_reset_dist * p.oscillation_reset_dist:
+            return True
+        if p.oscillation_reset_angle >= 0.0 and abs(scene.pose.yaw - yaw) > p.oscillation_reset_angle:
+            return True
+        return 0.0 <= p.oscillation_reset_time < scene.now - self._flip_time
+
+
+class PreferForward(Critic):
+    """A penalty on driving backwards, and on driving slowly without turning; otherwise on turning."""
+
+    def __init__(self, params: PreferForwardParams) -> None:
+        super().__init__(params)
+        self._params = params
+
+    def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
+        """See :class:`Critic`."""
+        del scene
+        p = self._params
+        v, turn = candidates.velocities[:, 0], np.abs(candidates.velocities[:, 1])
+        scores[:] = turn * p.theta_scale
+        scores[(v < 0.0) | ((v < p.strafe_x) & (turn < p.strafe_theta))] = p.penalty
+
+
+class Twirling(Critic):
+    """A penalty on turning."""
+
+    def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
+        """See :class:`Critic`."""
+        del scene
+        np.abs(candidates.velocities[:, 1], out=scores)
+
+
+def make_critics(params: DwbParams) -> tuple[Critic, ...]:
+    """Build the critics that ``params.critics`` names, in that order."""
+    p, twice = params, params.include_last_point
+    makers = {
+        "BaseObstacle": lambda: BaseObstacle(p.BaseObstacle, twice),
+        "GoalAlign": lambda: GoalAlign(p.GoalAlign, twice),
+        "GoalDist": lambda: GoalDist(p.GoalDist, twice),
+        "ObstacleFootprint": lambda: ObstacleFootprint(p.ObstacleFootprint, twice),
+        "Oscillation": lambda: Oscillation(p.Oscillation),
+        "PathAlign": lambda: PathAlign(p.PathAlign, twice),
+        "PathDist": lambda: PathDist(p.PathDist, twice),
+        "PreferForward": lambda: PreferForward(p.PreferForward),
+        "RotateToGoal": lambda: RotateToGoal(p.RotateToGoal, p),
+        "Twirling": lambda: Twirling(p.Twirling),
+    }
+    return tuple(makers[name]() for name in params.critics)

@@ -1,0 +1,228 @@
+"""Parameters of DWB, under Nav2's names and with the defaults of Nav2's code.
+
+Source: nav2_dwb_controller (Humble): dwb_core, dwb_plugins (kinematic_parameters.cpp,
+xy_theta_iterator.cpp, standard_traj_generator.cpp) and the critics of dwb_critics. The values most
+people run are those of nav2_bringup's example, not these defaults.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from controllers.parameters import nest_dotted
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.settings import Settings
+
+NonNegative = Annotated[float, Field(ge=0)]
+NonPositive = Annotated[float, Field(le=0)]
+Positive = Annotated[float, Field(gt=0)]
+Granularity = Annotated[float, Field(ge=1e-4)]
+Samples = Annotated[int, Field(ge=1, le=1000)]
+
+LIMITED_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
+
+ROS_ONLY_KEYS = frozenset(
+    {
+        "plugin",
+        "debug_trajectory_details",
+        "default_critic_namespaces",
+        "goal_checker_name",
+        "marker_lifetime",
+        "publish_cost_grid_pc",
+        "publish_evaluation",
+        "publish_global_plan",
+        "publish_input_params",
+        "publish_local_plan",
+        "publish_trajectories",
+        "publish_transformed_plan",
+        "rot_stopped_velocity",
+        "stateful",
+        "transform_tolerance",
+        "yaw_goal_tolerance",
+    }
+)
+"""Keys of a DWB section that serve ROS or other plugins only; DWB's commands do not depend on them."""
+
+
+class CriticParams(Settings):
+    """What every critic takes.
+
+    Args:
+        scale: Weight of the critic; 0 switches it off, its rejections included.
+    """
+
+    scale: NonNegative = 1.0
+
+
+class ObstacleParams(CriticParams):
+    """BaseObstacle and ObstacleFootprint.
+
+    Args:
+        sum_scores: Sum the costs of all poses instead of taking that of the last one.
+    """
+
+    sum_scores: bool = False
+
+
+class MapGridParams(CriticParams):
+    """PathDist and GoalDist.
+
+    Args:
+        aggregation_type: How the grid values of the poses make one score: the last one, their sum or their product.
+    """
+
+    aggregation_type: Literal["last", "sum", "product"] = "last"
+
+
+class AlignParams(MapGridParams):
+    """PathAlign and GoalAlign.
+
+    Args:
+        forward_point_distance: How far ahead of the robot's centre the scored point lies, m.
+    """
+
+    forward_point_distance: NonNegative = 0.325
+
+
+class RotateToGoalParams(CriticParams):
+    """RotateToGoal.
+
+    Args:
+        slowing_factor: Weight of the squared speed while slowing down near the goal.
+        lookahead_time: When the heading is compared with the goal's, s; at the end of the trajectory if negative.
+    """
+
+    slowing_factor: NonNegative = 5.0
+    lookahead_time: float = -1.0
+
+
+class OscillationParams(CriticParams):
+    """Oscillation.
+
+    Args:
+        oscillation_reset_dist: Distance that lifts the restrictions, m; never if negative.
+        oscillation_reset_angle: Turn that lifts them, rad; never if negative.
+        oscillation_reset_time: Time that lifts them, s; never if negative.
+        x_only_threshold: Above this forward speed turning is not watched, m/s; always watched if negative.
+    """
+
+    oscillation_reset_dist: float = 0.05
+    oscillation_reset_angle: float = 0.2
+    oscillation_reset_time: float = -1.0
+    x_only_threshold: float = 0.05
+
+
+class PreferForwardParams(CriticParams):
+    """PreferForward.
+
+    Args:
+        penalty: Score of driving backwards, or slowly and straight.
+        strafe_x: What slowly means, m/s.
+        strafe_theta: What straight means, rad/s.
+        theta_scale: Weight of the turn rate otherwise.
+    """
+
+    penalty: NonNegative = 1.0
+    strafe_x: float = 0.1
+    strafe_theta: float = 0.2
+    theta_scale: NonNegative = 10.0
+
+
+class DwbParams(Settings):
+    """All of DWB's parameters; dotted keys (``"PathAlign.scale"``) and nested mappings are both understood.
+
+    The robots here cannot move sideways: ``min_vel_y`` and ``max_vel_y`` must be 0, and the other
+    parameters of that axis are accepted without effect. Scores are never negative, so
+    ``short_circuit_trajectory_evaluation`` changes Nav2's computing time but not its choice; here it
+    has no effect at all.
+
+    Args:
+        critics: Names of the critics, in the order in which they judge.
+        trajectory_generator_name: Standard samples what can be reached within ``sim_time``, LimitedAccel within
+            ``sim_period``.
+        sim_period: s; one control period if None.
+    """
+
+    min_vel_x: float = 0.0
+    max_vel_x: float = 0.0
+    min_vel_y: Annotated[float, Field(ge=0, le=0)] = 0.0
+    max_vel_y: Annotated[float, Field(ge=0, le=0)] = 0.0
+    max_vel_theta: NonNegative = 0.0
+    min_speed_xy: float = 0.0
+    max_speed_xy: float = 0.0
+    min_speed_theta: float = 0.0
+    acc_lim_x: NonNegative = 0.0
+    acc_lim_y: NonNegative = 0.0
+    acc_lim_theta: NonNegative = 0.0
+    decel_lim_x: NonPositive = 0.0
+    decel_lim_y: NonPositive = 0.0
+    decel_lim_theta: NonPositive = 0.0
+    vx_samples: Samples = 20
+    vy_samples: Samples = 5
+    vtheta_samples: Samples = 20
+    sim_time: Annotated[float, Field(gt=0, le=100)] = 1.7
+    sim_period: Positive | None = None
+    discretize_by_time: bool = False
+    time_granularity: Granularity = 0.5
+    linear_granularity: Granularity = 0.5
+    angular_granularity: Granularity = 0.025
+    include_last_point: bool = True
+    limit_vel_cmd_in_traj: bool = False
+    trajectory_generator_name: Literal[
+        "dwb_plugins::StandardTrajectoryGenerator", "dwb_plugins::LimitedAccelGenerator"
+    ] = "dwb_plugins::StandardTrajectoryGenerator"
+    prune_plan: bool = True
+    prune_distance: NonNegative = 2.0
+    forward_prune_distance: NonNegative = 2.0
+    shorten_transformed_plan: bool = True
+    short_circuit_trajectory_evaluation: bool = True
+    xy_goal_tolerance: NonNegative = 0.25
+    trans_stopped_velocity: NonNegative = 0.25
+    critics: Annotated[tuple[str, ...], Field(validate_default=True)] = ()
+    BaseObstacle: ObstacleParams = ObstacleParams()
+    GoalAlign: AlignParams = AlignParams()
+    GoalDist: MapGridParams = MapGridParams()
+    ObstacleFootprint: ObstacleParams = ObstacleParams()
+    Oscillation: OscillationParams = OscillationParams()
+    PathAlign: AlignParams = AlignParams()
+    PathDist: MapGridParams = MapGridParams()
+    PreferForward: PreferForwardParams = PreferForwardParams()
+    RotateToGoal: RotateToGoalParams = RotateToGoalParams()
+    Twirling: CriticParams = CriticParams()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _nest(cls, values: Any) -> Any:
+        return nest_dotted(values) if isinstance(values, Mapping) else values
+
+    @field_validator("critics")
+    @classmethod
+    def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if not value:
+            raise ConfigError(f"expected at least one of {', '.join(CRITIC_NAMES)}, got none")
+        for name in value:
+            if name not in CRITIC_NAMES:
+                raise unknown_name("critic", name, CRITIC_NAMES)
+        return value
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.min_vel_x > self.max_vel_x:
+            raise ConfigError(f"min_vel_x: expected at most max_vel_x ({self.max_vel_x}), got {self.min_vel_x}")
+        return self
+
+    @property
+    def samples_one_period(self) -> bool:
+        """Whether the LimitedAccelGenerator is at work: samples within one period's reach, driven from the start."""
+        return self.trajectory_generator_name == LIMITED_GENERATOR
+
+    def critic(self, name: str) -> CriticParams:
+        """Return the parameters of one critic."""
+        params: CriticParams = getattr(self, name)
+        return params
+
+
+CRITIC_NAMES = tuple(name for name, field in DwbParams.model_fields.items() if isinstance(field.default, CriticParams))

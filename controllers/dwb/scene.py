@@ -1,0 +1,98 @@
+"""What the critics are told of one cycle, and the map grids they share."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import Twist
+from controllers.dwb.kernels_plan import distance_field, seed_cells
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.scenario import Pose
+
+
+class Field(NamedTuple):
+    """Manhattan distances in cells on a part of the map.
+
+    Args:
+        distances: ``(rows, cols)`` int32.
+        first_row: Row of the map at which the part begins.
+        first_col: Column of the map at which it begins.
+        reached: Whether there is any seed; without one all distances are ``cells of the map + 1``.
+    """
+
+    distances: NDArray[np.int32]
+    first_row: int
+    first_col: int
+    reached: bool
+
+
+@dataclass
+class Scene:
+    """One cycle.
+
+    Args:
+        pose: Pose of the robot.
+        velocity: Its velocity.
+        goal: Last pose of the global plan.
+        plan: ``(n, 3)`` the part of the global plan near the robot.
+        costmap: The local costmap.
+        footprint: The padded footprint.
+        now: Seconds since the start of the run.
+        reach: Distance from the robot within which all scored points lie, m.
+    """
+
+    pose: Pose
+    velocity: Twist
+    goal: Pose
+    plan: NDArray[np.float64]
+    costmap: Costmap
+    footprint: Footprint
+    now: float
+    reach: float
+    _seeds: NDArray[np.int64] | None = field(default=None, repr=False)
+    _path_field: Field | None = field(default=None, repr=False)
+
+    def goal_distance(self) -> float:
+        """Distance from the robot to the goal, squared, m^2."""
+        dx, dy = self.pose.x - self.goal.x, self.pose.y - self.goal.y
+        return dx * dx + dy * dy
+
+    def seeds(self) -> NDArray[np.int64]:
+        """Flat indices of the plan's cells, from the first on the known map to the first that is not."""
+        if self._seeds is None:
+            self._seeds = self.cells_of(self.plan)
+        return self._seeds
+
+    def cells_of(self, plan: NDArray[np.float64]) -> NDArray[np.int64]:
+        """As :meth:`seeds`, of another plan."""
+        c = self.costmap
+        cells: NDArray[np.int64] = seed_cells(plan, c.costs, c.origin_x, c.origin_y, c.resolution)
+        return cells
+
+    def path_field(self) -> Field:
+        """Distances to the plan; made once, for PathDist and PathAlign."""
+        if self._path_field is None:
+            self._path_field = self.field_of(self.seeds())
+        return self._path_field
+
+    def field_of(self, seeds: NDArray[np.int64]) -> Field:
+        """Return the distances to the nearest of ``seeds`` in the part of the map within ``reach``."""
+        rows, cols = self.costmap.costs.shape
+        top, bottom = self._span(self.pose.y - self.costmap.origin_y, rows)
+        left, right = self._span(self.pose.x - self.costmap.origin_x, cols)
+        distances = np.empty((bottom - top, right - left), dtype=np.int32)
+        distance_field(seeds, cols, top, left, distances, rows * cols + 1)
+        return Field(distances, top, left, len(seeds) > 0)
+
+    def _span(self, at: float, cells: int) -> tuple[int, int]:
+        """First and past-the-last cell within reach on one axis, a cell of margin on either side, at least one cell."""
+        first = math.floor((at - self.reach) / self.costmap.resolution) - 1
+        last = math.ceil((at + self.reach) / self.costmap.resolution) + 1
+        first = min(max(first, 0), cells - 1)
+        return first, max(first + 1, min(last, cells))
