@@ -1,0 +1,59 @@
+"""Sampling: new map sets, shape by shape (thesis, section 4.1.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.sampling import Sampling
+
+from gym_mapbench.generator import ShapeSettings, default_task, sample_map
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.scenario import MapSet, Scenario
+
+Cells = NDArray[np.bool_]
+Column = NDArray[np.object_]
+DrawMap = Callable[[np.random.Generator, ShapeSettings], Cells]
+
+
+def as_column(map_sets: list[MapSet]) -> Column:
+    """Return map sets as pymoo wants its variables: an object array of shape ``(n, 1)``."""
+    column = np.empty((len(map_sets), 1), dtype=object)
+    for row, map_set in enumerate(map_sets):  # an assignment of the list would unpack the sets
+        column[row, 0] = map_set
+    return column
+
+
+def scenario_on(cells: Cells, shapes: ShapeSettings) -> Scenario:
+    """Put the default task on ``(rows, cols)`` occupied cells."""
+    grid = GridMap(cells, shapes.resolution)
+    return Scenario(grid, *default_task(grid, shapes.border + shapes.task_distance))
+
+
+def sample_map_set(
+    rng: np.random.Generator, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map
+) -> MapSet:
+    """Draw one individual."""
+    return MapSet(tuple(scenario_on(draw_map(rng, shapes), shapes) for _ in range(maps_per_set)))
+
+
+class MapSampling(Sampling):  # type: ignore[misc]
+    """pymoo's view of :func:`sample_map_set`.
+
+    Args:
+        maps_per_set: Maps in an individual.
+        shapes: What is drawn.
+        draw_map: How one map is drawn; must leave start and goal free.
+    """
+
+    def __init__(self, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map) -> None:
+        super().__init__()
+        self.maps_per_set = maps_per_set
+        self.shapes = shapes
+        self.draw_map = draw_map
+
+    def _do(self, _problem: Any, n_samples: int, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
+        draws = (sample_map_set(random_state, self.maps_per_set, self.shapes, self.draw_map) for _ in range(n_samples))
+        return as_column(list(draws))
