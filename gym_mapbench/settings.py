@@ -7,6 +7,7 @@ that names the key, what was expected and what came.
 from __future__ import annotations
 
 import difflib
+import reprlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
@@ -56,16 +57,27 @@ def read_yaml(path: str | Path) -> Any:
     Raises:
         ConfigError: If the file is missing, too large, or not YAML.
     """
-    path = Path(path)
+    text = _read_bounded(Path(path))
     try:
-        if path.stat().st_size > MAX_YAML_BYTES:
-            raise ConfigError(f"{path}: expected at most {MAX_YAML_BYTES} bytes of YAML, got {path.stat().st_size}")
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
+        return yaml.safe_load(text)
+    # PyYAML's safe constructors let every one of these through on an ill-formed scalar.
+    except (yaml.YAMLError, ValueError, TypeError, AttributeError, LookupError, RecursionError) as error:
         reason = " ".join(str(error).split())[:200]
         raise ConfigError(f"{path}: not a YAML file ({reason})") from None
+
+
+def _read_bounded(path: Path) -> str:
+    """Read a text file that is not too large for PyYAML."""
+    try:
+        size = path.stat().st_size
+        text = path.read_text(encoding="utf-8") if size <= MAX_YAML_BYTES else ""
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError:
+        raise ConfigError(f"{str(path)!r}: expected a text file") from None
+    if size > MAX_YAML_BYTES:
+        raise ConfigError(f"{path}: expected at most {MAX_YAML_BYTES} bytes of YAML, got {size}")
+    return text
 
 
 def _describe(error: ValidationError, settings: type[BaseModel]) -> str:
@@ -91,5 +103,5 @@ def _unknown_key(first: ErrorDetails, settings: type[BaseModel]) -> str:
 
 
 def _short(value: object) -> str:
-    text = repr(value)
+    text = reprlib.repr(value)  # the repr of nested YAML aliases can fill the memory
     return text if len(text) <= 80 else text[:77] + "..."

@@ -10,13 +10,22 @@ import numpy as np
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.generator import ShapeSettings, default_task, task_cells
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.mapio.barn import read_barn, read_barn_folder, world_files
 from gym_mapbench.mapio.bundle import BEST_MAP_SET, read_bundle
-from gym_mapbench.mapio.image import DEFAULT_RESOLUTION, DEFAULT_THRESHOLD, IMAGE_SUFFIXES, read_image
-from gym_mapbench.mapio.map_server import read_map_server
+from gym_mapbench.mapio.image import DEFAULT_RESOLUTION as IMAGE_RESOLUTION
+from gym_mapbench.mapio.image import DEFAULT_THRESHOLD, IMAGE_SUFFIXES, read_image
+from gym_mapbench.mapio.map_server import map_server_files, read_map_server
+from gym_mapbench.mapio.movingai import DEFAULT_RESOLUTION as MOVINGAI_RESOLUTION
+from gym_mapbench.mapio.movingai import read_movingai
+from gym_mapbench.mapio.mrpb import MAP as MRPB_MAP
+from gym_mapbench.mapio.mrpb import TASKS as MRPB_TASKS
+from gym_mapbench.mapio.mrpb import find_tests, read_mrpb, read_mrpb_folder
+from gym_mapbench.mapio.poses import find_poses
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap
 from gym_mapbench.scenario import MapSet, Pose, Scenario
 
 PoseLike = Pose | Sequence[float]
+BARN_PREFIX = "barn:"
 
 
 def load_scenarios(
@@ -61,41 +70,72 @@ def load_maps(
 ) -> list[TaskedMap]:
     """Load the maps of a file or folder, with the tasks known for them, which may be none.
 
-    By name: ``.yaml`` map_server, ``.png .pgm .bmp .jpg`` plain pictures, ``.json`` the project's map-set
-    file, a folder with ``best_map_set.json`` a run directory.
+    ======================================  =======================================================
+    ``NAME.yaml``                           map_server, with ``NAME_poses.yaml``; MRPB with its tests
+    ``NAME.png``, ``.pgm .bmp .jpg .jpeg``  plain picture
+    ``NAME.map``, ``NAME.scen``             MovingAI map with its tasks
+    ``world_N.world``                       BARN world with its task
+    ``NAME.json``                           the project's map-set file; ``tasks.json``: MRPB
+    a folder                                run directory, exported maps, MRPB or BARN
+    ``barn:FOLDER``                         every world of a BARN folder, by number
+    ======================================  =======================================================
 
     Args:
         path: The file or folder.
-        resolution: Side of a cell in m, for formats that do not say (0.05 for pictures).
+        resolution: Side of a cell in m, for formats that do not say: pictures (0.05) and MovingAI (1).
         threshold: Brightness (0..1) below which a pixel of a plain picture is occupied.
 
     Raises:
         MapFormatError: If there is no such file, or it is in none of these formats.
+        ConfigError: If the file says its own resolution and another is given.
     """
+    folder = str(path).removeprefix(BARN_PREFIX) if str(path).startswith(BARN_PREFIX) else None
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix in IMAGE_SUFFIXES:
-        return read_image(path, DEFAULT_RESOLUTION if resolution is None else resolution, threshold)
+        return read_image(path, IMAGE_RESOLUTION if resolution is None else resolution, threshold)
+    if suffix in (".map", ".scen"):
+        return read_movingai(path, MOVINGAI_RESOLUTION if resolution is None else resolution)
     if resolution is not None:
-        raise ConfigError(f"resolution: {path} says its own, expected it for plain pictures only")
-    if path.is_dir():
-        return _load_folder(path)
+        raise ConfigError(f"resolution: {path} says its own; it can be given for pictures and MovingAI maps only")
+    if folder is not None:
+        return read_barn_folder(Path(folder))
+    return _load_folder(path) if path.is_dir() else _load_file(path, suffix)
+
+
+def _load_file(path: Path, suffix: str) -> list[TaskedMap]:
+    """Load a file that says its own resolution."""
     if suffix in (".yaml", ".yml"):
-        return read_map_server(path)
+        return _load_yaml(path)
+    if suffix == ".world":
+        return read_barn(path)
+    if path.name == MRPB_TASKS:
+        return read_mrpb_folder(path)
     if suffix == ".json":
         return read_bundle(path)
-    raise MapFormatError(f"{path}: {_why_not(path)}")
+    if not path.exists():
+        raise MapFormatError(f"{path}: no such file or folder")
+    known = ", ".join((".yaml", ".json", ".map", ".scen", ".world", *sorted(IMAGE_SUFFIXES)))
+    raise MapFormatError(f"{path}: no map format known by this name (expected {known} or a folder)")
+
+
+def _load_yaml(path: Path) -> list[TaskedMap]:
+    tests = None if find_poses(path) else find_tests(path)
+    return read_mrpb(path, tests) if tests else read_map_server(path)
 
 
 def _load_folder(path: Path) -> list[TaskedMap]:
+    """Load the maps of a folder, whichever kind it is."""
     if (path / BEST_MAP_SET).exists():
         return read_bundle(path / BEST_MAP_SET)
+    if (path / MRPB_TASKS).exists() and not (path / MRPB_MAP).exists():
+        return read_mrpb_folder(path / MRPB_TASKS)
+    maps = map_server_files(path)
+    if maps:
+        return [tasked for file in maps for tasked in _load_yaml(file)]
+    if world_files(path):
+        return read_barn_folder(path)
     raise MapFormatError(f"{path}: no maps found in this folder")
-
-
-def _why_not(path: Path) -> str:
-    known = ", ".join((".yaml", ".json", *sorted(IMAGE_SUFFIXES)))
-    return f"not a map format known by name (expected {known} or a folder)" if path.exists() else "no such file"
 
 
 def _with_task(path: str | Path, item: TaskedMap, start: PoseLike | None, goal: PoseLike | None) -> TaskedMap:
@@ -103,8 +143,8 @@ def _with_task(path: str | Path, item: TaskedMap, start: PoseLike | None, goal: 
     if start is None and goal is None and item.tasks:
         return item
     task = item.tasks[0] if item.tasks else _thesis_task(item)
-    first, last = (task.start, task.goal) if task else (None, None)
-    first, last = start if start is not None else first, goal if goal is not None else last
+    first: PoseLike | None = start if start is not None else task and task.start
+    last: PoseLike | None = goal if goal is not None else task and task.goal
     if first is None or last is None:
         missing = " and ".join(f"--{what}" for what, pose in (("start", first), ("goal", last)) if pose is None)
         raise ConfigError(f"{path}: no task is known for this map, give {missing} as x,y,yaw")

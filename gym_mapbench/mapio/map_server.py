@@ -19,12 +19,14 @@ from gym_mapbench.errors import MapFormatError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.image import Picture, grey_levels, read_picture
 from gym_mapbench.mapio.netpbm import encode_pgm
-from gym_mapbench.mapio.poses import poses_path, poses_yaml, read_poses, yaml_float
+from gym_mapbench.mapio.poses import find_poses, poses_yaml, read_poses, yaml_float
 from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, read_yaml_file, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
 
 OCCUPIED_THRESH = 0.65
 FREE_THRESH = 0.25
+FREE_THRESH_BELOW_UNKNOWN = 0.196
+"""The grey value 205 of unknown cells is an occupancy of 0.19608: with 0.25 they would be read back as free."""
 
 UNKNOWN = -1
 LETHAL = 100
@@ -41,7 +43,7 @@ class _Thresholds(NamedTuple):
 
 
 def read_map_server(path: Path) -> list[TaskedMap]:
-    """Read ``NAME.yaml``, its picture, and ``NAME_poses.yaml`` if that lies beside it.
+    """Read ``NAME.yaml``, its picture, and the ``NAME_poses.yaml`` of it, if there is one.
 
     The picture must lie inside the folder of the YAML file (an absolute name may point there too).
 
@@ -49,16 +51,24 @@ def read_map_server(path: Path) -> list[TaskedMap]:
         MapFormatError: If one of the files is not what it should be, or the origin is rotated.
     """
     grid = read_map_server_grid(path)
-    poses = poses_path(path)
-    tasks = [read_poses(poses)] if poses.exists() else []
-    return [TaskedMap(path.stem, grid, name_tasks(path.stem, tasks))]
+    poses = find_poses(path)
+    return [TaskedMap(path.stem, grid, name_tasks(path.stem, [read_poses(poses)] if poses else []))]
+
+
+def map_server_files(folder: Path) -> list[Path]:
+    """Return the map files of a folder, or of ``maps/`` in it, by name; other YAML files are passed over."""
+    for place in (folder, folder / "maps"):
+        files = [file for file in sorted(place.glob("*.yaml")) if _names_image(file)]
+        if files:
+            return files
+    return []
 
 
 def read_map_server_grid(path: Path) -> GridMap:
     """Read the map alone; see :func:`read_map_server`."""
     info = _required(path, read_yaml_file(path))
     mode = info.get("mode", "trinary")
-    if mode not in _MODES:
+    if not isinstance(mode, str) or mode not in _MODES:
         raise MapFormatError(f"{path}: mode: expected one of {', '.join(_MODES)}, got {short(mode)}")
     resolution = as_number(f"{path}: resolution", info["resolution"])
     x, y, yaw = as_numbers(f"{path}: origin", info["origin"], 3)
@@ -76,9 +86,10 @@ def read_map_server_grid(path: Path) -> GridMap:
 def map_server_yaml(grid: GridMap, image: str) -> str:
     """Return the text of ``NAME.yaml`` for a picture written with :func:`map_server_pgm`."""
     x, y = (yaml_float(value) for value in grid.origin)
+    free_thresh = FREE_THRESH if grid.unknown is None else FREE_THRESH_BELOW_UNKNOWN
     return (
         f"image: {image}\nmode: trinary\nresolution: {yaml_float(grid.resolution)}\norigin: [{x}, {y}, 0.0]\n"
-        f"negate: 0\noccupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
+        f"negate: 0\noccupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {free_thresh}\n"
     )
 
 
@@ -107,6 +118,11 @@ def _write_one(tasked: TaskedMap, folder: Path) -> list[Path]:
         poses = poses_yaml([task.start, task.goal])
         (folder / f"{task.name}_poses.yaml").write_text(poses, encoding="utf-8")
     return [folder / f"{name}.yaml" for name in names]
+
+
+def _names_image(path: Path) -> bool:
+    document = read_yaml_file(path)
+    return isinstance(document, Mapping) and "image" in document
 
 
 def _required(path: Path, document: object) -> Mapping[Any, Any]:
@@ -141,7 +157,8 @@ def _trinary(picture: Picture, thresholds: _Thresholds) -> Values:
     values = np.full(len(occupancy), UNKNOWN, np.int8)
     values[occupancy < thresholds.free_thresh] = 0
     values[occupancy > thresholds.occupied_thresh] = LETHAL
-    return values[total]
+    trinary: Values = values[total]
+    return trinary
 
 
 def _scale(picture: Picture, thresholds: _Thresholds) -> Values:
@@ -151,7 +168,7 @@ def _scale(picture: Picture, thresholds: _Thresholds) -> Values:
     graded = np.rint((occupancy - thresholds.free_thresh) / (span or 1.0) * 100.0)
     graded[occupancy < thresholds.free_thresh] = 0
     graded[occupancy > thresholds.occupied_thresh] = LETHAL
-    values = np.clip(graded, 0, LETHAL).astype(np.int8)[total]
+    values: Values = np.clip(graded, 0, LETHAL).astype(np.int8)[total]
     if picture.alpha is not None:
         values[picture.alpha < picture.white] = UNKNOWN
     return values
@@ -161,7 +178,8 @@ def _raw(picture: Picture, _: _Thresholds) -> Values:
     """Grey values 0..100 are the values themselves, whatever ``negate`` says; all others are unknown."""
     total, brightness = picture.levels(with_alpha=False)
     percent = np.floor(brightness * 255 + 0.5)
-    return np.where(percent <= LETHAL, percent, UNKNOWN).astype(np.int8)[total]
+    values: Values = np.where(percent <= LETHAL, percent, UNKNOWN).astype(np.int8)[total]
+    return values
 
 
 _MODES: dict[str, Callable[[Picture, _Thresholds], Values]] = {"trinary": _trinary, "scale": _scale, "raw": _raw}

@@ -61,7 +61,7 @@ def _binary(body: bytes, cells: int, white: int, where: Path) -> NDArray[np.uint
     surplus = body[expected:]
     if len(body) < expected or surplus.strip():
         raise MapFormatError(f"{where}: its header promises {expected} bytes of data, got {len(body)}")
-    return np.frombuffer(body, dtype, count=cells)  # type: ignore[return-value]
+    return np.frombuffer(body, dtype, count=cells)
 
 
 def _plain(body: bytes, cells: int, where: Path) -> NDArray[np.int64]:

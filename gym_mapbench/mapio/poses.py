@@ -10,9 +10,11 @@ from gym_mapbench.mapio.source import as_numbers, read_yaml_file, short
 from gym_mapbench.scenario import Pose
 
 
-def poses_path(map_path: Path) -> Path:
-    """Return where the poses of a map file lie: ``NAME_poses.yaml`` beside ``NAME.yaml``."""
-    return map_path.with_name(f"{map_path.stem}_poses.yaml")
+def find_poses(map_path: Path) -> Path | None:
+    """Return the poses of ``NAME.yaml``: ``NAME_poses.yaml`` beside it or in ``../params/``; None if there is none."""
+    name = f"{map_path.stem}_poses.yaml"
+    places = (map_path.with_name(name), map_path.absolute().parent.parent / "params" / name)
+    return next((file for file in places if file.is_file()), None)
 
 
 def read_poses(path: Path) -> tuple[Pose, Pose]:

@@ -15,6 +15,8 @@ MAX_MAP_CELLS = 25_000_000
 """Largest map read from a file (5000 x 5000); what a header claims is checked before anything is allocated."""
 
 MAX_FILE_BYTES = 120_000_000
+MAX_YAML_BYTES = 100_000
+"""Of the YAML file of one map; a real one has 200 bytes."""
 
 
 def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
@@ -48,6 +50,7 @@ def read_yaml_file(path: Path) -> Any:
     Raises:
         MapFormatError: If the file cannot be read or is not YAML.
     """
+    read_bytes(path, MAX_YAML_BYTES)
     try:
         return read_yaml(path)
     except ConfigError as error:

@@ -1,0 +1,165 @@
+"""Moving AI Lab's grid maps (``.map``) and their tasks (``.scen``).
+
+Source: Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012. Their y runs down from the top
+left corner. They have no unit of length: a cell is 1 m here unless told otherwise, so that
+lengths in cells are lengths in m.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from gym_mapbench.errors import MapFormatError
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.mapio.source import as_number, check_size, file_inside, read_bytes, read_text, short
+from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
+from gym_mapbench.scenario import Pose
+
+DEFAULT_RESOLUTION = 1.0
+PASSABLE = b".GS"
+BLOCKED = b"@OTW"
+MAX_SCEN_TASKS = 500_000
+
+_HEADER = re.compile(rb"type[ \t]+octile\s+height[ \t]+(\d{1,9})\s+width[ \t]+(\d{1,9})\s+map[ \t]*\r?\n")
+_LINE_LIMIT = 120
+
+
+class ScenTask(NamedTuple):
+    """One line of a ``.scen`` file; cells are ``(row, col)`` with row 0 at the bottom, ``optimal`` is in cells."""
+
+    start: tuple[int, int]
+    goal: tuple[int, int]
+    optimal: float
+
+
+def read_movingai(path: Path, resolution: float = DEFAULT_RESOLUTION) -> list[TaskedMap]:
+    """Read a ``.map`` with the ``.scen`` beside it, if there is one, or a ``.scen`` with its map.
+
+    Start and goal of a task face along the straight line between them.
+
+    Args:
+        path: The ``.map`` or ``.scen`` file.
+        resolution: Side of a cell, m.
+
+    Raises:
+        MapFormatError: If a file is missing or not what it should be.
+    """
+    map_path, scen_path = _pair(path)
+    grid = read_map_file(map_path, resolution)
+    tasks = read_scen_file(scen_path, grid.shape) if scen_path else []
+    poses = [_poses(grid, task) for task in tasks]
+    return [TaskedMap(map_path.stem, grid, name_tasks(map_path.stem, poses) if poses else ())]
+
+
+def read_map_file(path: Path, resolution: float = DEFAULT_RESOLUTION) -> GridMap:
+    """Read the grid of a ``.map`` file.
+
+    Raises:
+        MapFormatError: If the header or a row is not as it should be.
+    """
+    data = read_bytes(path)
+    header = _HEADER.match(data)
+    if header is None:
+        raise MapFormatError(f"{path}: expected the header of an octile map (type, height, width, map)")
+    rows, cols = int(header[1]), int(header[2])
+    check_size(path, rows, cols)
+    lines = data[header.end() :].split()
+    if len(lines) != rows or any(len(line) != cols for line in lines):
+        raise MapFormatError(f"{path}: expected {rows} rows of {cols} cells as its header says")
+    cells = np.frombuffer(b"".join(lines), np.uint8).reshape(rows, cols)
+    blocked = np.isin(cells, np.frombuffer(BLOCKED, np.uint8))
+    strange = cells[~blocked & ~np.isin(cells, np.frombuffer(PASSABLE, np.uint8))]
+    if len(strange):
+        raise MapFormatError(f"{path}: expected cells of {(PASSABLE + BLOCKED).decode()}, got {chr(strange[0])!r}")
+    return GridMap.from_image_array(blocked, resolution)
+
+
+def read_scen_file(path: Path, shape: tuple[int, int]) -> list[ScenTask]:
+    """Read the tasks of a ``.scen`` file for a map of ``(rows, cols)``.
+
+    Raises:
+        MapFormatError: If a line is not as it should be, or a cell lies off the map.
+    """
+    lines = read_text(path).splitlines()
+    if not lines or lines[0].split() not in (["version", "1"], ["version", "1.0"]):
+        raise MapFormatError(f"{path}: expected 'version 1' in its first line, got {short(lines[0] if lines else '')}")
+    tasks = [(number, line) for number, line in enumerate(lines[1:], start=2) if line.strip()]
+    if len(tasks) > MAX_SCEN_TASKS:
+        raise MapFormatError(f"{path}: expected at most {MAX_SCEN_TASKS} tasks, got {len(tasks)}")
+    return [_parse_task(line, shape, f"{path}: line {number}") for number, line in tasks]
+
+
+def map_of_scen(path: Path) -> Path:
+    """Return the ``.map`` file of a ``.scen`` file: the one its first task names, beside it.
+
+    Raises:
+        MapFormatError: If it names none, or that is not there.
+    """
+    lines = [line.split() for line in read_text(path).splitlines()[1:] if line.strip()]
+    if not lines or len(lines[0]) < 2:
+        raise MapFormatError(f"{path}: expected a task with the name of its map")
+    map_path = file_inside(path.parent, re.split(r"[/\\]", lines[0][1])[-1], f"{path}: map")
+    if not map_path.is_file():
+        raise MapFormatError(f"{path}: expected its map {map_path.name} beside it")
+    return map_path
+
+
+def map_text(grid: GridMap) -> str:
+    """Return the ``.map`` text: ``.`` free, ``@`` occupied, ``O`` (out of bounds, blocked) unknown."""
+    cells = np.where(grid.occupancy, "@", ".")
+    if grid.unknown is not None:
+        cells = np.where(grid.unknown, "O", cells)
+    rows, cols = grid.shape
+    body = "\n".join("".join(row) for row in cells[::-1])
+    return f"type octile\nheight {rows}\nwidth {cols}\nmap\n{body}\n"
+
+
+def scen_text(map_name: str, shape: tuple[int, int], tasks: Sequence[ScenTask]) -> str:
+    """Return the ``.scen`` text of tasks with their optimal lengths (cells); buckets are 4 cells wide."""
+    rows, cols = shape
+    lines = ["version 1"]
+    for (start_row, start_col), (goal_row, goal_col), optimal in tasks:
+        ends = f"{start_col}\t{rows - 1 - start_row}\t{goal_col}\t{rows - 1 - goal_row}"
+        lines.append(f"{int(optimal) // 4}\t{map_name}\t{cols}\t{rows}\t{ends}\t{optimal:.8f}")
+    return "\n".join(lines) + "\n"
+
+
+def _pair(path: Path) -> tuple[Path, Path | None]:
+    """Find the map and the tasks that belong together."""
+    if path.suffix.lower() == ".scen":
+        return map_of_scen(path), path
+    beside = (path.with_name(path.name + ".scen"), path.with_suffix(".scen"))
+    return path, next((scen for scen in beside if scen.is_file()), None)
+
+
+def _poses(grid: GridMap, task: ScenTask) -> tuple[Pose, Pose]:
+    (x0, y0), (x1, y1) = grid.cell_to_world(*task.start), grid.cell_to_world(*task.goal)
+    yaw = math.atan2(y1 - y0, x1 - x0)
+    return Pose(x0, y0, yaw), Pose(x1, y1, yaw)
+
+
+def _parse_task(line: str, shape: tuple[int, int], where: str) -> ScenTask:
+    """Read ``bucket map width height start_x start_y goal_x goal_y optimal``; a map's name may hold spaces."""
+    fields = line.split()
+    if len(fields) < 9 or len(line) > _LINE_LIMIT * 10:
+        raise MapFormatError(f"{where}: expected 9 fields (bucket, map, size, start, goal, optimum), got {short(line)}")
+    width, height, *ends = (_integer(field, where) for field in fields[-7:-1])
+    rows, cols = shape
+    if (height, width) != shape:
+        raise MapFormatError(f"{where}: expected a task on a map of {cols} x {rows} cells, got {width} x {height}")
+    x0, y0, x1, y1 = ends
+    if not all(0 <= x < cols and 0 <= y < rows for x, y in ((x0, y0), (x1, y1))):
+        raise MapFormatError(f"{where}: expected cells on the map, got {ends}")
+    return ScenTask((rows - 1 - y0, x0), (rows - 1 - y1, x1), as_number(f"{where}: optimum", fields[-1]))
+
+
+def _integer(field: str, where: str) -> int:
+    if not re.fullmatch(r"-?\d{1,9}", field):
+        raise MapFormatError(f"{where}: expected a whole number, got {short(field)}")
+    return int(field)
