@@ -1,0 +1,92 @@
+"""Runs without a robot: outcomes and times that depend on the job alone, and controllers that misbehave."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+
+from evolution.jobs import ControllerSpec, Job, RunResult
+from gym_mapbench.generator import ShapeSettings
+from gym_mapbench.settings import Settings
+
+SMALL = ShapeSettings(
+    size=30,
+    n_obstacles=(3, 8),
+    circle_radius=(1, 3),
+    square_side=(2, 4),
+    wall_length=(3, 8),
+    task_distance=2,
+    cleared_distance=2,
+)
+CONTROLLERS = tuple(ControllerSpec(name=name) for name in ("dwb", "mppi", "rpp"))
+
+
+class FakeRunSettings(Settings):
+    """As little as a run can need."""
+
+    time_limit: float = 150.0
+    world: str = "flat"
+
+
+def drive(job: Job) -> RunResult:
+    """Time and outcome from the job's seed; harder maps take longer."""
+    rng = np.random.default_rng(job.seed)
+    share = float(job.scenario.map.occupancy.mean())
+    time_s = float(5.0 + 20.0 * share + rng.gamma(2.0, 2.0))
+    outcome = "timeout" if rng.random() < 0.05 else "goal"
+    return RunResult(
+        outcome, time_s, 0.5 * time_s, seed=job.seed, metrics={"clearance": share}, timings={"wall": time.monotonic()}
+    )
+
+
+def drive_slowly(job: Job) -> RunResult:
+    """As :func:`drive`, slowly enough to be interrupted."""
+    time.sleep(0.002)
+    return drive(job)
+
+
+def misbehave(job: Job) -> RunResult:
+    """As :func:`drive`, but controllers named after a fault show it."""
+    name, params = job.controller.name, job.controller.params
+    if name == "raises":
+        raise ValueError("the costmap\nis upside down")
+    if name == "exits":
+        raise SystemExit(3)
+    if name == "hangs":
+        time.sleep(600)
+    if name == "kills":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if name == "fails_once":
+        mark = Path(str(params["mark"]))
+        if not mark.exists():
+            mark.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+    if name == "wrong_type":
+        return None  # type: ignore[return-value]
+    return drive(job)
+
+
+def interrupt_parent(job: Job) -> RunResult:
+    """Press Ctrl-C in the parent, then hang."""
+    os.kill(int(str(job.controller.params["parent"])), signal.SIGINT)
+    time.sleep(600)
+    return drive(job)
+
+
+def broken_warm_up() -> None:
+    """Fail as a kernel that cannot be compiled."""
+    raise ImportError("no LLVM here")
+
+
+def touch_warm_up() -> None:
+    """Leave a mark that a worker was warmed up."""
+    os.environ["WARMED_UP"] = "yes"
+
+
+def tell_warmth(job: Job) -> RunResult:
+    """Report whether this worker was warmed up."""
+    return RunResult("goal", 1.0, 1.0, reason=os.environ.get("WARMED_UP", "no"))
