@@ -34,7 +34,7 @@ class LidarSettings(Settings):
     def angles(self) -> NDArray[np.float64]:
         """``(beams,)`` angle of every beam to the robot's heading, rad."""
         increment = 2 * math.pi / self.beams if self.angle_increment is None else self.angle_increment
-        return self.angle_min + increment * np.arange(self.beams)
+        return self.angle_min + increment * np.arange(self.beams, dtype=np.float64)
 
 
 class Lidar:

@@ -139,7 +139,7 @@ class Simulation:
 
 
 def _approach(speed: float, target: float, change: float) -> float:
-    """Move a speed towards its target by at most ``change``; plain comparisons cost a quarter of ``min`` and ``max``."""
+    """Move a speed towards its target by at most ``change``; comparing costs a quarter of ``min`` and ``max``."""
     error = target - speed
     return speed + (change if error > change else -change if error < -change else error)
 
@@ -152,11 +152,11 @@ class _Touch(b2ContactListener):  # type: ignore[misc]
         self.count = 0
         self.begun = False
 
-    def BeginContact(self, contact: b2Contact) -> None:
+    def BeginContact(self, contact: b2Contact) -> None:  # noqa: N802, the name is Box2D's
         self.count += 1
         self.begun = True
 
-    def EndContact(self, contact: b2Contact) -> None:
+    def EndContact(self, contact: b2Contact) -> None:  # noqa: N802, the name is Box2D's
         self.count -= 1
 
 
@@ -168,7 +168,7 @@ class _SeamlessTouch(_Touch):
         self._cell = grid.resolution * SCALE
         self._occupied = np.pad(grid.occupancy, 1, constant_values=True)
 
-    def PreSolve(self, contact: b2Contact, old_manifold: b2Manifold) -> None:
+    def PreSolve(self, contact: b2Contact, old_manifold: b2Manifold) -> None:  # noqa: N802, the name is Box2D's
         manifold = contact.worldManifold
         wall_first = not contact.fixtureA.body.mass
         sign = 1.0 if wall_first else -1.0
@@ -235,4 +235,5 @@ def _inset(corners: NDArray[np.float64], distance: float) -> NDArray[np.float64]
     inwards = np.stack([-edges[:, 1], edges[:, 0]], axis=1) / np.hypot(*edges.T)[:, None]
     inwards *= -np.sign((inwards * corners).sum(axis=1))[:, None]
     before = np.roll(inwards, 1, axis=0)
-    return corners + distance * (before + inwards) / (1 + (before * inwards).sum(axis=1))[:, None]
+    offsets: NDArray[np.float64] = (before + inwards) / (1 + (before * inwards).sum(axis=1))[:, None]
+    return corners + distance * offsets
