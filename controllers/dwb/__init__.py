@@ -1,0 +1,1 @@
+"""DWB, Nav2's Dynamic Window controller."""

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from controllers.base import ControllerError, FollowerSetup, Twist
 from controllers.dwb.critics import make_critics
-from controllers.dwb.kernels_plan import plan_window
-from controllers.dwb.kernels_scoring import total_scores
+from controllers.dwb.kernels.plan import plan_window
+from controllers.dwb.kernels.scoring import total_scores
 from controllers.dwb.params import DwbParams
 from controllers.dwb.scene import Scene
 from controllers.dwb.trajectories import Trajectories
@@ -62,21 +62,21 @@ class DwbFollower:
         params: The parameters; see :class:`~controllers.dwb.params.DwbParams`.
     """
 
+    _setup: FollowerSetup
+    _candidates: Trajectories
+
     def __init__(self, params: DwbParams) -> None:
         self.params = params
-        self._limited = params
-        self._critics = make_critics(params)
         self._forward = max(params.GoalAlign.forward_point_distance, params.PathAlign.forward_point_distance)
-        self._candidates = Trajectories()
+        self._critics = make_critics(params)
         self._plan = np.empty((0, 3))
-        self._setup: FollowerSetup | None = None
 
     def reset(self, setup: FollowerSetup) -> None:
         """Forget the last run: plan, critics' memory and speed limit."""
         self._setup = setup
-        self._limited = self.params
-        self._plan = np.empty((0, 3))
+        self._candidates = Trajectories(self.params, setup.control_period)
         self._critics = make_critics(self.params)
+        self._plan = np.empty((0, 3))
 
     def set_plan(self, path: NDArray[np.float64]) -> None:
         """Take a new global plan, ``(n, 3)``; all critics forget, as in Nav2."""
@@ -92,15 +92,13 @@ class DwbFollower:
         Raises:
             ConfigError: If the limit is negative or not finite.
         """
-        p = self.params
         if not 0.0 <= speed < np.inf:
             raise ConfigError(f"speed limit: expected a finite number >= 0, got {speed}")
-        if speed == NO_SPEED_LIMIT:
-            self._limited = p
-        elif percentage:
-            self._limited = _scaled(p, speed / 100.0, p.max_speed_xy * speed / 100.0)
-        elif speed < p.max_speed_xy:
-            self._limited = _scaled(p, speed / p.max_speed_xy, speed)
+        base = self.params.max_speed_xy
+        if speed != NO_SPEED_LIMIT and not percentage and speed >= base:
+            return
+        ratio = 1.0 if speed == NO_SPEED_LIMIT else speed / (100.0 if percentage else base)
+        self._candidates = Trajectories(_scaled(self.params, ratio), self._setup.control_period)
 
     def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
         """Return the command of the best candidate; see :class:`~controllers.base.PathFollower`.
@@ -133,14 +131,12 @@ class DwbFollower:
 
     def _look(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Scene:
         """Roll out the candidates and collect what the critics need to know."""
-        if self._setup is None:
-            raise ControllerError("reset must be called before a command is asked for")
         plan = self._near_plan(pose, costmap)
         goal = Pose(*self._plan[-1].tolist())
         candidates = self._candidates
-        candidates.fill(self._limited, self._setup.control_period, pose, velocity, costmap)
+        candidates.fill(pose, velocity, costmap)
         fastest = max(abs(velocity.v), float(np.abs(candidates.twists[:, 0]).max(initial=0.0)))
-        reach = fastest * self._limited.sim_time + self._forward
+        reach = fastest * self.params.sim_time + self._forward
         return Scene(pose, velocity, goal, plan, costmap, self._setup.footprint, now, reach)
 
     def _near_plan(self, pose: Pose, costmap: Costmap) -> NDArray[np.float64]:
@@ -176,15 +172,10 @@ class DwbFollower:
         )
 
 
-def _scaled(params: DwbParams, ratio: float, max_speed_xy: float) -> DwbParams:
+def _scaled(params: DwbParams, ratio: float) -> DwbParams:
     """Scale the top speeds; lower limits stay, even where they end above the upper ones."""
-    return params.model_copy(
-        update={
-            "max_speed_xy": max_speed_xy,
-            "max_vel_x": params.max_vel_x * ratio,
-            "max_vel_theta": params.max_vel_theta * ratio,
-        }
-    )
+    names = ("max_speed_xy", "max_vel_x", "max_vel_theta")
+    return params.model_copy(update={name: getattr(params, name) * ratio for name in names})
 
 
 def _no_legal_candidate(evaluation: DwbEvaluation) -> str:

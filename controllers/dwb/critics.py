@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import Twist
-from controllers.dwb.kernels_scoring import (
+from controllers.dwb.kernels.scoring import (
     ILLEGAL,
     LAST,
     PRODUCT,
@@ -118,8 +118,8 @@ class MapGrid(Critic):
             scores[:] = ILLEGAL
             return
         map_grid_scores(
-            c.steps, c.places, c.x, c.y, c.cos, c.sin, self._forward, f.distances, f.first_row, f.first_col,
-            m.costs, m.origin_x, m.origin_y, m.resolution, self._aggregation, self._twice, scores,
+            c.steps, c.places, c.x, c.y, c.cos, c.sin, self._forward, f.distances, f.first_row,
+            len(m.costs), m.origin_x, m.origin_y, m.resolution, self._aggregation, self._twice, scores,
         )  # fmt: skip
         if self._must_stay_on_map:
             reject_off_map(c.worst, scores)

@@ -10,25 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import Twist
-from controllers.dwb.kernels_plan import distance_field, seed_cells
+from controllers.dwb.kernels.plan import distance_field, seed_cells
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.scenario import Pose
 
 
 class Field(NamedTuple):
-    """Manhattan distances in cells on a part of the map.
+    """Manhattan distances in cells near the robot.
 
     Args:
-        distances: ``(rows, cols)`` int32.
-        first_row: Row of the map at which the part begins.
-        first_col: Column of the map at which it begins.
+        distances: ``(rows, columns of the map)`` int32, filled within reach of the robot.
+        first_row: Row of the map at which they begin.
         reached: Whether there is any seed; without one all distances are ``cells of the map + 1``.
     """
 
     distances: NDArray[np.int32]
     first_row: int
-    first_col: int
     reached: bool
 
 
@@ -86,9 +84,9 @@ class Scene:
         rows, cols = self.costmap.costs.shape
         top, bottom = self._span(self.pose.y - self.costmap.origin_y, rows)
         left, right = self._span(self.pose.x - self.costmap.origin_x, cols)
-        distances = np.empty((bottom - top, right - left), dtype=np.int32)
-        distance_field(seeds, cols, top, left, distances, rows * cols + 1)
-        return Field(distances, top, left, len(seeds) > 0)
+        distances = np.empty((bottom - top, cols), dtype=np.int32)
+        distance_field(seeds, top, left, right, distances, rows * cols + 1)
+        return Field(distances, top, len(seeds) > 0)
 
     def _span(self, at: float, cells: int) -> tuple[int, int]:
         """First and past-the-last cell within reach on one axis, a cell of margin on either side, at least one cell."""

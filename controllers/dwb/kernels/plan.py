@@ -75,7 +75,7 @@ def seed_cells(plan, costs, origin_x, origin_y, resolution):
 
 
 @kernel
-def _spread(distances):
+def spread(distances):
     """Let every value reach its neighbours at one more per cell (two passes an axis; exact for city blocks)."""
     rows, cols = distances.shape
     for r in range(1, rows):
@@ -92,24 +92,26 @@ def _spread(distances):
 
 
 @kernel
-def distance_field(seeds, cols, first_row, first_col, field, unreachable):
-    """Fill ``field`` with the Manhattan distance in cells to the nearest seed, ``unreachable`` without seeds.
+def distance_field(seeds, first_row, first_col, last_col, distances, unreachable):
+    """Write the Manhattan distance in cells to the nearest seed, ``unreachable`` without seeds.
 
     Args:
-        seeds: Flat cell indices.
-        cols: Columns of the whole map.
-        first_row: Row of the map at which ``field`` begins.
-        first_col: Column of the map at which it begins.
-        field: Written: ``(rows, cols)`` int32, a part of the map. A seed outside counts from the nearest cell
-            of the part, through which every shortest way goes.
+        seeds: Flat indices of cells of the map.
+        first_row: Row of the map at which ``distances`` begins.
+        first_col: First column of the map to fill.
+        last_col: The column past the last to fill.
+        distances: ``(rows, columns of the map)`` int32. A seed outside the part to be filled counts from the
+            nearest cell of it, through which every shortest way goes.
         unreachable: Value of a cell that no seed reaches.
     """
-    height, width = field.shape
-    field[:] = unreachable
+    cols = distances.shape[1]
+    part = distances[:, first_col:last_col]
+    height, width = part.shape
+    part[:] = unreachable
     for seed in seeds:
         row, col = seed // cols - first_row, seed % cols - first_col
         inner_row, inner_col = min(max(row, 0), height - 1), min(max(col, 0), width - 1)
         away = abs(row - inner_row) + abs(col - inner_col)
-        field[inner_row, inner_col] = min(field[inner_row, inner_col], away)
+        part[inner_row, inner_col] = min(part[inner_row, inner_col], away)
     if len(seeds) > 0:
-        _spread(field)
+        spread(part)

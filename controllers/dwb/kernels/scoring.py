@@ -1,7 +1,7 @@
 """Kernels of the critics: one raw score per candidate, ``ILLEGAL`` where the critic rejects it.
 
 Candidate ``i`` has ``steps[i] + 1`` poses; ``places[i]`` says where they lie in the flat arrays (see
-:func:`controllers.dwb.kernels_sampling.lay_out`). ``twice`` says that the last pose counts twice, as Nav2's
+:func:`controllers.dwb.kernels.sampling.lay_out`). ``twice`` says that the last pose counts twice, as Nav2's
 ``include_last_point`` has it.
 
 Source: nav2_dwb_controller/dwb_critics and dwb_core/src/dwb_local_planner.cpp (scoreTrajectory).
@@ -9,10 +9,9 @@ Source: nav2_dwb_controller/dwb_critics and dwb_core/src/dwb_local_planner.cpp (
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from controllers.dwb.kernels.rollout import OFF_MAP
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.kernels.geometry import cell_index, normalize_angle
 from gym_mapbench.kernels.jit import kernel
@@ -20,25 +19,8 @@ from gym_mapbench.kernels.jit import kernel
 ILLEGAL = -1.0
 INSCRIBED = 253
 LETHAL = 254
-OFF_MAP = 256
 
 LAST, SUM, PRODUCT = 0, 1, 2
-
-
-@kernel
-def worst_costs(steps, places, cells, costs, worst):
-    """Write the dearest cell under every trajectory, ``OFF_MAP`` if it leaves the map."""
-    flat = costs.ravel()
-    for i in range(len(steps)):
-        place, width = places[i, 0], places[i, 1]
-        dearest = 0
-        for k in range(steps[i] + 1):
-            cell = cells[place + k * width]
-            if cell < 0:
-                dearest = OFF_MAP
-                break
-            dearest = max(dearest, flat[cell])
-        worst[i] = dearest
 
 
 @kernel
@@ -68,7 +50,7 @@ def footprint_scores(
         scores[i] = ILLEGAL
         if worst[i] == OFF_MAP:
             continue
-        place, width, heading = places[i]
+        place, width, heading = places[i, 0], places[i, 1], places[i, 2]
         total, cost = 0.0, 0
         for k in range(steps[i] + 1):
             pose = place + k * width
@@ -81,13 +63,11 @@ def footprint_scores(
 
 
 @kernel
-def grid_value(x, y, field, first_row, first_col, costs, origin_x, origin_y, resolution):
+def grid_value(x, y, distances, first_row, rows, origin_x, origin_y, resolution):
     """Value of the field at a point, ``ILLEGAL`` off the map."""
-    rows, cols = costs.shape
+    cols = distances.shape[1]
     cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
-    if cell < 0:
-        return ILLEGAL
-    return float(field[cell // cols - first_row, cell % cols - first_col])
+    return ILLEGAL if cell < 0 else float(distances.ravel()[cell - first_row * cols])
 
 
 @kernel
@@ -100,18 +80,18 @@ def accumulate(score, value, aggregation):
 
 @kernel
 def map_grid_scores(
-    steps, places, x, y, cos, sin, forward, field, first_row, first_col, costs, origin_x, origin_y, resolution,
+    steps, places, x, y, cos, sin, forward, distances, first_row, rows, origin_x, origin_y, resolution,
     aggregation, twice, scores,
 ):  # fmt: skip
     """The map-grid critics: field value at the point ``forward`` of the last pose, or aggregated over all poses."""
     for i in range(len(steps)):
-        place, width, heading = places[i]
+        place, width, heading = places[i, 0], places[i, 1], places[i, 2]
         score, value = (1.0 if aggregation == PRODUCT else 0.0), 0.0
         for k in range(steps[i] if aggregation == LAST else 0, steps[i] + 1):
             pose, turn = place + k * width, heading + k
             value = grid_value(
                 x[pose] + forward * cos[turn], y[pose] + forward * sin[turn],
-                field, first_row, first_col, costs, origin_x, origin_y, resolution,
+                distances, first_row, rows, origin_x, origin_y, resolution,
             )  # fmt: skip
             if value < 0.0:
                 break
@@ -143,6 +123,34 @@ def rotation_errors(steps, places, yaw, sim_time, lookahead_time, goal_yaw, erro
 
 
 @kernel
+def add_scores(raw, scale, totals):
+    """Add the weighed scores of one critic."""
+    for i in range(len(totals)):
+        totals[i] = np.float32(totals[i] + raw[i] * scale)
+
+
+@kernel
+def blame(raw, critic, illegal_by):
+    """Note which candidates this critic is the first to reject."""
+    for i in range(len(raw)):
+        if raw[i] < 0.0 and illegal_by[i] < 0:
+            illegal_by[i] = critic
+
+
+@kernel
+def pick(raw, totals, illegal_by):
+    """Overwrite the scores of illegal candidates; return the first legal one of smallest total, -1 without any."""
+    best = -1
+    for i in range(len(totals)):
+        if illegal_by[i] >= 0:
+            raw[:, i] = ILLEGAL
+            totals[i] = ILLEGAL
+        elif best < 0 or totals[i] < totals[best]:
+            best = i
+    return best
+
+
+@kernel
 def total_scores(raw, scales, totals, illegal_by):
     """Weigh and add the raw scores as Nav2 does: the total is rounded to float32 after every critic.
 
@@ -153,22 +161,12 @@ def total_scores(raw, scales, totals, illegal_by):
         illegal_by: Written: ``(n,)`` index of the first critic that rejects it, -1 if none does.
 
     Returns:
-        Index of the first candidate of smallest total, -1 if all are illegal.
+        Index of the candidate to choose, -1 if all are illegal.
     """
-    best = -1
-    for i in range(len(totals)):
-        total = np.float32(0.0)
-        illegal_by[i] = -1
-        for c in range(len(scales)):
-            if scales[c] == 0.0:
-                continue
-            if raw[c, i] < 0.0:
-                illegal_by[i] = c
-                total = np.float32(-1.0)
-                raw[:, i] = ILLEGAL
-                break
-            total = np.float32(total + raw[c, i] * scales[c])
-        totals[i] = total
-        if illegal_by[i] < 0 and (best < 0 or total < totals[best]):
-            best = i
-    return best
+    totals[:] = 0.0
+    illegal_by[:] = -1
+    for c in range(len(scales)):
+        if scales[c] != 0.0:
+            add_scores(raw[c], scales[c], totals)
+            blame(raw[c], c, illegal_by)
+    return pick(raw, totals, illegal_by)

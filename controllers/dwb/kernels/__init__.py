@@ -1,0 +1,1 @@
+"""Kernels of DWB: arrays and scalars only."""

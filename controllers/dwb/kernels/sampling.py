@@ -1,0 +1,164 @@
+"""Kernels that choose the candidate twists and decide where their poses are kept.
+
+Source: nav2_dwb_controller/dwb_plugins: one_d_velocity_iterator.hpp, xy_theta_iterator.cpp and
+standard_traj_generator.cpp.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gym_mapbench.kernels.jit import kernel
+
+EPSILON = 1e-5
+
+
+@kernel
+def project_velocity(start, acceleration, deceleration, dt, target):
+    """Velocity after ``dt`` on the way from ``start`` to ``target``."""
+    if start < target:
+        return min(target, start + acceleration * dt)
+    return max(target, start + deceleration * dt)
+
+
+@kernel
+def axis_samples(current, axis, dt):
+    """Samples of one velocity axis, ascending; a range across zero also gets an exact 0.
+
+    Args:
+        current: Velocity now.
+        axis: Lowest and highest velocity, acceleration, deceleration (negative), number of samples.
+        dt: Time within which a sample must be reachable, s.
+    """
+    lowest, highest, acceleration, deceleration, count = axis[0], axis[1], axis[2], axis[3], axis[4]
+    current = min(max(current, lowest), highest)
+    top = project_velocity(current, acceleration, deceleration, dt, highest)
+    bottom = project_velocity(current, acceleration, deceleration, dt, lowest)
+    if abs(bottom - top) < EPSILON:
+        return np.full(1, bottom)
+    step = (top - bottom) / (max(2.0, count) - 1.0)
+    samples = np.empty(max(0, int((top + EPSILON - bottom) / step)) + 3)
+    n = 0
+    value = bottom
+    while value <= top + EPSILON:
+        samples[n] = value
+        n += 1
+        if value < 0.0 < value + step <= top + EPSILON:
+            samples[n] = 0.0
+            n += 1
+        value += step
+    return samples[:n]
+
+
+@kernel
+def permitted_twists(vx, omega, speeds):
+    """Permitted pairs, vx outermost, and where to find them.
+
+    Args:
+        vx: Samples, m/s.
+        omega: Samples, rad/s.
+        speeds: ``max_speed_xy``, ``min_speed_xy``, ``min_speed_theta``; a negative one does not count.
+
+    Returns:
+        ``(n, 2)`` twists, and ``(len(vx), len(omega))`` their indices, -1 for a pair that is not permitted.
+    """
+    twists = np.empty((len(vx) * len(omega), 2))
+    index = np.full((len(vx), len(omega)), -1)
+    n = 0
+    for i in range(len(vx)):
+        speed_sq = vx[i] * vx[i]
+        if speeds[0] >= 0.0 and speed_sq > speeds[0] * speeds[0] + EPSILON:
+            continue
+        slow = speeds[1] >= 0.0 and speed_sq + EPSILON < speeds[1] * speeds[1]
+        for j in range(len(omega)):
+            still = speeds[2] >= 0.0 and abs(omega[j]) + EPSILON < speeds[2]
+            if (slow and still) or (speed_sq == 0.0 and omega[j] == 0.0):
+                continue
+            twists[n, 0], twists[n, 1] = vx[i], omega[j]
+            index[i, j] = n
+            n += 1
+    return twists[:n], index
+
+
+@kernel
+def count_steps(twists, sim_time, granularity):
+    """Number of time steps of every candidate, at least 1.
+
+    Args:
+        twists: ``(n, 2)`` candidates.
+        sim_time: Duration of the trajectories, s.
+        granularity: Most a step may cover: s (infinite to ignore it), m, rad.
+    """
+    steps = np.empty(len(twists), dtype=np.int64)
+    for i in range(len(twists)):
+        linear = abs(twists[i, 0]) * sim_time / granularity[1]
+        angular = abs(twists[i, 1]) * sim_time / granularity[2]
+        steps[i] = max(1, math.ceil(max(linear, angular, sim_time / granularity[0])))
+    return steps
+
+
+@kernel
+def group_candidates(index, steps):
+    """Group the candidates that turn alike: same turn rate, same number of steps, hence the same headings.
+
+    Returns:
+        ``order``: candidates, group by group; ``start``: ``(groups + 1,)`` where each group begins in it.
+    """
+    order = np.empty(len(steps), dtype=np.int64)
+    start = np.empty(len(steps) + 1, dtype=np.int64)
+    n = groups = 0
+    for j in range(index.shape[1]):
+        previous = -1
+        for i in range(index.shape[0]):
+            candidate = index[i, j]
+            if candidate < 0:
+                continue
+            if steps[candidate] != previous:
+                start[groups] = n
+                groups += 1
+                previous = steps[candidate]
+            order[n] = candidate
+            n += 1
+    start[groups] = n
+    return order, start[: groups + 1]
+
+
+@kernel
+def lay_out(order, start, steps):
+    """Place the poses of all candidates in flat arrays.
+
+    Within a group pose ``k`` of all members lies side by side, so that one loop advances them together.
+
+    Returns:
+        ``(n, 3)`` per candidate: index of its first position, distance to its next one, index of its first
+        heading; then the numbers of positions and of headings.
+    """
+    places = np.empty((len(steps), 3), dtype=np.int64)
+    positions = headings = 0
+    for g in range(len(start) - 1):
+        width = start[g + 1] - start[g]
+        for m in range(width):
+            candidate = order[start[g] + m]
+            places[candidate, 0] = positions + m
+            places[candidate, 1] = width
+            places[candidate, 2] = headings
+        poses = steps[order[start[g]]] + 1
+        positions += poses * width
+        headings += poses
+    return places, positions, headings
+
+
+@kernel
+def choose_candidates(v, omega, axes, reach, speeds, sim_time, granularity):
+    """Candidates from a velocity: all of the above in one call.
+
+    Returns:
+        Twists, steps, order, start, places, number of positions, number of headings.
+    """
+    twists, index = permitted_twists(axis_samples(v, axes[0], reach), axis_samples(omega, axes[1], reach), speeds)
+    steps = count_steps(twists, sim_time, granularity)
+    order, start = group_candidates(index, steps)
+    places, positions, headings = lay_out(order, start, steps)
+    return twists, steps, order, start, places, positions, headings
