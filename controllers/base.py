@@ -18,6 +18,7 @@ from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import MapBenchError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose
 
@@ -50,6 +51,7 @@ class Context:
         goal: Goal pose.
         control_period: Seconds between two calls of ``act``.
         rng: The run's own generator; the only source of randomness a controller may use.
+        lidar: Beams behind the observation's ``scan``.
     """
 
     robot: RobotSpec
@@ -58,6 +60,7 @@ class Context:
     goal: Pose
     control_period: float
     rng: np.random.Generator
+    lidar: LidarSettings = LidarSettings()
 
 
 class Controller(Protocol):

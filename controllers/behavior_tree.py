@@ -1,0 +1,268 @@
+"""Behaviour tree: the control nodes of Nav2's NavigateToPose tree, with their exact semantics.
+
+A node is ticked until it is no longer RUNNING; a parent that is done with a child halts it, which
+reaches the child only while it is RUNNING (BehaviorTree.CPP 3.8). Sources: nav2_behavior_tree
+(Humble) plugins/control and plugins/decorator; BehaviorTree.CPP 3.8 for Sequence and
+ReactiveFallback.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from enum import Enum, auto
+
+from controllers.rate import TIME_RESOLUTION
+
+
+class Status(Enum):
+    """State of a node; IDLE before its first tick and after a halt."""
+
+    IDLE = auto()
+    RUNNING = auto()
+    SUCCESS = auto()
+    FAILURE = auto()
+
+
+class Node(ABC):
+    """A node of the tree; ``status`` is that of its last tick."""
+
+    status: Status = Status.IDLE
+
+    def execute_tick(self) -> Status:
+        """Tick the node and remember its status."""
+        self.status = self.tick()
+        return self.status
+
+    def stop(self) -> None:
+        """Make the node IDLE; it is halted first if it is RUNNING."""
+        if self.status is Status.RUNNING:
+            self.halt()
+        self.status = Status.IDLE
+
+    @abstractmethod
+    def tick(self) -> Status:
+        """Do one tick; ``self.status`` is still that of the tick before."""
+
+    @abstractmethod
+    def halt(self) -> None:
+        """Give up what is running."""
+
+
+class Action(Node):
+    """Leaf that begins something when it is first ticked, and continues it at every tick while it runs."""
+
+    def tick(self) -> Status:
+        """Begin unless it runs already, then do this tick's part."""
+        if self.status is not Status.RUNNING:
+            self.start()
+        return self.update()
+
+    def start(self) -> None:
+        """Begin; the first update follows in the same tick."""
+
+    @abstractmethod
+    def update(self) -> Status:
+        """Do this tick's part."""
+
+    def halt(self) -> None:
+        """Cancel; nothing to do unless the action says so."""
+
+
+class Condition(Node):
+    """Leaf that asks a question: SUCCESS for yes, FAILURE for no."""
+
+    def __init__(self, holds: Callable[[], bool]) -> None:
+        self._holds = holds
+
+    def tick(self) -> Status:
+        """Ask."""
+        return Status.SUCCESS if self._holds() else Status.FAILURE
+
+    def halt(self) -> None:
+        """Nothing: a condition never runs."""
+
+
+class Control(Node):
+    """A node with children."""
+
+    def __init__(self, *children: Node) -> None:
+        self.children = children
+
+    def halt(self) -> None:
+        """Stop all children."""
+        for child in self.children:
+            child.stop()
+
+
+class Sequence(Control):
+    """Ticks its children in order, each until it succeeds; one failure fails it."""
+
+    def __init__(self, *children: Node) -> None:
+        super().__init__(*children)
+        self._current = 0
+
+    def tick(self) -> Status:
+        """Go on with the current child."""
+        while self._current < len(self.children):
+            status = self.children[self._current].execute_tick()
+            if status is not Status.SUCCESS:
+                if status is Status.FAILURE:
+                    self.halt()
+                return status
+            self._current += 1
+        self.halt()
+        return Status.SUCCESS
+
+    def halt(self) -> None:
+        """Stop all children and begin with the first one next time."""
+        super().halt()
+        self._current = 0
+
+
+class ReactiveFallback(Control):
+    """Asks all children anew at every tick; the first that does not fail decides."""
+
+    def tick(self) -> Status:
+        """Tick the children from the first one on."""
+        for index, child in enumerate(self.children):
+            status = child.execute_tick()
+            if status is Status.RUNNING:
+                for earlier in self.children[:index]:
+                    earlier.stop()
+                return status
+            if status is Status.SUCCESS:
+                self.halt()
+                return status
+        self.halt()
+        return Status.FAILURE
+
+
+class RecoveryNode(Control):
+    """Retries its first child up to ``number_of_retries`` times, each time after its second child succeeded.
+
+    The count of retries begins anew only when the node ends: a child that failed once, was retried and
+    now runs has one retry less left.
+    """
+
+    def __init__(self, number_of_retries: int, child: Node, recovery: Node) -> None:
+        super().__init__(child, recovery)
+        self.number_of_retries = number_of_retries
+        self.retry_count = 0
+        self._recovering = False
+
+    def tick(self) -> Status:
+        """Alternate between the two children until one is RUNNING or the node ends."""
+        child, recovery = self.children
+        while True:
+            active = recovery if self._recovering else child
+            status = active.execute_tick()
+            if status is Status.RUNNING:
+                return status
+            if self._ends_with(status):
+                self.halt()
+                return status
+            active.stop()
+            self.retry_count += self._recovering
+            self._recovering = not self._recovering
+
+    def _ends_with(self, status: Status) -> bool:
+        """Whether this result of the active child ends the node; otherwise it is the other child's turn."""
+        if self._recovering:
+            return status is Status.FAILURE
+        return status is Status.SUCCESS or self.retry_count >= self.number_of_retries
+
+    def halt(self) -> None:
+        """Stop both children and forget the retries."""
+        super().halt()
+        self.retry_count = 0
+        self._recovering = False
+
+
+class PipelineSequence(Control):
+    """Ticks all children reached so far at every tick; a RUNNING one blocks only those not yet reached."""
+
+    def __init__(self, *children: Node) -> None:
+        super().__init__(*children)
+        self._reached = 0
+
+    def tick(self) -> Status:
+        """Tick the children from the first one on."""
+        for index, child in enumerate(self.children):
+            status = child.execute_tick()
+            if status is Status.FAILURE:
+                self.halt()
+                return status
+            if status is Status.RUNNING and index >= self._reached:
+                self._reached = index
+                return status
+        self.halt()
+        return Status.SUCCESS
+
+    def halt(self) -> None:
+        """Stop all children and begin with the first one next time."""
+        super().halt()
+        self._reached = 0
+
+
+class RoundRobin(Control):
+    """Tries its children in turn, beginning after the last one that succeeded; fails when all of them fail.
+
+    Where it stands outlives its own success: the parent's halt reaches RUNNING nodes only.
+    """
+
+    def __init__(self, *children: Node) -> None:
+        super().__init__(*children)
+        self._current = 0
+        self._failed = 0
+
+    def tick(self) -> Status:
+        """Tick the child whose turn it is, and the next ones while they fail."""
+        while self._failed < len(self.children):
+            status = self.children[self._current].execute_tick()
+            if status is Status.RUNNING:
+                return status
+            self._current = (self._current + 1) % len(self.children)
+            if status is Status.SUCCESS:
+                self._failed = 0
+                super().halt()
+                return status
+            self._failed += 1
+        self.halt()
+        return Status.FAILURE
+
+    def halt(self) -> None:
+        """Stop all children and begin with the first one next time."""
+        super().halt()
+        self._current = 0
+        self._failed = 0
+
+
+class RateController(Control):
+    """Ticks its child at ``hz``: at first, while it runs, and when one period has passed since it succeeded.
+
+    Args:
+        hz: Rate, 1/s.
+        clock: Returns the time, s.
+        child: What is ticked.
+    """
+
+    def __init__(self, hz: float, clock: Callable[[], float], child: Node) -> None:
+        super().__init__(child)
+        self._period = 1.0 / hz
+        self._clock = clock
+        self._start = 0.0
+
+    def tick(self) -> Status:
+        """Tick the child if it is due."""
+        (child,) = self.children
+        first = self.status is Status.IDLE
+        if first:
+            self._start = self._clock()
+        due = self._clock() - self._start >= self._period - TIME_RESOLUTION
+        if not (first or due or child.status is Status.RUNNING):
+            return Status.RUNNING
+        status = child.execute_tick()
+        if status is Status.SUCCESS:
+            self._start = self._clock()
+        return status

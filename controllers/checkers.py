@@ -1,0 +1,139 @@
+"""Checkers: whether the goal is reached, and whether the robot still gets anywhere.
+
+Source: nav2_controller (Humble) plugins/simple_goal_checker.cpp, stopped_goal_checker.cpp,
+simple_progress_checker.cpp, pose_progress_checker.cpp.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+from controllers.base import Twist
+from controllers.nav2_params.navigation import GoalChecker as GoalCheckerParams
+from controllers.nav2_params.navigation import ProgressChecker as ProgressCheckerParams
+from controllers.rate import TIME_RESOLUTION
+from gym_mapbench.scenario import Pose, wrap_angle
+
+
+class GoalChecker(Protocol):
+    """Says whether a goal pose is reached."""
+
+    def reset(self) -> None:
+        """Forget what was reached."""
+        ...
+
+    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist) -> bool:
+        """Return whether the robot at ``pose``, moving with ``velocity``, is at ``goal``."""
+        ...
+
+
+class ProgressChecker(Protocol):
+    """Says whether the robot still moves on."""
+
+    def reset(self) -> None:
+        """Begin anew with the next pose."""
+        ...
+
+    def check(self, pose: Pose, now: float) -> bool:
+        """Return False when there was no progress for too long; ``now`` in s."""
+        ...
+
+
+class SimpleGoalChecker:
+    """Position within one tolerance, then heading within another.
+
+    Args:
+        params: Tolerances; ``stateful``, whether a position once reached counts until the next path.
+    """
+
+    def __init__(self, params: GoalCheckerParams) -> None:
+        self._params = params
+        self._position_reached = False
+
+    def reset(self) -> None:
+        """Forget that the position was reached."""
+        self._position_reached = False
+
+    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist) -> bool:
+        """Return whether the robot at ``pose`` is at ``goal``, whatever its velocity."""
+        params = self._params
+        if not self._position_reached:
+            dx, dy = pose.x - goal.x, pose.y - goal.y
+            if dx * dx + dy * dy > params.xy_goal_tolerance * params.xy_goal_tolerance:
+                return False
+            self._position_reached = params.stateful
+        error = abs(wrap_angle(goal.yaw - pose.yaw))
+        if params.symmetric_yaw_tolerance:
+            error = min(error, abs(wrap_angle(goal.yaw + math.pi - pose.yaw)))
+        return error <= params.yaw_goal_tolerance
+
+
+class StoppedGoalChecker(SimpleGoalChecker):
+    """A :class:`SimpleGoalChecker` that also wants the robot to stand still."""
+
+    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist) -> bool:
+        """Return whether the robot stands at ``goal``."""
+        return (
+            super().is_goal_reached(pose, goal, velocity)
+            and abs(velocity.w) <= self._params.rot_stopped_velocity
+            and abs(velocity.v) <= self._params.trans_stopped_velocity
+        )
+
+
+class SimpleProgressChecker:
+    """Wants the robot to leave a circle around its last baseline within a time.
+
+    Args:
+        params: Radius of the circle and time.
+    """
+
+    def __init__(self, params: ProgressCheckerParams) -> None:
+        self._params = params
+        self._baseline: Pose | None = None
+        self._since = 0.0
+
+    def reset(self) -> None:
+        """Take the next pose as baseline."""
+        self._baseline = None
+
+    def check(self, pose: Pose, now: float) -> bool:
+        """Return False when the robot stayed around the baseline for longer than allowed."""
+        if self._baseline is None or self._moved(self._baseline, pose):
+            self._baseline, self._since = pose, now
+            return True
+        return now - self._since <= self._params.movement_time_allowance + TIME_RESOLUTION
+
+    def _moved(self, baseline: Pose, pose: Pose) -> bool:
+        return math.hypot(pose.x - baseline.x, pose.y - baseline.y) > self._params.required_movement_radius
+
+
+class PoseProgressChecker(SimpleProgressChecker):
+    """A :class:`SimpleProgressChecker` to which a turn is progress as well."""
+
+    def _moved(self, baseline: Pose, pose: Pose) -> bool:
+        turned = abs(wrap_angle(pose.yaw - baseline.yaw)) > self._params.required_movement_angle
+        return turned or super()._moved(baseline, pose)
+
+
+class NoProgressChecker:
+    """Lets the robot stand for ever: progress is not checked."""
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def check(self, pose: Pose, now: float) -> bool:
+        """Return True."""
+        return True
+
+
+def make_goal_checker(params: GoalCheckerParams) -> GoalChecker:
+    """Return the goal checker that the options name."""
+    return StoppedGoalChecker(params) if params.plugin == "stopped" else SimpleGoalChecker(params)
+
+
+def make_progress_checker(params: ProgressCheckerParams) -> ProgressChecker:
+    """Return the progress checker that the options name."""
+    if params.plugin == "none":
+        return NoProgressChecker()
+    return PoseProgressChecker(params) if params.plugin == "pose" else SimpleProgressChecker(params)

@@ -1,0 +1,121 @@
+"""ControllerServer: Nav2's FollowPath action around one path follower.
+
+Source: nav2_controller (Humble) src/controller_server.cpp, ``computeControl`` and what it calls.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import ControllerAbort, ControllerError, PathFollower, Twist
+from controllers.behavior_tree import Status
+from controllers.checkers import make_goal_checker, make_progress_checker
+from controllers.nav2_params.navigation import ControllerServer as ControllerServerParams
+from controllers.rate import TIME_RESOLUTION, Rate
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.scenario import Pose
+
+STOP = Twist(0.0, 0.0)
+
+
+class ControllerServer:
+    """Follows a path until its end is reached or the follower has failed for too long.
+
+    It cycles at ``controller_frequency``; a command is held until the next cycle.
+
+    Args:
+        follower: DWB, MPPI, RPP or any other :class:`controllers.base.PathFollower`.
+        params: Checkers, thresholds and failure tolerance.
+        abort_is_exception: Whether ``failure_tolerance`` also covers a ControllerAbort, as in newer releases;
+            in Humble such an exception ends the action at once.
+
+    Attributes:
+        command: What the robot is told now.
+        failure_reason: Why the action was aborted.
+        seconds: Wall-clock seconds spent inside the follower.
+        calls: Number of calls of the follower.
+    """
+
+    def __init__(
+        self, follower: PathFollower, params: ControllerServerParams, *, abort_is_exception: bool = False
+    ) -> None:
+        self._follower = follower
+        self._params = params
+        self._abort_is_exception = abort_is_exception
+        self._goal_checker = make_goal_checker(params.goal_checker)
+        self._progress_checker = make_progress_checker(params.progress_checker)
+        self._rate = Rate(params.controller_frequency)
+        self.command = STOP
+        self.failure_reason = ""
+        self.seconds = 0.0
+        self.calls = 0
+
+    def start(self, path: NDArray[np.float64], now: float) -> None:
+        """Begin to follow ``path``, ``(n, 3)`` x, y in m and yaw in rad."""
+        self.set_plan(path)
+        self._progress_checker.reset()
+        self._last_valid_time = now
+        self._rate.start(now)
+
+    def set_plan(self, path: NDArray[np.float64]) -> None:
+        """Take a new path; the goal checker forgets what was reached, the progress checker does not."""
+        self._path = path
+        self._goal_checker.reset()
+        if len(path):
+            self._goal = Pose(*map(float, path[-1]))
+            self._follower.set_plan(path)
+
+    def step(self, pose: Pose, odometry: Twist, costmap: Costmap, now: float) -> Status:
+        """Do the cycle that is due, if one is: progress, command, goal; the goal is tested at the same pose."""
+        if not self._rate.is_due(now):
+            return Status.RUNNING
+        if not len(self._path):
+            return self._abort("Path is empty.")
+        if not self._progress_checker.check(pose, now):
+            return self._abort("Failed to make progress")
+        velocity = self._without_noise(odometry)
+        try:
+            self.command = self._compute(pose, velocity, costmap, now)
+            self._last_valid_time = now
+        except (ControllerError, ControllerAbort) as error:
+            if not self._is_patient_with(error, now):
+                return self._abort(str(error))
+            self.command = STOP
+        if self._goal_checker.is_goal_reached(pose, self._goal, velocity):
+            self.command = STOP
+            return Status.SUCCESS
+        return Status.RUNNING
+
+    def cancel(self) -> None:
+        """Stop the robot."""
+        self.command = STOP
+
+    def _compute(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
+        """Ask the follower, with a stopwatch."""
+        began = time.perf_counter()
+        try:
+            return self._follower.compute_velocity_commands(pose, velocity, costmap, now)
+        finally:
+            self.seconds += time.perf_counter() - began
+            self.calls += 1
+
+    def _without_noise(self, odometry: Twist) -> Twist:
+        """Measured velocity with tiny components set to 0."""
+        v = odometry.v if abs(odometry.v) > self._params.min_x_velocity_threshold else 0.0
+        w = odometry.w if abs(odometry.w) > self._params.min_theta_velocity_threshold else 0.0
+        return Twist(v, w)
+
+    def _is_patient_with(self, error: ControllerError | ControllerAbort, now: float) -> bool:
+        """Whether the action goes on without a command."""
+        tolerance = self._params.failure_tolerance
+        if tolerance == 0.0 or (isinstance(error, ControllerAbort) and not self._abort_is_exception):
+            return False
+        return tolerance == -1.0 or now - self._last_valid_time <= tolerance + TIME_RESOLUTION
+
+    def _abort(self, reason: str) -> Status:
+        self.command = STOP
+        self.failure_reason = reason
+        return Status.FAILURE
