@@ -1,0 +1,277 @@
+"""NavFn: potentials spread from the robot until they reach the goal, and the walk back down.
+
+Source: nav2_navfn_planner/src/navfn.cpp (Humble). Cells are flat indices, ``cell = row * width + col``.
+Potentials and offsets are float32 as in the original: the length of some paths hangs on the last bit.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gym_mapbench.kernels.jit import kernel
+
+COST_NEUTRAL = 50
+COST_OBS = 254
+POT_HIGH = np.float32(1e10)
+LIST_CELLS = 10_000  # cells beyond are lost, as in Nav2
+THRESHOLD_INCREMENT = np.float32(100)
+NEIGHBOUR_SHARE = 0.707106781
+NEVER = np.float32(np.inf)
+HALF = np.float32(0.5)
+ONE = np.float32(1)
+
+
+@kernel
+def spread(costmap, cost_of, start, goal, use_astar):
+    """Potentials ``(rows, cols)`` float32 around ``start``; POT_HIGH where the wave was not when it met ``goal``.
+
+    Args:
+        costmap: ``(rows, cols)`` uint8.
+        cost_of: ``(256,)`` uint8 NavFn's cost of every value of it, 254 on obstacles.
+        start: Cell of the robot; free whatever the costmap says.
+        goal: Cell at which to stop.
+        use_astar: Whether cells nearer to the goal come first.
+    """
+    rows, width = costmap.shape
+    costs = _framed_costs(costmap, cost_of, start)
+    gain = _least_gains(costs)
+    potential = np.full(len(costs), POT_HIGH)
+    potential[start] = 0
+    current, following, over = np.empty((3, LIST_CELLS), np.uint32)
+    count, waiting = _push_first(gain, width, start, current), 0
+    threshold = np.float32(COST_OBS)
+    if use_astar:
+        threshold += _straight_cost(start, goal, width)
+    for _ in range(max(len(costs) // 20, width + rows)):
+        if count == 0:
+            break
+        _release(current[:count], costs, gain)
+        count, waiting = _update(
+            current[:count],
+            following,
+            over,
+            waiting,
+            costs,
+            gain,
+            np.uint32(width),
+            potential,
+            threshold,
+            goal,
+            use_astar,
+        )
+        current, following = following, current
+        if count == 0:
+            threshold += THRESHOLD_INCREMENT
+            current, over = over, current
+            count, waiting = waiting, 0
+        if potential[goal] < POT_HIGH:
+            break
+    return potential.reshape(rows, width)
+
+
+@kernel
+def _framed_costs(costmap, cost_of, start):
+    """NavFn's costs ``(cells,)`` uint8, the start free and the map's whole border an obstacle."""
+    rows, width = costmap.shape
+    costs = np.empty(rows * width, np.uint8)
+    for row in range(rows):
+        for col in range(width):
+            costs[row * width + col] = cost_of[costmap[row, col]]
+    costs[start] = COST_NEUTRAL
+    costs[:width] = costs[-width:] = COST_OBS
+    costs[::width] = costs[width - 1 :: width] = COST_OBS
+    return costs
+
+
+@kernel
+def _least_gains(costs):
+    """By how much ``(cells,)`` float32 a neighbour's potential must be lower to list a cell; inf on an obstacle."""
+    gain = np.empty(len(costs), np.float32)
+    for cell in range(len(costs)):
+        gain[cell] = np.float32(NEIGHBOUR_SHARE * costs[cell]) if costs[cell] < COST_OBS else NEVER
+    return gain
+
+
+@kernel
+def _push_first(gain, width, start, current):
+    """List the free neighbours of ``start`` in Nav2's order; return how many there are."""
+    count = 0
+    for near in (start + 1, start - 1, start - width, start + width):
+        if 0 <= near < len(gain) and gain[near] < NEVER:
+            gain[near] = NEVER
+            current[count] = near
+            count += 1
+    return count
+
+
+@kernel
+def _release(current, costs, gain):
+    """Let cells that are about to be updated be listed again: while listed, no gain is enough."""
+    for cell in current:
+        gain[cell] = np.float32(NEIGHBOUR_SHARE * costs[cell])
+
+
+@kernel
+def _update(current, following, over, waiting, costs, gain, width, potential, threshold, goal, use_astar):
+    """Update the cells of ``current`` in place and list the neighbours that may gain; return both lists' lengths."""
+    count, one = 0, np.uint32(1)  # unsigned indices, for numba would otherwise check for negative ones
+    for cell in current:
+        left, right = potential[cell - one], potential[cell + one]
+        down, up = potential[cell - width], potential[cell + width]
+        value = cell_potential(min(left, right), min(down, up), np.float32(costs[cell]))
+        if value >= potential[cell]:
+            continue
+        potential[cell] = value
+        if use_astar:
+            value += _straight_cost(cell, goal, width)
+        for near in (cell - one, cell + one, cell - width, cell + width):
+            if potential[near] > value + gain[near]:
+                if value < threshold:
+                    if count < LIST_CELLS:
+                        following[count], gain[near] = near, NEVER
+                        count += 1
+                elif waiting < LIST_CELLS:
+                    over[waiting], gain[near] = near, NEVER
+                    waiting += 1
+    return count, waiting
+
+
+@kernel
+def cell_potential(across, along, cost):
+    """Potential of a cell from the lower neighbour of each axis and its own cost, all float32."""
+    difference = abs(across - along)
+    low = min(across, along)
+    if difference >= cost:
+        return low + cost
+    q = difference / cost
+    return low + cost * np.float32(-0.2301 * q * q + 0.5307 * q + 0.7040)
+
+
+@kernel
+def _straight_cost(cell, goal, width):
+    """Cost of the straight line between two cells of free space."""
+    return np.float32(math.hypot(cell % width - goal % width, cell // width - goal // width) * COST_NEUTRAL)
+
+
+@kernel
+def descend(potentials, start, goal):
+    """Walk down the potential from ``goal`` to ``start``: ``(n, 2)`` float32 col, row; empty if the walk fails."""
+    rows, width = potentials.shape
+    potential, cells = potentials.ravel(), potentials.size
+    most = 4 * max(rows, width)
+    points = np.empty((most, 2), np.float32)
+    cell = goal
+    dx, dy = np.float32(0), np.float32(0)
+    for n in range(most):
+        near = cell + _round(dx) + width * _round(dy)
+        if potential[max(0, min(cells - 1, near))] < COST_NEUTRAL:
+            points[n] = start % width, start // width
+            return points[: n + 1]
+        if cell < width or cell > cells - width:
+            break
+        points[n] = np.float32(cell % width + dx), np.float32(cell // width + dy)
+        if _swings(points, n) or _meets_the_unknown(potential, cell, width):
+            cell = _lowest_neighbour(potential, cell, width)
+            dx, dy = np.float32(0), np.float32(0)
+            if potential[cell] >= POT_HIGH:
+                break
+        else:
+            x, y = _slope(potential, cell, width, dx, dy)
+            if x == 0 and y == 0:
+                break
+            scale = HALF / _norm(x, y)
+            cell, dx = _carry(cell, dx + x * scale, 1)
+            cell, dy = _carry(cell, dy + y * scale, width)
+    return points[:0]
+
+
+@kernel
+def _round(offset):
+    """Nearest whole number of an offset in [-1, 1], half away from zero."""
+    return int(offset + HALF) if offset >= 0 else -int(HALF - offset)
+
+
+@kernel
+def _carry(cell, offset, stride):
+    """Move to the next cell once the offset is more than one cell."""
+    if offset > ONE:
+        return cell + stride, offset - ONE
+    if offset < -ONE:
+        return cell - stride, offset + ONE
+    return cell, offset
+
+
+@kernel
+def _swings(points, n):
+    """Whether the walk is back where it was two points ago."""
+    return n >= 2 and points[n, 0] == points[n - 2, 0] and points[n, 1] == points[n - 2, 1]
+
+
+@kernel
+def _meets_the_unknown(potential, cell, width):
+    """Whether the wave has not come to one of the nine cells around."""
+    for row in (cell - width, cell, cell + width):
+        for near in range(row - 1, row + 2):
+            if potential[near] >= POT_HIGH:
+                return True
+    return False
+
+
+@kernel
+def _lowest_neighbour(potential, cell, width):
+    """Lowest of the eight neighbours; the running minimum is a whole number, as in Nav2."""
+    lowest, least = cell, int(potential[cell])
+    for row in (cell - width, cell, cell + width):
+        for near in range(row - 1, row + 2):
+            if near != cell and potential[near] < least:
+                lowest, least = near, int(potential[near])
+    return lowest
+
+
+@kernel
+def _slope(potential, cell, width, dx, dy):
+    """Descent direction at an offset from a cell, interpolated between four cells."""
+    x0, y0 = _gradient(potential, cell, width)
+    x1, y1 = _gradient(potential, cell + 1, width)
+    x2, y2 = _gradient(potential, cell + width, width)
+    x3, y3 = _gradient(potential, cell + width + 1, width)
+    x = _blend(_blend(x0, x1, dx), _blend(x2, x3, dx), dy)
+    y = _blend(_blend(y0, y1, dx), _blend(y2, y3, dx), dy)
+    return x, y
+
+
+@kernel
+def _blend(here, there, share):
+    return np.float32((1.0 - share) * here + share * there)
+
+
+@kernel
+def _gradient(potential, cell, width):
+    """Unit vector downhill at a cell the wave has reached; (0, 0) in the first and last row and on level ground."""
+    if cell < width or cell > len(potential) - width:
+        return np.float32(0), np.float32(0)
+    x = _difference(potential[cell - 1], potential[cell], potential[cell + 1])
+    y = _difference(potential[cell - width], potential[cell], potential[cell + width])
+    norm = _norm(x, y)
+    if norm == 0:
+        return x, y
+    scale = ONE / norm
+    return x * scale, y * scale
+
+
+@kernel
+def _norm(x, y):
+    return np.float32(math.sqrt(np.float64(x) * x + np.float64(y) * y))
+
+
+@kernel
+def _difference(before, here, after):
+    """Fall from one neighbour to the other; a neighbour the wave has not reached does not count."""
+    fall = np.float32(0)
+    if before < POT_HIGH:
+        fall += before - here
+    if after < POT_HIGH:
+        fall += here - after
+    return fall

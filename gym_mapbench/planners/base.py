@@ -1,0 +1,57 @@
+"""What a global planner is, and what Nav2's planners have in common."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.costmap import LETHAL_OBSTACLE, Costmap
+from gym_mapbench.errors import NoPathError
+from gym_mapbench.scenario import Pose
+
+Path = NDArray[np.float64]
+
+
+class GlobalPlanner(Protocol):
+    """A planner plugin in Nav2's sense (``nav2_core::GlobalPlanner``)."""
+
+    def plan(self, costmap: Costmap, start: Pose, goal: Pose) -> Path:
+        """Return a path from start to goal, ``(n, 3)`` x, y in m and yaw in rad; ``costmap`` stays as it is.
+
+        Raises:
+            NoPathError: If there is none.
+        """
+        ...
+
+
+def no_path(start: Pose, goal: Pose, reason: str) -> NoPathError:
+    """Build the error of a planner that found nothing."""
+    return NoPathError(f"no path from ({start.x:.3f}, {start.y:.3f}) to ({goal.x:.3f}, {goal.y:.3f}): {reason}")
+
+
+def stay(
+    costmap: Costmap, cell: tuple[int, int], start: Pose, goal: Pose, use_final_approach_orientation: bool
+) -> Path:
+    """Return the single pose of a plan whose start is its goal; turned to the goal's yaw unless the approach decides.
+
+    Raises:
+        NoPathError: If the robot stands on a lethal cell.
+    """
+    if costmap.costs[cell] == LETHAL_OBSTACLE:
+        raise no_path(start, goal, "the robot stands on an obstacle")
+    return np.array([[start.x, start.y, start.yaw if use_final_approach_orientation else goal.yaw]])
+
+
+def set_last_yaw(path: Path, start: Pose, goal: Pose, use_final_approach_orientation: bool) -> None:
+    """Give the last pose the goal's yaw, or the direction in which the path arrives there."""
+    if not use_final_approach_orientation:
+        path[-1, 2] = goal.yaw
+    elif len(path) == 1:
+        path[-1, 2] = start.yaw
+    else:
+        doubled = len(path) > 2 and bool((np.abs(path[-1, :2] - path[-2, :2]) < 1e-4).all())
+        dx, dy = path[-1, :2] - path[-3 if doubled else -2, :2]
+        path[-1, 2] = math.atan2(dy, dx)

@@ -1,0 +1,165 @@
+"""NavFn, Nav2's default planner: a potential field around the robot, and the way down to it from the goal.
+
+Source: nav2_navfn_planner (Humble). Its cells are rounded where those of the costmap are truncated, so potentials
+and paths lie half a cell below and left of the costs they were computed from; this is copied on purpose.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+from gym_mapbench.kernels.wavefront import COST_NEUTRAL, COST_OBS, POT_HIGH, descend, spread
+from gym_mapbench.planners.base import Path, no_path, set_last_yaw, stay
+from gym_mapbench.scenario import Pose
+from gym_mapbench.settings import Settings
+
+COST_FACTOR = 0.8
+
+
+class NavfnParams(Settings):
+    """Options of NavFn, named and defaulted as in Nav2.
+
+    Args:
+        tolerance: m; how far from an unreachable goal a path may end, along either axis.
+        use_astar: Whether to spread towards the goal first.
+        allow_unknown: Whether paths may cross unknown cells.
+        use_final_approach_orientation: Whether the last pose faces the way the path arrives, not the goal's yaw.
+    """
+
+    tolerance: Annotated[float, Field(ge=0)] = 0.5
+    use_astar: bool = False
+    allow_unknown: bool = True
+    use_final_approach_orientation: bool = False
+
+
+@dataclass(frozen=True)
+class NavfnPlanner:
+    """Plan by NavFn."""
+
+    params: NavfnParams = field(default_factory=NavfnParams)
+
+    def plan(self, costmap: Costmap, start: Pose, goal: Pose) -> Path:
+        """Return the path of ``NavfnPlanner::createPlan``, about two poses a cell; see ``GlobalPlanner.plan``."""
+        start_cell, goal_cell = _cells(costmap, start, goal)
+        direct = self.params.use_final_approach_orientation
+        if (start.x, start.y) == (goal.x, goal.y):
+            return stay(costmap, costmap.world_to_map(start.x, start.y) or start_cell, start, goal, direct)
+        potential = self._spread(costmap, start_cell, goal_cell)
+        end = self._reachable(potential, costmap, goal)
+        if end is None:
+            raise no_path(start, goal, "start and goal are not connected")
+        width = costmap.costs.shape[1]
+        points = descend(potential, _flat(start_cell, width), _flat(end[1], width))
+        if len(points) == 0:
+            raise no_path(start, goal, "the potential has a dead end")
+        path = _approach(_to_world(points, costmap), end[0])
+        set_last_yaw(path, start, goal, direct)
+        return path
+
+    def potential(self, costmap: Costmap, start: Pose, goal: Pose) -> NDArray[np.float32]:
+        """Potentials ``(rows, cols)`` float32 around the start, inf where the wave has not come.
+
+        Raises:
+            NoPathError: If start or goal is off the map.
+        """
+        potential = self._spread(costmap, *_cells(costmap, start, goal))
+        return np.where(potential < POT_HIGH, potential, np.float32(np.inf))
+
+    def _spread(self, costmap: Costmap, start: tuple[int, int], goal: tuple[int, int]) -> NDArray[np.float32]:
+        width = costmap.costs.shape[1]
+        cost_of = navfn_costs(self.params.allow_unknown)
+        potential: NDArray[np.float32] = spread(
+            costmap.costs, cost_of, _flat(start, width), _flat(goal, width), self.params.use_astar
+        )
+        return potential
+
+    def _reachable(
+        self, potential: NDArray[np.float32], costmap: Costmap, goal: Pose
+    ) -> tuple[Pose, tuple[int, int]] | None:
+        """Return the goal, or else the reachable point nearest to it within the tolerance, with its cell."""
+        best, least = None, math.inf
+        tolerance = self.params.tolerance
+        scan = (
+            (x, y)
+            for y in _scan(goal.y, tolerance, costmap.resolution)
+            for x in _scan(goal.x, tolerance, costmap.resolution)
+        )
+        for x, y in itertools.chain([goal[:2]], scan):
+            squared = (x - goal.x) ** 2 + (y - goal.y) ** 2
+            cell = navfn_cell(costmap, x, y) if squared < least else None
+            if cell is not None and potential[cell] < POT_HIGH:
+                best, least = (Pose(x, y, goal.yaw), cell), squared
+            if least == 0:
+                break
+        return best
+
+
+@functools.cache
+def navfn_costs(allow_unknown: bool) -> NDArray[np.uint8]:
+    """NavFn's cost ``(256,)`` uint8 of every cost value (``setCostmap``)."""
+    costs: NDArray[np.float64] = np.trunc(COST_NEUTRAL + COST_FACTOR * np.arange(256)).clip(0, COST_OBS)
+    costs[INSCRIBED_INFLATED_OBSTACLE:] = COST_OBS
+    costs[NO_INFORMATION] = COST_OBS - 1 if allow_unknown else COST_OBS
+    table = costs.astype(np.uint8)
+    table.flags.writeable = False
+    return table
+
+
+def navfn_cell(costmap: Costmap, x: float, y: float) -> tuple[int, int] | None:
+    """Return ``(row, col)`` of the cell whose lower-left corner is nearest, None off the map."""
+    if x < costmap.origin_x or y < costmap.origin_y:
+        return None
+    row = _round_half_up((y - costmap.origin_y) / costmap.resolution)
+    col = _round_half_up((x - costmap.origin_x) / costmap.resolution)
+    rows, cols = costmap.costs.shape
+    return (row, col) if row < rows and col < cols else None
+
+
+def _round_half_up(value: float) -> int:
+    whole = math.floor(value)
+    return whole + (value - whole >= 0.5)
+
+
+def _cells(costmap: Costmap, start: Pose, goal: Pose) -> tuple[tuple[int, int], tuple[int, int]]:
+    cells = [navfn_cell(costmap, pose.x, pose.y) for pose in (start, goal)]
+    if cells[0] is None or cells[1] is None:
+        raise no_path(start, goal, f"the {'start' if cells[0] is None else 'goal'} is off the map")
+    return cells[0], cells[1]
+
+
+def _flat(cell: tuple[int, int], width: int) -> int:
+    return cell[0] * width + cell[1]
+
+
+def _scan(centre: float, tolerance: float, step: float) -> list[float]:
+    """Coordinates from ``centre - tolerance`` on, summed up step by step as Nav2 does."""
+    values = [centre - tolerance]
+    while values[-1] + step <= centre + tolerance:
+        values.append(values[-1] + step)
+    return values
+
+
+def _to_world(points: NDArray[np.float32], costmap: Costmap) -> Path:
+    """Turn points ``(n, 2)`` col, row from goal to start into poses from start to goal, all yaws 0."""
+    path = np.zeros((len(points), 3))
+    path[:, :2] = points[::-1].astype(np.float64) * costmap.resolution
+    path[:, :2] += costmap.origin_x, costmap.origin_y
+    return path
+
+
+def _approach(path: Path, goal: Pose) -> Path:
+    """End at the goal: in place of the last pose if that lies beyond it, else after it (``smoothApproachToGoal``)."""
+    if len(path) >= 2:
+        to_last, to_goal = path[-1, :2] - path[-2, :2], goal[:2] - path[-2, :2]
+        if to_last @ to_last > to_goal @ to_goal:
+            path = path[:-1]
+    return np.vstack([path, goal])
