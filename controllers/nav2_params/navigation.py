@@ -1,0 +1,235 @@
+"""NavigationParams: everything the navigator needs, frozen, with Nav2's names and in Nav2's sections.
+
+The defaults are those of Nav2 Humble's code; what most people run are the values of nav2_bringup's example,
+which are the preset ``thesis``.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
+from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.settings import Settings
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+Axes = tuple[float, float, float]
+
+BEHAVIORS = ("spin", "backup", "wait")
+
+
+class ProgressChecker(Settings):
+    """Whether the robot still gets anywhere.
+
+    Args:
+        plugin: ``simple``, ``pose`` (a turn is progress as well) or ``none`` (ours: never complain).
+        required_movement_radius: Distance that counts as progress, m.
+        movement_time_allowance: Seconds without progress until the controller gives up.
+        required_movement_angle: Turn that counts as progress, rad; ``pose`` only.
+    """
+
+    plugin: Literal["simple", "pose", "none"] = "simple"
+    required_movement_radius: NonNegative = 0.5
+    movement_time_allowance: NonNegative = 10.0
+    required_movement_angle: NonNegative = 0.5
+
+
+class GoalChecker(Settings):
+    """Whether the goal is reached.
+
+    Args:
+        plugin: ``simple`` or ``stopped`` (the robot must stand as well).
+        xy_goal_tolerance: m.
+        yaw_goal_tolerance: rad.
+        stateful: Whether a position once reached counts until the next path.
+        symmetric_yaw_tolerance: Whether the opposite heading is as good.
+        trans_stopped_velocity: Speed that counts as standing, m/s; ``stopped`` only.
+        rot_stopped_velocity: Turn rate that counts as standing, rad/s; ``stopped`` only.
+    """
+
+    plugin: Literal["simple", "stopped"] = "simple"
+    xy_goal_tolerance: NonNegative = 0.25
+    yaw_goal_tolerance: NonNegative = 0.25
+    stateful: bool = True
+    symmetric_yaw_tolerance: bool = False
+    trans_stopped_velocity: NonNegative = 0.25
+    rot_stopped_velocity: NonNegative = 0.25
+
+
+class ControllerServer(Settings):
+    """Nav2's ``controller_server``.
+
+    Args:
+        controller_frequency: Hz.
+        min_x_velocity_threshold: Measured speeds up to this count as 0, m/s.
+        min_y_velocity_threshold: Likewise sideways, m/s.
+        min_theta_velocity_threshold: Likewise of the turn rate, rad/s.
+        failure_tolerance: Seconds a controller may have no valid command; 0 none, -1 any time.
+        publish_zero_velocity: Whether the robot is told to stop at the goal.
+    """
+
+    controller_frequency: Annotated[float, Field(gt=0, le=1000)] = 20.0
+    min_x_velocity_threshold: NonNegative = 1e-4
+    min_y_velocity_threshold: NonNegative = 1e-4
+    min_theta_velocity_threshold: NonNegative = 1e-4
+    failure_tolerance: Annotated[float, Field(ge=-1)] = 0.0
+    publish_zero_velocity: bool = True
+    progress_checker: ProgressChecker = ProgressChecker()
+    goal_checker: GoalChecker = GoalChecker()
+
+
+class PlannerPlugin(Settings):
+    """The global planner.
+
+    Args:
+        name: ``navfn``, ``smac_2d`` or ``theta_star``.
+        params: Its parameters; checked, completed and JSON-able once they are here.
+    """
+
+    name: Literal["navfn", "smac_2d", "theta_star"] = "navfn"
+    params: Annotated[dict[str, Any], Field(validate_default=True)] = {}
+
+    @field_validator("params")
+    @classmethod
+    def _complete(cls, value: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        return PLANNERS[info.data["name"]].complete(value) if "name" in info.data else value
+
+
+class ControllerPlugin(Settings):
+    """One controller.
+
+    Args:
+        kind: ``dwb``, ``mppi`` or ``rpp``.
+        params: Its parameters; checked, completed and JSON-able once they are here.
+    """
+
+    kind: Literal["dwb", "mppi", "rpp"]
+    params: Annotated[dict[str, Any], Field(validate_default=True)] = {}
+
+    @field_validator("params")
+    @classmethod
+    def _complete(cls, value: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        return CONTROLLERS[info.data["kind"]].complete(value) if "kind" in info.data else value
+
+
+class BehaviorServer(Settings):
+    """Nav2's ``behavior_server``: spin, back-up and wait.
+
+    Args:
+        cycle_frequency: Hz.
+        simulate_ahead_time: How far the behaviours look ahead for collisions, s.
+        max_rotational_vel: Of a spin, rad/s.
+        min_rotational_vel: Of a spin, rad/s.
+        rotational_acc_lim: Of a spin, rad/s^2.
+        behavior_plugins: Which of the behaviours exist; the tree's others fail.
+    """
+
+    cycle_frequency: Annotated[float, Field(gt=0, le=1000)] = 10.0
+    simulate_ahead_time: NonNegative = 2.0
+    max_rotational_vel: Positive = 1.0
+    min_rotational_vel: NonNegative = 0.4
+    rotational_acc_lim: Positive = 3.2
+    behavior_plugins: tuple[Literal["spin", "backup", "wait"], ...] = BEHAVIORS
+
+
+class BehaviorTree(Settings):
+    """Numbers of ``navigate_to_pose_w_replanning_and_recovery.xml``; all but the first stand in the tree, not in ROS.
+
+    Args:
+        bt_loop_duration: Period of the tree's ticks, ms as in Nav2.
+        replanning_frequency: Hz.
+        number_of_retries: Recoveries per goal.
+        spin_dist: rad.
+        wait_duration: s.
+        backup_dist: m.
+        backup_speed: m/s.
+        time_allowance: Seconds a spin or a back-up may take.
+        recoveries: Whether there are recoveries at all; off, the first failure ends the run.
+    """
+
+    bt_loop_duration: Annotated[int, Field(gt=0)] = 10
+    replanning_frequency: Positive = 1.0
+    number_of_retries: Annotated[int, Field(ge=0)] = 6
+    spin_dist: float = 1.57
+    wait_duration: NonNegative = 5.0
+    backup_dist: NonNegative = 0.30
+    backup_speed: Positive = 0.05
+    time_allowance: Positive = 10.0
+    recoveries: bool = True
+
+
+class VelocitySmoother(Settings):
+    """Nav2's ``velocity_smoother`` between controller and base; recoveries bypass it. Axes are x, y, theta.
+
+    Args:
+        smoothing_frequency: Hz.
+        scale_velocities: Whether all axes are slowed by the ratio of the most restricted one.
+        feedback: ``OPEN_LOOP`` goes on from the last output, ``CLOSED_LOOP`` from the measured velocity.
+        max_velocity: m/s, m/s, rad/s.
+        min_velocity: m/s, m/s, rad/s; negative.
+        max_accel: m/s^2, m/s^2, rad/s^2.
+        max_decel: m/s^2, m/s^2, rad/s^2; negative.
+        odom_duration: Time over which the measured velocity is averaged, s.
+        deadband_velocity: Outputs below these become 0.
+        velocity_timeout: Seconds without a command until it stops the robot.
+    """
+
+    smoothing_frequency: Annotated[float, Field(gt=0, le=1000)] = 20.0
+    scale_velocities: bool = False
+    feedback: Literal["OPEN_LOOP", "CLOSED_LOOP"] = "OPEN_LOOP"
+    max_velocity: Axes = (0.5, 0.0, 2.5)
+    min_velocity: Axes = (-0.5, 0.0, -2.5)
+    max_accel: Axes = (2.5, 0.0, 3.2)
+    max_decel: Axes = (-2.5, 0.0, -3.2)
+    odom_duration: NonNegative = 0.1
+    deadband_velocity: Axes = (0.0, 0.0, 0.0)
+    velocity_timeout: NonNegative = 1.0
+
+    @field_validator("max_accel", "max_velocity")
+    @classmethod
+    def _not_negative(cls, value: Axes) -> Axes:
+        if min(value) < 0:
+            raise ConfigError(f"expected no negative value, got {list(value)}")
+        return value
+
+    @field_validator("max_decel", "min_velocity")
+    @classmethod
+    def _not_positive(cls, value: Axes) -> Axes:
+        if max(value) > 0:
+            raise ConfigError(f"expected no positive value, got {list(value)}")
+        return value
+
+
+class NavigationParams(Settings):
+    """Everything the navigator needs.
+
+    Args:
+        controllers: Controllers by name, in order.
+        velocity_smoother: None if there is none between controller and base.
+    """
+
+    controller_server: ControllerServer = ControllerServer()
+    controllers: dict[str, ControllerPlugin] = Field(default_factory=dict)
+    planner: PlannerPlugin = PlannerPlugin()
+    local_costmap: CostmapParams = CostmapParams()
+    global_costmap: CostmapParams = CostmapParams()
+    behavior_server: BehaviorServer = BehaviorServer()
+    bt: BehaviorTree = BehaviorTree()
+    velocity_smoother: VelocitySmoother | None = None
+
+    def controller(self, name: str) -> ControllerPlugin:
+        """Return a controller by its name, or else the first of that kind.
+
+        Raises:
+            ConfigError: If there is none.
+        """
+        if name in self.controllers:
+            return self.controllers[name]
+        for plugin in self.controllers.values():
+            if plugin.kind == name:
+                return plugin
+        raise unknown_name("controller", name, {*self.controllers, *(p.kind for p in self.controllers.values())})

@@ -1,0 +1,89 @@
+"""The plugins that are built here, by their names in ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import import_module
+from typing import Any
+
+from controllers.nav2_params.keys import Keys
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.settings import Settings
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """A plugin with parameters of its own; its module is imported when they are asked for.
+
+    Args:
+        ros_class: Its class in ROS.
+        module: Where its parameters are, with the constants ``ROS_ONLY_KEYS``, ``NEWER_ONLY_KEYS``, ``RENAMED_KEYS``.
+        settings: Name of the parameters' class there.
+    """
+
+    ros_class: str
+    module: str
+    settings: str
+
+    @cached_property
+    def params(self) -> type[Settings]:
+        """The class of its parameters."""
+        params: type[Settings] = getattr(import_module(self.module), self.settings)
+        return params
+
+    @cached_property
+    def keys(self) -> Keys:
+        """What is known of the other keys of its section."""
+        module = import_module(self.module)
+        return Keys(module.ROS_ONLY_KEYS, module.NEWER_ONLY_KEYS, module.RENAMED_KEYS)
+
+    def complete(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Check parameters and fill in the defaults; the result is JSON-able and leaves out what is None."""
+        return self.params(**values).model_dump(mode="json", exclude_none=True)
+
+
+CONTROLLERS = {
+    "dwb": Plugin("dwb_core::DWBLocalPlanner", "controllers.dwb.params", "DwbParams"),
+    "mppi": Plugin("nav2_mppi_controller::MPPIController", "controllers.mppi.params", "MppiParams"),
+    "rpp": Plugin(
+        "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
+        "controllers.rpp.params",
+        "RppParams",
+    ),
+}
+PLANNERS = {
+    "navfn": Plugin("nav2_navfn_planner/NavfnPlanner", "gym_mapbench.planners.navfn", "NavfnParams"),
+    "smac_2d": Plugin("nav2_smac_planner/SmacPlanner2D", "gym_mapbench.planners.smac_2d", "Smac2dParams"),
+    "theta_star": Plugin(
+        "nav2_theta_star_planner/ThetaStarPlanner", "gym_mapbench.planners.theta_star", "ThetaStarParams"
+    ),
+}
+PROGRESS_CHECKERS = {
+    "simple": "nav2_controller::SimpleProgressChecker",
+    "pose": "nav2_controller::PoseProgressChecker",
+}
+GOAL_CHECKERS = {"simple": "nav2_controller::SimpleGoalChecker", "stopped": "nav2_controller::StoppedGoalChecker"}
+COSTMAP_LAYERS = {
+    "static_layer": "nav2_costmap_2d::StaticLayer",
+    "obstacle_layer": "nav2_costmap_2d::ObstacleLayer",
+    "voxel_layer": "nav2_costmap_2d::VoxelLayer",
+    "inflation_layer": "nav2_costmap_2d::InflationLayer",
+}
+BEHAVIORS = {"spin": "nav2_behaviors/Spin", "backup": "nav2_behaviors/BackUp", "wait": "nav2_behaviors/Wait"}
+
+
+def name_of_class(ros_class: object, classes: Mapping[str, str], where: str, what: str) -> str:
+    """Return our name of a plugin class; ``/`` and ``::`` both separate its package.
+
+    Raises:
+        ConfigError: If the class is not built here.
+    """
+    given = str(ros_class).replace("/", "::")
+    for name, known in classes.items():
+        if given == known.replace("/", "::"):
+            return name
+    raise ConfigError(
+        f"{where}: {what} {str(ros_class)!r} is not built here (expected one of: {', '.join(classes.values())})"
+    )

@@ -1,0 +1,42 @@
+"""Presets: named parameter files of our own, in the format of ``nav2_params.yaml`` for everybody to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.resources import as_file, files
+from typing import Any
+
+from controllers.nav2_params.navigation import NavigationParams
+from controllers.nav2_params.reading import parse_nav2_params
+from gym_mapbench.errors import unknown_name
+from gym_mapbench.settings import read_yaml
+
+PRESETS = ("thesis", "fair")
+
+
+def load_preset(name: str) -> NavigationParams:
+    """Load a preset by name.
+
+    Raises:
+        ConfigError: If there is no such preset.
+    """
+    if name not in PRESETS:
+        raise unknown_name("preset", name, PRESETS)
+    return parse_nav2_params(_read_preset(name)).navigation
+
+
+def _read_preset(name: str) -> dict[str, Any]:
+    """Read a preset's file; ``extends: other`` at its top lays it over another."""
+    with as_file(files("controllers") / "presets" / f"{name}.yaml") as path:
+        document: dict[str, Any] = read_yaml(path)
+    base = document.pop("extends", None)
+    return overlay(_read_preset(base), document) if base else document
+
+
+def overlay(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """Lay one nested mapping over another: groups are merged, values replaced."""
+    merged = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, Mapping) and isinstance(merged.get(key), Mapping)
+        merged[key] = overlay(merged[key], value) if both else value
+    return merged
