@@ -27,7 +27,8 @@ from evolution.records import Record, Row, named, results_document
 from evolution.settings import Experiment
 from gym_mapbench.errors import ConfigError, MapFormatError, RunError
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.mapio.bundle import BEST_MAP_SET, read_bundle, save_map_set
+from gym_mapbench.mapio.bundle import BEST_MAP_SET, bundle_document, read_bundle
+from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.scenario import MapSet
 
 FORMAT = "mapbench-run"
@@ -139,7 +140,7 @@ class RunDir:
         write_text(self.path / GENERATIONS, csv_of(record.generations))
         write_text(self.path / INDIVIDUALS, csv_of(record.individuals))
         write_text(self.path / RUNS, csv_of(list(record.runs.values())))
-        save_map_set(named(best.map_set), self.path / BEST_MAP_SET)
+        write_json(self.path / BEST_MAP_SET, bundle_document(group_scenarios(named(best.map_set))))
         write_json(self.path / BEST_RESULTS, results_document(best, record.plan.names, checkpoint["cluster_scale"]))
         self.write_checkpoint(checkpoint)
 
