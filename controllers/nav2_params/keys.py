@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-NO_NAMES: Mapping[str, str] = {}
-
 EVERY_NODE = frozenset(
     {
         "action_server_result_timeout",
@@ -63,6 +61,9 @@ GOAL_CHECKER = Keys(
     newer_only={"path_length_tolerance": "Humble looks at the distance to the goal, not along the path"},
 )
 PLANNER_SERVER = Keys(ros_only=frozenset({"costmap_update_timeout", "expected_planner_frequency"}))
+NAVFN = Keys(ros_only=frozenset({"plugin"}))
+SMAC_2D = Keys(ros_only=frozenset({"plugin", "max_planning_time"}))
+THETA_STAR = Keys(ros_only=frozenset({"plugin"}))
 BEHAVIOR_SERVER = Keys(
     ros_only=FRAMES
     | {

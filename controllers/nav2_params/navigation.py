@@ -19,8 +19,6 @@ Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Axes = tuple[float, float, float]
 
-BEHAVIORS = ("spin", "backup", "wait")
-
 
 class ProgressChecker(Settings):
     """Whether the robot still gets anywhere.
@@ -91,7 +89,7 @@ class PlannerPlugin(Settings):
     """
 
     name: Literal["navfn", "smac_2d", "theta_star"] = "navfn"
-    params: Annotated[dict[str, Any], Field(validate_default=True)] = {}
+    params: dict[str, Any] = Field(default_factory=dict, validate_default=True)
 
     @field_validator("params")
     @classmethod
@@ -108,7 +106,7 @@ class ControllerPlugin(Settings):
     """
 
     kind: Literal["dwb", "mppi", "rpp"]
-    params: Annotated[dict[str, Any], Field(validate_default=True)] = {}
+    params: dict[str, Any] = Field(default_factory=dict, validate_default=True)
 
     @field_validator("params")
     @classmethod
@@ -133,7 +131,7 @@ class BehaviorServer(Settings):
     max_rotational_vel: Positive = 1.0
     min_rotational_vel: NonNegative = 0.4
     rotational_acc_lim: Positive = 3.2
-    behavior_plugins: tuple[Literal["spin", "backup", "wait"], ...] = BEHAVIORS
+    behavior_plugins: tuple[Literal["spin", "backup", "wait"], ...] = ("spin", "backup", "wait")
 
 
 class BehaviorTree(Settings):

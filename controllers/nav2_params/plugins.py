@@ -8,7 +8,7 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any
 
-from controllers.nav2_params.keys import Keys
+from controllers.nav2_params.keys import NAVFN, SMAC_2D, THETA_STAR, Keys
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.settings import Settings
 
@@ -19,13 +19,16 @@ class Plugin:
 
     Args:
         ros_class: Its class in ROS.
-        module: Where its parameters are, with the constants ``ROS_ONLY_KEYS``, ``NEWER_ONLY_KEYS``, ``RENAMED_KEYS``.
+        module: Where its parameters are.
         settings: Name of the parameters' class there.
+        other_keys: What is known of the other keys of its section; None if the constants ``ROS_ONLY_KEYS``,
+            ``NEWER_ONLY_KEYS`` and ``RENAMED_KEYS`` of the module say it.
     """
 
     ros_class: str
     module: str
     settings: str
+    other_keys: Keys | None = None
 
     @cached_property
     def params(self) -> type[Settings]:
@@ -36,6 +39,8 @@ class Plugin:
     @cached_property
     def keys(self) -> Keys:
         """What is known of the other keys of its section."""
+        if self.other_keys is not None:
+            return self.other_keys
         module = import_module(self.module)
         return Keys(module.ROS_ONLY_KEYS, module.NEWER_ONLY_KEYS, module.RENAMED_KEYS)
 
@@ -54,10 +59,10 @@ CONTROLLERS = {
     ),
 }
 PLANNERS = {
-    "navfn": Plugin("nav2_navfn_planner/NavfnPlanner", "gym_mapbench.planners.navfn", "NavfnParams"),
-    "smac_2d": Plugin("nav2_smac_planner/SmacPlanner2D", "gym_mapbench.planners.smac_2d", "Smac2dParams"),
+    "navfn": Plugin("nav2_navfn_planner/NavfnPlanner", "gym_mapbench.planners.navfn", "NavfnParams", NAVFN),
+    "smac_2d": Plugin("nav2_smac_planner/SmacPlanner2D", "gym_mapbench.planners.smac_2d", "Smac2dParams", SMAC_2D),
     "theta_star": Plugin(
-        "nav2_theta_star_planner/ThetaStarPlanner", "gym_mapbench.planners.theta_star", "ThetaStarParams"
+        "nav2_theta_star_planner/ThetaStarPlanner", "gym_mapbench.planners.theta_star", "ThetaStarParams", THETA_STAR
     ),
 }
 PROGRESS_CHECKERS = {

@@ -7,7 +7,7 @@ from importlib.resources import as_file, files
 from typing import Any
 
 from controllers.nav2_params.navigation import NavigationParams
-from controllers.nav2_params.reading import parse_nav2_params
+from controllers.nav2_params.parsing import parse_nav2_params
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.settings import read_yaml
 

@@ -102,8 +102,8 @@ class Section:
 
     def _refusal(self, name: str, keys: Keys, valid: Collection[str]) -> ConfigError:
         if name in keys.newer_only:
-            why = f"only newer releases of Nav2 have this parameter, and Humble's behaviour is built: {keys.newer_only[name]}"
-            return ConfigError(f"{self.name}.{name}: {why}")
+            why = "only newer releases of Nav2 have this parameter, and Humble's behaviour is built"
+            return ConfigError(f"{self.name}.{name}: {why}: {keys.newer_only[name]}")
         near = difflib.get_close_matches(name, [*valid, *keys.renamed], n=1, cutoff=0.5)
         hint = f"did you mean {near[0]!r}?" if near else f"expected one of: {', '.join(sorted(valid))}"
         return ConfigError(f"{self.name}.{name}: unknown parameter; {hint}")

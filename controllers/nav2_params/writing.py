@@ -33,7 +33,7 @@ def write_nav2_params(
 ) -> dict[str, Any]:
     """Return the content of a ``nav2_params.yaml``; every controller is a plugin under its own name.
 
-    :func:`~controllers.nav2_params.reading.parse_nav2_params` reads it back to the same parameters (with
+    :func:`~controllers.nav2_params.parsing.parse_nav2_params` reads it back to the same parameters (with
     ``robot`` and ``follow_path`` left out).
 
     Args:
