@@ -6,11 +6,11 @@ import time
 from typing import Any
 
 import numpy as np
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.env import MapBenchEnv
 from numpy.typing import NDArray
 
 from controllers.base import Context, Controller
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.episode import Episode, Event, Outcome
 from gym_mapbench.scenario import Scenario
 
@@ -53,12 +53,13 @@ def run_episode(
     period = 1.0 / env.config.control_hz
     controller.reset(
         Context(
-            robot=env.robot,
+            robot=env.config.robot,
             grid=scenario.map,
             start=scenario.start,
             goal=scenario.goal,
             control_period=period,
             rng=np.random.default_rng(seed),
+            lidar=env.config.lidar,
         )
     )
     log = _Log(info)

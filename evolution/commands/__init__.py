@@ -1,0 +1,7 @@
+"""The subcommands of ``mapbench``, one file each, in the order of the help."""
+
+from __future__ import annotations
+
+from evolution.commands import bench, drive, evolve, validate
+
+COMMANDS = (evolve, bench, drive, validate)

@@ -1,0 +1,67 @@
+"""``mapbench drive``: one run, watched."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from evolution.animation import save_animation
+from evolution.commands import options
+from evolution.commands.bench import load_all
+from evolution.commands.progress import console
+from evolution.driving import drive
+from evolution.jobs import JobPlan
+from gym_mapbench.episode import Episode
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.metrics import measure
+
+EXAMPLES = """  mapbench drive runs/first --controller mppi --gif mppi.gif
+  mapbench drive office.yaml --controller rpp --start 1,1,0 --goal 8,6,1.57 --show"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the subcommand."""
+    parser = options.example_parser(subparsers, "drive", "Drive once and watch.", EXAMPLES)
+    parser.add_argument("map", metavar="MAP", help="map_server yaml, map-set file, run directory, ...")
+    parser.add_argument("--controller", required=True, metavar="NAME")
+    parser.add_argument("--scenario", type=options.positive, default=1, metavar="N", help="which one (default 1)")
+    options.add_task_options(parser)
+    options.add_drive_options(parser)
+    parser.add_argument("--seed", type=options.non_negative, default=0, metavar="N")
+    parser.add_argument("--gif", metavar="FILE", help="write the run as an animated picture")
+    parser.add_argument("--mp4", metavar="FILE", help="write it as a film (needs ffmpeg)")
+    parser.add_argument("--show", action="store_true", help="show it in a window")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Drive, print what happened, write or show the film."""
+    targets = [Path(path) for path in (args.gif, args.mp4) if path is not None]
+    for path in targets:
+        if path.exists():
+            raise ConfigError(f"{path}: exists already; nothing is overwritten")
+    scenarios = load_all([args.map], args)
+    if args.scenario > len(scenarios):
+        raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")
+    settings = options.drive_settings(args)
+    plan = JobPlan(options.controllers_of(args.controller), settings, args.seed)
+    if len(plan.controllers) != 1:
+        raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
+    episode = drive(plan.jobs(scenarios[args.scenario - 1])[0])
+    _print(episode)
+    for path in targets:
+        save_animation(episode, settings.environment.robot, path)
+        console.print(f"wrote {path}")
+    if args.show:
+        save_animation(episode, settings.environment.robot, None)
+    return 0
+
+
+def _print(episode: Episode) -> None:
+    reason = f" ({episode.reason})" if episode.reason else ""
+    console.print(f"{episode.controller}: {episode.outcome}{reason} after {episode.time:.2f} s")
+    for name, value in measure(episode).items():
+        console.print(f"  {name:24s} {value:.4g}")
+    for event in episode.events:
+        if event.kind != "replan":
+            console.print(f"  {event.time:8.2f} s  {event.kind} {event.detail}")

@@ -1,0 +1,83 @@
+"""Progress on the terminal: a bar where somebody watches, a line a generation where output is kept."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from evolution.jobs import Job, RunResult
+from evolution.runner import Progress as Generation
+
+console = Console()
+errors = Console(stderr=True)
+
+
+class RunsPerSecond:
+    """Counts driven runs against the wall clock."""
+
+    def __init__(self) -> None:
+        self.began = time.perf_counter()
+        self.runs = 0
+
+    @property
+    def rate(self) -> float:
+        """Driven runs per second so far."""
+        return self.runs / max(time.perf_counter() - self.began, 1e-9)
+
+
+class WorkBar:
+    """A bar over a known amount of work; ``evaluations`` of a search or runs of a benchmark.
+
+    Args:
+        what: Shown before the bar.
+        total: Amount of work.
+    """
+
+    def __init__(self, what: str, total: int) -> None:
+        self.speed = RunsPerSecond()
+        self.bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.completed:.0f}/{task.total:.0f}"),
+            TextColumn("{task.fields[state]}"),
+            TimeRemainingColumn(),
+            console=errors,
+            disable=not errors.is_terminal,
+        )
+        self.task = self.bar.add_task(what, total=total, state="")
+
+    def __enter__(self) -> Self:
+        self.bar.start()
+        return self
+
+    def __exit__(
+        self, _type: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
+    ) -> None:
+        self.bar.stop()
+
+    def on_generation(self, generation: Generation) -> None:
+        """Show one generation of a search."""
+        row = generation.row
+        state = f"gen {row['generation']}, best {row['best']:.3f}, {self.speed.rate:.1f} runs/s"
+        self.bar.update(self.task, completed=row["evaluations"], state=state)
+        if not errors.is_terminal:
+            replayed = " (replayed)" if generation.replayed else ""
+            print(
+                f"generation {row['generation']}: {row['evaluations']} evaluations, best {row['best']:.4f}, "
+                f"mean {row['mean']:.4f}, {generation.driven} runs in {generation.seconds:.1f} s{replayed}",
+                flush=True,
+            )
+
+    def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
+        """Count one driven run of a search."""
+        self.speed.runs += 1
+
+    def advance(self, job: Job, result: RunResult, _left: int) -> None:
+        """Show one finished run of a benchmark."""
+        self.speed.runs += 1
+        state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed.rate:.1f} runs/s"
+        self.bar.update(self.task, advance=1, state=state)

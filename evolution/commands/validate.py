@@ -1,0 +1,72 @@
+"""``mapbench validate``: compare with recorded results of Nav2's own code."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Sequence
+
+from rich.table import Table
+
+from evolution.commands import options
+from evolution.commands.progress import console, errors
+from evolution.validation.closed_loop import closed_loop_measures, disagreements, drive_recorded
+from evolution.validation.measures import Measure
+from evolution.validation.mppi_units import mppi_measures
+from evolution.validation.oracle import Oracle
+from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, rpp_measures
+
+EXAMPLES = """  mapbench validate nav2-oracle
+  mapbench validate nav2-oracle --format json > validation.json
+  mapbench validate nav2-oracle --units-only           single calls only, a few seconds"""
+
+UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, mppi_measures)
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the subcommand."""
+    parser = options.example_parser(
+        subparsers, "validate", "Compare costmaps, plans, commands and whole runs with recorded Nav2 results.", EXAMPLES
+    )
+    parser.add_argument("directory", metavar="DIR", help="recorded results in the oracle's format")
+    parser.add_argument("--format", choices=("table", "json"), default="table")
+    parser.add_argument("--units-only", action="store_true", help="leave out the whole runs")
+    parser.add_argument("--workers", type=options.positive, metavar="N", help="worker processes (default: all cores)")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Measure and print."""
+    oracle = Oracle(args.directory)
+    measures = [measure for take in UNIT_MEASURES for measure in take(oracle)]
+    differing: list[str] = []
+    if not args.units_only:
+        driven = drive_recorded(oracle, options.workers_of(args))
+        measures += closed_loop_measures(driven)
+        differing = disagreements(driven)
+    if args.format == "json":
+        print(json_of(measures, differing))
+    else:
+        _print_table(measures)
+        for line in differing:
+            errors.print(f"differs: {line}", highlight=False)
+    return 0
+
+
+def json_of(measures: Sequence[Measure], differing: Sequence[str]) -> str:
+    """One object: every measure with ``value``, ``count`` and ``worst``, and the runs that ended otherwise."""
+    document: dict[str, object] = {
+        one.key: {"value": one.value if math.isfinite(one.value) else None, "count": one.count, "worst": one.worst}
+        for one in measures
+    }
+    return json.dumps(document | {"disagreements": list(differing)}, indent=1, allow_nan=False)
+
+
+def _print_table(measures: Sequence[Measure]) -> None:
+    table = Table(title="Against recorded Nav2 (Humble)")
+    for column in ("measure", "value", "target", "cases", "worst case"):
+        table.add_column(column, justify="right" if column in ("value", "cases") else "left")
+    for one in measures:
+        table.add_row(one.key, f"{one.value:.6g}", one.target, str(one.count), one.worst)
+    console.print(table)

@@ -1,0 +1,77 @@
+"""From a job to its result: the function that worker processes call."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import field_validator
+
+from controllers.base import Controller
+from controllers.nav2_params import NavigationParams, load_navigation
+from controllers.registry import make_controller
+from evolution.episode import environment_for, run_episode
+from evolution.jobs import ControllerSpec, Job, RunResult
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.episode import Episode
+from gym_mapbench.metrics import measure
+from gym_mapbench.settings import Settings
+
+WARM_UP_MAP = ("#" * 40, *["#" + "." * 38 + "#"] * 30, "#" * 40)
+
+
+class DriveSettings(Settings):
+    """World, robot and navigation of every run.
+
+    Args:
+        environment: The env: robot, rates, time limit, noise, what a collision does.
+        navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``.
+    """
+
+    environment: EnvConfig = EnvConfig()
+    navigation: NavigationParams
+
+    @field_validator("navigation", mode="before")
+    @classmethod
+    def _load(cls, value: Any) -> Any:
+        return load_navigation(value) if isinstance(value, str) else value
+
+    @property
+    def time_limit(self) -> float:
+        """Simulated seconds after which a run is a timeout."""
+        return self.environment.time_limit
+
+
+def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controller:
+    """Make the controller that ``spec`` names, with the navigation of ``settings``."""
+    return make_controller(spec.registered_name, navigation=settings.navigation, label=spec.name, **spec.params)
+
+
+def drive(job: Job) -> Episode:
+    """Drive a job and return the whole recorded run."""
+    if not isinstance(job.settings, DriveSettings):
+        raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
+    controller = build_controller(job.controller, job.settings)
+    env = environment_for(job.settings.environment, controller)
+    return run_episode(
+        env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed
+    )
+
+
+def run_job(job: Job) -> RunResult:
+    """Drive a job and keep its measures; wall-clock values stand apart from what a seed repeats."""
+    return result_of(drive(job))
+
+
+def result_of(episode: Episode) -> RunResult:
+    """Measure a recorded run."""
+    metrics = measure(episode)
+    steps = max(1, len(episode.commands))
+    return RunResult(
+        outcome=episode.outcome,
+        time_s=episode.time,
+        path_length_m=metrics.pop("path_length"),
+        reason=episode.reason,
+        metrics=metrics,
+        timings={"controller_ms": 1000 * episode.controller_seconds / steps},
+        seed=episode.seed,
+    )

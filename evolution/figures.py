@@ -1,0 +1,80 @@
+"""The figures of one run directory: which are drawn, from what, and where they go."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from evolution.driving import drive
+from evolution.experiments import experiment_of
+from evolution.plots import convergence_figure, lorenz_figure, map_set_figure, save_figure, times_figure
+from evolution.rundir import LoadedRun
+from gym_mapbench.episode import Episode
+
+FIGURES = "figures"
+
+
+@dataclass(frozen=True)
+class DrivenMap:
+    """One map of the best set, driven again exactly as the search saw it.
+
+    Args:
+        name: Name of the map.
+        reading: What the fitness read on it, in words.
+        episodes: First repeat of every controller.
+    """
+
+    name: str
+    reading: str
+    episodes: tuple[Episode, ...]
+
+
+def drive_best(run: LoadedRun) -> list[DrivenMap]:
+    """Drive the best map set again with the seeds of the search: the same trajectories, now recorded.
+
+    Runs that ended in an ``error`` are left out: they have no trajectory.
+    """
+    plan = experiment_of(run.config).plan
+    driven = []
+    for scenario, entry in zip(run.best, run.best_results["maps"], strict=True):
+        failed = {name for name, runs in entry["runs"].items() if runs[0]["outcome"] == "error"}
+        jobs = [job for job in plan.jobs(scenario) if job.repeat == 0 and job.controller.name not in failed]
+        driven.append(DrivenMap(entry["name"], _reading(run, entry["reading"]), tuple(drive(job) for job in jobs)))
+    return driven
+
+
+def write_run_figures(run: LoadedRun, maps: Sequence[DrivenMap] | None = None) -> list[Path]:
+    """Draw convergence, best maps with trajectories, times and Lorenz curves into ``figures/``."""
+    folder = run.path / FIGURES
+    maps = drive_best(run) if maps is None else maps
+    evaluations = [row["evaluations"] for row in run.generations]
+    best = [row["best"] for row in run.generations]
+    written = save_figure(convergence_figure({"best": (evaluations, best)}), folder / "convergence")
+    shown = [driven for driven in maps if driven.episodes]
+    titles = [f"{driven.name}: {driven.reading}" for driven in shown]
+    if shown:
+        groups = [driven.episodes for driven in shown]
+        written += save_figure(map_set_figure(groups, titles, run.controllers), folder / "best_maps")
+    written += save_figure(times_figure(_times(run), [driven.name for driven in maps]), folder / "times")
+    solved = [entry for entry in run.best_results["maps"] if entry["values"] is not None]
+    if solved:
+        curves = [list(entry["values"].values()) for entry in solved]
+        written += save_figure(lorenz_figure(curves, [entry["name"] for entry in solved]), folder / "lorenz")
+    return written
+
+
+def _times(run: LoadedRun) -> dict[str, list[list[float]]]:
+    """Travel times of all successful runs on the best set: per controller, per map."""
+    return {
+        name: [
+            [one["time_s"] for one in entry["runs"][name] if one["outcome"] == "goal"]
+            for entry in run.best_results["maps"]
+        ]
+        for name in run.controllers
+    }
+
+
+def _reading(run: LoadedRun, value: float | None) -> str:
+    what = {"gini": "Gini", "cluster": "clusters"}[run.config["search"]["fitness"]]
+    return "not solved by all" if value is None else f"{what} {value:.3f}"

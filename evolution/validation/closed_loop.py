@@ -1,0 +1,181 @@
+"""Whole runs: outcomes and travel times against the recorded ones, driven by the Box2D env."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from controllers.navigator import Navigator
+from evolution.episode import environment_for, run_episode
+from evolution.validation.measures import Cases, Measure
+from evolution.validation.oracle import Oracle, Preset
+from evolution.validation.setup import make_follower, navigation_of, robot_of
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.episode import Episode
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.scenario import Scenario
+
+NEAR_CONTACT = 0.005
+"""m; recorded runs this close to touching a wall are counted apart: a real body does not slide through overlaps."""
+
+TARGETS = {"DWB": "<= 0.005", "RPP": "<= 0.005", "MPPI": "<= 0.02"}
+
+
+@dataclass(frozen=True)
+class RunTask:
+    """One recorded run to be driven again."""
+
+    directory: Path
+    preset: str
+    index: int
+
+
+@dataclass(frozen=True)
+class DrivenRun:
+    """A recorded run and ours under the same conditions.
+
+    Args:
+        record: The recorded run.
+        preset: Name of its preset.
+        success: Whether we reached the goal without touching a wall.
+        time: Our time until the end, s.
+        reason: How ours ended.
+    """
+
+    record: dict[str, Any]
+    preset: str
+    success: bool
+    time: float
+    reason: str
+
+    @property
+    def name(self) -> str:
+        """The run in words."""
+        record = self.record
+        seed = "" if record.get("seed") is None else f" seed {record['seed']}"
+        return (
+            f"preset {self.preset} map {record['map']} {record['controller']}/{record['variant']} "
+            f"{record['local_costmap']}{seed}"
+        )
+
+    @property
+    def near_contact(self) -> bool:
+        """Whether the recorded run came within 5 mm of touching a wall."""
+        clearance = self.record["min_clearance"]
+        return clearance is not None and abs(clearance) < NEAR_CONTACT
+
+    @property
+    def time_error(self) -> float:
+        """Relative difference of the travel times."""
+        return abs(self.time - self.record["time"]) / max(float(self.record["time"]), 1e-9)
+
+
+def drive_recorded(oracle: Oracle, workers: int, on_run: Callable[[DrivenRun], None] | None = None) -> list[DrivenRun]:
+    """Drive every recorded run again."""
+    tasks = [
+        RunTask(oracle.directory, preset.name, index)
+        for preset in oracle.presets
+        for index in range(len(oracle.runs(preset)))
+    ]
+    driven = []
+    for run in _map(tasks, workers):
+        driven.append(run)
+        if on_run is not None:
+            on_run(run)
+    return driven
+
+
+def closed_loop_measures(driven: Sequence[DrivenRun]) -> list[Measure]:
+    """Agreement of outcomes, errors of travel times, and rank correlation over all runs both finished."""
+    outcomes, near = Cases("outcome_agreement", ">= 0.99"), Cases("outcome_agreement_near_contact", "")
+    for run in driven:
+        cases = near if run.near_contact else outcomes
+        cases.add(float(run.success != bool(run.record["strict_success"])), f"{run.name} ({run.reason})")
+    both = [run for run in driven if run.success and run.record["strict_success"]]
+    times = [_time_measure(kind, [run for run in both if run.record["controller"] == kind]) for kind in TARGETS]
+    return [outcomes.agreement(), near.agreement(), *times, _spearman(both)]
+
+
+def disagreements(driven: Sequence[DrivenRun]) -> list[str]:
+    """Every run whose outcome differs from the recorded one, in words."""
+    return [
+        f"{run.name}: recorded {run.record['reason']} at {run.record['time']:.2f} s "
+        f"(clearance {run.record['min_clearance']}), ours {run.reason} at {run.time:.2f} s"
+        for run in driven
+        if run.success != bool(run.record["strict_success"])
+    ]
+
+
+def _time_measure(kind: str, runs: Sequence[DrivenRun]) -> Measure:
+    """Median relative error; MPPI's is taken over the median of its seeds on each map."""
+    cases = Cases(f"time_err_median_{kind.lower()}", TARGETS[kind])
+    groups: dict[tuple[Any, ...], list[DrivenRun]] = {}
+    for run in runs:
+        record = run.record
+        key = (run.preset, record["map"], record["variant"], record["local_costmap"])
+        groups.setdefault(key if kind == "MPPI" else (*key, run.name), []).append(run)
+    for members in groups.values():
+        ours = float(np.median([run.time for run in members]))
+        recorded = float(np.median([run.record["time"] for run in members]))
+        cases.add(abs(ours - recorded) / recorded, members[0].name)
+    return cases.median()
+
+
+def _spearman(both: Sequence[DrivenRun]) -> Measure:
+    ours, recorded = [run.time for run in both], [run.record["time"] for run in both]
+    enough = len(both) > 2 and np.ptp(ours) > 0 and np.ptp(recorded) > 0
+    rho = float(stats.spearmanr(ours, recorded).statistic) if enough else float("nan")
+    return Measure("spearman", rho, len(both), target=">= 0.98")
+
+
+def _map(tasks: Sequence[RunTask], workers: int) -> Iterator[DrivenRun]:
+    """Drive all tasks; the results are the same for any number of workers."""
+    if workers == 1:
+        yield from map(drive_again, tasks)
+        return
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        yield from pool.map(drive_again, tasks, chunksize=8)
+
+
+def drive_again(task: RunTask) -> DrivenRun:
+    """Drive one recorded run under its recorded conditions."""
+    oracle = _open(task.directory)
+    preset = next(preset for preset in oracle.presets if preset.name == task.preset)
+    record = oracle.runs(preset)[task.index]
+    episode = _drive(oracle, preset, record)
+    success = episode.success and episode.first_contact_time is None
+    return DrivenRun(record, preset.name, success, episode.time, episode.reason or episode.outcome)
+
+
+def _drive(oracle: Oracle, preset: Preset, record: dict[str, Any]) -> Episode:
+    simulation = oracle.config["simulation"]
+    config = EnvConfig(
+        robot=robot_of(oracle, preset),
+        physics_hz=simulation["integration_hz"],
+        control_hz=simulation["control_hz"],
+        time_limit=simulation["timeout"],
+    )
+    follower = make_follower(oracle, record["controller"], record["variant"], record.get("seed"))
+    navigation = navigation_of(oracle, preset, record["local_costmap"])
+    navigator = Navigator(follower, navigation, record["controller"], abort_is_exception=True)
+    scenario = Scenario(_maps(oracle.directory, preset)[record["map"]], preset.start, preset.goal)
+    env = environment_for(config, navigator)
+    return run_episode(env, navigator, scenario, name=record["controller"], seed=0)
+
+
+@lru_cache(maxsize=1)
+def _open(directory: Path) -> Oracle:
+    return Oracle(directory)
+
+
+@lru_cache(maxsize=8)
+def _maps(directory: Path, preset: Preset) -> dict[int, GridMap]:
+    return _open(directory).maps(preset)

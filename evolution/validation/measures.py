@@ -1,0 +1,71 @@
+"""Measures: one number with how many cases it was taken over and which was the worst."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One line of the table.
+
+    Args:
+        key: Name of the measure.
+        value: The number; NaN where there was no case.
+        count: Number of cases.
+        worst: The worst case in words; empty where none stands out.
+        target: What it should reach, in words.
+    """
+
+    key: str
+    value: float
+    count: int
+    worst: str = ""
+    target: str = ""
+
+
+@dataclass
+class Cases:
+    """Errors of single cases, by name, until they become a measure."""
+
+    key: str
+    target: str
+    errors: list[float] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+
+    def add(self, error: float, name: str) -> None:
+        """Add one case: its error (0 is perfect) and its name."""
+        self.errors.append(float(error))
+        self.names.append(name)
+
+    def largest(self) -> Measure:
+        """The largest error."""
+        return self._measure(float(np.max(self.errors)) if self.errors else np.nan)
+
+    def median(self) -> Measure:
+        """The median error."""
+        return self._measure(float(np.median(self.errors)) if self.errors else np.nan)
+
+    def agreement(self, count: int | None = None) -> Measure:
+        """One minus the mean error: the share of cases that agree, where errors are 0, 1 or shares.
+
+        Args:
+            count: Number of single comparisons, where a case is a share of many.
+        """
+        return self._measure(1.0 - float(np.mean(self.errors)) if self.errors else np.nan, count)
+
+    def share_within(self, bound: float, key: str, target: str) -> Measure:
+        """The share of cases with an error of at most ``bound``."""
+        within = float(np.mean(np.asarray(self.errors) <= bound)) if self.errors else np.nan
+        return Measure(key, within, len(self.errors), self._worst(), target)
+
+    def _measure(self, value: float, count: int | None = None) -> Measure:
+        return Measure(self.key, value, len(self.errors) if count is None else count, self._worst(), self.target)
+
+    def _worst(self) -> str:
+        if not self.errors or max(self.errors) == 0:
+            return ""
+        position = int(np.argmax(self.errors))
+        return f"{self.names[position]}: {self.errors[position]:.3g}"

@@ -1,0 +1,129 @@
+"""The recorded set-up in our own terms: costmaps, followers and navigation as the oracle ran them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from controllers.base import FollowerSetup, PathFollower
+from controllers.dwb import DwbFollower
+from controllers.dwb.params import DwbParams
+from controllers.mppi import MppiFollower
+from controllers.mppi.params import MppiParams
+from controllers.nav2_params.navigation import (
+    BehaviorTree,
+    ControllerServer,
+    GoalChecker,
+    NavigationParams,
+    PlannerPlugin,
+    ProgressChecker,
+)
+from controllers.nav2_params.plugins import CONTROLLERS
+from controllers.rpp import RppFollower
+from controllers.rpp.params import RppParams
+from evolution.validation.oracle import Oracle, Preset
+from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_static_costmap
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.robot import RobotSpec
+
+WINDOW_METERS = 3
+
+
+def footprint_of(preset: Preset) -> Footprint:
+    """The padded footprint of a preset."""
+    return Footprint.from_radius(preset.robot_radius, preset.footprint_padding)
+
+
+def costmap_params(preset: Preset, *, rolling: bool = False) -> CostmapParams:
+    """Static map and inflation over the whole map, or in a window around the robot."""
+    window = {"rolling_window": True, "width": WINDOW_METERS, "height": WINDOW_METERS} if rolling else {}
+    return CostmapParams(
+        robot_radius=preset.robot_radius,
+        footprint_padding=preset.footprint_padding,
+        resolution=preset.resolution,
+        plugins=("static_layer", "inflation_layer"),
+        inflation_layer=InflationLayer(
+            inflation_radius=preset.inflation_radius, cost_scaling_factor=preset.cost_scaling_factor
+        ),
+        **window,
+    )
+
+
+def full_costmaps(oracle: Oracle, preset: Preset) -> dict[int, Costmap]:
+    """Inflated costmap of every map, by id."""
+    params, footprint = costmap_params(preset), footprint_of(preset)
+    return {number: full_costmap(grid, params, footprint) for number, grid in oracle.maps(preset).items()}
+
+
+def full_costmap(grid: GridMap, params: CostmapParams, footprint: Footprint) -> Costmap:
+    """Inflated costmap of one map."""
+    return build_static_costmap(grid, params, footprint)
+
+
+def make_follower(oracle: Oracle, kind: str, variant: str = "default", seed: int | None = None) -> PathFollower:
+    """A controller with the recorded parameters; ``seed`` is that of MPPI's noise generator."""
+    params = follower_params(kind.lower(), oracle.controller_params(kind, variant))
+    if kind == "RPP":
+        return RppFollower(RppParams(**params))
+    if kind == "DWB":
+        return DwbFollower(DwbParams(**params))
+    noise = {} if seed is None else {"noise": "nav2", "noise_seed": seed}
+    return MppiFollower(MppiParams(**params, **noise))
+
+
+def follower_params(kind: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Recorded parameters without those that only ROS needs."""
+    keys = CONTROLLERS[kind].keys
+    return {name: value for name, value in values.items() if not keys.is_ros_only(name)}
+
+
+def follower_setup(oracle: Oracle, preset: Preset) -> FollowerSetup:
+    """What the recorded controller server told its plugins."""
+    simulation = oracle.config["simulation"]
+    return FollowerSetup(
+        footprint=footprint_of(preset),
+        control_period=1.0 / simulation["control_hz"],
+        xy_goal_tolerance=simulation["xy_goal_tolerance"],
+        yaw_goal_tolerance=simulation["yaw_goal_tolerance"],
+        inflation_radius=preset.inflation_radius,
+        cost_scaling_factor=preset.cost_scaling_factor,
+        rng=np.random.default_rng(0),
+    )
+
+
+def robot_of(oracle: Oracle, preset: Preset) -> RobotSpec:
+    """The recorded plant: a disc with acceleration limits and no limit of speed that any controller reaches."""
+    simulation = oracle.config["simulation"]
+    return RobotSpec(
+        radius=preset.robot_radius,
+        max_linear_velocity=5.0,
+        max_reverse_velocity=5.0,
+        max_angular_velocity=50.0,
+        max_linear_acceleration=simulation["acc_lin"],
+        max_angular_acceleration=simulation["acc_ang"],
+    )
+
+
+def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str) -> NavigationParams:
+    """The recorded loop: replanning and checkers, no recoveries, no progress checker, no smoother."""
+    simulation = oracle.config["simulation"]
+    threshold = simulation["min_velocity_threshold"]
+    return NavigationParams(
+        controller_server=ControllerServer(
+            controller_frequency=simulation["control_hz"],
+            min_x_velocity_threshold=threshold,
+            min_theta_velocity_threshold=threshold,
+            failure_tolerance=simulation["failure_tolerance"],
+            progress_checker=ProgressChecker(plugin="none"),
+            goal_checker=GoalChecker(
+                xy_goal_tolerance=simulation["xy_goal_tolerance"], yaw_goal_tolerance=simulation["yaw_goal_tolerance"]
+            ),
+        ),
+        planner=PlannerPlugin(name="navfn", params=dict(oracle.config["planner"])),
+        local_costmap=costmap_params(preset, rolling=local_costmap == "rolling"),
+        global_costmap=costmap_params(preset),
+        bt=BehaviorTree(recoveries=False, replanning_frequency=simulation["replan_hz"]),
+    )

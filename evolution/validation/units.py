@@ -1,0 +1,162 @@
+"""Single calls: costmaps, plans and commands against the recorded ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from controllers.base import ControllerAbort, ControllerError, PathFollower, Twist
+from controllers.dwb import DwbFollower
+from controllers.rpp import RppFollower
+from evolution.validation.measures import Cases, Measure
+from evolution.validation.oracle import Arrays, Oracle, Preset, ragged
+from evolution.validation.setup import follower_setup, full_costmaps, make_follower
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.errors import NoPathError
+from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
+from gym_mapbench.scenario import Pose
+
+
+def costmap_measures(oracle: Oracle) -> list[Measure]:
+    """Share of cells whose cost is the recorded one."""
+    cases, cells = Cases("costmap_cell_agreement", "1"), 0
+    for preset in oracle.presets:
+        ours, plans = full_costmaps(oracle, preset), oracle.table("plans", preset)
+        for number, recorded in zip(plans["map_id"], plans["costmap"], strict=True):
+            differs = ours[int(number)].costs != recorded[::-1]
+            cells += differs.size
+            cases.add(float(differs.mean()), f"preset {preset.name} map {number}")
+    return [cases.agreement(cells)]
+
+
+def navfn_measures(oracle: Oracle) -> list[Measure]:
+    """Potentials relative to the recorded ones, and the farthest a path strays from the recorded one."""
+    potentials, paths = Cases("navfn_potential_rel_err_max", "< 1e-6"), Cases("navfn_path_dev_cells_max", "< 1e-3")
+    planner = NavfnPlanner(NavfnParams(**oracle.config["planner"]))
+    for preset in oracle.presets:
+        costmaps, plans = full_costmaps(oracle, preset), oracle.table("plans", preset)
+        for number, recorded in zip(plans["potential_map_id"], plans["potential"], strict=True):
+            ours = planner.potential(costmaps[int(number)], preset.start, preset.goal)
+            potentials.add(_potential_error(ours, recorded[::-1]), f"preset {preset.name} map {number}")
+        for number, found, path in zip(plans["map_id"], plans["found"], ragged(plans, "path"), strict=True):
+            error = _path_deviation(_plan(planner, costmaps[int(number)], preset.start, preset.goal), path, bool(found))
+            paths.add(error / preset.resolution, f"preset {preset.name} map {number}")
+    return [potentials.largest(), paths.largest()]
+
+
+def rpp_measures(oracle: Oracle) -> list[Measure]:
+    """Largest difference of a command's components; a raised exception counts as standing still."""
+    commands, carrots = Cases("rpp_cmd_abs_err_max", "< 1e-6"), Cases("rpp_carrot_abs_err_max", "< 1e-6")
+    for unit in each_unit(oracle, "RPP"):
+        if not isinstance(unit.follower, RppFollower):
+            continue
+        command = _command(unit)
+        commands.add(_difference(command, unit.recorded["rpp_cmd"][unit.row]), unit.name)
+        carrots.add(_difference(unit.follower.carrot, unit.recorded["rpp_carrot"][unit.row]), unit.name)
+    return [commands.largest(), carrots.largest()]
+
+
+def dwb_measures(oracle: Oracle) -> list[Measure]:
+    """Whether the same sample is chosen, and how far scores differ; a sample legal on one side only counts as 1."""
+    choices, scores = Cases("dwb_choice_agreement", ">= 0.99"), Cases("dwb_score_rel_err_max", "0")
+    for preset in oracle.presets:
+        recorded = oracle.table("units_dwb", preset)
+        totals, best = list(ragged(recorded, "total")), recorded["best_index"]
+        for unit in each_unit(oracle, "DWB", preset):
+            if not isinstance(unit.follower, DwbFollower):
+                continue
+            ours = unit.follower.evaluate(unit.pose, unit.velocity, unit.costmap, 0.0)
+            scores.add(_score_error(ours.totals, totals[unit.row]), unit.name)
+            none_legal = bool((totals[unit.row] < 0).all())
+            same = ours.best == -1 if none_legal else ours.best == best[unit.row]
+            choices.add(0.0 if same else 1.0, unit.name)
+    return [choices.agreement(), scores.largest()]
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One recorded call: a freshly reset follower with its plan, and what it is asked."""
+
+    preset: Preset
+    row: int
+    name: str
+    follower: PathFollower
+    pose: Pose
+    velocity: Twist
+    costmap: Costmap
+    recorded: Arrays
+
+
+def each_unit(oracle: Oracle, kind: str, only: Preset | None = None) -> Iterator[Unit]:
+    """All recorded calls of one controller, on paths of our own planner (the stored ones are rounded)."""
+    planner = NavfnPlanner(NavfnParams(**oracle.config["planner"]))
+    for preset in oracle.presets if only is None else (only,):
+        costmaps, units = full_costmaps(oracle, preset), oracle.table("units", preset)
+        setup = follower_setup(oracle, preset)
+        follower = make_follower(oracle, kind)
+        for row, number in enumerate(units["map_id"]):
+            costmap = costmaps[int(number)]
+            follower.reset(setup)
+            follower.set_plan(planner.plan(costmap, Pose(*units["plan_from"][row].tolist()), preset.goal))
+            yield Unit(
+                preset=preset,
+                row=row,
+                name=f"preset {preset.name} map {number} sample {units['sample'][row]}",
+                follower=follower,
+                pose=Pose(*units["pose"][row].tolist()),
+                velocity=Twist(*units["vel"][row].tolist()),
+                costmap=costmap,
+                recorded=units,
+            )
+
+
+def _command(unit: Unit) -> Twist:
+    try:
+        return unit.follower.compute_velocity_commands(unit.pose, unit.velocity, unit.costmap, 0.0)
+    except (ControllerError, ControllerAbort):
+        return Twist(np.nan, np.nan)
+
+
+def _difference(ours: tuple[float, float], recorded: NDArray[np.float64]) -> float:
+    """Largest difference of two pairs; NaN (an exception) counts as zero."""
+    return float(np.abs(np.nan_to_num(np.asarray(ours)) - np.nan_to_num(recorded)).max())
+
+
+def _plan(planner: NavfnPlanner, costmap: Costmap, start: Pose, goal: Pose) -> NDArray[np.float64] | None:
+    try:
+        return planner.plan(costmap, start, goal)
+    except NoPathError:
+        return None
+
+
+def _potential_error(ours: NDArray[np.float32], recorded: NDArray[np.float32]) -> float:
+    """Largest relative difference over reached cells; 1 where only one side reached a cell."""
+    ours = np.where(np.isfinite(ours) & (ours < 1e9), ours, np.nan).astype(float)
+    both = np.isfinite(ours) & np.isfinite(recorded)
+    if (np.isfinite(ours) != np.isfinite(recorded)).any():
+        return 1.0
+    return float((np.abs(ours[both] - recorded[both]) / np.maximum(np.abs(recorded[both]), 1.0)).max())
+
+
+def _path_deviation(ours: NDArray[np.float64] | None, recorded: NDArray[np.float64], found: bool) -> float:
+    """Largest distance, m, of a point of one path to the nearest of the other; infinite if only one exists."""
+    if ours is None or not found:
+        return 0.0 if (ours is None) == (not found) else np.inf
+    if len(ours) == len(recorded):
+        return float(np.hypot(*(ours - recorded)[:, :2].T).max())
+    a, b = ours[:, :2], recorded[:, :2]
+    return float(max(cKDTree(a).query(b)[0].max(), cKDTree(b).query(a)[0].max()))
+
+
+def _score_error(ours: NDArray[np.float32], recorded: NDArray[np.float32]) -> float:
+    """Largest relative difference of the totals of samples; 1 where only one side is legal."""
+    if ours.shape != recorded.shape or ((ours < 0) != (recorded < 0)).any():
+        return 1.0
+    legal = recorded >= 0
+    if not legal.any():
+        return 0.0
+    return float((np.abs(ours[legal] - recorded[legal]) / np.maximum(np.abs(recorded[legal]), 1e-6)).max())

@@ -1,0 +1,22 @@
+"""What a new worker does before its first job: load every kernel, so that no run pays for it."""
+
+from __future__ import annotations
+
+from evolution.driving import DriveSettings, build_controller
+from evolution.episode import environment_for, run_episode
+from evolution.jobs import ControllerSpec
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.scenario import Pose, Scenario
+
+ROOM = ("#" * 50, *["#" + "." * 48 + "#"] * 48, "#" * 50)
+
+
+def warm_up(kinds: tuple[str, ...] = ("dwb", "mppi", "rpp")) -> None:
+    """Drive each of the named controllers for half a second through an empty room."""
+    scenario = Scenario(GridMap.from_rows(ROOM), Pose(0.6, 0.6), Pose(1.9, 1.9))
+    settings = DriveSettings(environment=EnvConfig(time_limit=0.5), navigation="thesis")
+    for kind in kinds:
+        controller = build_controller(ControllerSpec(name=kind), settings)
+        env = environment_for(settings.environment, controller)
+        run_episode(env, controller, scenario, name=kind, seed=0)
