@@ -1,0 +1,115 @@
+"""What the report of one run says."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from evolution.figures import FIGURES, DrivenMap, drive_best
+from evolution.report.page import Attachment, ReplayedMap, Report, Table
+from evolution.rundir import LoadedRun
+from gym_mapbench.mapio.bundle import BEST_MAP_SET
+
+CAPTIONS = {
+    "best_maps": "The best maps with all trajectories; crosses mark recoveries",
+    "convergence": "Best fitness over the evaluations",
+    "times": "Travel times per map and controller; dots are single runs",
+    "lorenz": "Lorenz curves: the further from the diagonal, the less alike the controllers' times",
+}
+
+
+def report_of_run(run: LoadedRun) -> Report:
+    """Collect the report of one evolution run; the best maps are driven again for the replays."""
+    driven = drive_best(run)
+    search = run.config["search"]
+    return Report(
+        title=f"Evolved maps: {run.path.name}",
+        subtitle=(
+            f"{search['fitness']} fitness, population {search['pop_size']}, "
+            f"{run.checkpoint['evaluations']} evaluations, seed {search['seed']}, "
+            f"controllers {', '.join(run.controllers)}"
+        ),
+        verdict=_verdict(run),
+        command=f"mapbench evolve --config config.yaml --out {run.path.name}  # with the configuration below",
+        configuration=_configuration(run),
+        maps=replayed_maps(run, driven),
+        tables=[_times_table(run), _generations_table(run)],
+        figures=figures_of(run),
+        downloads=[_download(run, BEST_MAP_SET, "application/json"), _download(run, "runs.csv", "text/csv")],
+        missing=[] if run.finished else [_unfinished(run)],
+    )
+
+
+def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[ReplayedMap]:
+    """The best maps with their recorded runs."""
+    radius = float(run.config["run"]["environment"]["robot"]["radius"])
+    return [ReplayedMap(f"{one.name} ({one.reading})", one.episodes, radius) for one in driven if one.episodes]
+
+
+def figures_of(run: LoadedRun) -> list[Attachment]:
+    """The run's figures that exist, as pictures inside the page."""
+    folder = run.path / FIGURES
+    return [
+        Attachment(caption, "image/png", (folder / f"{name}.png").read_bytes())
+        for name, caption in CAPTIONS.items()
+        if (folder / f"{name}.png").is_file()
+    ]
+
+
+def _verdict(run: LoadedRun) -> list[str]:
+    """The answer in words: what was reached, and what each map shows."""
+    first, last = run.generations[0]["best"], run.generations[-1]["best"]
+    sentences = [f"The search improved the best fitness from {first:.2f} to {last:.2f} (lower is better)."]
+    sentences += [_map_sentence(entry) for entry in _by_reading(run)]
+    return sentences
+
+
+def _by_reading(run: LoadedRun) -> list[dict[str, Any]]:
+    """Maps from the most alike to the most different; maps without a reading last."""
+    return sorted(run.best_results["maps"], key=lambda entry: np.inf if entry["reading"] is None else entry["reading"])
+
+
+def _map_sentence(entry: dict[str, Any]) -> str:
+    if entry["values"] is None:
+        failed = [name for name, runs in entry["runs"].items() if any(one["outcome"] != "goal" for one in runs)]
+        return f"{entry['name']}: {', '.join(failed)} did not reach the goal, so the map counts as unsolved."
+    ordered = sorted(entry["values"].items(), key=lambda item: item[1])
+    (fast, least), (slow, most) = ordered[0], ordered[-1]
+    ratio = most / least if least > 0 else np.inf
+    if ratio < 1.1:
+        return f"{entry['name']}: all controllers take about the same ({least:.1f} to {most:.1f} s)."
+    return f"{entry['name']}: {fast} is fastest ({least:.1f} s), {slow} takes {ratio:.1f} times as long ({most:.1f} s)."
+
+
+def _times_table(run: LoadedRun) -> Table:
+    rows: list[list[str | float | int]] = []
+    for entry in run.best_results["maps"]:
+        for name, results in entry["runs"].items():
+            times = [one["time_s"] for one in results if one["outcome"] == "goal"]
+            spread = [float(np.mean(times)), min(times), max(times)] if times else [float("nan")] * 3
+            outcomes = ", ".join(sorted({one["outcome"] for one in results}))
+            recoveries = float(np.mean([one["metrics"].get("n_recoveries", np.nan) for one in results]))
+            rows.append([entry["name"], name, *spread, recoveries, outcomes])
+    return Table("The best map set", ("map", "controller", "mean s", "min s", "max s", "recoveries", "outcome"), rows)
+
+
+def _generations_table(run: LoadedRun) -> Table:
+    columns = ("generation", "evaluations", "best", "mean", "std", "mean_success_rate")
+    return Table("Generations", columns, [[row[column] for column in columns] for row in run.generations])
+
+
+def _configuration(run: LoadedRun) -> str:
+    used = {key: run.config[key] for key in ("version", "libraries", "search", "controllers", "run")}
+    return json.dumps(used, indent=1)
+
+
+def _download(run: LoadedRun, name: str, media_type: str) -> Attachment:
+    return Attachment(name, media_type, (run.path / name).read_bytes())
+
+
+def _unfinished(run: LoadedRun) -> str:
+    done, wanted = run.checkpoint["evaluations"], run.config["search"]["evaluations"]
+    return f"The search stopped after {done} of {wanted} evaluations; mapbench evolve --resume {run.path} finishes it."
