@@ -6,29 +6,48 @@ Source: nav2_costmap_2d (Humble). ``costs[row, col]`` has row 0 at the bottom, a
 
 from __future__ import annotations
 
+import functools
+import math
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
-from pydantic import Field, field_validator
 
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.costmap_params import CostmapParams, InflationLayer, ObstacleLayer, StaticLayer
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
+from gym_mapbench.gridmap import MAX_CELLS, GridMap
 from gym_mapbench.kernels.inflation import inflate
-from gym_mapbench.robot import RobotSpec
-from gym_mapbench.settings import Settings
+from gym_mapbench.kernels.raytrace import clear_footprint, clear_rays, mark_hits
+from gym_mapbench.scenario import Pose
 
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
-LAYERS = ("static_layer", "obstacle_layer", "voxel_layer", "inflation_layer")
-MAX_REACH_CELLS = 2000
+__all__ = [
+    "FREE_SPACE",
+    "INSCRIBED_INFLATED_OBSTACLE",
+    "LETHAL_OBSTACLE",
+    "NO_INFORMATION",
+    "Costmap",
+    "CostmapParams",
+    "InflationLayer",
+    "LocalCostmap",
+    "ObstacleLayer",
+    "StaticLayer",
+    "build_static_costmap",
+    "inflate_costs",
+    "inflation_costs",
+    "static_costs",
+]
+
 FREE_SPACE = 0
 INSCRIBED_INFLATED_OBSTACLE = 253
 LETHAL_OBSTACLE = 254
 NO_INFORMATION = 255
+MAX_REACH_CELLS = 2000
+OBSTACLE_LAYERS = ("obstacle_layer", "voxel_layer")
+# An exact lidar's hits lie on the border of the wall's cell, where rounding would decide which cell they are in:
+# a hair (m) farther along the ray they are inside the wall.
+HAIR = 1e-5
+RANGE_EPSILON = 1e-4
 
 
 @dataclass
@@ -62,166 +81,6 @@ class Costmap:
         """``(x, y)`` extent as Nav2's ``getSizeInMeters`` counts it: half a cell short, m."""
         rows, cols = self.costs.shape
         return (cols - 0.5) * self.resolution, (rows - 0.5) * self.resolution
-
-
-class StaticLayer(Settings):
-    """Nav2's ``StaticLayer``: writes the map."""
-
-    enabled: bool = True
-
-
-class InflationLayer(Settings):
-    """Nav2's ``InflationLayer``: cost around obstacles.
-
-    Args:
-        enabled: Whether the layer writes at all.
-        inflation_radius: Reach, m, rounded up to whole cells.
-        cost_scaling_factor: Decay of the cost, 1/m.
-        inflate_unknown: Whether any cost replaces "unknown", not only an inscribed obstacle's.
-        inflate_around_unknown: Whether unknown cells are inflated like obstacles.
-    """
-
-    enabled: bool = True
-    inflation_radius: NonNegative = 0.55
-    cost_scaling_factor: NonNegative = 10.0
-    inflate_unknown: bool = False
-    inflate_around_unknown: bool = False
-
-
-class ObstacleLayer(Settings):
-    """Nav2's ``ObstacleLayer`` or ``VoxelLayer`` with one lidar, its source's options included.
-
-    Args:
-        enabled: Whether the layer writes at all.
-        footprint_clearing_enabled: Whether the cells under the robot are set free.
-        combination_method: 1 writes the greater cost, 0 overwrites.
-        marking: Whether hits mark obstacles.
-        clearing: Whether rays clear the cells they pass.
-        obstacle_max_range: Farthest hit that is marked, m.
-        obstacle_min_range: Nearest hit that is marked, m.
-        raytrace_max_range: How far along a ray cells are cleared, m.
-        raytrace_min_range: From where on a ray cells are cleared, m.
-        inf_is_valid: Whether a ray that hits nothing clears as if it ended just short of the sensor's range.
-    """
-
-    enabled: bool = True
-    footprint_clearing_enabled: bool = True
-    combination_method: Literal[0, 1] = 1
-    marking: bool = True
-    clearing: bool = False
-    obstacle_max_range: NonNegative = 2.5
-    obstacle_min_range: NonNegative = 0.0
-    raytrace_max_range: NonNegative = 3.0
-    raytrace_min_range: NonNegative = 0.0
-    inf_is_valid: bool = False
-
-
-class CostmapParams(Settings):
-    """Options of one costmap, named and defaulted as in Nav2 Humble's code.
-
-    Args:
-        robot_radius: m; None takes the robot's own. A ``footprint`` wins over it.
-        footprint: Corners ``((x, y), ...)`` m, or Nav2's text form ``"[[x, y], ...]"``; None takes ``robot_radius``.
-        footprint_padding: m, added to every corner away from both axes.
-        resolution: m per cell of a costmap that does not take its size from the map.
-        width: m, x; of a costmap that does not take its size from the map.
-        height: m, y; likewise.
-        origin_x: World x of the first lower-left corner, m; a rolling window stays aligned to it.
-        origin_y: World y of it, m.
-        rolling_window: Whether the costmap is a window that follows the robot.
-        update_frequency: Hz.
-        track_unknown_space: Whether unknown cells stay unknown (255) instead of free.
-        use_maximum: Whether the static layer writes the greater cost instead of overwriting.
-        lethal_cost_threshold: Map value, 0 to 100, from which on a cell is an obstacle.
-        unknown_cost_value: Map value, as an unsigned byte, that means unknown.
-        trinary_costmap: Whether map values below the threshold are free rather than scaled.
-        plugins: Names of the layers in the order in which they write.
-    """
-
-    robot_radius: Positive | None = None
-    footprint: tuple[tuple[float, float], ...] | None = None
-    footprint_padding: NonNegative = 0.01
-    resolution: Positive = 0.1
-    width: Annotated[int, Field(gt=0)] = 5
-    height: Annotated[int, Field(gt=0)] = 5
-    origin_x: float = 0.0
-    origin_y: float = 0.0
-    rolling_window: bool = False
-    update_frequency: Positive = 5.0
-    track_unknown_space: bool = False
-    use_maximum: bool = False
-    lethal_cost_threshold: Annotated[int, Field(ge=0, le=100)] = 100
-    unknown_cost_value: Annotated[int, Field(ge=0, le=255)] = 255
-    trinary_costmap: bool = True
-    plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
-    static_layer: StaticLayer = StaticLayer()
-    obstacle_layer: ObstacleLayer = ObstacleLayer()
-    voxel_layer: ObstacleLayer = ObstacleLayer()
-    inflation_layer: InflationLayer = InflationLayer()
-
-    @classmethod
-    def example_local(cls, **changes: Any) -> CostmapParams:
-        """Return the local costmap of ``nav2_bringup/params/nav2_params.yaml``: 3 m x 3 m around the robot."""
-        example: dict[str, Any] = {
-            "rolling_window": True,
-            "width": 3,
-            "height": 3,
-            "resolution": 0.05,
-            "plugins": ("voxel_layer", "inflation_layer"),
-            "voxel_layer": ObstacleLayer(clearing=True),
-            "inflation_layer": InflationLayer(cost_scaling_factor=3.0),
-        }
-        return cls(**{**example, **changes})
-
-    @classmethod
-    def example_global(cls, **changes: Any) -> CostmapParams:
-        """Return the global costmap of ``nav2_bringup/params/nav2_params.yaml``: the whole map."""
-        example: dict[str, Any] = {
-            "update_frequency": 1.0,
-            "resolution": 0.05,
-            "track_unknown_space": True,
-            "obstacle_layer": ObstacleLayer(clearing=True),
-            "inflation_layer": InflationLayer(cost_scaling_factor=3.0),
-        }
-        return cls(**{**example, **changes})
-
-    @field_validator("footprint", mode="before")
-    @classmethod
-    def _read_footprint(cls, value: object) -> object:
-        """Read Nav2's text form; an empty list means none."""
-        corners = value
-        if isinstance(value, str):
-            try:
-                corners = yaml.safe_load(value)
-            except (yaml.YAMLError, RecursionError):
-                raise ConfigError(f"expected corners '[[x, y], ...]' in m, got {value[:80]!r}") from None
-        return None if corners in (None, [], ()) else corners
-
-    @field_validator("footprint")
-    @classmethod
-    def _at_least_three(cls, value: tuple[tuple[float, float], ...] | None) -> tuple[tuple[float, float], ...] | None:
-        if value is not None and len(set(value)) < 3:
-            raise ConfigError(f"expected at least 3 different corners, got {len(set(value))}")
-        return value
-
-    @field_validator("plugins")
-    @classmethod
-    def _known_layers(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        for name in value:
-            if name not in LAYERS:
-                raise unknown_name("costmap layer", name, LAYERS)
-        return value
-
-    def writes(self, layer: str) -> bool:
-        """Whether a layer of this name is among the plugins and enabled."""
-        return layer in self.plugins and bool(getattr(self, layer).enabled)
-
-    def make_footprint(self, robot: RobotSpec) -> Footprint:
-        """Return the padded footprint: of these options where they give one, else of the robot."""
-        corners = self.footprint if self.footprint or self.robot_radius else robot.footprint
-        if corners:
-            return Footprint.from_corners(np.array(corners), self.footprint_padding)
-        return Footprint.from_radius(self.robot_radius or robot.radius, self.footprint_padding)
 
 
 def build_static_costmap(grid: GridMap, params: CostmapParams, footprint: Footprint) -> Costmap:
@@ -271,10 +130,181 @@ def inflate_costs(costs: NDArray[np.uint8], resolution: float, params: CostmapPa
         inflate(costs, reach, cost_of, layer.inflate_unknown, layer.inflate_around_unknown)
 
 
+@functools.lru_cache(maxsize=64)
 def inflation_costs(layer: InflationLayer, reach: int, resolution: float, inscribed_radius: float) -> NDArray[np.uint8]:
     """Cost ``(reach**2 + 1,)`` uint8 at every squared distance from an obstacle, in cells^2 (``computeCost``)."""
     distance = np.sqrt(np.arange(reach * reach + 1)) * resolution
     decay = np.exp(-layer.cost_scaling_factor * np.maximum(distance - inscribed_radius, 0.0))
     costs = np.where(distance <= inscribed_radius, INSCRIBED_INFLATED_OBSTACLE, np.trunc(252 * decay))
     costs[0] = LETHAL_OBSTACLE
-    return costs.astype(np.uint8)
+    table = costs.astype(np.uint8)
+    table.flags.writeable = False
+    return table
+
+
+class LocalCostmap:
+    """One of Nav2's costmaps, with its layers: usually the local one, a window that rolls with the robot.
+
+    Without obstacle layers and without a rolling window it is :func:`build_static_costmap`,
+    computed once.
+
+    Source: nav2_costmap_2d/src/layered_costmap.cpp and plugins.
+
+    Args:
+        params: Layers and size.
+        grid: The static map; only ``static_layer`` looks at it.
+        footprint: The padded footprint: inscribed radius, and what footprint clearing frees.
+    """
+
+    def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint) -> None:
+        self.params = params
+        self.footprint = footprint
+        self._map = Costmap(static_costs(grid, params), grid.resolution, *grid.origin)
+        self._takes_size_of_map = params.writes("static_layer") and not params.rolling_window
+        self._resolution = grid.resolution if self._takes_size_of_map else params.resolution
+        rows, cols = int(params.height / self._resolution), int(params.width / self._resolution)
+        self._shape = grid.shape if self._takes_size_of_map else (rows, cols)
+        if not 0 < self._shape[0] * self._shape[1] <= MAX_CELLS:
+            raise ConfigError(f"costmap: expected width x height of 1 to {MAX_CELLS} cells, got {cols} x {rows}")
+        self._obstacle_layers = tuple(name for name in OBSTACLE_LAYERS if params.writes(name))
+        fixed = self._takes_size_of_map and not self._obstacle_layers
+        self._unchanging = build_static_costmap(grid, params, footprint) if fixed else None
+        self.reset(Pose(0.0, 0.0))
+
+    def reset(self, pose: Pose) -> None:
+        """Forget all observations and place the window around ``pose`` as at start-up."""
+        self._origin = self._map_origin if self._takes_size_of_map else (self.params.origin_x, self.params.origin_y)
+        self.clear()
+        self._roll(pose)
+
+    def clear(self) -> None:
+        """Forget all observations ("clear entirely")."""
+        self._observed = {name: np.full(self._shape, self._default) for name in self._obstacle_layers}
+
+    def update(
+        self,
+        pose: Pose,
+        scan_ranges: NDArray[np.floating] | None = None,
+        scan_angles: NDArray[np.floating] | None = None,
+        range_max: float = math.inf,
+    ) -> Costmap:
+        """Run one update cycle and return the costmap; call it at ``update_frequency``.
+
+        Args:
+            pose: Pose of the robot, which is also that of the lidar.
+            scan_ranges: ``(beams,)`` m, ``range_max`` or more where nothing was hit; None if there is no new scan.
+            scan_angles: ``(beams,)`` rad, in the robot frame.
+            range_max: Range of the lidar, m.
+        """
+        if self._unchanging is not None:
+            return self._unchanging
+        self._roll(pose)
+        for name in self._obstacle_layers:
+            if scan_ranges is not None and scan_angles is not None:
+                self._observe(name, pose, np.asarray(scan_ranges, np.float64), scan_angles, range_max)
+            if self._layer(name).footprint_clearing_enabled:
+                clear_footprint(self._observed[name], *self._frame, *pose, self.footprint.corners)
+        return Costmap(self._combine(), *self._frame, self.params.track_unknown_space)
+
+    @property
+    def _frame(self) -> tuple[float, float, float]:
+        """Resolution and origin, as the kernels take them."""
+        return self._resolution, *self._origin
+
+    @property
+    def _map_origin(self) -> tuple[float, float]:
+        return self._map.origin_x, self._map.origin_y
+
+    @property
+    def _default(self) -> np.uint8:
+        return np.uint8(NO_INFORMATION if self.params.track_unknown_space else FREE_SPACE)
+
+    def _layer(self, name: str) -> ObstacleLayer:
+        layer: ObstacleLayer = getattr(self.params, name)
+        return layer
+
+    def _roll(self, pose: Pose) -> None:
+        """Shift the window by whole cells to the robot; cells that stay keep what was observed."""
+        if not self.params.rolling_window:
+            return
+        rows, cols = self._shape
+        d_row = int((pose.y - (rows - 0.5) * self._resolution / 2 - self._origin[1]) / self._resolution)
+        d_col = int((pose.x - (cols - 0.5) * self._resolution / 2 - self._origin[0]) / self._resolution)
+        self._origin = self._origin[0] + d_col * self._resolution, self._origin[1] + d_row * self._resolution
+        for name, layer in self._observed.items():
+            self._observed[name] = _shifted(layer, d_row, d_col, self._default)
+
+    def _observe(
+        self, name: str, pose: Pose, ranges: NDArray[np.float64], angles: NDArray[np.floating], range_max: float
+    ) -> None:
+        """Clear along the rays of a scan, then mark its hits."""
+        layer, observed, voxel = self._layer(name), self._observed[name], name == "voxel_layer"
+        hit = ranges < range_max
+        reach = np.where(hit, ranges + HAIR, range_max - RANGE_EPSILON)
+        valid = np.isfinite(reach) & (hit | layer.inf_is_valid)
+        headings, reach = pose.yaw + np.asarray(angles)[valid], reach[valid]
+        beams = np.stack([np.cos(headings), np.sin(headings)], axis=1)
+        position = np.array([pose.x, pose.y])
+        if layer.clearing:
+            cleared = np.maximum(reach - 2 * self._resolution, 0.0) if voxel else reach
+            cells = [math.ceil(r / self._resolution) for r in (layer.raytrace_min_range, layer.raytrace_max_range)]
+            clear_rays(observed, *self._frame, pose.x, pose.y, position + cleared[:, None] * beams, *cells)
+        if layer.marking:
+            hits = position + reach[:, None] * beams
+            limits = layer.obstacle_min_range, layer.obstacle_max_range
+            mark_hits(observed, *self._frame, pose.x, pose.y, hits, *limits, not voxel)
+
+    def _combine(self) -> NDArray[np.uint8]:
+        """Let every layer write over the default, in the order of ``plugins``."""
+        costs = np.full(self._shape, self._default)
+        for name in self.params.plugins:
+            if name in self._observed:
+                _write(costs, self._observed[name], greater=self._layer(name).combination_method == 1)
+            elif name == "static_layer" and self.params.writes(name):
+                self._write_map(costs)
+            elif name == "inflation_layer":
+                inflate_costs(costs, self._resolution, self.params, self.footprint)
+        return costs
+
+    def _write_map(self, costs: NDArray[np.uint8]) -> None:
+        """Look every cell's centre up in the map; cells outside stay as they are."""
+        rows, in_rows = _lookup(self._shape[0], self._resolution, self._origin[1], self._map, axis=0)
+        cols, in_cols = _lookup(self._shape[1], self._resolution, self._origin[0], self._map, axis=1)
+        window = costs[in_rows, in_cols]
+        known = self._map.costs[np.ix_(rows, cols)]
+        if self.params.use_maximum:
+            _write(window, known, greater=True)
+        else:
+            window[:] = known
+
+
+def _lookup(
+    cells: int, resolution: float, origin: float, target: Costmap, axis: int
+) -> tuple[NDArray[np.int64], slice]:
+    """Return which cells of ``target`` lie under the cell centres of one axis, and which of these centres are on it."""
+    target_origin = target.origin_y if axis == 0 else target.origin_x
+    offset = origin + (np.arange(cells) + 0.5) * resolution - target_origin
+    index = np.trunc(offset / target.resolution).astype(np.int64)
+    inside = np.flatnonzero((offset >= 0) & (index < target.costs.shape[axis]))
+    return index[inside], slice(inside[0], inside[-1] + 1) if len(inside) else slice(0, 0)
+
+
+def _write(costs: NDArray[np.uint8], layer: NDArray[np.uint8], *, greater: bool) -> None:
+    """Write a layer's known cells, all of them or those greater than what is there; unknown gives way."""
+    writes = layer != NO_INFORMATION
+    if greater:
+        writes &= (costs == NO_INFORMATION) | (costs < layer)
+    costs[writes] = layer[writes]
+
+
+def _shifted(layer: NDArray[np.uint8], d_row: int, d_col: int, default: np.uint8) -> NDArray[np.uint8]:
+    """Return ``layer`` as seen from a window moved by whole cells; entering cells are ``default``."""
+    if d_row == d_col == 0:
+        return layer
+    moved = np.full(layer.shape, default)
+    rows, cols = layer.shape
+    to_rows, to_cols = slice(max(0, -d_row), rows - max(0, d_row)), slice(max(0, -d_col), cols - max(0, d_col))
+    from_rows, from_cols = slice(max(0, d_row), rows - max(0, -d_row)), slice(max(0, d_col), cols - max(0, -d_col))
+    if abs(d_row) < rows and abs(d_col) < cols:
+        moved[to_rows, to_cols] = layer[from_rows, from_cols]
+    return moved

@@ -1,0 +1,181 @@
+"""Options of Nav2's costmaps and their layers, under Nav2's names.
+
+Source: nav2_costmap_2d (Humble).
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import yaml
+from pydantic import Field, field_validator
+
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.robot import RobotSpec
+from gym_mapbench.settings import Settings
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+LAYERS = ("static_layer", "obstacle_layer", "voxel_layer", "inflation_layer")
+
+
+class StaticLayer(Settings):
+    """Nav2's ``StaticLayer``: writes the map."""
+
+    enabled: bool = True
+
+
+class InflationLayer(Settings):
+    """Nav2's ``InflationLayer``: cost around obstacles.
+
+    Args:
+        enabled: Whether the layer writes at all.
+        inflation_radius: Reach, m, rounded up to whole cells.
+        cost_scaling_factor: Decay of the cost, 1/m.
+        inflate_unknown: Whether any cost replaces "unknown", not only an inscribed obstacle's.
+        inflate_around_unknown: Whether unknown cells are inflated like obstacles.
+    """
+
+    enabled: bool = True
+    inflation_radius: NonNegative = 0.55
+    cost_scaling_factor: NonNegative = 10.0
+    inflate_unknown: bool = False
+    inflate_around_unknown: bool = False
+
+
+class ObstacleLayer(Settings):
+    """Nav2's ``ObstacleLayer`` or ``VoxelLayer`` with one lidar, its source's options included.
+
+    Args:
+        enabled: Whether the layer writes at all.
+        footprint_clearing_enabled: Whether the cells under the robot are set free.
+        combination_method: 1 writes the greater cost, 0 overwrites.
+        marking: Whether hits mark obstacles.
+        clearing: Whether rays clear the cells they pass.
+        obstacle_max_range: Farthest hit that is marked, m.
+        obstacle_min_range: Nearest hit that is marked, m.
+        raytrace_max_range: How far along a ray cells are cleared, m.
+        raytrace_min_range: From where on a ray cells are cleared, m.
+        inf_is_valid: Whether a ray that hits nothing clears as if it ended just short of the sensor's range.
+    """
+
+    enabled: bool = True
+    footprint_clearing_enabled: bool = True
+    combination_method: Literal[0, 1] = 1
+    marking: bool = True
+    clearing: bool = False
+    obstacle_max_range: NonNegative = 2.5
+    obstacle_min_range: NonNegative = 0.0
+    raytrace_max_range: NonNegative = 3.0
+    raytrace_min_range: NonNegative = 0.0
+    inf_is_valid: bool = False
+
+
+class CostmapParams(Settings):
+    """Options of one costmap, named and defaulted as in Nav2 Humble's code.
+
+    Args:
+        robot_radius: m; None takes the robot's own. A ``footprint`` wins over it.
+        footprint: Corners ``((x, y), ...)`` m, or Nav2's text form ``"[[x, y], ...]"``; None takes ``robot_radius``.
+        footprint_padding: m, added to every corner away from both axes.
+        resolution: m per cell of a costmap that does not take its size from the map.
+        width: m, x; of a costmap that does not take its size from the map.
+        height: m, y; likewise.
+        origin_x: World x of the first lower-left corner, m; a rolling window stays aligned to it.
+        origin_y: World y of it, m.
+        rolling_window: Whether the costmap is a window that follows the robot.
+        update_frequency: Hz.
+        track_unknown_space: Whether unknown cells stay unknown (255) instead of free.
+        use_maximum: Whether the static layer writes the greater cost instead of overwriting.
+        lethal_cost_threshold: Map value, 0 to 100, from which on a cell is an obstacle.
+        unknown_cost_value: Map value, as an unsigned byte, that means unknown.
+        trinary_costmap: Whether map values below the threshold are free rather than scaled.
+        plugins: Names of the layers in the order in which they write.
+    """
+
+    robot_radius: Positive | None = None
+    footprint: tuple[tuple[float, float], ...] | None = None
+    footprint_padding: NonNegative = 0.01
+    resolution: Positive = 0.1
+    width: Annotated[int, Field(gt=0)] = 5
+    height: Annotated[int, Field(gt=0)] = 5
+    origin_x: float = 0.0
+    origin_y: float = 0.0
+    rolling_window: bool = False
+    update_frequency: Positive = 5.0
+    track_unknown_space: bool = False
+    use_maximum: bool = False
+    lethal_cost_threshold: Annotated[int, Field(ge=0, le=100)] = 100
+    unknown_cost_value: Annotated[int, Field(ge=0, le=255)] = 255
+    trinary_costmap: bool = True
+    plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
+    static_layer: StaticLayer = StaticLayer()
+    obstacle_layer: ObstacleLayer = ObstacleLayer()
+    voxel_layer: ObstacleLayer = ObstacleLayer()
+    inflation_layer: InflationLayer = InflationLayer()
+
+    @classmethod
+    def example_local(cls, **changes: Any) -> CostmapParams:
+        """Return the local costmap of ``nav2_bringup/params/nav2_params.yaml``: 3 m x 3 m around the robot."""
+        example: dict[str, Any] = {
+            "rolling_window": True,
+            "width": 3,
+            "height": 3,
+            "resolution": 0.05,
+            "plugins": ("voxel_layer", "inflation_layer"),
+            "voxel_layer": ObstacleLayer(clearing=True),
+            "inflation_layer": InflationLayer(cost_scaling_factor=3.0),
+        }
+        return cls(**{**example, **changes})
+
+    @classmethod
+    def example_global(cls, **changes: Any) -> CostmapParams:
+        """Return the global costmap of ``nav2_bringup/params/nav2_params.yaml``: the whole map."""
+        example: dict[str, Any] = {
+            "update_frequency": 1.0,
+            "resolution": 0.05,
+            "track_unknown_space": True,
+            "obstacle_layer": ObstacleLayer(clearing=True),
+            "inflation_layer": InflationLayer(cost_scaling_factor=3.0),
+        }
+        return cls(**{**example, **changes})
+
+    @field_validator("footprint", mode="before")
+    @classmethod
+    def _read_footprint(cls, value: object) -> object:
+        """Read Nav2's text form; an empty list means none."""
+        corners = value
+        if isinstance(value, str):
+            try:
+                corners = yaml.safe_load(value)
+            except (yaml.YAMLError, RecursionError):
+                raise ConfigError(f"expected corners '[[x, y], ...]' in m, got {value[:80]!r}") from None
+        return None if corners in (None, [], ()) else corners
+
+    @field_validator("footprint")
+    @classmethod
+    def _at_least_three(cls, value: tuple[tuple[float, float], ...] | None) -> tuple[tuple[float, float], ...] | None:
+        if value is not None and len(set(value)) < 3:
+            raise ConfigError(f"expected at least 3 different corners, got {len(set(value))}")
+        return value
+
+    @field_validator("plugins")
+    @classmethod
+    def _known_layers(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for name in value:
+            if name not in LAYERS:
+                raise unknown_name("costmap layer", name, LAYERS)
+        return value
+
+    def writes(self, layer: str) -> bool:
+        """Whether a layer of this name is among the plugins and enabled."""
+        return layer in self.plugins and bool(getattr(self, layer).enabled)
+
+    def make_footprint(self, robot: RobotSpec) -> Footprint:
+        """Return the padded footprint: of these options where they give one, else of the robot."""
+        corners = self.footprint if self.footprint or self.robot_radius else robot.footprint
+        if corners:
+            return Footprint.from_corners(np.array(corners), self.footprint_padding)
+        return Footprint.from_radius(self.robot_radius or robot.radius, self.footprint_padding)
