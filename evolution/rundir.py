@@ -85,12 +85,8 @@ class RunDir:
             "libraries": {name: version(name) for name in LIBRARIES},
             **experiment.document(),
         }
-        try:
-            (path / MAPS).mkdir(parents=True)
-            write_text(path / README, README_TEXT)
-            write_json(path / CONFIG, config)
-        except OSError as error:
-            raise RunError(f"{path}: cannot be written ({error.strerror})") from None
+        _make_directory(path)
+        write_json(path / CONFIG, config)
         return cls(path, config)
 
     @classmethod
@@ -136,6 +132,8 @@ class RunDir:
     def write_generation(self, record: Record, best: Evaluation, checkpoint: Mapping[str, Any]) -> None:
         """Write everything known after a generation; the checkpoint last."""
         generation = int(checkpoint["generation"])
+        _make_directory(self.path / MAPS)
+        write_text(self.path / README, README_TEXT)
         write_bytes(self.path / MAPS / f"{generation:04d}.npz", npz_of(record.maps))
         write_text(self.path / GENERATIONS, csv_of(record.generations))
         write_text(self.path / INDIVIDUALS, csv_of(record.individuals))
@@ -229,10 +227,17 @@ def load_run(path: str | Path) -> LoadedRun:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file in one step: it is either as before or complete."""
+    """Write a file in one step: it is either as before or complete.
+
+    Raises:
+        RunError: If it cannot be written.
+    """
     partial = path.with_name(f".{path.name}.partial")
-    partial.write_bytes(content)
-    os.replace(partial, path)
+    try:
+        partial.write_bytes(content)
+        os.replace(partial, path)
+    except OSError as error:
+        raise RunError(f"{path}: cannot be written ({error.strerror})") from None
 
 
 def write_text(path: Path, text: str) -> None:
@@ -310,6 +315,13 @@ def _whole_lines(path: Path) -> Iterator[Row]:
             yield json.loads(line)
         except ValueError:
             return
+
+
+def _make_directory(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"{path}: cannot be made ({error.strerror})") from None
 
 
 def _refuse_used(path: Path) -> None:

@@ -8,7 +8,8 @@ order of the rows says nothing: whoever writes outputs brings them into an order
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -33,18 +34,22 @@ class ResultStore:
 
     def __init__(self, path: str | Path | None = None) -> None:
         self.path = None if path is None else Path(path)
-        try:
+        with self._errors("cannot be opened"):
             self._database = sqlite3.connect(self.path or ":memory:", timeout=BUSY_SECONDS, isolation_level=None)
-        except sqlite3.Error as error:
-            raise RunError(f"{self.path}: cannot be opened ({error})") from None
         try:
-            self._prepare()
-        except sqlite3.Error as error:
-            self._database.close()
-            raise RunError(f"{self.path}: not a result store ({error})") from None
+            with self._errors("not a result store"):
+                self._prepare()
         except RunError:
             self._database.close()
             raise
+
+    @contextmanager
+    def _errors(self, what: str) -> Iterator[None]:
+        """Say what SQLite complains about in one line."""
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise RunError(f"{self.path or 'result store'}: {what} ({error})") from None
 
     def _prepare(self) -> None:
         """Check the version, or make the table of a new file."""
@@ -67,13 +72,15 @@ class ResultStore:
         for start in range(0, len(wanted), KEYS_PER_QUERY):
             part = wanted[start : start + KEYS_PER_QUERY]
             marks = ",".join("?" * len(part))
-            rows = self._database.execute(f"SELECT key, result FROM results WHERE key IN ({marks})", part)
-            found.update((key, RunResult.from_json(text)) for key, text in rows)
+            with self._errors("cannot be read"):
+                rows = self._database.execute(f"SELECT key, result FROM results WHERE key IN ({marks})", part)
+                found.update((key, RunResult.from_json(text)) for key, text in rows)
         return found
 
     def put(self, key: str, result: RunResult) -> None:
         """Keep a result; the first one of a key stays, so that all readers see the same."""
-        self._database.execute("INSERT OR IGNORE INTO results VALUES (?, ?)", (key, result.to_json()))
+        with self._errors("cannot be written"):
+            self._database.execute("INSERT OR IGNORE INTO results VALUES (?, ?)", (key, result.to_json()))
 
     def __len__(self) -> int:
         (count,) = self._database.execute("SELECT COUNT(*) FROM results").fetchone()

@@ -1,17 +1,19 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 import subprocess
 import sys
 import textwrap
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from evolution.evaluator import Evaluator
-from evolution.jobs import ControllerSpec
-from evolution.rundir import CHECKPOINT, CONFIG, STORE, TIMING, RunDir, load_run
+from evolution.jobs import ControllerSpec, RunResult
+from evolution.rundir import CHECKPOINT, CONFIG, STORE, TIMING, RunDir, load_run, write_text
 from evolution.runner import evolve
 from evolution.settings import EvolveSettings, Experiment
 from evolution.store import ResultStore
@@ -253,7 +255,10 @@ def test_a_used_directory_is_refused_and_left_alone(tmp_path):
     assert (tmp_path / "file").read_text() == "mine"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "run"]
     (tmp_path / "empty").mkdir()
+    (tmp_path / "empty" / ".hidden").touch()
     assert RunDir.create(tmp_path / "empty", EXPERIMENT).checkpoint is None
+    with pytest.raises(RunError, match=r"file/run: cannot be made \(Not a directory\)"):
+        RunDir.create(tmp_path / "file" / "run", EXPERIMENT)
 
 
 def test_damaged_runs_are_one_clear_line(tmp_path):
@@ -281,6 +286,22 @@ def test_stores_of_another_kind_are_refused(tmp_path):
         ResultStore(tmp_path / "text")
     with pytest.raises(RunError, match="cannot be opened"):
         ResultStore(tmp_path / "missing" / "store")
+
+
+def test_what_cannot_be_written_is_one_clear_line(tmp_path):
+    with pytest.raises(RunError, match=r"missing/file: cannot be written \(No such file or directory\)"):
+        write_text(tmp_path / "missing" / "file", "text")
+    with ResultStore(tmp_path / "store") as store:
+        store._database.execute("DROP TABLE results")
+        with pytest.raises(RunError, match="cannot be written"):
+            store.put("key", RunResult("goal", 1.0, 1.0))
+        with pytest.raises(RunError, match="cannot be read"):
+            store.get("key")
+    other = tmp_path / "newer"
+    with closing(sqlite3.connect(other)) as database:
+        database.execute("PRAGMA user_version = 9")
+    with pytest.raises(RunError, match="expected a result store of version 1, got 9"):
+        ResultStore(other)
 
 
 def test_bad_search_options_are_refused():
