@@ -1,0 +1,98 @@
+"""The robot as Gazebo gets it: the outline and limits of a RobotSpec on two driven wheels and two casters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gym_mapbench.robot import RobotSpec
+
+WHEEL_RADIUS = 0.033
+"""Of a TurtleBot3, m."""
+
+CHASSIS_HEIGHT = 0.12
+GROUND_CLEARANCE = 0.01
+LIDAR_Z = 0.16
+MASS = 3.0
+WHEEL_MASS = 0.1
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """Sizes and masses of the simulated robot; m, kg, kg m^2.
+
+    Args:
+        spec: The robot it stands for.
+        length: Of the chassis along x; the diameter of a disc.
+        width: Of the chassis along y.
+        lidar_range: Range of its lidar.
+    """
+
+    spec: RobotSpec
+    length: float
+    width: float
+    lidar_range: float
+
+    chassis_height: float = CHASSIS_HEIGHT
+    lidar_z: float = LIDAR_Z
+    wheel_radius: float = WHEEL_RADIUS
+    mass: float = MASS
+    wheel_mass: float = WHEEL_MASS
+
+    @classmethod
+    def of(cls, spec: RobotSpec, lidar_range: float) -> RobotModel:
+        """Build from a robot: a cylinder for a disc, the box around the polygon otherwise."""
+        if spec.footprint is None:
+            return cls(spec, 2 * spec.radius, 2 * spec.radius, lidar_range)
+        reach = np.abs(np.asarray(spec.footprint)).max(axis=0)
+        return cls(spec, float(2 * reach[0]), float(2 * reach[1]), lidar_range)
+
+    @property
+    def box(self) -> bool:
+        """Whether the chassis is a box, not a cylinder."""
+        return self.spec.footprint is not None
+
+    @property
+    def chassis_z(self) -> float:
+        """Height of the middle of the chassis."""
+        return round(GROUND_CLEARANCE + self.chassis_height / 2, 6)
+
+    @property
+    def separation(self) -> float:
+        """Distance between the wheels: three quarters of the width, as on a TurtleBot3."""
+        return 0.75 * self.width
+
+    @property
+    def caster_x(self) -> float:
+        """Distance of the casters from the middle."""
+        return 0.35 * self.length
+
+    @property
+    def caster_radius(self) -> float:
+        """Radius of the caster balls, which stand out of the chassis by the ground clearance."""
+        return 2 * GROUND_CLEARANCE
+
+    @property
+    def moments(self) -> tuple[float, float, float]:
+        """Moments of inertia of the chassis, taken as a solid box or cylinder."""
+        x, y, z = self.length, self.width, self.chassis_height
+        if self.box:
+            return self._thirds(y, z), self._thirds(x, z), self._thirds(x, y)
+        side = self.mass * (3 * (x / 2) ** 2 + z**2) / 12
+        return side, side, self.mass * (x / 2) ** 2 / 2
+
+    @property
+    def wheel_moments(self) -> tuple[float, float, float]:
+        """Moments of inertia of a wheel, taken as a solid ball."""
+        moment = 0.4 * self.wheel_mass * self.wheel_radius**2
+        return moment, moment, moment
+
+    def describe(self) -> str:
+        """Say the outline in words."""
+        if self.box:
+            return f"a box of {self.length:g} x {self.width:g} m"
+        return f"a disc of radius {self.length / 2:g} m"
+
+    def _thirds(self, a: float, b: float) -> float:
+        return self.mass * (a**2 + b**2) / 12

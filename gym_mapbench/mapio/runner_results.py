@@ -1,0 +1,61 @@
+"""The runner's CSV file, read back: what the exported bundle measured in Gazebo."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import NamedTuple
+
+from gym_mapbench.errors import MapFormatError
+from gym_mapbench.mapio.source import as_number, read_text, short
+
+COLUMNS = ("map", "controller", "repeat", "outcome", "time_s", "path_length_m")
+RUNNER_OUTCOMES = ("goal", "aborted", "timeout", "error")
+MAX_RESULTS_BYTES = 50_000_000
+
+
+class RunnerResult(NamedTuple):
+    """One run as the runner measured it: simulated seconds, way in m; ``aborted`` is Nav2 giving up."""
+
+    map: str
+    controller: str
+    repeat: int
+    outcome: str
+    time: float
+    path_length: float
+
+    @property
+    def success(self) -> bool:
+        """Whether the goal was reached."""
+        return self.outcome == "goal"
+
+
+def read_runner_results(path: str | Path) -> list[RunnerResult]:
+    """Read the runner's CSV file, one line a run.
+
+    Raises:
+        MapFormatError: If a column is missing, or a value is not what it should be.
+    """
+    path = Path(path)
+    try:
+        rows = list(csv.DictReader(io.StringIO(read_text(path, MAX_RESULTS_BYTES)), restval=""))
+    except csv.Error as error:
+        raise MapFormatError(f"{path}: not a CSV file ({error})") from None
+    missing = [name for name in COLUMNS if not rows or name not in rows[0]]
+    if missing:
+        raise MapFormatError(f"{path}: expected runs with the columns {', '.join(COLUMNS)}, missing: {missing[0]}")
+    return [_parse(row, f"{path}: line {number}") for number, row in enumerate(rows, start=2)]
+
+
+def _parse(row: dict[str, str], where: str) -> RunnerResult:
+    if row["outcome"] not in RUNNER_OUTCOMES:
+        raise MapFormatError(
+            f"{where}: outcome: expected one of {', '.join(RUNNER_OUTCOMES)}, got {short(row['outcome'])}"
+        )
+    if not row["map"] or not row["controller"]:
+        raise MapFormatError(f"{where}: expected the names of a map and a controller")
+    repeat, time, length = (as_number(f"{where}: {name}", row[name]) for name in ("repeat", "time_s", "path_length_m"))
+    if min(repeat, time, length) < 0:
+        raise MapFormatError(f"{where}: expected repeat, time_s and path_length_m of 0 or more")
+    return RunnerResult(row["map"], row["controller"], int(repeat), row["outcome"], time, length)
