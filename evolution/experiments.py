@@ -9,11 +9,12 @@ from typing import Any
 
 from evolution.driving import DriveSettings
 from evolution.jobs import ControllerSpec
-from evolution.settings import EvolveSettings, Experiment
+from evolution.settings import Experiment
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import read_yaml
 
 SECTIONS = ("search", "controllers", "run")
+DEFAULT_CONTROLLERS = ("dwb", "mppi", "rpp")
 
 
 def preset_names() -> tuple[str, ...]:
@@ -59,17 +60,19 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def experiment_of(document: Mapping[str, Any]) -> Experiment:
+def experiment_of(document: Mapping[str, Any], where: str = "experiment") -> Experiment:
     """Build an experiment from a document, as in a file or as :meth:`Experiment.document` returns it.
 
     Raises:
         ConfigError: Naming the section and key that cannot be used.
     """
-    return Experiment(
-        search=EvolveSettings.from_mapping(document.get("search", {}), "search"),
-        controllers=controllers_from(document.get("controllers", ("dwb", "mppi", "rpp"))),
-        run=DriveSettings.from_mapping({"navigation": "thesis", **document.get("run", {})}, "run"),
-    )
+    controllers = [spec.model_dump() for spec in controllers_from(document.get("controllers", DEFAULT_CONTROLLERS))]
+    whole = {
+        "search": document.get("search", {}),
+        "controllers": controllers,
+        "run": {"navigation": "thesis", **document.get("run", {})},
+    }
+    return Experiment.from_document(whole, DriveSettings, where)
 
 
 def controllers_from(entries: object) -> tuple[ControllerSpec, ...]:

@@ -6,14 +6,13 @@ import argparse
 import os
 
 from evolution.driving import DriveSettings
-from evolution.experiments import controllers_from
+from evolution.experiments import DEFAULT_CONTROLLERS, controllers_from
 from evolution.jobs import ControllerSpec
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.robot import RobotSpec, make_robot
 from gym_mapbench.scenario import Pose
 
-DEFAULT_CONTROLLERS = "dwb,mppi,rpp"
 
 
 def example_parser(
@@ -54,7 +53,7 @@ def add_controllers_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--controllers",
         metavar="A,B,..",
-        help=f"names, NAME=KIND to compare one kind twice, or NAME=model.zip (default {DEFAULT_CONTROLLERS})",
+        help=f"names, NAME=KIND to compare one kind twice, or NAME=model.zip (default {",".join(DEFAULT_CONTROLLERS)})",
     )
 
 
@@ -103,7 +102,9 @@ def pose(text: str) -> Pose:
 
 def controllers_of(text: str | None) -> tuple[ControllerSpec, ...]:
     """Read ``--controllers``: ``name`` or ``name=kind``, separated by commas."""
-    names = [part.strip() for part in (DEFAULT_CONTROLLERS if text is None else text).split(",")]
+    if text is None:
+        return controllers_from(DEFAULT_CONTROLLERS)
+    names = [part.strip() for part in text.split(",")]
     if not all(names):
         raise ConfigError(f"--controllers: expected names separated by commas, got {text!r}")
     return controllers_from(names)
