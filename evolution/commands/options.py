@@ -14,7 +14,6 @@ from gym_mapbench.robot import RobotSpec, make_robot
 from gym_mapbench.scenario import Pose
 
 
-
 def example_parser(
     subparsers: argparse._SubParsersAction[argparse.ArgumentParser], name: str, summary: str, examples: str
 ) -> argparse.ArgumentParser:
@@ -53,7 +52,7 @@ def add_controllers_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--controllers",
         metavar="A,B,..",
-        help=f"names, NAME=KIND to compare one kind twice, or NAME=model.zip (default {",".join(DEFAULT_CONTROLLERS)})",
+        help=f"names, NAME=KIND to compare one kind twice, or NAME=model.zip (default {','.join(DEFAULT_CONTROLLERS)})",
     )
 
 
