@@ -33,7 +33,8 @@ def read_nav2_params(path: str | Path, preset: str = "thesis", velocity_smoother
     try:
         read = parse_nav2_params(document, behind)
     except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
+        # Keys are free text, and may hold line breaks.
+        raise ConfigError(f"{path}: {' '.join(str(error).split())}") from None
     if velocity_smoother:
         return read
     return Nav2Params(read.navigation.replace(velocity_smoother=None), read.ignored, read.defaulted)

@@ -1,0 +1,461 @@
+"""Parameter files: what is read, what is refused and how, and that nothing is lost on the way back to ROS."""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controllers.nav2_params import (
+    PRESETS,
+    NavigationParams,
+    load_preset,
+    parse_nav2_params,
+    read_nav2_params,
+    write_nav2_params,
+)
+from controllers.nav2_params.navigation import (
+    BehaviorServer,
+    BehaviorTree,
+    ControllerPlugin,
+    ControllerServer,
+    GoalChecker,
+    PlannerPlugin,
+    ProgressChecker,
+    VelocitySmoother,
+)
+from controllers.nav2_params.parsing import SECTIONS
+from controllers.nav2_params.plugins import CONTROLLERS
+from gym_mapbench.costmap import CostmapParams, InflationLayer, ObstacleLayer
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.robot import make_robot
+from tests.oracle_data import DATA, needs_data
+
+SAMPLE = """
+amcl:
+  ros__parameters: {use_sim_time: true, alpha1: 0.2}
+controller_server:
+  ros__parameters:
+    use_sim_time: true
+    controller_frequency: 10
+    progress_checker_plugins: [pose_checker]
+    goal_checker_plugins: [precise, loose]
+    controller_plugins: [FollowPath, Slow]
+    pose_checker: {plugin: "nav2_controller::PoseProgressChecker", required_movement_angle: 0.3}
+    precise: {plugin: "nav2_controller::StoppedGoalChecker", xy_goal_tolerance: 0.1}
+    loose: {plugin: "nav2_controller::SimpleGoalChecker", xy_goal_tolerance: 1.0}
+    unused: {plugin: "somebody::Else"}
+    FollowPath:
+      plugin: "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+      max_linear_vel: 0.4
+      transform_tolerance: 0.1
+    Slow:
+      plugin: "dwb_core::DWBLocalPlanner"
+      max_vel_x: 0.1
+      max_speed_xy: 0.1
+      max_vel_theta: 0.5
+      critics: [PathDist, GoalDist]
+      PathDist.scale: 2.0
+      GoalDist: {scale: 3.0}
+local_costmap:
+  local_costmap:
+    ros__parameters:
+      rolling_window: true
+      width: 4
+      footprint: "[[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]]"
+      plugins: [obstacles, spread]
+      obstacles:
+        plugin: "nav2_costmap_2d::ObstacleLayer"
+        observation_sources: camera laser
+        camera: {data_type: PointCloud2, topic: /points}
+        laser: {topic: /scan, data_type: LaserScan, clearing: true, obstacle_range: 2.0}
+      spread: {plugin: "nav2_costmap_2d::InflationLayer", inflation_radius: 0.3}
+velocity_smoother:
+  ros__parameters: {max_velocity: [0.3, 0.0, 1.0], max_velocity: [0.26, 0.0, 1.0], odom_topic: odom}
+"""
+PARSED = yaml.safe_load(SAMPLE)
+
+
+def sample(**changes):
+    """Return the sample as a mapping, with parameters of its controller server or whole nodes changed."""
+    document = copy.deepcopy(PARSED)
+    for name, value in changes.items():
+        if name in SECTIONS:
+            document[name] = value
+        else:
+            document["controller_server"]["ros__parameters"][name] = value
+    return document
+
+
+def follow_path(**params):
+    plugin = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+    return sample(FollowPath={"plugin": plugin, **params})
+
+
+def costmap(**params):
+    return sample(local_costmap={"local_costmap": {"ros__parameters": params}})
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(text):
+        path = tmp_path / "nav2_params.yaml"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path
+
+    return write
+
+
+# --- What is read ----------------------------------------------------------------------------------------------------
+
+
+def test_a_file_is_read_section_by_section():
+    read = parse_nav2_params(sample())
+    server = read.navigation.controller_server
+    assert server.controller_frequency == 10.0
+    assert server.failure_tolerance == 0.0
+    assert server.progress_checker == ProgressChecker(plugin="pose", required_movement_angle=0.3)
+    assert server.goal_checker == GoalChecker(plugin="stopped", xy_goal_tolerance=0.1)
+    rpp, dwb = read.navigation.controllers["FollowPath"], read.navigation.controllers["Slow"]
+    assert (rpp.kind, rpp.params["desired_linear_vel"], rpp.params["lookahead_dist"]) == ("rpp", 0.4, 0.6)
+    assert (dwb.kind, dwb.params["PathDist"]["scale"], dwb.params["GoalDist"]["scale"]) == ("dwb", 2.0, 3.0)
+    assert read.navigation.velocity_smoother.max_velocity == (0.26, 0.0, 1.0)
+    assert read.navigation.local_costmap == CostmapParams(
+        rolling_window=True,
+        width=4,
+        footprint=((0.2, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.2, -0.1)),
+        plugins=("obstacle_layer", "inflation_layer"),
+        obstacle_layer=ObstacleLayer(clearing=True, obstacle_max_range=2.0),
+        inflation_layer=InflationLayer(inflation_radius=0.3),
+    )
+
+
+def test_what_only_ros_needs_is_listed():
+    ignored = parse_nav2_params(sample()).ignored
+    assert ignored == (
+        "amcl",
+        "controller_server.FollowPath.transform_tolerance",
+        "controller_server.loose",
+        "controller_server.unused",
+        "controller_server.use_sim_time",
+        "local_costmap.local_costmap.obstacles.camera",
+        "local_costmap.local_costmap.obstacles.laser.topic",
+        "local_costmap.local_costmap.obstacles.laser.data_type",
+        "velocity_smoother.odom_topic",
+    )
+
+
+def test_a_preset_stands_in_for_what_the_file_leaves_out(write):
+    read = read_nav2_params(write(SAMPLE))
+    thesis = load_preset("thesis")
+    assert list(read.navigation.controllers) == ["FollowPath", "Slow", "mppi"]
+    assert read.navigation.controllers["mppi"] == thesis.controllers["mppi"]
+    assert read.navigation.global_costmap == thesis.global_costmap
+    left_out = ("planner_server", "global_costmap", "behavior_server", "bt_navigator", "controllers.mppi")
+    assert read.defaulted == left_out
+
+
+def test_the_velocity_smoother_is_on_where_the_file_configures_it(write):
+    path = write(SAMPLE)
+    assert read_nav2_params(path).navigation.velocity_smoother is not None
+    assert read_nav2_params(path, velocity_smoother=False).navigation.velocity_smoother is None
+    without = sample()
+    del without["velocity_smoother"]
+    assert read_nav2_params(write(yaml.safe_dump(without))).navigation.velocity_smoother is None
+
+
+def test_namespaces_and_both_separators_of_a_class_are_understood():
+    document = {"robot_1": sample()}
+    planner = {"GridBased": {"plugin": "nav2_navfn_planner::NavfnPlanner", "tolerance": 0.2}}
+    document["robot_1"]["/robot_1/planner_server"] = {"ros__parameters": planner}
+    read = parse_nav2_params(document)
+    assert read.navigation.planner == PlannerPlugin(name="navfn", params={"tolerance": 0.2})
+    assert "robot_1.amcl" in read.ignored
+
+
+def test_an_obstacle_layer_without_a_lidar_neither_marks_nor_clears():
+    layer = {"plugin": "nav2_costmap_2d::ObstacleLayer"}
+    read = parse_nav2_params(costmap(plugins=["obstacle_layer"], obstacle_layer=layer))
+    assert read.navigation.local_costmap.obstacle_layer == ObstacleLayer(marking=False, clearing=False)
+
+
+def test_dwb_is_what_follow_path_means_unless_told():
+    document = sample(FollowPath={"max_vel_x": 0.2, "critics": ["PathDist"]}, controller_plugins=["FollowPath"])
+    assert parse_nav2_params(document).navigation.controllers["FollowPath"].kind == "dwb"
+
+
+def test_a_controller_is_found_by_name_then_by_kind():
+    navigation = parse_nav2_params(sample()).navigation
+    assert navigation.controller("Slow") is navigation.controller("dwb")
+    with pytest.raises(ConfigError, match="did you mean 'FollowPath'"):
+        navigation.controller("FolowPath")
+
+
+@needs_data
+def test_the_bringup_file_of_humble_is_the_preset_but_for_its_robot_and_smoother():
+    read = read_nav2_params(DATA / "map_server" / "nav2_params.yaml")
+    navigation, thesis = read.navigation, load_preset("thesis")
+    assert navigation.controllers["FollowPath"] == thesis.controllers["dwb"]
+    assert read.defaulted == ("controllers.mppi", "controllers.rpp")
+    assert "bt_navigator.plugin_lib_names" in read.ignored
+    assert navigation.velocity_smoother.max_velocity == (0.26, 0.0, 1.0)
+    changes = {
+        "controllers": thesis.controllers,
+        "velocity_smoother": None,
+        "local_costmap": navigation.local_costmap.replace(robot_radius=None),
+        "global_costmap": navigation.global_costmap.replace(robot_radius=None),
+    }
+    assert navigation.replace(**changes) == thesis
+
+
+# --- What is refused -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("document", "message"),
+    [
+        (follow_path(lookahead_distance=0.6), "controller_server.FollowPath.lookahead_distance: unknown parameter; "),
+        (follow_path(lookahead_distance=0.6), "did you mean 'lookahead_dist'"),
+        (follow_path(use_dynamic_window=True), "use_dynamic_window: only newer releases of Nav2 have this parameter"),
+        (follow_path(max_linear_vel=0.5, desired_linear_vel=0.5), "already given under another name"),
+        (follow_path(lookahead_dist="far"), "controller_server.FollowPath.lookahead_dist: expected a valid number"),
+        (sample(FollowPath={"plugin": "nav2_rotation_shim_controller::RotationShimController"}), "not built here"),
+        (sample(FollowPath={"plugin": ["a"]}), "not built here"),
+        (sample(FollowPath=3), "controller_server.FollowPath: expected a group of parameters, got int"),
+        (sample(controller_plugins="FollowPath"), "controller_plugins: expected a list of names, got 'FollowPath'"),
+        (sample(controller_plugins=["Fast"]), "controller_server.Fast.plugin: expected the class of this controller"),
+        (sample(controller_plugins=["Slow", "Slow"]), "different names"),
+        (sample(goal_checker_plugins=[]), "goal_checker_plugins: expected 1 or more"),
+        (sample(precise={"plugin": "nav2_controller::PositionGoalChecker"}), "goal checker"),
+        (sample(precise={"path_length_tolerance": 1.0}), "only newer releases"),
+        (sample(controller_frequency="fast"), "controller_server.controller_frequency: expected a valid number"),
+        (sample(controller_frequency=0), "controller_server.controller_frequency: expected greater than 0"),
+        (sample(failure_tolerence=0.3), "failure_tolerence: unknown parameter; did you mean 'failure_tolerance'"),
+        (sample(controller_server={}), "controller_server: expected a group 'ros__parameters'"),
+        ({"controler_server": {"ros__parameters": {}}}, "did you mean 'controller_server'"),
+        ({"amcl": {"ros__parameters": {}}}, "found none"),
+        ({"a": {"planner_server": {"ros__parameters": {}}}, "planner_server": {"ros__parameters": {}}}, "another"),
+        ([1, 2], "expected the nodes of a nav2_params.yaml, got list"),
+        (None, "got NoneType"),
+        (
+            costmap(plugins=["sonar"], sonar={"plugin": "nav2_costmap_2d::RangeSensorLayer"}),
+            "sonar.plugin: costmap layer",
+        ),
+        (costmap(plugins=["sonar"]), "sonar.plugin: expected the class of this layer"),
+        (costmap(filters=["keepout_filter"]), "costmap filters are not built"),
+        (costmap(plugins=["inflation_layer", "b"], b={"plugin": "nav2_costmap_2d::InflationLayer"}), "at most"),
+        (costmap(plugins=["inflation_layer"], inflation_layer={"inflation_radios": 1.0}), "'inflation_radius'"),
+        (costmap(footprint="[[0, 0"), "footprint"),
+        (costmap(width=0), "local_costmap.local_costmap.width: expected greater than 0"),
+        (
+            costmap(robot_radios=0.2),
+            "local_costmap.local_costmap.robot_radios: unknown parameter; did you mean 'robot_radius'",
+        ),
+        (sample(velocity_smoother={"ros__parameters": {"max_accel": [1.0, 0.0]}}), "velocity_smoother.max_accel"),
+        (sample(velocity_smoother={"ros__parameters": {"max_decel": [1.0, 0.0, 1.0]}}), "expected no positive value"),
+        (
+            sample(
+                planner_server={"ros__parameters": {"GridBased": {"plugin": "nav2_smac_planner/SmacPlannerHybrid"}}}
+            ),
+            "planner",
+        ),
+        (sample(planner_server={"ros__parameters": {"GridBased": {"tolerence": 1}}}), "did you mean 'tolerance'"),
+        (sample(behavior_server={"ros__parameters": {"backup": {"acceleration_limit": 1.0}}}), "no ramps"),
+        (sample(behavior_server={"ros__parameters": {"spin": {"plugin": "mine/Spin"}}}), "behaviour 'mine/Spin'"),
+        (
+            sample(Slow={"plugin": "dwb_core::DWBLocalPlanner", "PathDist.scale": 1, "PathDist": {"scale": 2}}),
+            "PathDist",
+        ),
+        (
+            sample(Slow={"plugin": "dwb_core::DWBLocalPlanner", "critics": ["PathDost"]}),
+            "controller_server.Slow.critics",
+        ),
+        (
+            sample(Slow={"plugin": "dwb_core::DWBLocalPlanner", "PathDist.scle": 1}),
+            "PathDist.scle: unknown parameter; did",
+        ),
+    ],
+)
+def test_refusals_name_the_parameter_in_one_line(document, message):
+    with pytest.raises(ConfigError) as raised:
+        parse_nav2_params(document)
+    assert message in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+LAUGHS = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 12))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "just words",
+        "controller_server: [1, 2",
+        "controller_server:\n  ros__parameters:\n\t- x",
+        b"\xff\xfe\x00\x01",
+        b"\x00" * 100,
+        "[" * 1000,
+        LAUGHS + "controller_server: {ros__parameters: {controller_frequency: *a11}}",
+        "controller_server: {ros__parameters: &loop {FollowPath: *loop, controller_plugins: [FollowPath]}}",
+        "controller_server: &loop {ros__parameters: 3, inner: *loop}",
+        "2020-99-99: 1",
+        '"a\\nb": {planner_server: {ros__parameters: {"x\\ny": 1}}}',
+    ],
+)
+def test_what_is_no_parameter_file_costs_one_line(text, write):
+    path = write(text)
+    with pytest.raises(ConfigError, match=r"nav2_params\.yaml'?: ") as raised:
+        read_nav2_params(path)
+    assert len(str(raised.value).splitlines()) == 1
+    assert len(str(raised.value)) < 1000
+
+
+def test_a_missing_file_and_a_directory_cost_one_line(tmp_path):
+    for path in (tmp_path / "none.yaml", tmp_path):
+        with pytest.raises(ConfigError, match="cannot be read"):
+            read_nav2_params(path)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.data())
+def test_any_document_is_read_or_refused(data):
+    junk = st.recursive(
+        st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+        max_leaves=8,
+    )
+    document = sample()
+    group = data.draw(st.sampled_from(_groups(document)))
+    group[data.draw(st.sampled_from(list(group)) | st.text(max_size=8))] = data.draw(junk)
+    with contextlib.suppress(ConfigError):
+        parse_nav2_params(document)
+
+
+def _groups(value):
+    return [value, *(g for inner in value.values() if isinstance(inner, dict) for g in _groups(inner))]
+
+
+# --- Presets ---------------------------------------------------------------------------------------------------------
+
+
+def test_thesis_has_the_values_of_the_examples():
+    thesis = load_preset("thesis")
+    assert list(thesis.controllers) == ["dwb", "mppi", "rpp"]
+    assert thesis.velocity_smoother is None
+    assert thesis.controllers["dwb"].params["max_vel_x"] == 0.26
+    assert thesis.controllers["mppi"].params["batch_size"] == 2000
+    assert thesis.controllers["mppi"].params["CostCritic"]["consider_footprint"] is False
+    assert thesis.controllers["rpp"].params["use_interpolation"] is False
+    assert thesis.local_costmap == CostmapParams.example_local()
+    assert thesis.global_costmap == CostmapParams.example_global()
+
+
+def test_fair_gives_everybody_the_limits_of_the_robot():
+    robot, fair = make_robot("turtlebot3_waffle"), load_preset("fair")
+    dwb, mppi, rpp = (fair.controllers[name].params for name in ("dwb", "mppi", "rpp"))
+    tops = {dwb["max_vel_x"], dwb["max_speed_xy"], mppi["vx_max"], rpp["desired_linear_vel"]}
+    assert tops == {robot.max_linear_velocity}
+    assert {dwb["max_vel_theta"], mppi["wz_max"], rpp["rotate_to_heading_angular_vel"]} == {robot.max_angular_velocity}
+    assert {dwb["acc_lim_theta"], rpp["max_angular_accel"]} == {robot.max_angular_acceleration}
+    assert dwb["acc_lim_x"] == robot.max_linear_acceleration
+    assert fair.replace(controllers={}) == load_preset("thesis").replace(controllers={})
+
+
+def test_an_unknown_preset_is_refused():
+    with pytest.raises(ConfigError, match="unknown preset 'thesys'; did you mean 'thesis'"):
+        load_preset("thesys")
+
+
+# --- And back --------------------------------------------------------------------------------------------------------
+
+positive = st.floats(0.01, 10)
+axes = st.tuples(positive, st.just(0.0), positive)
+negative_axes = st.tuples(positive, st.just(0.0), positive).map(lambda axis: tuple(-value for value in axis))
+corners = st.just(((0.3, 0.2), (-0.3, 0.2), (0.0, -0.25)))
+obstacle_layers = st.builds(ObstacleLayer, enabled=st.booleans(), clearing=st.booleans(), obstacle_max_range=positive)
+costmap_params = st.builds(
+    CostmapParams,
+    robot_radius=st.none() | positive,
+    footprint=st.none() | corners,
+    resolution=positive,
+    rolling_window=st.booleans(),
+    plugins=st.permutations(["static_layer", "obstacle_layer", "inflation_layer"]).map(tuple),
+    obstacle_layer=obstacle_layers,
+    inflation_layer=st.builds(InflationLayer, inflation_radius=positive, inflate_unknown=st.booleans()),
+)
+controllers = st.dictionaries(
+    st.sampled_from(["FollowPath", "dwb", "rpp", "Precise"]),
+    st.builds(ControllerPlugin, kind=st.just("rpp"), params=st.fixed_dictionaries({"lookahead_dist": positive}))
+    | st.builds(
+        ControllerPlugin, kind=st.just("dwb"), params=st.just({"critics": ["PathDist"], "PathDist.scale": 2.0})
+    ),
+)
+navigations = st.builds(
+    NavigationParams,
+    controller_server=st.builds(
+        ControllerServer,
+        controller_frequency=positive,
+        failure_tolerance=st.sampled_from([-1.0, 0.0, 0.3]),
+        progress_checker=st.builds(ProgressChecker, plugin=st.sampled_from(["simple", "pose"])),
+        goal_checker=st.builds(GoalChecker, plugin=st.sampled_from(["simple", "stopped"]), xy_goal_tolerance=positive),
+    ),
+    controllers=controllers,
+    planner=st.builds(PlannerPlugin, name=st.just("navfn"), params=st.fixed_dictionaries({"tolerance": positive})),
+    local_costmap=costmap_params,
+    global_costmap=costmap_params,
+    behavior_server=st.builds(BehaviorServer, behavior_plugins=st.sampled_from([(), ("wait",), ("spin", "wait")])),
+    bt=st.builds(BehaviorTree, recoveries=st.booleans(), number_of_retries=st.integers(0, 9)),
+    velocity_smoother=st.none()
+    | st.builds(VelocitySmoother, max_velocity=axes, max_decel=negative_axes, feedback=st.just("CLOSED_LOOP")),
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(navigations)
+def test_what_is_written_reads_back_the_same(navigation):
+    assert parse_nav2_params(write_nav2_params(navigation)).navigation == navigation
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_survive_ros_and_json(name):
+    preset = load_preset(name)
+    document = yaml.safe_load(yaml.safe_dump(write_nav2_params(preset)))
+    assert parse_nav2_params(document).navigation == preset
+    assert NavigationParams(**preset.model_dump(mode="json")) == preset
+
+
+def test_what_is_written_is_what_ros_takes():
+    thesis = load_preset("thesis")
+    document = write_nav2_params(thesis, robot=make_robot("jackal"), follow_path="rpp")
+    server = document["controller_server"]["ros__parameters"]
+    assert server["controller_plugins"] == ["dwb", "mppi", "FollowPath"]
+    assert server["FollowPath"]["plugin"] == CONTROLLERS["rpp"].ros_class
+    for name in ("local_costmap", "global_costmap"):
+        written = document[name][name]["ros__parameters"]
+        assert written["footprint"] == "[[0.21, 0.165], [-0.21, 0.165], [-0.21, -0.165], [0.21, -0.165]]"
+        assert "robot_radius" not in written
+    assert write_nav2_params(thesis, robot=make_robot("turtlebot3_burger"))["local_costmap"]["local_costmap"][
+        "ros__parameters"
+    ]["robot_radius"] == pytest.approx(0.105)
+    assert "velocity_smoother" not in document
+    assert _values_of_type(document, tuple | type(None)) == []
+
+
+def _values_of_type(value, kind):
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return ([value] if isinstance(value, kind) else []) + [
+        found for item in inner for found in _values_of_type(item, kind)
+    ]
+
+
+def test_writing_refuses_what_ros_does_not_have():
+    server = ControllerServer(progress_checker=ProgressChecker(plugin="none"))
+    with pytest.raises(ConfigError, match="one that ROS has, got 'none'"):
+        write_nav2_params(NavigationParams(controller_server=server))
+    with pytest.raises(ConfigError, match="unknown controller 'teb'"):
+        write_nav2_params(load_preset("thesis"), follow_path="teb")
