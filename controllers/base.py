@@ -8,7 +8,7 @@ Controller by adding planning, checkers and recoveries.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -36,7 +36,7 @@ class ControllerError(MapBenchError):
     """The controller has no valid command now (Nav2's ``PlannerException``); patience applies."""
 
 
-class ControllerAbort(MapBenchError):
+class ControllerAbort(MapBenchError):  # noqa: N818 - an abort is what it is
     """The controller gives up at once (any other exception in Nav2 Humble, e.g. MPPI's runtime errors)."""
 
 
@@ -60,7 +60,7 @@ class Context:
     goal: Pose
     control_period: float
     rng: np.random.Generator
-    lidar: LidarSettings = LidarSettings()
+    lidar: LidarSettings = field(default_factory=LidarSettings)
 
 
 class Controller(Protocol):

@@ -1,0 +1,127 @@
+"""The costmaps of Nav2 as the navigator keeps them during a run.
+
+Source: nav2_costmap_2d (Humble) src/costmap_2d_ros.cpp.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.rate import Rate
+from gym_mapbench.costmap import Costmap, CostmapParams, LocalCostmap, build_static_costmap
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.lidar import LidarSettings
+from gym_mapbench.scenario import Pose
+
+Ranges = NDArray[np.floating]
+
+
+class CostmapServer(Protocol):
+    """Keeps a costmap up to date."""
+
+    @property
+    def costmap(self) -> Costmap:
+        """The costmap as of its last update."""
+        ...
+
+    def observe(self, pose: Pose, scan: Ranges | None, now: float) -> None:
+        """Take the pose and the ``(beams,)`` ranges (m) measured at ``now`` (s); update if it is time to."""
+        ...
+
+    def clear(self) -> None:
+        """Forget what was seen before now (``ClearEntirely``); the next user finds it updated."""
+        ...
+
+
+class MapCostmapServer:
+    """The whole map, inflated, built once: Nav2's global costmap, or a local one that shows the same.
+
+    An obstacle layer is left out: in a static world that the map shows as it is, it marks only what the
+    map has already.
+    """
+
+    def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint) -> None:
+        self._costmap = build_static_costmap(grid, params, footprint)
+
+    @property
+    def costmap(self) -> Costmap:
+        """The costmap."""
+        return self._costmap
+
+    def observe(self, pose: Pose, scan: Ranges | None, now: float) -> None:
+        """Nothing: the map does not change."""
+
+    def clear(self) -> None:
+        """Nothing: no more is known than the map."""
+
+
+class WindowCostmapServer:
+    """The costmap around the robot, updated at ``update_frequency``.
+
+    Args:
+        params: Layers and size.
+        grid: The static map.
+        footprint: The padded footprint.
+        start: Where the robot starts.
+        lidar: Beams of the scans.
+    """
+
+    def __init__(
+        self, params: CostmapParams, grid: GridMap, footprint: Footprint, start: Pose, lidar: LidarSettings
+    ) -> None:
+        self._window = LocalCostmap(params, grid, footprint)
+        self._window.reset(start)
+        self._rate = Rate(params.update_frequency)
+        self._angles = lidar.angles
+        self._range_max = lidar.range_max
+
+    @property
+    def costmap(self) -> Costmap:
+        """The costmap as of its last update."""
+        return self._costmap
+
+    def observe(self, pose: Pose, scan: Ranges | None, now: float) -> None:
+        """Take pose and scan, and update if it is time to.
+
+        Raises:
+            ConfigError: If the scan has not as many ranges as the lidar has beams.
+        """
+        if scan is not None and len(scan) != len(self._angles):
+            raise ConfigError(f"scan: expected {len(self._angles)} ranges, one a beam, got {len(scan)}")
+        self._seen = pose, scan
+        if self._rate.is_due(now):
+            self._update()
+
+    def clear(self) -> None:
+        """Forget all layers and fill them again from the last observation."""
+        self._window.clear()
+        self._update()
+
+    def _update(self) -> None:
+        pose, scan = self._seen
+        self._costmap = self._window.update(pose, scan, self._angles, self._range_max)
+
+
+def shows_whole_map(params: CostmapParams) -> bool:
+    """Whether a local costmap does not move and shows the static map."""
+    return not params.rolling_window and params.writes("static_layer")
+
+
+def needs_scan(params: CostmapParams) -> bool:
+    """Whether a local costmap looks at the lidar."""
+    sees = params.writes("obstacle_layer") or params.writes("voxel_layer")
+    return sees and not shows_whole_map(params)
+
+
+def make_local_costmap(
+    params: CostmapParams, grid: GridMap, footprint: Footprint, start: Pose, lidar: LidarSettings
+) -> CostmapServer:
+    """Return the costmap of the controller; arguments as for :class:`WindowCostmapServer`."""
+    if shows_whole_map(params):
+        return MapCostmapServer(params, grid, footprint)
+    return WindowCostmapServer(params, grid, footprint, start, lidar)

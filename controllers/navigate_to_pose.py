@@ -1,0 +1,235 @@
+"""NavigateToPose: Nav2's default behaviour tree, and the leaves that stand in it.
+
+Source: nav2_bt_navigator (Humble)
+behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml and the nodes of nav2_behavior_tree.
+A service or an action that Nav2 answers within a few of its 10 ms ticks is answered within the tick here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import Twist
+from controllers.behavior_tree import (
+    Action,
+    Condition,
+    Node,
+    PipelineSequence,
+    RateController,
+    ReactiveFallback,
+    RecoveryNode,
+    RoundRobin,
+    Sequence,
+    Status,
+)
+from controllers.behaviors import BackUp, Behavior, BehaviorServer, Spin, Wait
+from controllers.controller_server import ControllerServer
+from controllers.costmap_servers import CostmapServer
+from controllers.nav2_params.navigation import NavigationParams
+from gym_mapbench.episode import Event, Outcome
+from gym_mapbench.errors import PlanningError
+from gym_mapbench.planners.base import GlobalPlanner
+from gym_mapbench.scenario import Pose
+
+STOP = Twist(0.0, 0.0)
+
+
+@dataclass
+class Blackboard:
+    """What the leaves of the tree share during one run.
+
+    Attributes:
+        now: Seconds since the start.
+        pose: Where the robot is.
+        odometry: How it moves.
+        path: The newest global path, ``(n, 3)``; empty before the first one.
+        cmd_vel_nav: Command of the controller server in this tick.
+        recovery_command: Command of a recovery in this tick; it goes past the velocity smoother.
+        failure: Kind and reason of the last failure of planner or controller.
+        events: What happened, in order.
+    """
+
+    goal: Pose
+    planner: GlobalPlanner
+    global_costmap: CostmapServer
+    local_costmap: CostmapServer
+    controller_server: ControllerServer
+    behavior_server: BehaviorServer
+    pose: Pose
+    odometry: Twist = STOP
+    now: float = 0.0
+    path: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+    cmd_vel_nav: Twist = STOP
+    recovery_command: Twist | None = None
+    failure: tuple[Outcome, str] = ("controller_failure", "")
+    events: list[Event] = field(default_factory=list)
+
+    def clock(self) -> float:
+        """Return the time, s."""
+        return self.now
+
+    def has_path(self) -> bool:
+        """Whether there was ever a path."""
+        return len(self.path) > 0
+
+    def log(self, kind: str, detail: str = "") -> None:
+        """Write down that something happened now."""
+        self.events.append(Event(self.now, kind, detail))
+
+    def begin_tick(self, now: float, pose: Pose, odometry: Twist) -> None:
+        """Take what is measured now; nobody has commanded anything yet."""
+        self.now, self.pose, self.odometry = now, pose, odometry
+        self.cmd_vel_nav, self.recovery_command = STOP, None
+
+
+class ComputePathToPose(Action):
+    """Asks the planner for a path from here to the goal."""
+
+    def __init__(self, board: Blackboard) -> None:
+        self._board = board
+
+    def update(self) -> Status:
+        """Plan; a failure leaves the old path where it is."""
+        board = self._board
+        try:
+            board.path = board.planner.plan(board.global_costmap.costmap, board.pose, board.goal)
+        except PlanningError as error:
+            board.failure = "planner_failure", str(error)
+            board.log("replan_failure", str(error))
+            return Status.FAILURE
+        board.log("replan")
+        return Status.SUCCESS
+
+
+class FollowPath(Action):
+    """Has the controller server follow the newest path."""
+
+    def __init__(self, board: Blackboard) -> None:
+        self._board = board
+
+    def start(self) -> None:
+        """Send the path as a new goal."""
+        self._path = self._board.path
+        self._board.controller_server.start(self._path, self._board.now)
+
+    def update(self) -> Status:
+        """Hand on a new path if there is one, and take the next command."""
+        board = self._board
+        if board.path is not self._path:
+            self._path = board.path
+            board.controller_server.set_plan(self._path)
+        status = board.controller_server.step(board.pose, board.odometry, board.local_costmap.costmap, board.now)
+        board.cmd_vel_nav = board.controller_server.command
+        if status is Status.FAILURE:
+            board.failure = "controller_failure", board.controller_server.failure_reason
+            board.log(*board.failure)
+        return status
+
+    def halt(self) -> None:
+        """Cancel the action."""
+        self._board.controller_server.cancel()
+        self._board.cmd_vel_nav = STOP
+
+
+class ClearEntireCostmap(Action):
+    """Clears the global or the local costmap; it is filled again before anybody looks at it."""
+
+    def __init__(self, board: Blackboard, which: str) -> None:
+        self._board = board
+        self._which = which
+
+    def update(self) -> Status:
+        """Clear."""
+        server = self._board.local_costmap if self._which == "local" else self._board.global_costmap
+        server.clear()
+        self._board.log(f"clear_{self._which}")
+        return Status.SUCCESS
+
+
+class RunBehavior(Action):
+    """Has the behaviour server run a new ``make_behavior()``; fails at once if there is none (None)."""
+
+    def __init__(self, board: Blackboard, kind: str, make_behavior: Callable[[], Behavior] | None) -> None:
+        self._board = board
+        self._kind = kind
+        self._make_behavior = make_behavior
+
+    def start(self) -> None:
+        """Send the goal."""
+        if self._make_behavior is not None:
+            self._board.log(self._kind)
+            self._board.behavior_server.run(self._make_behavior(), self._board.pose, self._board.now)
+
+    def update(self) -> Status:
+        """Take the next command."""
+        if self._make_behavior is None:
+            return Status.FAILURE
+        board = self._board
+        status = board.behavior_server.step(board.pose, board.local_costmap.costmap, board.now)
+        board.recovery_command = board.behavior_server.command if status is Status.RUNNING else None
+        return status
+
+    def halt(self) -> None:
+        """Cancel the behaviour."""
+        self._board.behavior_server.cancel()
+        self._board.recovery_command = None
+
+
+def goal_updated() -> bool:
+    """Whether the goal has changed: never, a run has one goal."""
+    return False
+
+
+def navigate_to_pose_w_replanning_and_recovery(board: Blackboard, params: NavigationParams) -> Node:
+    """Build ``navigate_to_pose_w_replanning_and_recovery.xml``."""
+    bt = params.bt
+    clear_local = partial(ClearEntireCostmap, board, "local")
+    clear_global = partial(ClearEntireCostmap, board, "global")
+    return RecoveryNode(
+        bt.number_of_retries,
+        PipelineSequence(
+            RateController(
+                bt.replanning_frequency,
+                board.clock,
+                RecoveryNode(1, ComputePathToPose(board), clear_global()),
+            ),
+            RecoveryNode(1, FollowPath(board), clear_local()),
+        ),
+        ReactiveFallback(
+            Condition(goal_updated),
+            RoundRobin(
+                Sequence(clear_local(), clear_global()),
+                *_behaviors(board, params),
+            ),
+        ),
+    )
+
+
+def navigate_to_pose_w_replanning(board: Blackboard, params: NavigationParams) -> Node:
+    """Build the tree without recoveries: a failed replan keeps the old path, any other failure ends the run."""
+    return PipelineSequence(
+        RateController(
+            params.bt.replanning_frequency,
+            board.clock,
+            ReactiveFallback(ComputePathToPose(board), Condition(board.has_path)),
+        ),
+        FollowPath(board),
+    )
+
+
+def _behaviors(board: Blackboard, params: NavigationParams) -> list[RunBehavior]:
+    """Spin, Wait and BackUp, in the order of the tree."""
+    bt, server = params.bt, params.behavior_server
+    makers: dict[str, Callable[[], Behavior]] = {
+        "spin": partial(Spin, bt.spin_dist, server, bt.time_allowance),
+        "wait": partial(Wait, bt.wait_duration),
+        "backup": partial(BackUp, bt.backup_dist, bt.backup_speed, server, bt.time_allowance),
+    }
+    return [
+        RunBehavior(board, kind, make if kind in server.behavior_plugins else None) for kind, make in makers.items()
+    ]

@@ -1,0 +1,187 @@
+"""Navigator: Nav2's NavigateToPose as a policy over the env API.
+
+One ``act`` is one control period. Within it, in this order: replan if it is time, update the local
+costmap if it is time, check progress, ask the path follower for a command, test the goal at the same
+pose. Time is counted in control periods, never by a clock on the wall.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from controllers.base import Context, FollowerSetup, Observation, PathFollower, Twist
+from controllers.behavior_tree import Node, Status
+from controllers.behaviors import BehaviorServer
+from controllers.controller_server import ControllerServer
+from controllers.costmap_servers import MapCostmapServer, make_local_costmap, needs_scan
+from controllers.nav2_params.navigation import NavigationParams
+from controllers.navigate_to_pose import (
+    Blackboard,
+    navigate_to_pose_w_replanning,
+    navigate_to_pose_w_replanning_and_recovery,
+)
+from controllers.rate import TIME_RESOLUTION
+from controllers.velocity_smoother import VelocitySmoother
+from gym_mapbench.episode import RECOVERY_KINDS, Event, Outcome
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.planners import make_planner
+from gym_mapbench.scenario import Pose
+
+STOP = Twist(0.0, 0.0)
+
+
+class Navigator:
+    """Plans, follows the plan with ``follower``, and recovers, as Nav2 Humble does.
+
+    Args:
+        follower: DWB, MPPI, RPP or any other :class:`controllers.base.PathFollower`.
+        params: Everything else.
+        name: Name under which it is reported.
+        abort_is_exception: Whether the failure tolerance also covers a follower's ControllerAbort, as in
+            newer releases; in Humble it ends the action at once.
+
+    Attributes:
+        status: ``running``, ``succeeded`` (at the goal) or ``failed``.
+        failure_kind: Who failed, as an episode's outcome.
+        failure_reason: In one line.
+        events: Replans, failures and recoveries of this run, in order.
+        path: The newest global path, ``(n, 3)`` x, y in m and yaw in rad; empty before the first one.
+        first_path: The first one; empty if there was none.
+    """
+
+    decides_goal = True
+    _board: Blackboard
+    _tree: Node
+
+    def __init__(
+        self, follower: PathFollower, params: NavigationParams, name: str, *, abort_is_exception: bool = False
+    ) -> None:
+        self.follower = follower
+        self.params = params
+        self.name = name
+        self._abort_is_exception = abort_is_exception
+        self._forget_outcome()
+
+    @property
+    def observation_keys(self) -> tuple[str, ...]:
+        """``pose`` and ``velocity``, and ``scan`` where the local costmap looks at it."""
+        return ("pose", "velocity", "scan") if needs_scan(self.params.local_costmap) else ("pose", "velocity")
+
+    def reset(self, context: Context) -> None:
+        """Forget the last run and build the servers of the next.
+
+        Raises:
+            ConfigError: If ``controller_frequency`` is above the rate of control.
+        """
+        self._check_frequency(context.control_period)
+        self._forget_outcome()
+        self._period = context.control_period
+        self._steps = 0
+        self._board = self._make_board(context)
+        recoveries = self.params.bt.recoveries
+        build_tree = navigate_to_pose_w_replanning_and_recovery if recoveries else navigate_to_pose_w_replanning
+        self._tree = build_tree(self._board, self.params)
+        limits = self.params.velocity_smoother
+        self._smoother = VelocitySmoother(limits, context.control_period) if limits else None
+
+    def act(self, observation: Observation) -> Twist:
+        """Return the command for one control period; zero when the run is over."""
+        if self.status != "running":
+            return STOP
+        pose, odometry = Pose(*map(float, observation["pose"])), Twist(*map(float, observation["velocity"]))
+        self._board.begin_tick(self._steps * self._period, pose, odometry)
+        self._board.local_costmap.observe(pose, observation.get("scan"), self._board.now)
+        self._steps += 1
+        outcome = self._tree.execute_tick()
+        self._remember_path()
+        if outcome is not Status.RUNNING:
+            self._finish(outcome)
+            return STOP
+        return self._command(odometry)
+
+    @property
+    def number_recoveries(self) -> int:
+        """Every clear, spin, wait and back-up of this run, as Nav2 counts them."""
+        return sum(event.kind in RECOVERY_KINDS for event in self.events)
+
+    @property
+    def controller_seconds(self) -> float:
+        """Wall-clock seconds spent inside the path follower in this run."""
+        return self._board.controller_server.seconds
+
+    @property
+    def controller_calls(self) -> int:
+        """Number of calls of the path follower in this run."""
+        return self._board.controller_server.calls
+
+    def _forget_outcome(self) -> None:
+        self.status: Literal["running", "succeeded", "failed"] = "running"
+        self.failure_kind: Outcome = "controller_failure"
+        self.failure_reason = ""
+        self.events: list[Event] = []
+        self.path = self.first_path = np.empty((0, 3))
+
+    def _check_frequency(self, control_period: float) -> None:
+        wanted = self.params.controller_server.controller_frequency
+        if wanted * control_period > 1.0 + TIME_RESOLUTION:
+            raise ConfigError(
+                f"controller_frequency: expected at most the env's rate of control, {1.0 / control_period:g} Hz, "
+                f"got {wanted:g}"
+            )
+
+    def _make_board(self, context: Context) -> Blackboard:
+        """Build the servers on this run's map."""
+        params = self.params
+        footprint = params.local_costmap.make_footprint(context.robot)
+        self.follower.reset(self._follower_setup(footprint, context))
+        global_footprint = params.global_costmap.make_footprint(context.robot)
+        return Blackboard(
+            goal=context.goal,
+            planner=make_planner(params.planner.name, **params.planner.params),
+            global_costmap=MapCostmapServer(params.global_costmap, context.grid, global_footprint),
+            local_costmap=make_local_costmap(
+                params.local_costmap, context.grid, footprint, context.start, context.lidar
+            ),
+            controller_server=ControllerServer(
+                self.follower, params.controller_server, abort_is_exception=self._abort_is_exception
+            ),
+            behavior_server=BehaviorServer(params.behavior_server, footprint),
+            pose=context.start,
+            events=self.events,
+        )
+
+    def _follower_setup(self, footprint: Footprint, context: Context) -> FollowerSetup:
+        server, inflation = self.params.controller_server, self.params.local_costmap.inflation_layer
+        return FollowerSetup(
+            footprint=footprint,
+            control_period=1.0 / server.controller_frequency,
+            xy_goal_tolerance=server.goal_checker.xy_goal_tolerance,
+            yaw_goal_tolerance=server.goal_checker.yaw_goal_tolerance,
+            inflation_radius=inflation.inflation_radius,
+            cost_scaling_factor=inflation.cost_scaling_factor,
+            rng=context.rng,
+        )
+
+    def _command(self, odometry: Twist) -> Twist:
+        """Smooth the controller's command, unless a recovery drives: that one bypasses the smoother."""
+        board = self._board
+        command = self._smoother.smooth(board.cmd_vel_nav, odometry) if self._smoother else board.cmd_vel_nav
+        return command if board.recovery_command is None else board.recovery_command
+
+    def _remember_path(self) -> None:
+        self.path = self._board.path
+        if not len(self.first_path):
+            self.first_path = self.path
+
+    def _finish(self, outcome: Status) -> None:
+        """Say how the run ended."""
+        if outcome is Status.SUCCESS:
+            self.status = "succeeded"
+            return
+        self.status = "failed"
+        self.failure_kind, self.failure_reason = self._board.failure
+        if self.failure_kind == "planner_failure":
+            self._board.log(*self._board.failure)

@@ -1,0 +1,116 @@
+"""Controllers by name: Nav2's three, those of third parties, and learned policies from their files.
+
+A third party registers a callable under the entry point group ``gym_mapbench.controllers``::
+
+    [project.entry-points."gym_mapbench.controllers"]
+    my_controller = "my_package:make_my_controller"
+
+It is called with the parameters the user gave, and with ``navigation=`` (a
+:class:`~controllers.nav2_params.NavigationParams`) if it has a parameter of that name, and returns a
+:class:`~controllers.base.Controller`. A path follower becomes one with :class:`~controllers.navigator.Navigator`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, cast
+
+from controllers.base import Controller, PathFollower
+from controllers.dwb.controller import DwbFollower
+from controllers.mppi.controller import MppiFollower
+from controllers.nav2_params import ControllerPlugin, NavigationParams, load_preset
+from controllers.nav2_params.plugins import CONTROLLERS
+from controllers.nav2_params.presets import overlay
+from controllers.nav2_params.section import Section, parameter_names
+from controllers.navigator import Navigator
+from controllers.rl import accepted_keywords, load_sb3
+from controllers.rpp.controller import RppFollower
+from gym_mapbench.errors import ConfigError, unknown_name
+
+ENTRY_POINT_GROUP = "gym_mapbench.controllers"
+
+FOLLOWERS: dict[str, Callable[[Any], PathFollower]] = {"dwb": DwbFollower, "mppi": MppiFollower, "rpp": RppFollower}
+"""Nav2's controllers; each is made from its own parameters."""
+
+
+def controller_names() -> tuple[str, ...]:
+    """Return the names that :func:`make_controller` knows whatever the parameter file, sorted."""
+    return tuple(sorted({*FOLLOWERS, *_third_parties()}))
+
+
+def make_controller(
+    name: str,
+    *,
+    navigation: NavigationParams | None = None,
+    preset: str = "thesis",
+    label: str | None = None,
+    **nav2_params: Any,
+) -> Controller:
+    """Make a controller, ready for ``reset``.
+
+    Args:
+        name: ``dwb``, ``mppi``, ``rpp``, a controller of ``navigation`` by its own name, or a third party's.
+        navigation: Parameters of the whole navigation, e.g. from ``read_nav2_params``; None for the preset's.
+        preset: ``thesis`` or ``fair``; not used where ``navigation`` is given.
+        label: Name under which it is reported; ``name`` if None.
+        nav2_params: Parameters of this controller that differ, under Nav2's names; dotted names in a
+            ``**{"PathAlign.scale": 24.0}``. Names of newer releases are understood, keys that only ROS reads are
+            accepted without effect.
+
+    Raises:
+        ConfigError: If the controller or a parameter is unknown, with the nearest valid name, or a value is bad.
+    """
+    navigation = navigation or load_preset(preset)
+    if name in FOLLOWERS or name in navigation.controllers:
+        follower = _make_follower(name, navigation.controller(name), nav2_params)
+        return Navigator(follower, navigation, label or name)
+    third_parties = _third_parties()
+    if name not in third_parties:
+        raise unknown_name("controller", name, {*FOLLOWERS, *navigation.controllers, *third_parties})
+    return _make_third_party(third_parties[name], navigation, nav2_params)
+
+
+def controller_from_spec(
+    spec: str, *, navigation: NavigationParams | None = None, preset: str = "thesis"
+) -> tuple[str, Controller]:
+    """Make a controller from one word of a command line: a name, or ``NAME=path/to/model.zip``.
+
+    Returns:
+        The name to report it under, and the controller.
+
+    Raises:
+        ConfigError: As :func:`make_controller` and :func:`controllers.rl.load_sb3`.
+    """
+    name, equals, path = spec.partition("=")
+    if not equals:
+        return name, make_controller(name, navigation=navigation, preset=preset)
+    if not name or not path:
+        raise ConfigError(f"controller: expected NAME or NAME=path/to/model.zip, got {spec!r}")
+    return name, load_sb3(path, name)
+
+
+def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, Any]) -> PathFollower:
+    """Make one of Nav2's controllers with some of its parameters changed."""
+    kind = CONTROLLERS[plugin.kind]
+    section = Section(name, changes, ignored=[])
+    params = overlay(plugin.params, section.read(kind.keys, parameter_names(kind.params)))
+    return FOLLOWERS[plugin.kind](section.make(kind.params, params))
+
+
+def _third_parties() -> dict[str, EntryPoint]:
+    return {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
+
+
+def _make_third_party(point: EntryPoint, navigation: NavigationParams, params: Mapping[str, Any]) -> Controller:
+    """Call a third party's callable."""
+    try:
+        make = point.load()
+    except (ImportError, AttributeError) as error:
+        raise ConfigError(f"controller {point.name!r}: {point.value} cannot be loaded ({error})") from None
+    accepted = accepted_keywords(make)
+    for key in params:
+        if key not in accepted:
+            raise unknown_name(f"parameter of {point.name}", key, accepted - {"navigation"})
+    given = {"navigation": navigation} if "navigation" in accepted else {}
+    return cast("Controller", make(**given, **params))

@@ -1,0 +1,158 @@
+"""Learned policies as controllers: any object with ``predict(obs)``, any callable ``obs -> action``.
+
+Stable-Baselines3 models are objects with ``predict``; :func:`load_sb3` reads one from its file.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import Context, Observation
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.errors import ConfigError
+
+
+class PolicyController:
+    """A policy under its own name; made by :func:`as_controller`.
+
+    Args:
+        predict: Takes an observation and, by keyword, those of ``state``, ``episode_start`` and
+            ``deterministic`` that are in its signature; returns an action or ``(action, state)``.
+        name: Name under which it is reported.
+        observation_keys: What it observes.
+    """
+
+    def __init__(self, predict: Callable[..., Any], name: str, observation_keys: tuple[str, ...]) -> None:
+        self.name = name
+        self.observation_keys = observation_keys
+        self._predict = predict
+        self._accepted = accepted_keywords(predict)
+        self._state: Any = None
+        self._first = True
+
+    def reset(self, context: Context) -> None:
+        """Forget the state of a recurrent policy."""
+        self._state = None
+        self._first = True
+
+    def act(self, observation: Observation) -> NDArray[np.float64]:
+        """Return what the policy says, ``(v m/s, omega rad/s)``.
+
+        Raises:
+            ConfigError: If that is not two finite numbers.
+        """
+        offered = {"state": self._state, "episode_start": np.array([self._first]), "deterministic": True}
+        answer = self._predict(observation, **{key: offered[key] for key in offered if key in self._accepted})
+        self._first = False
+        action, self._state = answer if _has_state(answer) else (answer, None)
+        return self._checked(action)
+
+    def _checked(self, action: Any) -> NDArray[np.float64]:
+        command = np.asarray(action, dtype=np.float64).reshape(-1)
+        if command.shape != (2,) or not np.isfinite(command).all():
+            raise ConfigError(f"{self.name}: expected an action of two finite numbers (v, omega), got {action!r}")
+        return command
+
+
+def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | None = None) -> PolicyController:
+    """Make a controller of a policy.
+
+    Args:
+        policy: An object with ``predict(obs)`` that returns an action or ``(action, state)``, or a callable
+            ``obs -> action``. A state is handed back at the next call where ``predict`` takes one.
+        name: Name under which it is reported.
+        observation_keys: What it observes; None takes the keys of ``policy.observation_space``, or the
+            env's default where the policy has none.
+
+    Raises:
+        ConfigError: If it is neither, or its observation space is not a Dict.
+    """
+    predict = getattr(policy, "predict", policy)
+    if not callable(predict):
+        raise ConfigError(f"{name}: expected an object with predict(obs) or a callable, got {type(policy).__name__}")
+    return PolicyController(predict, name, tuple(observation_keys or _observed_by(policy, name)))
+
+
+def load_sb3(path: str | Path, name: str) -> PolicyController:
+    """Load a Stable-Baselines3 model with continuous actions, trained on this env's Dict observations.
+
+    Like every pickle such a file can run code while it is read: load only what you trust.
+
+    Raises:
+        ConfigError: If Stable-Baselines3 is not installed, or the file is missing or not such a model.
+    """
+    algorithm = _sb3_algorithm(Path(path), name)
+    try:
+        import stable_baselines3
+    except ImportError:
+        raise ConfigError(f"{name}: reading {path} needs stable-baselines3 (pip install gym-mapbench[rl])") from None
+    try:
+        model = getattr(stable_baselines3, algorithm).load(path, device="cpu")
+    except Exception as error:
+        reason = " ".join(str(error).split())[:200]
+        raise ConfigError(f"{name}: {path} cannot be loaded as a {algorithm} model ({reason})") from None
+    return as_controller(model, name)
+
+
+def accepted_keywords(function: Callable[..., Any]) -> frozenset[str]:
+    """Return the names that ``function`` takes by keyword; none where it has no signature."""
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):
+        return frozenset()
+    named = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    return frozenset(p.name for p in parameters if p.kind in named)
+
+
+def _has_state(answer: Any) -> bool:
+    """Tell ``(action, state)`` from an action that is a tuple of two numbers."""
+    return isinstance(answer, tuple) and len(answer) == 2 and np.ndim(answer[0]) > 0
+
+
+def _observed_by(policy: Any, name: str) -> tuple[str, ...]:
+    """Keys of a policy's own observation space."""
+    space = getattr(policy, "observation_space", None)
+    if space is None:
+        keys: tuple[str, ...] = EnvConfig.model_fields["observation"].default
+        return keys
+    spaces = getattr(space, "spaces", None)
+    if not isinstance(spaces, Mapping):
+        raise ConfigError(f"{name}: expected a policy over the env's Dict observation, got one over {space}")
+    return tuple(spaces)
+
+
+def _sb3_algorithm(path: Path, name: str) -> str:
+    """Name of the algorithm that can load a model file; DDPG is a TD3 with one critic."""
+    data = _sb3_data(path, name)
+    policy = data.get("policy_class")
+    module = str(policy.get("__module__", "")) if isinstance(policy, dict) else ""
+    known = {
+        "stable_baselines3.common.policies": "PPO" if "clip_range" in data else "A2C",
+        "stable_baselines3.sac.policies": "SAC",
+        "stable_baselines3.td3.policies": "TD3",
+    }
+    if module not in known:
+        raise ConfigError(f"{name}: expected {path} to hold an A2C, DDPG, PPO, SAC or TD3 model, got {module or '?'}")
+    return known[module]
+
+
+def _sb3_data(path: Path, name: str) -> dict[str, Any]:
+    """Attributes of the model in a Stable-Baselines3 file."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            data: Any = json.loads(archive.read("data"))
+    except FileNotFoundError:
+        raise ConfigError(f"{name}: {path} does not exist") from None
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        raise ConfigError(f"{name}: {path} is not a Stable-Baselines3 model ({error})") from None
+    if not isinstance(data, dict):
+        raise ConfigError(f"{name}: {path} is not a Stable-Baselines3 model")
+    return data
