@@ -1,0 +1,73 @@
+"""``mapbench import-results``: times measured in Gazebo beside ours."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from dataclasses import asdict
+
+from rich.table import Table
+
+from evolution.commands import options
+from evolution.commands.progress import console
+from evolution.comparison import Comparison, compare, our_times, times_of_results
+from gym_mapbench.mapio.runner_results import read_runner_results
+
+EXAMPLES = """  mapbench import-results bundle/results.csv --ours runs/first
+  mapbench import-results results.csv --ours bench.json --format json"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the subcommand."""
+    parser = options.example_parser(
+        subparsers, "import-results", "Put times measured in Gazebo and Nav2 beside ours.", EXAMPLES
+    )
+    parser.add_argument("csv", metavar="CSV", help="what the exported bundle's runner wrote")
+    parser.add_argument("--ours", required=True, metavar="RUN|BENCH.json", help="the run or benchmark it came from")
+    parser.add_argument("--format", choices=("table", "json"), default="table")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare and print."""
+    comparison = compare(our_times(args.ours), times_of_results(read_runner_results(args.csv)))
+    if args.format == "json":
+        print(json.dumps(_document(comparison), indent=1, allow_nan=False))
+    else:
+        _print(comparison)
+    return 0
+
+
+def _document(comparison: Comparison) -> dict[str, object]:
+    pairs = [{**asdict(pair), "ratio": pair.ratio} for pair in comparison.pairs]
+    rho, low, high = comparison.correlation
+    return {
+        "pairs": [{key: _finite(value) for key, value in pair.items()} for pair in pairs],
+        "spearman": {"rho": _finite(rho), "low": _finite(low), "high": _finite(high)},
+        "order_kept": dict(comparison.order_kept),
+        "missing": list(comparison.missing),
+    }
+
+
+def _finite(value: object) -> object:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _print(comparison: Comparison) -> None:
+    table = Table()
+    for column in ("map", "controller", "ours, s", "theirs, s", "ratio"):
+        table.add_column(column, justify="left" if column in ("map", "controller") else "right")
+    for pair in comparison.pairs:
+        table.add_row(pair.map, pair.controller, *(_cell(value) for value in (pair.ours, pair.theirs, pair.ratio)))
+    console.print(table)
+    rho, low, high = comparison.correlation
+    console.print(f"rank correlation {rho:.3f} (95 % interval {low:.3f} to {high:.3f})")
+    for name, kept in comparison.order_kept.items():
+        console.print(f"{name}: {'keeps' if kept else 'changes'} its place in the order of the maps")
+    for line in comparison.missing:
+        console.print(line)
+
+
+def _cell(value: float) -> str:
+    return f"{value:.2f}" if math.isfinite(value) else "-"
