@@ -71,18 +71,7 @@ def compare(ours: Times, theirs: Times) -> Comparison:
         pairs=pairs,
         correlation=rank_correlation([pair.ours for pair in both], [pair.theirs for pair in both]),
         order_kept=_order_kept(pairs),
-        missing=(
-            *(
-                f"{name}/{controller}: not in the results"
-                for name, controller in ours
-                if (name, controller) not in theirs
-            ),
-            *(
-                f"{name}/{controller}: not driven by us"
-                for name, controller in theirs
-                if (name, controller) not in ours
-            ),
-        ),
+        missing=(*_only_in(ours, theirs, "not in the results"), *_only_in(theirs, ours, "not driven by us")),
     )
 
 
@@ -111,6 +100,10 @@ def our_times(path: str | Path) -> Times:
         return _collected((one["map"], one["controller"], one["outcome"] == "goal", one["time_s"]) for one in runs)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise MapFormatError(f"{path}: expected a run directory or a bench.json ({type(error).__name__})") from None
+
+
+def _only_in(first: Times, second: Times, what: str) -> list[str]:
+    return [f"{name}/{controller}: {what}" for name, controller in first if (name, controller) not in second]
 
 
 def _collected(rows: Iterable[tuple[str, str, bool, float]]) -> Times:

@@ -7,8 +7,8 @@ from typing import Any
 from pydantic import field_validator
 
 from controllers.base import Controller
-from controllers.nav2_params import NavigationParams, load_navigation
-from controllers.registry import make_controller
+from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
+from controllers.registry import controller_from_spec, make_controller
 from evolution.episode import environment_for, run_episode
 from evolution.jobs import ControllerSpec, Job, RunResult
 from gym_mapbench.config import EnvConfig
@@ -16,7 +16,7 @@ from gym_mapbench.episode import Episode
 from gym_mapbench.metrics import measure
 from gym_mapbench.settings import Settings
 
-WARM_UP_MAP = ("#" * 40, *["#" + "." * 38 + "#"] * 30, "#" * 40)
+MODEL_SUFFIX = ".zip"
 
 
 class DriveSettings(Settings):
@@ -41,8 +41,19 @@ class DriveSettings(Settings):
         return self.environment.time_limit
 
 
+def load_navigation(name: str) -> NavigationParams:
+    """Load a preset by name, or a user's ``nav2_params.yaml``."""
+    return load_preset(name) if name in PRESETS else read_nav2_params(name).navigation
+
+
 def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controller:
-    """Make the controller that ``spec`` names, with the navigation of ``settings``."""
+    """Make the controller that ``spec`` names, with the navigation of ``settings``.
+
+    Raises:
+        ConfigError: If there is no such controller, parameter or model file.
+    """
+    if spec.registered_name.endswith(MODEL_SUFFIX):
+        return controller_from_spec(f"{spec.name}={spec.registered_name}")[1]
     return make_controller(spec.registered_name, navigation=settings.navigation, label=spec.name, **spec.params)
 
 

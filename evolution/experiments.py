@@ -50,16 +50,6 @@ def read_document(path: str | Path) -> dict[str, Any]:
     return dict(document)
 
 
-def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay one document over another: mappings are merged, everything else is replaced."""
-    result = dict(base)
-    for key, value in over.items():
-        below = result.get(key)
-        both = isinstance(below, Mapping) and isinstance(value, Mapping)
-        result[key] = merged(below, value) if both else value  # type: ignore[arg-type]
-    return result
-
-
 def experiment_of(document: Mapping[str, Any], where: str = "experiment") -> Experiment:
     """Build an experiment from a document, as in a file or as :meth:`Experiment.document` returns it.
 

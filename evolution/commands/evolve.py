@@ -8,11 +8,12 @@ from typing import Any
 
 from rich.table import Table
 
+from controllers.nav2_params.presets import overlay
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console
 from evolution.driving import run_job
 from evolution.evaluator import Evaluator
-from evolution.experiments import experiment_of, load_preset, merged, preset_names, read_document
+from evolution.experiments import experiment_of, load_preset, preset_names, read_document
 from evolution.figures import write_run_figures
 from evolution.rundir import LoadedRun, RunDir, load_run
 from evolution.runner import evolve
@@ -86,9 +87,9 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     """Preset, then the user's file, then the options of the command line."""
     document = load_preset(args.preset or "thesis")
     if args.config is not None:
-        document = merged(document, read_document(args.config))
+        document = overlay(document, read_document(args.config))
     given: dict[str, Any] = {name: getattr(args, name) for name in SEARCH_OPTIONS if getattr(args, name) is not None}
-    document = merged(document, {"search": given})
+    document = overlay(document, {"search": given})
     if args.controllers is not None:
         document["controllers"] = [spec.model_dump() for spec in options.controllers_of(args.controllers)]
     experiment = experiment_of(document)
