@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
 from gym_mapbench.costmap import CostmapParams
@@ -17,7 +17,15 @@ from gym_mapbench.settings import Settings
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
-Axes = tuple[float, float, float]
+
+
+def _three(value: object) -> object:
+    if not isinstance(value, (list, tuple)) or len(value) != 3:
+        raise ConfigError(f"expected three values for x, y and theta, got {value!r}")
+    return value
+
+
+Axes = Annotated[tuple[float, float, float], BeforeValidator(_three)]
 
 
 class ProgressChecker(Settings):

@@ -120,7 +120,7 @@ def _find_nodes(document: object, ignored: list[str]) -> Iterator[tuple[str, tup
         elif parameters is None:
             raise ConfigError(f"{full}: expected a group {PARAMETERS!r} in it, as in ROS")
         elif name in found:
-            raise ConfigError(f"{full}: expected one section for {name}, got another: {found[name]}")
+            raise ConfigError(f"{full}: expected one section for {name}, got a second beside {found[name]}")
         else:
             found[name] = full
             yield name, (full, parameters[PARAMETERS])

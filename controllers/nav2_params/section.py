@@ -46,7 +46,8 @@ class Section:
         if not isinstance(value, (list, tuple)) or not all(isinstance(name, str) for name in value):
             raise ConfigError(f"{self.name}.{key}: expected a list of names, got {_kind(value)}")
         if len(value) < least or len(set(value)) < len(value):
-            raise ConfigError(f"{self.name}.{key}: expected {least} or more different names, got {list(value)}")
+            wanted = "at least one name, none" if least else "no name"
+            raise ConfigError(f"{self.name}.{key}: expected {wanted} twice, got {list(value)}")
         return tuple(value)
 
     def take_name(self, key: str, default: str) -> str:
@@ -105,7 +106,7 @@ class Section:
             why = "only newer releases of Nav2 have this parameter, and Humble's behaviour is built"
             return ConfigError(f"{self.name}.{name}: {why}: {keys.newer_only[name]}")
         near = difflib.get_close_matches(name, [*valid, *keys.renamed], n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}?" if near else f"expected one of: {', '.join(sorted(valid))}"
+        hint = f"did you mean {near[0]!r}?" if near else f"expected one of: {', '.join(sorted(valid)) or 'none'}"
         return ConfigError(f"{self.name}.{name}: unknown parameter; {hint}")
 
 

@@ -228,8 +228,8 @@ def test_the_bringup_file_of_humble_is_the_preset_but_for_its_robot_and_smoother
         (sample(FollowPath=3), "controller_server.FollowPath: expected a group of parameters, got int"),
         (sample(controller_plugins="FollowPath"), "controller_plugins: expected a list of names, got 'FollowPath'"),
         (sample(controller_plugins=["Fast"]), "controller_server.Fast.plugin: expected the class of this controller"),
-        (sample(controller_plugins=["Slow", "Slow"]), "different names"),
-        (sample(goal_checker_plugins=[]), "goal_checker_plugins: expected 1 or more"),
+        (sample(controller_plugins=["Slow", "Slow"]), "expected no name twice"),
+        (sample(goal_checker_plugins=[]), "goal_checker_plugins: expected at least one name"),
         (sample(precise={"plugin": "nav2_controller::PositionGoalChecker"}), "goal checker"),
         (sample(precise={"path_length_tolerance": 1.0}), "only newer releases"),
         (sample(controller_frequency="fast"), "controller_server.controller_frequency: expected a valid number"),
@@ -238,7 +238,10 @@ def test_the_bringup_file_of_humble_is_the_preset_but_for_its_robot_and_smoother
         (sample(controller_server={}), "controller_server: expected a group 'ros__parameters'"),
         ({"controler_server": {"ros__parameters": {}}}, "did you mean 'controller_server'"),
         ({"amcl": {"ros__parameters": {}}}, "found none"),
-        ({"a": {"planner_server": {"ros__parameters": {}}}, "planner_server": {"ros__parameters": {}}}, "another"),
+        (
+            {"a": {"planner_server": {"ros__parameters": {}}}, "planner_server": {"ros__parameters": {}}},
+            "a second beside",
+        ),
         ([1, 2], "expected the nodes of a nav2_params.yaml, got list"),
         (None, "got NoneType"),
         (
@@ -255,7 +258,7 @@ def test_the_bringup_file_of_humble_is_the_preset_but_for_its_robot_and_smoother
             costmap(robot_radios=0.2),
             "local_costmap.local_costmap.robot_radios: unknown parameter; did you mean 'robot_radius'",
         ),
-        (sample(velocity_smoother={"ros__parameters": {"max_accel": [1.0, 0.0]}}), "velocity_smoother.max_accel"),
+        (sample(velocity_smoother={"ros__parameters": {"max_accel": [1.0, 0.0]}}), "max_accel: expected three values"),
         (sample(velocity_smoother={"ros__parameters": {"max_decel": [1.0, 0.0, 1.0]}}), "expected no positive value"),
         (
             sample(

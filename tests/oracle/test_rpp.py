@@ -1,8 +1,10 @@
-"""RPP against what Nav2's own code recorded, call by call."""
+"""RPP against what Nav2's own code recorded, call by call and run by run."""
 
 from __future__ import annotations
 
+import contextlib
 import json
+import math
 
 import numpy as np
 import pytest
@@ -11,7 +13,9 @@ from controllers.base import ControllerError, FollowerSetup, Twist
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import Costmap
+from gym_mapbench.errors import NoPathError
 from gym_mapbench.footprint import Footprint
+from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose
 from tests.oracle_data import ORACLE, needs_oracle
 
@@ -61,3 +65,53 @@ def test_unit_vectors(config, preset):
         else:
             assert made.compute_velocity_commands(*call) == pytest.approx(units["rpp_cmd"][i], abs=1e-8)
         assert made.carrot == pytest.approx(units["rpp_carrot"][i], abs=1e-8)
+
+
+def drive(made, costmap, start, goal, ticks):
+    """Drive by the oracle's conditions; yields state and command of every 20 Hz tick, NaN where there was none."""
+    x, y, yaw, v, w = (*start, 0.0, 0.0)
+    planner = NavfnPlanner()
+    for tick in range(ticks):
+        pose = Pose(x, y, yaw)
+        if tick % 20 == 0:
+            with contextlib.suppress(NoPathError):
+                made.set_plan(planner.plan(costmap, pose, goal))
+        seen = Twist(*(speed if abs(speed) > 0.001 else 0.0 for speed in (v, w)))
+        try:
+            command = made.compute_velocity_commands(pose, seen, costmap, tick * 0.05)
+        except ControllerError:
+            command = None
+        yield (x, y, yaw, v, w), command
+        to_v, to_w = command or (0.0, 0.0)
+        for _ in range(5):
+            v += min(max(to_v - v, -0.025), 0.025)
+            w += min(max(to_w - w, -0.032), 0.032)
+            x += v * math.cos(yaw + w * 0.005) * 0.01
+            y += v * math.sin(yaw + w * 0.005) * 0.01
+            yaw += w * 0.01
+
+
+@pytest.mark.parametrize("variant", ["default", "short_lookahead"])
+@pytest.mark.parametrize("preset", PRESETS)
+def test_closed_loop_runs_come_out_the_same(config, preset, variant):
+    costmaps = full_costmaps(config, preset)
+    spec = config["presets"][preset]
+    with np.load(ORACLE / f"runs_{preset}.npz") as file:
+        recorded = dict(file)
+    for run in json.loads((ORACLE / f"runs_{preset}.json").read_text()):
+        told = (run["controller"], run["variant"], run["local_costmap"])
+        if told != ("RPP", variant, "full") or run["reason"] == "no_path":
+            continue
+        rows = slice(*recorded["offset"][run["index"] : run["index"] + 2])
+        made = make_follower(config, preset, **config["variants"].get(f"RPP/{variant}", {}))
+        ticks = rows.stop - rows.start
+        states, commands = zip(
+            *drive(made, costmaps[run["map"]], Pose(*spec["start"]), Pose(*spec["goal"]), ticks), strict=True
+        )
+        assert [command is None for command in commands] == recorded["exception"][rows].tolist(), run["map"]
+        assert np.array([command or (0.0, 0.0) for command in commands]) == pytest.approx(
+            recorded["cmd"][rows], abs=2e-5
+        )
+        error = np.array(states) - recorded["traj"][rows]
+        error[:, 2] = np.arctan2(np.sin(error[:, 2]), np.cos(error[:, 2]))
+        assert np.abs(error).max() < 2e-5, run["map"]
