@@ -1,0 +1,187 @@
+"""Time every part of the simulation and print medians with their ratio to a calibration loop of the same run."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from controllers.base import ControllerError, FollowerSetup, PathFollower, Twist
+from controllers.dwb import DwbFollower
+from controllers.dwb.params import DwbParams
+from controllers.mppi import MppiFollower
+from controllers.mppi.params import MppiParams
+from controllers.nav2_params import NavigationParams, load_preset
+from controllers.rpp import RppFollower
+from controllers.rpp.params import RppParams
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.costmap import Costmap, build_static_costmap
+from gym_mapbench.env import MapBenchEnv
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.generator import ShapeSettings, default_task, sample_map
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.planners import make_planner
+from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.simulation import Simulation
+
+WINDOW_CELLS = 60
+FOLLOWERS = {"MPPI": (MppiFollower, MppiParams), "DWB": (DwbFollower, DwbParams), "RPP": (RppFollower, RppParams)}
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Median seconds of one call, and how many pure-Python loop iterations fit into it."""
+
+    name: str
+    seconds: float
+    calibration: float
+    nav2_ms: float | None = None
+
+    def line(self) -> str:
+        nav2 = "" if self.nav2_ms is None else f"{self.nav2_ms:10.3f} {self.nav2_ms / (1e3 * self.seconds):8.1f}x"
+        return f"{self.name:44s} {1e3 * self.seconds:10.4f} {self.seconds / self.calibration:12.0f} {nav2}"
+
+
+def calibration_loop(n: int = 20_000) -> float:
+    """Seconds of one iteration of a plain Python loop."""
+    began = time.perf_counter()
+    total = 0
+    for i in range(n):
+        total += i & 3
+    return (time.perf_counter() - began) / n
+
+
+def measure(name: str, call: Callable[[], object], calls: int = 200, nav2_ms: float | None = None) -> Timing:
+    """Time a call; the calibration loop runs in between, so that both see the same machine."""
+    for _ in range(5):
+        call()
+    seconds, loops = [], []
+    for index in range(calls):
+        began = time.perf_counter()
+        call()
+        seconds.append(time.perf_counter() - began)
+        if index % 20 == 0:
+            loops.append(calibration_loop())
+    return Timing(name, statistics.median(seconds), statistics.median(loops), nav2_ms)
+
+
+def a_scenario(seed: int = 3) -> Scenario:
+    """Draw thesis maps until one has a path."""
+    rng = np.random.default_rng(seed)
+    navigation = load_preset("thesis")
+    while True:
+        grid = GridMap(sample_map(rng, ShapeSettings()))
+        scenario = Scenario(grid, *default_task(grid))
+        try:
+            make_planner("navfn").plan(full_costmap(scenario, navigation), scenario.start, scenario.goal)
+        except Exception:  # no path: draw again
+            continue
+        return scenario
+
+
+def footprint(navigation: NavigationParams) -> Footprint:
+    return navigation.local_costmap.make_footprint(EnvConfig().robot)
+
+
+def full_costmap(scenario: Scenario, navigation: NavigationParams) -> Costmap:
+    return build_static_costmap(scenario.map, navigation.global_costmap, footprint(navigation))
+
+
+def window_of(costmap: Costmap, pose: Pose) -> Costmap:
+    """A 3 m window of a costmap around a pose."""
+    row, col = costmap.world_to_map(pose.x, pose.y) or (0, 0)
+    rows, cols = costmap.costs.shape
+    row = min(max(row - WINDOW_CELLS // 2, 0), rows - WINDOW_CELLS)
+    col = min(max(col - WINDOW_CELLS // 2, 0), cols - WINDOW_CELLS)
+    costs = np.ascontiguousarray(costmap.costs[row : row + WINDOW_CELLS, col : col + WINDOW_CELLS])
+    return Costmap(costs, costmap.resolution, col * costmap.resolution, row * costmap.resolution)
+
+
+def follower_timings(scenario: Scenario, nav2: dict[tuple[str, str], float]) -> Iterator[Timing]:
+    """Commands of each controller along the path, on the full map and in the 3 m window."""
+    navigation = load_preset("thesis")
+    full = full_costmap(scenario, navigation)
+    path = make_planner("navfn").plan(full, scenario.start, scenario.goal)
+    setup = FollowerSetup(footprint(navigation), 0.05, 0.25, 0.25, 0.55, 3.0, np.random.default_rng(0))
+    for name, (make, params) in FOLLOWERS.items():
+        follower: PathFollower = make(params(**navigation.controller(name.lower()).params))  # type: ignore[operator]
+        for kind in ("full", "rolling"):
+            calls = commands_along(follower, setup, path, full, rolling=kind == "rolling")
+            yield measure(f"{name} command, {kind} costmap", lambda c=calls: next(c), 300, nav2.get((name, kind)))
+
+
+def commands_along(
+    follower: PathFollower, setup: FollowerSetup, path: np.ndarray, full: Costmap, *, rolling: bool
+) -> Iterator[Twist | None]:
+    """Endless calls at poses along the path, each with the costmap it would have there."""
+    poses = [Pose(x, y, np.arctan2(*(path[i + 2, :2] - path[i, :2])[::-1])) for i, (x, y, _) in enumerate(path[:-2])]
+    scenes = [(pose, window_of(full, pose) if rolling else full) for pose in poses[::7]]
+    follower.reset(setup)
+    now = 0.0
+    while True:
+        follower.set_plan(path)
+        for pose, costmap in scenes:
+            now += 0.05
+            try:
+                yield follower.compute_velocity_commands(pose, Twist(0.2, 0.0), costmap, now)
+            except ControllerError:
+                yield None
+
+
+def world_timings(scenario: Scenario) -> Iterator[Timing]:
+    """Planner, costmap, physics and env."""
+    navigation = load_preset("thesis")
+    full = full_costmap(scenario, navigation)
+    planner = make_planner("navfn")
+    yield measure("inflate a 150 x 150 map", lambda: full_costmap(scenario, navigation), 100)
+    yield measure("NavFn plan, 150 x 150", lambda: planner.plan(full, scenario.start, scenario.goal), 100)
+    simulation = Simulation(scenario.map, EnvConfig().robot, scenario.start, 100.0)
+    yield measure("5 Box2D ticks", lambda: simulation.advance(0.1, 0.3, 5), 1000)
+    for beams in (0, 100, 360):
+        yield env_timing(scenario, beams)
+    env = MapBenchEnv(observation=("pose", "velocity"))
+    yield measure("env reset", lambda: env.reset(options={"scenario": scenario}), 100)
+
+
+def env_timing(scenario: Scenario, beams: int) -> Timing:
+    """One env step with random actions."""
+    observed = ("pose", "velocity", "goal", "scan") if beams else ("pose", "velocity", "goal")
+    env = MapBenchEnv(
+        observation=observed, lidar={"beams": max(beams, 1)}, collision_ends_episode=False, time_limit=1e5
+    )
+    env.reset(seed=0, options={"scenario": scenario})
+    actions = np.random.default_rng(0).uniform([-0.1, -1.0], [0.4, 1.0], (64, 2)).astype(np.float32)
+    count = iter(range(10**9))
+    return measure(f"env step, {beams} beams", lambda: env.step(actions[next(count) % 64]), 2000)
+
+
+def recorded_nav2(directory: str | None) -> dict[tuple[str, str], float]:
+    """Nav2's recorded milliseconds per call by (controller, costmap), of the first preset."""
+    if directory is None:
+        return {}
+    entries = json.loads((Path(directory) / "timing.json").read_text(encoding="utf-8"))["entries"]
+    found: dict[tuple[str, str], float] = {}
+    for entry in entries:
+        found.setdefault((entry["what"].split()[0], entry["local_costmap"]), entry["median_ms"])
+    return found
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--oracle", metavar="DIR", help="recorded Nav2 results, for their times per call")
+    nav2 = recorded_nav2(parser.parse_args().oracle)
+    scenario = a_scenario()
+    print(f"{'what':44s} {'ms':>10s} {'x loop':>12s} {'Nav2 ms':>10s} {'faster':>9s}")
+    for timing in (*follower_timings(scenario, nav2), *world_timings(scenario)):
+        print(timing.line(), flush=True)
+
+
+if __name__ == "__main__":
+    main()
