@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from importlib.resources import as_file, files
 from typing import Any
@@ -14,8 +15,9 @@ from gym_mapbench.settings import read_yaml
 PRESETS = ("thesis", "fair")
 
 
+@functools.cache
 def load_preset(name: str) -> NavigationParams:
-    """Load a preset by name.
+    """Load a preset by name; its file is read once.
 
     Raises:
         ConfigError: If there is no such preset.
