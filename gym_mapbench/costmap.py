@@ -45,8 +45,8 @@ NO_INFORMATION = 255
 MAX_REACH_CELLS = 2000
 OBSTACLE_LAYERS = ("obstacle_layer", "voxel_layer")
 # An exact lidar's hits lie on the border of the wall's cell, where rounding would decide which cell they are in:
-# a hair (m) farther along the ray they are inside the wall.
-HAIR = 1e-5
+# a hair farther along the ray, in parts of the range and just above float32's rounding, they are inside the wall.
+HAIR = 3e-7
 RANGE_EPSILON = 1e-4
 
 
@@ -169,12 +169,11 @@ class LocalCostmap:
         self._obstacle_layers = tuple(name for name in OBSTACLE_LAYERS if params.writes(name))
         fixed = self._takes_size_of_map and not self._obstacle_layers
         self._unchanging = build_static_costmap(grid, params, footprint) if fixed else None
-        self.reset(Pose(0.0, 0.0))
+        self._start_over()
 
     def reset(self, pose: Pose) -> None:
         """Forget all observations and place the window around ``pose`` as at start-up."""
-        self._origin = self._map_origin if self._takes_size_of_map else (self.params.origin_x, self.params.origin_y)
-        self.clear()
+        self._start_over()
         self._roll(pose)
 
     def clear(self) -> None:
@@ -212,16 +211,17 @@ class LocalCostmap:
         return self._resolution, *self._origin
 
     @property
-    def _map_origin(self) -> tuple[float, float]:
-        return self._map.origin_x, self._map.origin_y
-
-    @property
     def _default(self) -> np.uint8:
         return np.uint8(NO_INFORMATION if self.params.track_unknown_space else FREE_SPACE)
 
     def _layer(self, name: str) -> ObstacleLayer:
         layer: ObstacleLayer = getattr(self.params, name)
         return layer
+
+    def _start_over(self) -> None:
+        at_map = self._map.origin_x, self._map.origin_y
+        self._origin = at_map if self._takes_size_of_map else (self.params.origin_x, self.params.origin_y)
+        self.clear()
 
     def _roll(self, pose: Pose) -> None:
         """Shift the window by whole cells to the robot; cells that stay keep what was observed."""
@@ -240,7 +240,7 @@ class LocalCostmap:
         """Clear along the rays of a scan, then mark its hits."""
         layer, observed, voxel = self._layer(name), self._observed[name], name == "voxel_layer"
         hit = ranges < range_max
-        reach = np.where(hit, ranges + HAIR, range_max - RANGE_EPSILON)
+        reach = np.where(hit, ranges * (1 + HAIR), range_max - RANGE_EPSILON)
         valid = np.isfinite(reach) & (hit | layer.inf_is_valid)
         headings, reach = pose.yaw + np.asarray(angles)[valid], reach[valid]
         beams = np.stack([np.cos(headings), np.sin(headings)], axis=1)
