@@ -5,6 +5,7 @@ Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from controllers.base import ControllerError, FollowerSetup, Twist
 from controllers.dwb.critics import make_critics
 from controllers.dwb.kernels.plan import plan_window
-from controllers.dwb.kernels.scoring import total_scores
+from controllers.dwb.kernels.verdict import NO_LIMIT, judge_all, judge_cheapest
 from controllers.dwb.params import DwbParams
 from controllers.dwb.scene import Scene
 from controllers.dwb.trajectories import Trajectories
@@ -107,12 +108,12 @@ class DwbFollower:
             ControllerError: If the plan is empty or ends, or every candidate is illegal.
         """
         scene = self._look(pose, velocity, costmap, now)
-        evaluation = self._judge(scene)
-        command = Twist(0.0, 0.0) if evaluation.best < 0 else Twist(*evaluation.velocities[evaluation.best].tolist())
+        best = self._judge(scene, judge_cheapest).best
+        command = Twist(0.0, 0.0) if best < 0 else Twist(*self._candidates.velocities[best].tolist())
         for critic in self._critics:
             critic.debrief(command, scene)
-        if evaluation.best < 0:
-            raise ControllerError(_no_legal_candidate(evaluation))
+        if best < 0:
+            raise ControllerError(_no_legal_candidate(self._judge(scene, judge_all)))
         return command
 
     def evaluate(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> DwbEvaluation:
@@ -123,7 +124,7 @@ class DwbFollower:
         Raises:
             ControllerError: If the plan is empty or ends.
         """
-        return self._judge(self._look(pose, velocity, costmap, now))
+        return self._judge(self._look(pose, velocity, costmap, now), judge_all)
 
     def trajectory(self, candidate: int) -> NDArray[np.float64]:
         """Return the poses of one candidate of the last cycle, ``(steps + 1, 3)`` x, y in m and yaw in rad."""
@@ -135,8 +136,7 @@ class DwbFollower:
         goal = Pose(*self._plan[-1].tolist())
         candidates = self._candidates
         candidates.fill(pose, velocity, costmap)
-        fastest = max(abs(velocity.v), float(np.abs(candidates.twists[:, 0]).max(initial=0.0)))
-        reach = fastest * self.params.sim_time + self._forward
+        reach = candidates.fastest() * self.params.sim_time + self._forward
         return Scene(pose, velocity, goal, plan, costmap, self._setup.footprint, now, reach)
 
     def _near_plan(self, pose: Pose, costmap: Costmap) -> NDArray[np.float64]:
@@ -155,21 +155,25 @@ class DwbFollower:
             raise ControllerError("resulting plan has 0 poses in it")
         return near
 
-    def _judge(self, scene: Scene) -> DwbEvaluation:
+    def _judge(self, scene: Scene, judge: Callable[..., int]) -> DwbEvaluation:
         """Let every critic score every candidate, and choose."""
-        candidates, n = self._candidates, len(self._candidates.twists)
-        raw = np.zeros((len(self._critics), n))
-        scales = np.zeros(len(self._critics), dtype=np.float32)
+        c, m, n = self._candidates, scene.costmap, len(self._candidates.twists)
+        count = len(self._critics)
+        raw, scales = np.zeros((count, n)), np.zeros(count, dtype=np.float32)
+        forbidden, outlines = np.full(count, NO_LIMIT), np.zeros(count, dtype=np.bool_)
         for i, critic in enumerate(self._critics):
             critic.prepare(scene)
-            scales[i] = critic.scale(scene.costmap.resolution)
+            scales[i] = critic.scale(m.resolution)
             if scales[i] != 0.0:
-                critic.score(scene, candidates, raw[i])
+                forbidden[i], outlines[i] = critic.forbidden, critic.checks_outline
+                critic.score(scene, c, raw[i])
         totals, illegal_by = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.int64)
-        best = total_scores(raw, scales, totals, illegal_by)
-        return DwbEvaluation(
-            self.params.critics, candidates.twists, candidates.velocities, scales, raw.T, totals, illegal_by, best
-        )
+        best = judge(
+            raw, scales, forbidden, outlines, c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings,
+            c.yaw, c.cos, c.sin, m.costs, m.origin_x, m.origin_y, m.resolution, scene.footprint.corners,
+            totals, illegal_by,
+        )  # fmt: skip
+        return DwbEvaluation(self.params.critics, c.twists, c.velocities, scales, raw.T, totals, illegal_by, best)
 
 
 def _scaled(params: DwbParams, ratio: float) -> DwbParams:

@@ -14,15 +14,19 @@ from numpy.typing import NDArray
 from controllers.base import Twist
 from controllers.dwb.kernels.scoring import (
     ILLEGAL,
+    INSCRIBED,
     LAST,
     PRODUCT,
     SUM,
-    footprint_scores,
-    map_grid_scores,
-    obstacle_scores,
-    reject_off_map,
+    aggregated_grid_scores,
+    last_footprint_scores,
+    last_grid_scores,
+    last_obstacle_scores,
     rotation_errors,
+    summed_footprint_scores,
+    summed_obstacle_scores,
 )
+from controllers.dwb.kernels.verdict import NO_LIMIT, OFF_MAP
 from controllers.dwb.params import (
     AlignParams,
     CriticParams,
@@ -41,16 +45,26 @@ AGGREGATIONS = {"last": LAST, "sum": SUM, "product": PRODUCT}
 
 
 class Critic(ABC):
-    """One critic; only :meth:`score` is required."""
+    """One critic; only :meth:`score` is required.
+
+    Attributes:
+        forbidden: Cost under the robot's centre, at any pose, from which the critic rejects a trajectory.
+        checks_outline: Whether it also rejects one on which the footprint's outline touches an obstacle.
+    """
+
+    forbidden = NO_LIMIT
+    checks_outline = False
 
     def __init__(self, params: CriticParams) -> None:
         self._scale = params.scale
 
     def reset(self) -> None:
         """Forget what was remembered since the last plan."""
+        return
 
     def prepare(self, scene: Scene) -> None:
         """Look at the scene before the candidates are scored."""
+        return
 
     def scale(self, resolution: float) -> float:
         """Weight of the raw score on a costmap of this resolution (m); 0 to leave this critic out."""
@@ -59,14 +73,20 @@ class Critic(ABC):
 
     @abstractmethod
     def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
-        """Write the raw scores, ``(n,)``, ``ILLEGAL`` for a candidate that is rejected."""
+        """Write the raw scores, ``(n,)``, never negative, ``ILLEGAL`` for a candidate that is rejected.
+
+        What ``forbidden`` and ``checks_outline`` reject on the way need not be found out here.
+        """
 
     def debrief(self, command: Twist, scene: Scene) -> None:
         """Hear what the robot is told to do."""
+        return
 
 
 class BaseObstacle(Critic):
     """Cost of the cell under the robot's centre; nowhere inscribed, lethal or unknown."""
+
+    forbidden = INSCRIBED
 
     def __init__(self, params: ObstacleParams, twice: bool) -> None:
         super().__init__(params)
@@ -75,12 +95,21 @@ class BaseObstacle(Critic):
 
     def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
         """See :class:`Critic`."""
-        c = candidates
-        obstacle_scores(c.steps, c.places, c.cells, scene.costmap.costs, c.worst, self._sum_scores, self._twice, scores)
+        c, m = candidates, scene.costmap
+        if not self._sum_scores:
+            last_obstacle_scores(c.last_cells(0.0), m.costs, scores)
+            return
+        summed_obstacle_scores(
+            c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings, c.cos, c.sin,
+            m.costs, m.origin_x, m.origin_y, m.resolution, self._twice, scores,
+        )  # fmt: skip
 
 
 class ObstacleFootprint(BaseObstacle):
     """Largest cost under the footprint's outline; nowhere lethal or unknown."""
+
+    forbidden = OFF_MAP
+    checks_outline = True
 
     def scale(self, resolution: float) -> float:
         """See :class:`Critic`."""
@@ -88,18 +117,25 @@ class ObstacleFootprint(BaseObstacle):
 
     def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
         """See :class:`Critic`."""
-        c, m = candidates, scene.costmap
-        footprint_scores(
-            c.steps, c.places, c.x, c.y, c.yaw, c.worst, m.costs, m.origin_x, m.origin_y, m.resolution,
-            scene.footprint.corners, self._sum_scores, self._twice, scores,
+        c, m, corners = candidates, scene.costmap, scene.footprint.corners
+        if not self._sum_scores:
+            last_footprint_scores(
+                c.steps, c.headings, c.ends, c.yaw, c.last_cells(0.0), m.costs, m.origin_x, m.origin_y, m.resolution,
+                corners, scores,
+            )  # fmt: skip
+            return
+        summed_footprint_scores(
+            c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings, c.yaw, c.cos, c.sin,
+            m.costs, m.origin_x, m.origin_y, m.resolution, corners, self._twice, scores,
         )  # fmt: skip
 
 
 class MapGrid(Critic):
     """Manhattan distance in cells of the trajectory from a set of seed cells, obstacles ignored."""
 
+    forbidden = OFF_MAP
     _forward = 0.0
-    _must_stay_on_map = True
+    _needs_seed = True
     _field: Field
 
     def __init__(self, params: MapGridParams, twice: bool) -> None:
@@ -114,15 +150,16 @@ class MapGrid(Critic):
     def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
         """See :class:`Critic`."""
         c, m, f = candidates, scene.costmap, self._field
-        if self._must_stay_on_map and not f.reached:
+        if self._needs_seed and not f.reached:
             scores[:] = ILLEGAL
-            return
-        map_grid_scores(
-            c.steps, c.places, c.x, c.y, c.cos, c.sin, self._forward, f.distances, f.first_row,
-            len(m.costs), m.origin_x, m.origin_y, m.resolution, self._aggregation, self._twice, scores,
-        )  # fmt: skip
-        if self._must_stay_on_map:
-            reject_off_map(c.worst, scores)
+        elif self._aggregation == LAST:
+            last_grid_scores(c.last_cells(self._forward), f.distances, f.skipped, scores)
+        else:
+            aggregated_grid_scores(
+                c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings, c.cos, c.sin, self._forward,
+                f.distances, f.skipped, m.costs.shape, m.origin_x, m.origin_y, m.resolution,
+                self._aggregation, self._twice, scores,
+            )  # fmt: skip
 
 
 class PathDist(MapGrid):
@@ -144,7 +181,8 @@ class GoalDist(MapGrid):
 class PathAlign(PathDist):
     """Distance of a point ahead of the robot from the plan; silent close to the goal."""
 
-    _must_stay_on_map = False
+    forbidden = NO_LIMIT
+    _needs_seed = False
 
     def __init__(self, params: AlignParams, twice: bool) -> None:
         super().__init__(params, twice)
@@ -164,7 +202,8 @@ class PathAlign(PathDist):
 class GoalAlign(GoalDist):
     """Distance of a point ahead of the robot from a point as far ahead of the plan's end."""
 
-    _must_stay_on_map = False
+    forbidden = NO_LIMIT
+    _needs_seed = False
 
     def __init__(self, params: AlignParams, twice: bool) -> None:
         super().__init__(params, twice)
@@ -188,7 +227,6 @@ class RotateToGoal(Critic):
     def __init__(self, params: RotateToGoalParams, dwb: DwbParams) -> None:
         super().__init__(params)
         self._params = params
-        self._sim_time = dwb.sim_time
         self._tolerance_sq = dwb.xy_goal_tolerance * dwb.xy_goal_tolerance
         self._stopped_sq = dwb.trans_stopped_velocity * dwb.trans_stopped_velocity
         self.reset()
@@ -210,7 +248,7 @@ class RotateToGoal(Critic):
             scores[:] = 0.0
             return
         c = candidates
-        rotation_errors(c.steps, c.places, c.yaw, self._sim_time, self._params.lookahead_time, scene.goal.yaw, scores)
+        rotation_errors(c.steps, c.headings, c.yaw, c.sim_time, self._params.lookahead_time, scene.goal.yaw, scores)
         v = c.velocities[:, 0]
         if self._rotating:
             scores[v != 0.0] = ILLEGAL

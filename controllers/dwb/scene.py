@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -20,13 +19,13 @@ class Field(NamedTuple):
     """Manhattan distances in cells near the robot.
 
     Args:
-        distances: ``(rows, columns of the map)`` int32, filled within reach of the robot.
-        first_row: Row of the map at which they begin.
+        distances: ``(cells,)`` int32, some whole rows of the map, filled within reach of the robot.
+        skipped: Number of cells of the map before them.
         reached: Whether there is any seed; without one all distances are ``cells of the map + 1``.
     """
 
     distances: NDArray[np.int32]
-    first_row: int
+    skipped: int
     reached: bool
 
 
@@ -81,16 +80,7 @@ class Scene:
 
     def field_of(self, seeds: NDArray[np.int64]) -> Field:
         """Return the distances to the nearest of ``seeds`` in the part of the map within ``reach``."""
-        rows, cols = self.costmap.costs.shape
-        top, bottom = self._span(self.pose.y - self.costmap.origin_y, rows)
-        left, right = self._span(self.pose.x - self.costmap.origin_x, cols)
-        distances = np.empty((bottom - top, cols), dtype=np.int32)
-        distance_field(seeds, top, left, right, distances, rows * cols + 1)
-        return Field(distances, top, len(seeds) > 0)
-
-    def _span(self, at: float, cells: int) -> tuple[int, int]:
-        """First and past-the-last cell within reach on one axis, a cell of margin on either side, at least one cell."""
-        first = math.floor((at - self.reach) / self.costmap.resolution) - 1
-        last = math.ceil((at + self.reach) / self.costmap.resolution) + 1
-        first = min(max(first, 0), cells - 1)
-        return first, max(first + 1, min(last, cells))
+        c = self.costmap
+        x, y = self.pose.x - c.origin_x, self.pose.y - c.origin_y
+        distances, skipped = distance_field(seeds, c.costs.shape, x, y, self.reach, c.resolution)
+        return Field(distances, skipped, len(seeds) > 0)

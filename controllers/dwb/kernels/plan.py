@@ -75,43 +75,83 @@ def seed_cells(plan, costs, origin_x, origin_y, resolution):
 
 
 @kernel
-def spread(distances):
-    """Let every value reach its neighbours at one more per cell (two passes an axis; exact for city blocks)."""
-    rows, cols = distances.shape
-    for r in range(1, rows):
-        for c in range(cols):
-            distances[r, c] = min(distances[r, c], distances[r - 1, c] + 1)
-    for r in range(rows - 2, -1, -1):
-        for c in range(cols):
-            distances[r, c] = min(distances[r, c], distances[r + 1, c] + 1)
-    for r in range(rows):
-        for c in range(1, cols):
-            distances[r, c] = min(distances[r, c], distances[r, c - 1] + 1)
-        for c in range(cols - 2, -1, -1):
-            distances[r, c] = min(distances[r, c], distances[r, c + 1] + 1)
+def span(at, reach, resolution, cells):
+    """First and past-the-last cell within reach on one axis: a cell of margin on either side, at least one cell."""
+    first = math.floor((at - reach) / resolution) - 1
+    last = math.ceil((at + reach) / resolution) + 1
+    first = min(max(first, 0), cells - 1)
+    return first, max(first + 1, min(last, cells))
 
 
 @kernel
-def distance_field(seeds, first_row, first_col, last_col, distances, unreachable):
-    """Write the Manhattan distance in cells to the nearest seed, ``unreachable`` without seeds.
+def spread(part):
+    """Let every value reach its neighbours at one more per cell: two passes an axis, exact for city blocks."""
+    rows, cols = part.shape
+    for r in range(1, rows):
+        above, row = part[r - 1], part[r]
+        for c in range(cols):
+            row[c] = min(row[c], above[c] + 1)
+    for r in range(rows - 2, -1, -1):
+        below, row = part[r + 1], part[r]
+        for c in range(cols):
+            row[c] = min(row[c], below[c] + 1)
+    for r in range(rows):
+        row = part[r]
+        for c in range(1, cols):
+            row[c] = min(row[c], row[c - 1] + 1)
+        for c in range(cols - 2, -1, -1):
+            row[c] = min(row[c], row[c + 1] + 1)
 
-    Args:
-        seeds: Flat indices of cells of the map.
-        first_row: Row of the map at which ``distances`` begins.
-        first_col: First column of the map to fill.
-        last_col: The column past the last to fill.
-        distances: ``(rows, columns of the map)`` int32. A seed outside the part to be filled counts from the
-            nearest cell of it, through which every shortest way goes.
-        unreachable: Value of a cell that no seed reaches.
+
+@kernel
+def fill_from_one(part, row, col):
+    """Distances to one seed, given in the part's own rows and columns."""
+    for r in range(part.shape[0]):
+        line, away = part[r], abs(r - row)
+        for c in range(part.shape[1]):
+            line[c] = away + abs(c - col)
+
+
+@kernel
+def fill_from_many(part, seeds, first_row, first_col, cols):
+    """Distances to the nearest of many seeds.
+
+    A seed outside the part counts from the nearest cell of it, through which every shortest way goes.
     """
-    cols = distances.shape[1]
-    part = distances[:, first_col:last_col]
     height, width = part.shape
-    part[:] = unreachable
     for seed in seeds:
         row, col = seed // cols - first_row, seed % cols - first_col
         inner_row, inner_col = min(max(row, 0), height - 1), min(max(col, 0), width - 1)
         away = abs(row - inner_row) + abs(col - inner_col)
         part[inner_row, inner_col] = min(part[inner_row, inner_col], away)
-    if len(seeds) > 0:
-        spread(part)
+    spread(part)
+
+
+@kernel
+def distance_field(seeds, shape, x, y, reach, resolution):
+    """Manhattan distance in cells from the cells near a point to the nearest seed.
+
+    Args:
+        seeds: Flat indices of cells of the map.
+        shape: Rows and columns of the map.
+        x: Of the point, from the map's corner, m; ``y`` alike.
+        y: See ``x``.
+        reach: Distance from the point within which the field is needed, m.
+        resolution: m.
+
+    Returns:
+        ``(cells,)`` int32, some whole rows of the map of which the columns within reach are filled: with cells of
+        the map + 1 if there is no seed. And the number of cells of the map before those rows.
+    """
+    rows, cols = shape
+    top, bottom = span(y, reach, resolution, rows)
+    left, right = span(x, reach, resolution, cols)
+    distances = np.empty((bottom - top, cols), dtype=np.int32)
+    part = distances[:, left:right]
+    if len(seeds) == 1:
+        fill_from_one(part, seeds[0] // cols - top, seeds[0] % cols - left)
+    else:
+        part[:] = rows * cols + 1
+        if len(seeds) > 0:
+            fill_from_many(part, seeds, top, left, cols)
+    return distances.ravel(), top * cols

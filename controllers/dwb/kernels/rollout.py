@@ -1,7 +1,13 @@
-"""Kernels that roll the candidates out and look under them.
+"""Kernels that roll the candidates out.
 
-Source: nav2_dwb_controller/dwb_plugins/src/standard_traj_generator.cpp. Every sum is made in the order of the
-source, so that poses agree to the last bit and fall into the same cells.
+All candidates with the same turn rate and number of steps have the same headings: sines and cosines are made
+once for such a group, and its members advance side by side. Every sum is made in the order of the source, so
+that poses agree to the last bit and fall into the same cells.
+
+``state`` is x, y, yaw, v, omega of the robot; ``limits`` are accelerations and decelerations (negative) of v,
+then of omega.
+
+Source: nav2_dwb_controller/dwb_plugins/src/standard_traj_generator.cpp.
 """
 
 from __future__ import annotations
@@ -10,19 +16,24 @@ import math
 
 import numpy as np
 
-from controllers.dwb.kernels.sampling import project_velocity
-from gym_mapbench.kernels.geometry import cell_index
+from controllers.dwb.kernels.sampling import (
+    axis_samples,
+    count_steps,
+    group_candidates,
+    permitted_twists,
+    project_velocity,
+)
 from gym_mapbench.kernels.jit import kernel
-
-OFF_MAP = 256
 
 
 @kernel
-def turn(start_yaw, omega, target, limits, dt, yaw, cos, sin):
-    """Headings of one group; ``limits``: accelerations and decelerations (negative) of v, then of omega."""
-    yaw[0] = start_yaw
+def turn(state, target, limits, dt, yaw, cos, sin):
+    """Write the headings of one group."""
+    omega = state[4]
+    yaw[0] = state[2]
     for k in range(len(yaw) - 1):
-        omega = project_velocity(omega, limits[2], limits[3], dt, target)
+        if omega != target:
+            omega = project_velocity(omega, limits[2], limits[3], dt, target)
         yaw[k + 1] = yaw[k] + omega * dt
     for k in range(len(yaw)):
         cos[k] = math.cos(yaw[k])
@@ -32,54 +43,92 @@ def turn(start_yaw, omega, target, limits, dt, yaw, cos, sin):
 @kernel
 def accelerate(v, target, limits, dt):
     """Change the speeds of a group for one step; return whether any is still on its way."""
-    changing = False
+    acceleration, deceleration = limits[0], limits[1]
     for m in range(len(v)):
-        v[m] = project_velocity(v[m], limits[0], limits[1], dt, target[m])
-        changing |= v[m] != target[m]
-    return changing
+        v[m] = project_velocity(v[m], acceleration, deceleration, dt, target[m])
+    for m in range(len(v)):
+        if v[m] != target[m]:
+            return True
+    return False
 
 
 @kernel
-def move(position, v, direction, dt, row):
-    """Move a group along one axis by one step, and keep its positions in ``row``."""
-    for m in range(len(v)):
-        position[m] += v[m] * direction * dt
-        row[m] = position[m]
+def drive(state, target, limits, dt, cos, sin):
+    """Last positions of one group.
 
-
-@kernel
-def drive(start_x, start_y, v, target, limits, dt, cos, sin, x, y):
-    """Positions of one group, row after row; ``v`` is left at its last value."""
-    width = len(v)
-    at_x, at_y = np.full(width, start_x), np.full(width, start_y)
-    x[:width], y[:width] = start_x, start_y
+    The loops over the members stand here, one for each axis, because the compiler makes vector code of them so.
+    """
+    width = len(target)
+    v, x, y = np.full(width, state[3]), np.full(width, state[0]), np.full(width, state[1])
     changing = True
     for k in range(len(cos) - 1):
         if changing:
             changing = accelerate(v, target, limits, dt)
-        row = slice((k + 1) * width, (k + 2) * width)
-        move(at_x, v, cos[k], dt, x[row])
-        move(at_y, v, sin[k], dt, y[row])
+        for m in range(width):
+            x[m] += v[m] * cos[k] * dt
+        for m in range(width):
+            y[m] += v[m] * sin[k] * dt
+    return x, y
 
 
 @kernel
-def roll_out(state, limits, sim_time, twists, steps, order, start, places, x, y, yaw, cos, sin):
-    """Roll every candidate out from the robot's ``state``: x, y, yaw, v, omega.
+def trace(state, target, limits, dt, cos, sin, x, y):
+    """Write all positions of one candidate, by the arithmetic of :func:`drive`; return their number."""
+    v = state[3]
+    x[0], y[0] = state[0], state[1]
+    for k in range(len(cos) - 1):
+        v = project_velocity(v, limits[0], limits[1], dt, target)
+        x[k + 1] = x[k] + v * cos[k] * dt
+        y[k + 1] = y[k] + v * sin[k] * dt
+    return len(cos)
 
-    ``x``, ``y`` and ``yaw``, ``cos``, ``sin`` are written; see
-    :class:`~controllers.dwb.trajectories.Trajectories` for what they and the others hold.
+
+@kernel
+def roll_out(state, axes, reach, speeds, sim_time, granularity, limits):
+    """Sample the candidates and find where they end.
+
+    Args:
+        state: See above.
+        axes: ``(2, 5)`` of v and omega; see :func:`~controllers.dwb.kernels.sampling.axis_samples`.
+        reach: Time within which a sample must be reachable, s.
+        speeds: See :func:`~controllers.dwb.kernels.sampling.permitted_twists`.
+        sim_time: Duration of the trajectories, s.
+        granularity: See :func:`~controllers.dwb.kernels.sampling.count_steps`.
+        limits: See above.
+
+    Returns:
+        ``(n, 2)`` twists; ``(n,)`` steps; ``(n,)`` index of the first heading of each; ``(n, 2)`` last positions;
+        and the headings of all groups, one after another: yaw, cosine, sine.
     """
+    twists, index = permitted_twists(
+        axis_samples(state[3], axes[0], reach), axis_samples(state[4], axes[1], reach), speeds
+    )
+    steps = count_steps(twists, sim_time, granularity)
+    order, start = group_candidates(index, steps)
+    total = 0
+    for g in range(len(start) - 1):
+        total += steps[order[start[g]]] + 1
+    yaw, cos, sin = np.empty(total), np.empty(total), np.empty(total)
+    headings, ends = np.empty(len(steps), dtype=np.int64), np.empty_like(twists)
+    first = 0
     for g in range(len(start) - 1):
         members = order[start[g] : start[g + 1]]
-        leader, width = members[0], len(members)
-        count = steps[leader]
-        dt = sim_time / count
-        first, heading = places[leader, 0], places[leader, 2]
-        headings = slice(heading, heading + count + 1)
-        positions = slice(first, first + (count + 1) * width)
-        turn(state[2], state[4], twists[leader, 1], limits, dt, yaw[headings], cos[headings], sin[headings])
-        v, target = np.full(width, state[3]), twists[members, 0]
-        drive(state[0], state[1], v, target, limits, dt, cos[headings], sin[headings], x[positions], y[positions])
+        count = steps[members[0]]
+        dt, span = sim_time / count, slice(first, first + count + 1)
+        turn(state, twists[members[0], 1], limits, dt, yaw[span], cos[span], sin[span])
+        x, y = drive(state, twists[members, 0], limits, dt, cos[span], sin[span])
+        for m in range(len(members)):
+            headings[members[m]] = first
+            ends[members[m], 0], ends[members[m], 1] = x[m], y[m]
+        first += count + 1
+    return twists, steps, headings, ends, yaw, cos, sin
+
+
+@kernel
+def trace_candidate(i, state, limits, sim_time, twists, steps, headings, cos, sin, x, y):
+    """Write all positions of candidate ``i``; return their number."""
+    span = slice(headings[i], headings[i] + steps[i] + 1)
+    return trace(state, twists[i, 0], limits, sim_time / steps[i], cos[span], sin[span], x, y)
 
 
 @kernel
@@ -91,34 +140,3 @@ def first_velocities(state, limits, sim_time, twists, steps):
         first[i, 0] = project_velocity(state[3], limits[0], limits[1], dt, twists[i, 0])
         first[i, 1] = project_velocity(state[4], limits[2], limits[3], dt, twists[i, 1])
     return first
-
-
-@kernel
-def find_cells(x, y, origin_x, origin_y, resolution, rows, cols, cells):
-    """Write the flat cell index of every position, -1 off the map."""
-    for i in range(len(x)):
-        cells[i] = cell_index(x[i], y[i], origin_x, origin_y, resolution, rows, cols)
-
-
-@kernel
-def find_worst(steps, places, cells, costs, worst):
-    """Write the dearest cell under every trajectory, ``OFF_MAP`` if it leaves the map."""
-    flat = costs.ravel()
-    for i in range(len(steps)):
-        first, width = places[i, 0], places[i, 1]
-        dearest = 0
-        for k in range(steps[i] + 1):
-            cell = cells[first + k * width]
-            if cell < 0:
-                dearest = OFF_MAP
-                break
-            dearest = max(dearest, flat[cell])
-        worst[i] = dearest
-
-
-@kernel
-def look_under(costs, origin_x, origin_y, resolution, x, y, steps, places, cells, worst):
-    """Find the cells of all positions and the dearest of every trajectory."""
-    rows, cols = costs.shape
-    find_cells(x, y, origin_x, origin_y, resolution, rows, cols, cells)
-    find_worst(steps, places, cells, costs, worst)

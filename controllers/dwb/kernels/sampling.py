@@ -1,4 +1,4 @@
-"""Kernels that choose the candidate twists and decide where their poses are kept.
+"""Kernels that choose the candidate twists, and group those that turn alike.
 
 Source: nav2_dwb_controller/dwb_plugins: one_d_velocity_iterator.hpp, xy_theta_iterator.cpp and
 standard_traj_generator.cpp.
@@ -18,9 +18,10 @@ EPSILON = 1e-5
 @kernel
 def project_velocity(start, acceleration, deceleration, dt, target):
     """Velocity after ``dt`` on the way from ``start`` to ``target``."""
+    faster, slower = start + acceleration * dt, start + deceleration * dt
     if start < target:
-        return min(target, start + acceleration * dt)
-    return max(target, start + deceleration * dt)
+        return faster if faster < target else target
+    return slower if slower > target else target
 
 
 @kernel
@@ -123,42 +124,3 @@ def group_candidates(index, steps):
             n += 1
     start[groups] = n
     return order, start[: groups + 1]
-
-
-@kernel
-def lay_out(order, start, steps):
-    """Place the poses of all candidates in flat arrays.
-
-    Within a group pose ``k`` of all members lies side by side, so that one loop advances them together.
-
-    Returns:
-        ``(n, 3)`` per candidate: index of its first position, distance to its next one, index of its first
-        heading; then the numbers of positions and of headings.
-    """
-    places = np.empty((len(steps), 3), dtype=np.int64)
-    positions = headings = 0
-    for g in range(len(start) - 1):
-        width = start[g + 1] - start[g]
-        for m in range(width):
-            candidate = order[start[g] + m]
-            places[candidate, 0] = positions + m
-            places[candidate, 1] = width
-            places[candidate, 2] = headings
-        poses = steps[order[start[g]]] + 1
-        positions += poses * width
-        headings += poses
-    return places, positions, headings
-
-
-@kernel
-def choose_candidates(v, omega, axes, reach, speeds, sim_time, granularity):
-    """Candidates from a velocity: all of the above in one call.
-
-    Returns:
-        Twists, steps, order, start, places, number of positions, number of headings.
-    """
-    twists, index = permitted_twists(axis_samples(v, axes[0], reach), axis_samples(omega, axes[1], reach), speeds)
-    steps = count_steps(twists, sim_time, granularity)
-    order, start = group_candidates(index, steps)
-    places, positions, headings = lay_out(order, start, steps)
-    return twists, steps, order, start, places, positions, headings

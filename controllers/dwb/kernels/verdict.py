@@ -1,0 +1,156 @@
+"""Kernels that weigh the scores, ask what lies on the way, and choose.
+
+``raw`` is ``(critics, n)``: raw scores, 0 throughout for a critic of scale 0; ``scales`` ``(critics,)`` float32.
+``forbidden`` and ``outlines`` ``(critics,)`` say from which cost under the robot's centre a critic rejects, and
+whether it also rejects a pose whose outline touches something. The arrays of the candidates are those of
+:class:`~controllers.dwb.trajectories.Trajectories`.
+
+Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (scoreTrajectory, coreScoringAlgorithm).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controllers.dwb.kernels.rollout import trace_candidate
+from controllers.dwb.kernels.scoring import ILLEGAL, LETHAL
+from gym_mapbench.kernels.footprint import footprint_cost
+from gym_mapbench.kernels.geometry import cell_index
+from gym_mapbench.kernels.jit import kernel
+
+OFF_MAP = 256
+NO_LIMIT = 257
+
+
+@kernel
+def add_scores(raw, scale, totals):
+    """Add the weighed scores of one critic; Nav2 rounds the total to float32 each time."""
+    for i in range(len(totals)):
+        totals[i] = np.float32(totals[i] + raw[i] * scale)
+
+
+@kernel
+def blame(raw, critic, illegal_by):
+    """Note which candidates this critic is the first to reject."""
+    for i in range(len(raw)):
+        if raw[i] < 0.0 and illegal_by[i] < 0:
+            illegal_by[i] = critic
+
+
+@kernel
+def weigh(raw, scales, totals, illegal_by):
+    """Write the totals, and the first critic known to reject each candidate, -1 without any."""
+    totals[:] = 0.0
+    illegal_by[:] = -1
+    for c in range(len(scales)):
+        add_scores(raw[c], scales[c], totals)
+        blame(raw[c], c, illegal_by)
+
+
+@kernel
+def most(steps):
+    """Largest number of steps, 0 without candidates."""
+    largest = 0
+    for count in steps:
+        largest = max(largest, count)
+    return largest
+
+
+@kernel
+def dearest_cell(x, y, count, costs, origin_x, origin_y, resolution):
+    """Largest cost under ``count`` positions, ``OFF_MAP`` if one lies off the map."""
+    rows, cols = costs.shape
+    flat = costs.ravel()
+    dearest = 0
+    for k in range(count):
+        cell = cell_index(x[k], y[k], origin_x, origin_y, resolution, rows, cols)
+        if cell < 0:
+            return OFF_MAP
+        dearest = max(dearest, flat[cell])
+    return dearest
+
+
+@kernel
+def outline_touches(x, y, yaw, count, costs, origin_x, origin_y, resolution, corners):
+    """Whether the footprint's outline touches an obstacle, the unknown or the map's border at any of the poses."""
+    for k in range(count):
+        if footprint_cost(costs, resolution, origin_x, origin_y, x[k], y[k], yaw[k], corners) >= LETHAL:
+            return True
+    return False
+
+
+@kernel
+def rejected_by(
+    i, raw, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
+    costs, origin_x, origin_y, resolution, corners, x, y,
+):  # fmt: skip
+    """First critic that rejects candidate ``i``, -1 if none does; ``x`` and ``y`` are overwritten."""
+    count = trace_candidate(i, state, limits, sim_time, twists, steps, headings, cos, sin, x, y)
+    dearest = dearest_cell(x, y, count, costs, origin_x, origin_y, resolution)
+    for c in range(len(raw)):
+        if raw[c, i] < 0.0 or dearest >= forbidden[c]:
+            return c
+        turns = yaw[headings[i] : headings[i] + count]
+        if outlines[c] and outline_touches(x, y, turns, count, costs, origin_x, origin_y, resolution, corners):
+            return c
+    return -1
+
+
+@kernel
+def cheapest(totals, illegal_by):
+    """First candidate of smallest total among those not known to be illegal, -1 without any."""
+    best = -1
+    for i in range(len(totals)):
+        if illegal_by[i] < 0 and (best < 0 or totals[i] < totals[best]):
+            best = i
+    return best
+
+
+@kernel
+def strike_out(raw, totals, illegal_by):
+    """Overwrite the scores of illegal candidates, as Nav2 records them."""
+    for i in range(len(totals)):
+        if illegal_by[i] >= 0:
+            raw[:, i] = ILLEGAL
+            totals[i] = ILLEGAL
+
+
+@kernel
+def judge_all(
+    raw, scales, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
+    costs, origin_x, origin_y, resolution, corners, totals, illegal_by,
+):  # fmt: skip
+    """Write the totals and who rejects each candidate, -1 for a legal one; return the chosen one, -1 without any."""
+    weigh(raw, scales, totals, illegal_by)
+    x, y = np.empty(most(steps) + 1), np.empty(most(steps) + 1)
+    for i in range(len(totals)):
+        illegal_by[i] = rejected_by(
+            i, raw, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
+            costs, origin_x, origin_y, resolution, corners, x, y,
+        )  # fmt: skip
+    strike_out(raw, totals, illegal_by)
+    return cheapest(totals, illegal_by)
+
+
+@kernel
+def judge_cheapest(
+    raw, scales, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
+    costs, origin_x, origin_y, resolution, corners, totals, illegal_by,
+):  # fmt: skip
+    """Return what :func:`judge_all` returns, without asking all.
+
+    Scores are never negative, so what lies on the way can be asked last: of the cheapest candidate first, then of
+    the next, until one is legal.
+    """
+    weigh(raw, scales, totals, illegal_by)
+    x, y = np.empty(most(steps) + 1), np.empty(most(steps) + 1)
+    best = cheapest(totals, illegal_by)
+    while best >= 0:
+        illegal_by[best] = rejected_by(
+            best, raw, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
+            costs, origin_x, origin_y, resolution, corners, x, y,
+        )  # fmt: skip
+        if illegal_by[best] < 0:
+            break
+        best = cheapest(totals, illegal_by)
+    return best
