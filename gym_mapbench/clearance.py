@@ -1,0 +1,73 @@
+"""Clearance: how far the robot's outline is from the walls."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.kernels.clearance import clearances_of_disc, clearances_of_polygon
+from gym_mapbench.noise import NoiseSettings, disturb_pose
+from gym_mapbench.robot import RobotSpec
+from gym_mapbench.scenario import Pose, Scenario
+
+MAX_DRAWS = 1000
+
+
+def measure_clearance(grid: GridMap, robot: RobotSpec, poses: ArrayLike) -> NDArray[np.float64]:
+    """Return the exact distance from the robot's outline to the nearest wall, ``(n,)`` m.
+
+    The map's edge is a wall; unknown cells are free. A disc that overlaps a wall has a negative clearance, as deep as
+    the overlap; a polygon's is 0.
+
+    Args:
+        grid: The map.
+        robot: Its shape.
+        poses: ``(n, 3)`` or more columns, x, y (m), yaw (rad); on the map.
+    """
+    states = np.ascontiguousarray(np.atleast_2d(np.asarray(poses, dtype=np.float64))[:, :3])
+    clearances: NDArray[np.float64]
+    if robot.footprint is None:
+        clearances = clearances_of_disc(grid.occupancy, grid.resolution, *grid.origin, states, robot.radius)
+    else:
+        corners = counter_clockwise(np.asarray(robot.footprint))
+        clearances = clearances_of_polygon(grid.occupancy, grid.resolution, *grid.origin, states, corners)
+    return clearances
+
+
+def check_clearance(scenario: Scenario, robot: RobotSpec) -> None:
+    """Refuse a task whose start or goal the robot cannot stand on.
+
+    Raises:
+        ConfigError: If the robot would touch a wall there.
+    """
+    clearances = measure_clearance(scenario.map, robot, [scenario.start, scenario.goal])
+    for what, pose, clearance in zip(("start", "goal"), (scenario.start, scenario.goal), clearances, strict=True):
+        if clearance <= 0:
+            raise ConfigError(
+                f"{what}: expected room for the robot ({robot.name}), got a wall that touches it at "
+                f"({pose.x:g}, {pose.y:g}, {pose.yaw:g})"
+            )
+
+
+def draw_start(scenario: Scenario, robot: RobotSpec, noise: NoiseSettings, rng: np.random.Generator) -> Pose:
+    """Draw the true start pose: the scenario's, disturbed, at a place where the robot touches no wall.
+
+    Raises:
+        ConfigError: If 1000 draws all touch one.
+    """
+    if not (noise.start_xy or noise.start_yaw):
+        return scenario.start
+    for _ in range(MAX_DRAWS):
+        pose = disturb_pose(scenario.start, noise.start_xy, noise.start_yaw, rng)
+        if scenario.map.world_to_cell(pose.x, pose.y) and measure_clearance(scenario.map, robot, [pose])[0] > 0:
+            return pose
+    raise ConfigError(f"noise: expected room around the start, got walls in {MAX_DRAWS} draws")
+
+
+def counter_clockwise(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners ``(n, 2)`` of a polygon in counter-clockwise order."""
+    x, y = corners.T
+    area = np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
+    return np.ascontiguousarray(corners if area > 0 else corners[::-1])

@@ -1,0 +1,166 @@
+"""MapBenchEnv: a differential-drive robot among the walls of a grid map, as a Gymnasium environment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+from numpy.typing import ArrayLike, NDArray
+
+from gym_mapbench.action import action_space, to_command
+from gym_mapbench.clearance import check_clearance, draw_start
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.errors import unknown_name
+from gym_mapbench.noise import disturb_command
+from gym_mapbench.observation import Observer, observation_space
+from gym_mapbench.render import Snapshot, Window, draw
+from gym_mapbench.robot import RobotSpec
+from gym_mapbench.scenario import Scenario
+from gym_mapbench.scenario_source import ScenarioSource
+from gym_mapbench.simulation import Simulation
+from gym_mapbench.task import REWARD_TERMS, Task
+
+Observation = dict[str, NDArray[Any]]
+
+
+class MapBenchEnv(gymnasium.Env[Any, Any]):
+    """Drive from start to goal.
+
+    Action: ``(v m/s, omega rad/s)``, or -1 to 1 where ``action="normalized"``. Observation: see
+    :func:`gym_mapbench.observation.observation_space`. ``info`` of every reset and step: ``time`` (s),
+    ``outcome`` (running, goal, collision or timeout), ``contact`` (whether a wall was touched during the
+    step), ``pose`` and ``velocity`` (true, ``(3,)`` and ``(2,)`` float64), ``reward_terms``.
+
+    Args:
+        config: An EnvConfig, a mapping, or the name of a YAML file.
+        scenarios: Drive on these (a MapSet or any scenarios) instead of the configured maps.
+        render_mode: ``rgb_array``, ``human`` or None.
+        **options: Fields of :class:`~gym_mapbench.config.EnvConfig`, on top of ``config``.
+
+    Raises:
+        ConfigError: On an unknown key, a bad value, or a task that cannot be.
+        MapFormatError: If a map file is not what it claims to be.
+    """
+
+    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 20}  # noqa: RUF012, Gymnasium declares it so
+
+    def __init__(
+        self,
+        config: EnvConfig | Mapping[str, Any] | str | Path | None = None,
+        *,
+        scenarios: Iterable[Scenario] | None = None,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> None:
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise unknown_name("render mode", render_mode, self.metadata["render_modes"])
+        self.config = EnvConfig.build(config, **options)
+        self.render_mode = render_mode
+        self.observation_space = observation_space(self.config)
+        self.action_space = action_space(self.config)
+        self._source = ScenarioSource(self.config, scenarios)
+        self._task: Task | None = None
+        self._window: Window | None = None
+
+    @property
+    def robot(self) -> RobotSpec:
+        """Shape and limits of the robot."""
+        return self.config.robot
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: Seeds the env's own generator, from which maps and noise are drawn.
+            options: ``scenario`` (index or Scenario), or ``map`` (GridMap); ``start`` and ``goal`` poses.
+
+        Raises:
+            ConfigError: If start or goal is off the map, or the robot would touch a wall there.
+            NoPathError: If ``path`` is observed and there is none.
+        """
+        super().reset(seed=seed)
+        self._task = None
+        self.scenario = self._source.choose(options or {}, self.np_random)
+        check_clearance(self.scenario, self.robot)
+        start = draw_start(self.scenario, self.robot, self.config.noise, self.np_random)
+        self._simulation = Simulation(self.scenario.map, self.robot, start, self.config.physics_hz)
+        self._observer = Observer(self.config, self.scenario)
+        self._trail = [start]
+        self._task = Task(self.config, self.scenario, start)
+        return self._observe(), self._info(self._task, False, dict.fromkeys(REWARD_TERMS, 0.0))
+
+    def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Drive for one control period.
+
+        Args:
+            action: Two finite numbers; what the robot cannot do is clipped.
+
+        Raises:
+            ConfigError: If the action is anything else.
+            gymnasium.error.ResetNeeded: If no episode is running.
+        """
+        task, noise = self._task, self.config.noise
+        if task is None or task.over:
+            raise ResetNeeded("step: no episode is running; call reset first")
+        command = disturb_command(to_command(action, self.config), noise.actuation_v, noise.actuation_w, self.np_random)
+        contact = self._simulation.advance(*command, self.config.ticks)
+        terms = task.step(self._simulation.pose, contact)
+        observation, info = self._observe(), self._info(task, contact, terms)
+        if self.render_mode is not None:
+            self._trail.append(self._simulation.pose)
+            if self.render_mode == "human":
+                self.render()
+        return observation, sum(terms.values()), task.outcome in ("goal", "collision"), task.outcome == "timeout", info
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Draw the moment: ``(height, width, 3)`` uint8 for ``rgb_array``, a window for ``human``.
+
+        Raises:
+            gymnasium.error.ResetNeeded: Before the first reset.
+        """
+        if self._task is None:
+            raise ResetNeeded("render: no episode has begun; call reset first")
+        if self.render_mode is None:
+            return None
+        frame = draw(self.snapshot())
+        if self.render_mode == "rgb_array":
+            return frame
+        self._window = self._window or Window()
+        self._window.show(frame, 1.0 / self.config.control_hz)
+        return None
+
+    def snapshot(self) -> Snapshot:
+        """Return what a picture of this moment needs."""
+        return Snapshot(
+            scenario=self.scenario,
+            robot=self.robot,
+            pose=self._simulation.pose,
+            trail=np.array(self._trail)[:, :2],
+            path=self._observer.path,
+            scan=self._observer.beams(self._simulation.pose),
+        )
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    def _observe(self) -> Observation:
+        return self._observer.observe(self._simulation.pose, self._simulation.velocity, self.np_random)
+
+    def _info(self, task: Task, contact: bool, terms: dict[str, float]) -> dict[str, Any]:
+        return {
+            "time": task.time,
+            "outcome": task.outcome,
+            "contact": contact,
+            "pose": np.array(self._simulation.pose),
+            "velocity": np.array(self._simulation.velocity),
+            "reward_terms": terms,
+        }

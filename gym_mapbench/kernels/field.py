@@ -1,0 +1,65 @@
+"""A field of values at cell centres: filled where it has none, and read between the centres."""
+
+from __future__ import annotations
+
+import math
+
+from gym_mapbench.kernels.jit import kernel
+
+DIAGONAL = math.sqrt(2.0)
+
+
+@kernel
+def fill_unreached(distance):
+    """Give every cell of infinite distance that of its surroundings plus the way there, in place.
+
+    Two sweeps of the 8-neighbour chamfer distance; finite cells keep their values.
+
+    Args:
+        distance: ``(rows, cols)`` float64, cells.
+    """
+    rows, cols = distance.shape
+    unreached = distance == math.inf
+    for row in range(rows):
+        for col in range(cols):
+            if unreached[row, col]:
+                distance[row, col] = min(distance[row, col], through(distance, row, col, -1))
+    for row in range(rows - 1, -1, -1):
+        for col in range(cols - 1, -1, -1):
+            if unreached[row, col]:
+                distance[row, col] = min(distance[row, col], through(distance, row, col, 1))
+
+
+@kernel
+def through(distance, row, col, side):
+    """Shortest way over the next cell in this row or the three in the row on this side (-1 below, 1 above)."""
+    rows, cols = distance.shape
+    best = math.inf
+    if 0 <= col + side < cols:
+        best = distance[row, col + side] + 1.0
+    if 0 <= row + side < rows:
+        best = min(best, distance[row + side, col] + 1.0)
+        for other in (col - 1, col + 1):
+            if 0 <= other < cols:
+                best = min(best, distance[row + side, other] + DIAGONAL)
+    return best
+
+
+@kernel
+def interpolate(field, line, column):
+    """Value between the four cell centres around a point, linear along both axes; constant beyond the outer ones.
+
+    Args:
+        field: ``(rows, cols)`` values at the cell centres.
+        line: Row of the point; whole numbers are cell centres.
+        column: Column of the point.
+    """
+    rows, cols = field.shape
+    line = min(max(line, 0.0), rows - 1.0)
+    column = min(max(column, 0.0), cols - 1.0)
+    row, col = min(int(line), max(rows - 2, 0)), min(int(column), max(cols - 2, 0))
+    up, right = min(row + 1, rows - 1), min(col + 1, cols - 1)
+    t, s = line - row, column - col
+    below = field[row, col] * (1.0 - s) + field[row, right] * s
+    above = field[up, col] * (1.0 - s) + field[up, right] * s
+    return below * (1.0 - t) + above * t

@@ -1,0 +1,211 @@
+"""What the robot observes: the space of every key beside what fills it.
+
+``pose`` and ``velocity`` are float64, because controllers that are compared with Nav2's to 1e-9 read
+them; the rest is float32. Every array of every observation is new.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from pydantic import Field
+
+from gym_mapbench.costmap import NO_INFORMATION, Costmap, CostmapParams, InflationLayer, build_static_costmap
+from gym_mapbench.kernels.path import see_path
+from gym_mapbench.lidar import Lidar
+from gym_mapbench.noise import disturb_pose, disturb_ranges, disturb_velocity
+from gym_mapbench.planners.navfn import NavfnPlanner
+from gym_mapbench.scenario import Pose, Scenario, wrap_angle
+from gym_mapbench.settings import Settings
+
+if TYPE_CHECKING:
+    from gym_mapbench.config import EnvConfig
+
+OBSERVATION_KEYS = ("pose", "velocity", "goal", "scan", "path", "costmap")
+FAR = 1e8
+"""Bound of every coordinate, m; beyond what maps in UTM coordinates hold. The spaces must be finite."""
+FAST = 1e3
+"""Bound of every speed, m/s and rad/s."""
+
+
+class PathWindow(Settings):
+    """The next points of the global path, which NavFn plans at reset.
+
+    Args:
+        points: How many points.
+        spacing: Distance between two of them along the path, m.
+    """
+
+    points: Annotated[int, Field(ge=1, le=10_000)] = 20
+    spacing: Annotated[float, Field(gt=0)] = 0.1
+
+
+class CostmapWindow(Settings):
+    """The costmap around the robot, aligned with the map; also what the global path is planned on.
+
+    Args:
+        cells: Rows and columns of the window; 60 are Nav2's 3 m at 0.05 m a cell.
+        inflation_radius: Of Nav2's inflation layer, m.
+        cost_scaling_factor: Of Nav2's inflation layer, 1/m.
+    """
+
+    cells: Annotated[int, Field(ge=1, le=4000)] = 60
+    inflation_radius: Annotated[float, Field(ge=0)] = 0.55
+    cost_scaling_factor: Annotated[float, Field(ge=0)] = 3.0
+
+
+def observation_space(config: EnvConfig) -> spaces.Dict:
+    """Return the space of the keys chosen in ``config``.
+
+    ``pose``: x, y (m), yaw (rad) in the world. ``velocity``: v (m/s), omega (rad/s). ``goal``: x, y, yaw in
+    the robot's frame. ``scan``: ranges, m. ``path``: x, y of the first point, of the second..., in the robot's
+    frame, m. ``costmap``: ``(1, cells, cells)`` Nav2 cost values, row 0 at the bottom.
+    """
+    return spaces.Dict({key: SPACES[key](config) for key in config.observation})
+
+
+def _vector(high: float, count: int, dtype: type = np.float32) -> spaces.Box:
+    return spaces.Box(-high, high, (count,), dtype)
+
+
+def _pose_space(dtype: type) -> spaces.Box:
+    bounds: NDArray[Any] = np.array([FAR, FAR, math.pi], dtype=dtype)
+    # The nearest float32 to pi lies above it, so both ends of (-pi, pi] are inside.
+    return spaces.Box(-bounds, bounds, dtype=dtype)
+
+
+SPACES: dict[str, Callable[[EnvConfig], spaces.Box]] = {
+    "pose": lambda config: _pose_space(np.float64),
+    "velocity": lambda config: _vector(FAST, 2, np.float64),
+    "goal": lambda config: _pose_space(np.float32),
+    "scan": lambda config: spaces.Box(0.0, config.lidar.range_max, (config.lidar.beams,), np.float32),
+    "path": lambda config: _vector(FAR, 2 * config.path.points),
+    "costmap": lambda config: spaces.Box(0, 255, (1, config.costmap.cells, config.costmap.cells), np.uint8),
+}
+
+
+class Observer:
+    """Observes the robot on one scenario.
+
+    Args:
+        config: Keys, sensors and noise.
+        scenario: Map and task.
+
+    ``path`` is the global path, ``(n, 3)`` x, y (m), yaw (rad); None where it is not observed.
+
+    Raises:
+        NoPathError: If ``path`` is observed and there is none.
+    """
+
+    def __init__(self, config: EnvConfig, scenario: Scenario) -> None:
+        self._config = config
+        self._goal = scenario.goal
+        self._keys = config.observation
+        self.path: NDArray[np.float64] | None = None
+        if "scan" in self._keys:
+            self._lidar = Lidar(config.lidar, scenario.map)
+        if "path" in self._keys or "costmap" in self._keys:
+            costmap = _plan_costmap(config, scenario)
+            self._window = CostmapView(costmap, config.costmap.cells)
+        if "path" in self._keys:
+            self.path = NavfnPlanner().plan(costmap, scenario.start, scenario.goal)
+            self._ahead = PathView(self.path, config.path)
+
+    def observe(self, pose: Pose, velocity: tuple[float, float], rng: np.random.Generator) -> dict[str, NDArray[Any]]:
+        """Return one observation, noise included, of a true pose and velocity."""
+        noise = self._config.noise
+        estimate = disturb_pose(pose, noise.pose_xy, noise.pose_yaw, rng)
+        measured = disturb_velocity(velocity, noise.odometry_v, noise.odometry_w, rng)
+        return {key: self._observe(key, pose, estimate, measured, rng) for key in self._keys}
+
+    def beams(self, pose: Pose) -> NDArray[np.float64] | None:
+        """Return ``(beams, 2)`` world angle (rad) and range (m) of every beam, without noise; None without a scan."""
+        if "scan" not in self._keys:
+            return None
+        return np.stack([pose.yaw + self._config.lidar.angles, self._lidar.scan(pose)], axis=1)
+
+    def _observe(
+        self, key: str, pose: Pose, estimate: Pose, velocity: tuple[float, float], rng: np.random.Generator
+    ) -> NDArray[Any]:
+        """Fill one key."""
+        if key == "pose":
+            return np.array(estimate)
+        if key == "velocity":
+            return np.array(velocity)
+        if key == "goal":
+            return in_robot_frame(self._goal, estimate)
+        if key == "scan":
+            lidar = self._config.lidar
+            return disturb_ranges(self._lidar.scan(pose), self._config.noise.scan, lidar.range_max, rng)
+        if key == "path":
+            return self._ahead.ahead_of(estimate)
+        return self._window.around(estimate)
+
+
+def in_robot_frame(goal: Pose, pose: Pose) -> NDArray[np.float32]:
+    """Return ``(3,)`` x, y (m) and yaw (rad) of a goal, seen from a pose."""
+    dx, dy = goal.x - pose.x, goal.y - pose.y
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    yaw = wrap_angle(goal.yaw - pose.yaw)
+    return np.array([cos * dx + sin * dy, cos * dy - sin * dx, yaw], dtype=np.float32)
+
+
+class PathView:
+    """Looks along a path from where the robot is; never back.
+
+    Args:
+        path: ``(n, 3)`` x, y (m), yaw (rad) from start to goal.
+        window: How many points, how far apart.
+    """
+
+    def __init__(self, path: NDArray[np.float64], window: PathWindow) -> None:
+        steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
+        along = np.concatenate([[0.0], np.cumsum(steps)])
+        even = np.append(np.arange(0.0, along[-1], window.spacing), along[-1])
+        self._points = np.stack([np.interp(even, along, path[:, 0]), np.interp(even, along, path[:, 1])], axis=1)
+        self._count = window.points
+        self._nearest = 0
+
+    def ahead_of(self, pose: Pose) -> NDArray[np.float32]:
+        """Return ``(2 * points,)`` x, y in the robot's frame, m; the goal repeats at the end of the path."""
+        window = np.empty((self._count, 2), dtype=np.float32)
+        self._nearest = see_path(self._points, self._nearest, pose.x, pose.y, pose.yaw, window)
+        return window.ravel()
+
+
+class CostmapView:
+    """Cuts square windows out of a costmap; what lies off the map is 255, unknown.
+
+    Args:
+        costmap: The whole map's.
+        cells: Rows and columns of a window.
+    """
+
+    def __init__(self, costmap: Costmap, cells: int) -> None:
+        self._cells = cells
+        self._costmap = costmap
+        self._costs = np.pad(costmap.costs, cells, constant_values=NO_INFORMATION)
+
+    def around(self, pose: Pose) -> NDArray[np.uint8]:
+        """Return ``(1, cells, cells)`` costs around the cell of a pose, which is at ``[0, cells // 2, cells // 2]``."""
+        rows, cols = self._costmap.costs.shape
+        row = math.floor((pose.y - self._costmap.origin_y) / self._costmap.resolution)
+        col = math.floor((pose.x - self._costmap.origin_x) / self._costmap.resolution)
+        first_row = min(max(row, 0), rows - 1) + self._cells - self._cells // 2
+        first_col = min(max(col, 0), cols - 1) + self._cells - self._cells // 2
+        window = self._costs[first_row : first_row + self._cells, first_col : first_col + self._cells]
+        return window[np.newaxis].copy()
+
+
+def _plan_costmap(config: EnvConfig, scenario: Scenario) -> Costmap:
+    """Build the costmap of the whole map: static and inflation layer."""
+    inflation = InflationLayer(
+        inflation_radius=config.costmap.inflation_radius, cost_scaling_factor=config.costmap.cost_scaling_factor
+    )
+    params = CostmapParams(plugins=("static_layer", "inflation_layer"), inflation_layer=inflation)
+    return build_static_costmap(scenario.map, params, params.make_footprint(config.robot))

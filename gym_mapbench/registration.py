@@ -1,0 +1,21 @@
+"""Makes ``MapBench-v0`` known to Gymnasium."""
+
+from __future__ import annotations
+
+import gymnasium
+
+ENV_ID = "MapBench-v0"
+
+
+def register_envs() -> None:
+    """Register ``MapBench-v0`` and its vector form, once.
+
+    ``import gym_mapbench`` calls this, so does ``gymnasium.make("gym_mapbench:MapBench-v0")``, and
+    any Gymnasium that loads the entry points of the group ``gymnasium.envs``.
+    """
+    if ENV_ID not in gymnasium.registry:
+        gymnasium.register(
+            id=ENV_ID,
+            entry_point="gym_mapbench.env:MapBenchEnv",
+            vector_entry_point="gym_mapbench.vector:MapBenchVectorEnv",
+        )
