@@ -1,0 +1,182 @@
+from __future__ import annotations
+
+import ast
+import json
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import ShapeSettings, default_task, sample_map
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.mapio.gazebo import export_gazebo, map_files
+from gym_mapbench.robot import RobotSpec, make_robot
+from gym_mapbench.scenario import MapSet, Scenario
+from tests.mapio.rasterise import rasterise_world, read_collada
+from tests.mapio.samples import grids, scenario_on
+
+PARAMS = {
+    "controller_server": {"ros__parameters": {"controller_plugins": ["dwb", "mppi"], "dwb": {"max_vel_x": 0.26}}},
+    "planner_server": {"ros__parameters": {"planner_plugins": ("GridBased",)}},
+    "velocity_smoother": {"ros__parameters": {"max_velocity": (0.26, 0.0, 1.0)}},
+}
+OPTIONS = {"navigation_params": PARAMS, "controllers": ["dwb", "mppi"], "robot": make_robot("turtlebot3_waffle")}
+
+
+def thesis_scenario(seed, name):
+    grid = GridMap(sample_map(np.random.default_rng(seed), ShapeSettings()))
+    return Scenario(grid, *default_task(grid), name)
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """Two maps of the thesis, exported."""
+    folder = tmp_path_factory.mktemp("export") / "bundle"
+    maps = MapSet((thesis_scenario(1, "map_0"), thesis_scenario(2, "map_1")))
+    return maps, folder, export_gazebo(maps, folder, **OPTIONS)
+
+
+def test_layout_of_the_framework(exported):
+    _, folder, files = exported
+    names = {str(file.relative_to(folder)) for file in files}
+    for name in ("map_0", "map_1"):
+        assert names >= {
+            f"maps/{name}.pgm",
+            f"maps/{name}.yaml",
+            f"worlds/{name}.world",
+            f"worlds/{name}.sdf",
+            f"models/{name}/model.config",
+            f"models/{name}/model.sdf",
+            f"models/{name}/mesh/map.dae",
+            f"params/{name}_poses.yaml",
+            f"params/{name}_waypoints.yaml",
+        }
+    assert names >= {"nav2_params.yaml", "behavior_trees/dwb.xml", "behavior_trees/mppi.xml", "README.md"}
+    assert names >= {"run_benchmark.py", "launch/benchmark.launch.py", "benchmark.json"}
+    assert sorted(files) == sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def test_every_file_of_a_map_holds_the_same_map(exported):
+    maps, folder, _ = exported
+    assert [s.digest for s in load_scenarios(folder)] == [s.digest for s in maps]
+    for scenario in maps:
+        for world in (f"{scenario.name}.world", f"{scenario.name}.sdf"):
+            cells = rasterise_world(folder / "worlds" / world, folder / "models", scenario.map)
+            assert (cells == scenario.map.occupancy).all()
+        poses = yaml.safe_load((folder / "params" / f"{scenario.name}_poses.yaml").read_text())
+        assert poses == [list(scenario.start), list(scenario.goal)]
+        waypoints = yaml.safe_load((folder / "params" / f"{scenario.name}_waypoints.yaml").read_text())
+        assert waypoints == [{"waypoints": poses}]
+
+
+@given(grid=grids(unknown=False))
+@settings(max_examples=25, deadline=None)
+def test_any_map_comes_back_from_its_mesh(tmp_path_factory, grid):
+    if not grid.occupancy.any():
+        return
+    folder = tmp_path_factory.mktemp("drawn")
+    for name, content in map_files(scenario_on(grid, "drawn")).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    far = max(abs(grid.origin[0]), abs(grid.origin[1])) / grid.resolution
+    if far < 1e5:  # beyond that the nine digits of the mesh cannot tell cells apart
+        cells = rasterise_world(folder / "worlds" / "drawn.world", folder / "models", grid)
+        assert (cells == grid.occupancy).all()
+    vertices, _ = read_collada(folder / "models" / "drawn" / "mesh" / "map.dae")
+    assert vertices[:, 2].max() == 0.5
+    assert load_scenarios(folder)[0].map == grid
+
+
+def test_parameters_are_written_as_given(exported):
+    _, folder, _ = exported
+    written = yaml.safe_load((folder / "nav2_params.yaml").read_text())
+    assert written["velocity_smoother"]["ros__parameters"]["max_velocity"] == [0.26, 0.0, 1.0]
+    assert written["controller_server"] == PARAMS["controller_server"]
+    benchmark = json.loads((folder / "benchmark.json").read_text())
+    assert benchmark["controllers"] == ["dwb", "mppi"]
+    assert benchmark["velocity_smoother"] is True
+    assert [entry["name"] for entry in benchmark["maps"]] == ["map_0", "map_1"]
+
+
+def test_trees_name_their_controller_and_planner(exported):
+    _, folder, _ = exported
+    tree = ElementTree.parse(folder / "behavior_trees" / "mppi.xml").getroot()
+    assert tree.find(".//FollowPath").get("controller_id") == "mppi"
+    assert tree.find(".//ComputePathToPose").get("planner_id") == "GridBased"
+    assert [node.tag for node in tree.find(".//RoundRobin")] == ["Sequence", "Spin", "Wait", "BackUp"]
+
+
+@pytest.mark.parametrize("robot", ["turtlebot3_burger", "jackal"])
+@pytest.mark.parametrize("model", ["mapbench_robot", "mapbench_robot_gz"])
+def test_the_robot_has_outline_and_limits_of_its_spec(tmp_path, robot, model):
+    spec = make_robot(robot)
+    export_gazebo([thesis_scenario(1, "m")], tmp_path, **(OPTIONS | {"robot": spec}))
+    root = ElementTree.parse(tmp_path / "models" / model / "model.sdf").getroot()
+    chassis = root.find(".//collision[@name='chassis']/geometry")
+    if spec.footprint is None:
+        assert float(chassis.findtext("cylinder/radius")) == spec.radius
+    else:
+        assert [float(v) for v in chassis.findtext("box/size").split()[:2]] == [0.42, 0.33]
+    drive = next(plugin for plugin in root.iter("plugin") if "diff" in plugin.get("filename"))
+    wheels = [link for link in root.iter("link") if link.get("name").startswith("wheel")]
+    left, right = (float(link.findtext("pose").split()[1]) for link in wheels)
+    assert float(drive.findtext("wheel_separation")) == pytest.approx(left - right)
+    key = "max_linear_acceleration" if model.endswith("gz") else "max_wheel_acceleration"
+    assert float(drive.findtext(key)) == spec.max_linear_acceleration
+
+
+def test_scripts_are_python(exported):
+    _, folder, _ = exported
+    for script in ("run_benchmark.py", "launch/benchmark.launch.py"):
+        source = (folder / script).read_text()
+        ast.parse(source)
+        assert "{%" not in source
+
+
+def test_an_occupied_folder_is_left_alone(exported, tmp_path):
+    maps, *_ = exported
+    (tmp_path / "mine.txt").write_text("keep")
+    with pytest.raises(ConfigError, match="expected a new or empty folder"):
+        export_gazebo(maps, tmp_path, **OPTIONS)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+    with pytest.raises(ConfigError, match="cannot be made"):
+        export_gazebo(maps, tmp_path / "mine.txt", **OPTIONS)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"controllers": []}, "controller: expected at least one"),
+        ({"controllers": ["rpp"]}, "controller 'rpp': expected a plugin"),
+        ({"controllers": ["dwb", "dwb"]}, "expected every name once"),
+        ({"controllers": ["../dwb"]}, "expected a name of letters"),
+        ({"navigation_params": {}}, "controller_server.ros__parameters.controller_plugins"),
+        ({"navigation_params": PARAMS | {"planner_server": None}}, "planner_server"),
+        ({"wall_height": 0.1}, "wall height: expected more than the lidar's 0.16 m"),
+    ],
+)
+def test_bad_options_write_nothing(tmp_path, change, words):
+    with pytest.raises(ConfigError, match=words):
+        export_gazebo([thesis_scenario(1, "m")], tmp_path / "out", **(OPTIONS | change))
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("names", [["a", "a"], ["a/b"], [".."], [""], ["mapbench_robot"], ["x" * 99], []])
+def test_bad_map_names_write_nothing(tmp_path, names):
+    with pytest.raises(ConfigError):
+        export_gazebo([thesis_scenario(1, name) for name in names], tmp_path / "out", **OPTIONS)
+    assert not (tmp_path / "out").exists()
+
+
+def test_inertia_is_possible():
+    from gym_mapbench.mapio.gazebo_robot import RobotModel
+
+    for spec in (RobotSpec(radius=0.5), make_robot("jackal")):
+        a, b, c = RobotModel.of(spec, 3.5).moments
+        assert min(a, b, c) > 0
+        assert a + b >= c
+        assert b + c >= a
