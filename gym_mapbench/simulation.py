@@ -13,26 +13,31 @@ lower-left corner.
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
-from Box2D import (
-    b2AABB,
-    b2Body,
-    b2CircleShape,
-    b2Contact,
-    b2ContactListener,
-    b2FixtureDef,
-    b2Manifold,
-    b2MassData,
-    b2PolygonShape,
-    b2World,
-)
 from numpy.typing import NDArray
 
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.rectangles import merge_rectangles
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, wrap_angle
+
+with warnings.catch_warnings():
+    # Its SWIG types make Python warn; where warnings are errors, Box2D would crash the interpreter here.
+    warnings.simplefilter("ignore", DeprecationWarning)
+    from Box2D import (
+        b2AABB,
+        b2Body,
+        b2CircleShape,
+        b2Contact,
+        b2ContactListener,
+        b2FixtureDef,
+        b2Manifold,
+        b2MassData,
+        b2PolygonShape,
+        b2World,
+    )
 
 SCALE = 20.0
 SKIN = 0.02
