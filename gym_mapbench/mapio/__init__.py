@@ -1,7 +1,18 @@
-"""Maps in and out: one file per format, one way in (:func:`load_scenarios`)."""
+"""Maps in and out: one file per format, one way in (:func:`load_scenarios`), one way out (:func:`write_maps`)."""
 
 from gym_mapbench.mapio.bundle import save_map_set
+from gym_mapbench.mapio.conversion import write_map_file, write_maps
 from gym_mapbench.mapio.loading import load_map_set, load_maps, load_scenarios
-from gym_mapbench.mapio.tasked_map import Task, TaskedMap
+from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
 
-__all__ = ["Task", "TaskedMap", "load_map_set", "load_maps", "load_scenarios", "save_map_set"]
+__all__ = [
+    "Task",
+    "TaskedMap",
+    "group_scenarios",
+    "load_map_set",
+    "load_maps",
+    "load_scenarios",
+    "save_map_set",
+    "write_map_file",
+    "write_maps",
+]

@@ -68,13 +68,17 @@ def bundle_document(maps: Sequence[TaskedMap]) -> dict[str, Any]:
     return {"format": FORMAT, "version": VERSION, "maps": [_map_entry(tasked) for tasked in maps]}
 
 
+def bundle_text(maps: Sequence[TaskedMap]) -> str:
+    """Return the text of a map-set file."""
+    return json.dumps(bundle_document(maps), indent=1, allow_nan=False) + "\n"
+
+
 def write_bundle(maps: Sequence[TaskedMap], path: Path) -> None:
     """Write a map-set file; a file that is there is replaced in one step, so that it is never half written."""
-    text = json.dumps(bundle_document(maps), indent=1, allow_nan=False) + "\n"
     handle, partial = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
+            file.write(bundle_text(maps))
         os.chmod(partial, 0o644)  # mkstemp makes it private
         os.replace(partial, path)
     except BaseException:

@@ -7,7 +7,6 @@ The layout is that of the thesis' framework (section 4.2): ``maps/``, ``worlds/`
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.gazebo_robot import RobotModel
 from gym_mapbench.mapio.map_server import map_server_pgm, map_server_yaml
 from gym_mapbench.mapio.mesh import Mesh, wall_mesh
+from gym_mapbench.mapio.output import Files, check_names, write_new_folder
 from gym_mapbench.mapio.poses import poses_yaml, waypoints_yaml
 from gym_mapbench.mapio.runner_results import COLUMNS
 from gym_mapbench.robot import RobotSpec
@@ -27,10 +27,6 @@ from gym_mapbench.scenario import Scenario
 
 ROBOT_MODEL = "mapbench_robot"
 GZ_ROBOT_MODEL = "mapbench_robot_gz"
-
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
-
-Files = dict[str, str | bytes]
 
 
 def export_gazebo(
@@ -65,8 +61,8 @@ def export_gazebo(
     """
     scenarios = list(scenarios)
     model = RobotModel.of(robot, lidar_range)
-    _check_names("map", [scenario.name for scenario in scenarios])
-    _check_names("controller", controllers)
+    check_names("map", [scenario.name for scenario in scenarios], reserved=(ROBOT_MODEL, GZ_ROBOT_MODEL))
+    check_names("controller", controllers)
     _check_plugins(navigation_params, controllers)
     if wall_height <= model.lidar_z:
         raise ConfigError(f"wall height: expected more than the lidar's {model.lidar_z:g} m, got {wall_height:g}")
@@ -76,7 +72,7 @@ def export_gazebo(
     files |= _robot_files(model)
     files |= _navigation_files(navigation_params, controllers)
     files |= _runner_files(scenarios, navigation_params, controllers, model, time_limit, wall_height)
-    return _write(files, Path(out_dir))
+    return write_new_folder(files, Path(out_dir))
 
 
 def map_files(scenario: Scenario, wall_height: float = 0.5) -> Files:
@@ -179,17 +175,6 @@ def _render(template: str, **values: object) -> str:
     return environment.get_template(template).render(values)
 
 
-def _check_names(what: str, names: Sequence[str]) -> None:
-    """Refuse names that cannot be file names everywhere, or come twice."""
-    if not names:
-        raise ConfigError(f"{what}: expected at least one, got none")
-    for name in names:
-        if not _NAME.fullmatch(name) or name in (ROBOT_MODEL, GZ_ROBOT_MODEL):
-            raise ConfigError(f"{what} {name!r}: expected a name of letters, digits, '_', '-' and '.'")
-        if names.count(name) > 1:
-            raise ConfigError(f"{what} {name!r}: expected every name once, got it {names.count(name)} times")
-
-
 def _check_plugins(params: Mapping[str, Any], controllers: Sequence[str]) -> None:
     known = _plugins(params, "controller_server", "controller_plugins")
     for name in controllers:
@@ -206,30 +191,3 @@ def _plugins(params: Mapping[str, Any], server: str, key: str) -> list[str]:
     if not isinstance(plugins, (list, tuple)) or not plugins:
         raise ConfigError(f"nav2 parameters: {server}.{key}: expected a list of names, got {plugins!r}")
     return [str(plugin) for plugin in plugins]
-
-
-def _write(files: Files, folder: Path) -> list[Path]:
-    """Write all files below a folder that is new or empty."""
-    prepare_folder(folder)
-    written = []
-    for name, content in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        written.append(path)
-    return written
-
-
-def prepare_folder(folder: Path) -> None:
-    """Make a folder, or take an empty one.
-
-    Raises:
-        ConfigError: If it holds anything, or cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        occupied = any(folder.iterdir())
-    except OSError as error:
-        raise ConfigError(f"{folder}: cannot be made ({error.strerror})") from None
-    if occupied:
-        raise ConfigError(f"{folder}: expected a new or empty folder; nothing was written")

@@ -15,6 +15,7 @@ from PIL import Image
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.netpbm import decode_pgm
+from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.source import check_size, read_bytes
 from gym_mapbench.mapio.tasked_map import TaskedMap
 
@@ -96,12 +97,14 @@ def grey_levels(grid: GridMap) -> NDArray[np.uint8]:
     return grey[::-1].copy()
 
 
-def write_images(maps: Sequence[TaskedMap], folder: Path) -> list[Path]:
-    """Write one PNG a map into an existing folder and return the files."""
-    files = [folder / f"{tasked.name}.png" for tasked in maps]
-    for tasked, file in zip(maps, files, strict=True):
-        file.write_bytes(encode_image(tasked.grid))
-    return files
+def image_files(maps: Sequence[TaskedMap]) -> Files:
+    """Return one PNG a map; tasks have no place in a picture.
+
+    Raises:
+        ConfigError: If a name cannot be a file name or comes twice.
+    """
+    check_names("map", [tasked.name for tasked in maps])
+    return {f"{tasked.name}.png": encode_image(tasked.grid) for tasked in maps}
 
 
 def _decode(data: bytes, path: Path) -> Image.Image:

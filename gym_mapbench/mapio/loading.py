@@ -14,7 +14,7 @@ from gym_mapbench.mapio.barn import read_barn, read_barn_folder, world_files
 from gym_mapbench.mapio.bundle import BEST_MAP_SET, read_bundle
 from gym_mapbench.mapio.image import DEFAULT_RESOLUTION as IMAGE_RESOLUTION
 from gym_mapbench.mapio.image import DEFAULT_THRESHOLD, IMAGE_SUFFIXES, read_image
-from gym_mapbench.mapio.map_server import map_server_files, read_map_server
+from gym_mapbench.mapio.map_server import find_map_files, read_map_server
 from gym_mapbench.mapio.movingai import DEFAULT_RESOLUTION as MOVINGAI_RESOLUTION
 from gym_mapbench.mapio.movingai import read_movingai
 from gym_mapbench.mapio.mrpb import MAP as MRPB_MAP
@@ -130,7 +130,7 @@ def _load_folder(path: Path) -> list[TaskedMap]:
         return read_bundle(path / BEST_MAP_SET)
     if (path / MRPB_TASKS).exists() and not (path / MRPB_MAP).exists():
         return read_mrpb_folder(path / MRPB_TASKS)
-    maps = map_server_files(path)
+    maps = find_map_files(path)
     if maps:
         return [tasked for file in maps for tasked in _load_yaml(file)]
     if world_files(path):

@@ -19,6 +19,7 @@ from gym_mapbench.errors import MapFormatError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.image import Picture, grey_levels, read_picture
 from gym_mapbench.mapio.netpbm import encode_pgm
+from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.poses import find_poses, poses_yaml, read_poses, yaml_float
 from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, read_yaml_file, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
@@ -55,7 +56,7 @@ def read_map_server(path: Path) -> list[TaskedMap]:
     return [TaskedMap(path.stem, grid, name_tasks(path.stem, [read_poses(poses)] if poses else []))]
 
 
-def map_server_files(folder: Path) -> list[Path]:
+def find_map_files(folder: Path) -> list[Path]:
     """Return the map files of a folder, or of ``maps/`` in it, by name; other YAML files are passed over."""
     for place in (folder, folder / "maps"):
         files = [file for file in sorted(place.glob("*.yaml")) if _names_image(file)]
@@ -98,26 +99,27 @@ def map_server_pgm(grid: GridMap) -> bytes:
     return encode_pgm(grey_levels(grid))
 
 
-def write_map_server(maps: Sequence[TaskedMap], folder: Path) -> list[Path]:
-    """Write ``NAME.pgm``, ``NAME.yaml`` and, where a task is known, ``NAME_poses.yaml`` into an existing folder.
+def map_server_files(maps: Sequence[TaskedMap]) -> Files:
+    """Return ``NAME.pgm``, ``NAME.yaml`` and, where a task is known, ``NAME_poses.yaml`` of every map.
 
     A map with several tasks is written once a task, since the poses file holds one.
 
-    Returns:
-        The YAML files of the maps.
+    Raises:
+        ConfigError: If a name cannot be a file name or comes twice.
     """
-    return [file for tasked in maps for file in _write_one(tasked, folder)]
+    named = [(name, tasked.grid) for tasked in maps for name in _names(tasked)]
+    check_names("map", [name for name, _ in named])
+    files: Files = {}
+    for name, grid in named:
+        files[f"{name}.pgm"] = map_server_pgm(grid)
+        files[f"{name}.yaml"] = map_server_yaml(grid, f"{name}.pgm")
+    for task in (task for tasked in maps for task in tasked.tasks):
+        files[f"{task.name}_poses.yaml"] = poses_yaml([task.start, task.goal])
+    return files
 
 
-def _write_one(tasked: TaskedMap, folder: Path) -> list[Path]:
-    names = [task.name for task in tasked.tasks] or [tasked.name]
-    for name in names:
-        (folder / f"{name}.pgm").write_bytes(map_server_pgm(tasked.grid))
-        (folder / f"{name}.yaml").write_text(map_server_yaml(tasked.grid, f"{name}.pgm"), encoding="utf-8")
-    for task in tasked.tasks:
-        poses = poses_yaml([task.start, task.goal])
-        (folder / f"{task.name}_poses.yaml").write_text(poses, encoding="utf-8")
-    return [folder / f"{name}.yaml" for name in names]
+def _names(tasked: TaskedMap) -> list[str]:
+    return [task.name for task in tasked.tasks] or [tasked.name]
 
 
 def _names_image(path: Path) -> bool:

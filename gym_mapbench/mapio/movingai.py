@@ -9,14 +9,18 @@ from __future__ import annotations
 
 import math
 import re
+from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gym_mapbench.errors import MapFormatError
+from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.kernels.distance import geodesic_distance
+from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.source import as_number, check_size, file_inside, read_bytes, read_text, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
 from gym_mapbench.scenario import Pose
@@ -26,6 +30,8 @@ PASSABLE = b".GS"
 BLOCKED = b"@OTW"
 MAX_SCEN_TASKS = 500_000
 
+Cell = tuple[int, int]
+
 _HEADER = re.compile(rb"type[ \t]+octile\s+height[ \t]+(\d{1,9})\s+width[ \t]+(\d{1,9})\s+map[ \t]*\r?\n")
 _LINE_LIMIT = 120
 
@@ -33,8 +39,8 @@ _LINE_LIMIT = 120
 class ScenTask(NamedTuple):
     """One line of a ``.scen`` file; cells are ``(row, col)`` with row 0 at the bottom, ``optimal`` is in cells."""
 
-    start: tuple[int, int]
-    goal: tuple[int, int]
+    start: Cell
+    goal: Cell
     optimal: float
 
 
@@ -128,6 +134,62 @@ def scen_text(map_name: str, shape: tuple[int, int], tasks: Sequence[ScenTask]) 
         ends = f"{start_col}\t{rows - 1 - start_row}\t{goal_col}\t{rows - 1 - goal_row}"
         lines.append(f"{int(optimal) // 4}\t{map_name}\t{cols}\t{rows}\t{ends}\t{optimal:.8f}")
     return "\n".join(lines) + "\n"
+
+
+def movingai_files(maps: Sequence[TaskedMap]) -> Files:
+    """Return ``NAME.map`` and, where tasks are known, ``NAME.map.scen`` of every map; resolution and origin are lost.
+
+    Raises:
+        ConfigError: If a name cannot be a file name or comes twice, or a task has no path.
+    """
+    check_names("map", [tasked.name for tasked in maps])
+    files: Files = {}
+    for tasked in maps:
+        files[f"{tasked.name}.map"] = map_text(tasked.grid)
+        if tasked.tasks:
+            tasks = _scen_tasks(tasked)
+            files[f"{tasked.name}.map.scen"] = scen_text(f"{tasked.name}.map", tasked.grid.shape, tasks)
+    return files
+
+
+def optimal_lengths(grid: GridMap, tasks: Sequence[tuple[Cell, Cell]]) -> NDArray[np.float64]:
+    """Return the exact length of every task's shortest path, cells; inf where there is none.
+
+    Steps go to the 8 neighbours, diagonally only between two free cells; unknown cells are blocked.
+    Tasks with the same start share one search.
+
+    Args:
+        grid: The map.
+        tasks: Start and goal cells ``(row, col)``.
+    """
+    blocked = grid.occupancy if grid.unknown is None else grid.occupancy | grid.unknown
+    by_start: dict[Cell, list[int]] = defaultdict(list)
+    for index, (start, _) in enumerate(tasks):
+        by_start[start].append(index)
+    lengths = np.empty(len(tasks))
+    for start, indices in by_start.items():
+        distance = geodesic_distance(blocked, *start)
+        for index in indices:
+            lengths[index] = distance[tasks[index][1]]
+    return lengths
+
+
+def _scen_tasks(tasked: TaskedMap) -> list[ScenTask]:
+    """Turn poses into cells, with the optimal lengths."""
+    scenarios = tasked.scenarios()
+    ends = [(_cell(tasked.grid, s.start), _cell(tasked.grid, s.goal)) for s in scenarios]
+    lengths = optimal_lengths(tasked.grid, ends)
+    for scenario, length in zip(scenarios, lengths, strict=True):
+        if not np.isfinite(length):
+            raise ConfigError(f"task {scenario.name!r}: has no path, which a .scen file cannot say")
+    return [ScenTask(start, goal, float(length)) for (start, goal), length in zip(ends, lengths, strict=True)]
+
+
+def _cell(grid: GridMap, pose: Pose) -> Cell:
+    cell = grid.world_to_cell(pose.x, pose.y)
+    if cell is None:
+        raise ConfigError(f"({pose.x:g}, {pose.y:g}): expected a point on the map")
+    return cell
 
 
 def _pair(path: Path) -> tuple[Path, Path | None]:

@@ -34,6 +34,10 @@ class TaskedMap:
     grid: GridMap
     tasks: tuple[Task, ...] = ()
 
+    def renamed(self, name: str) -> TaskedMap:
+        """Return the same map and tasks under another name."""
+        return TaskedMap(name, self.grid, name_tasks(name, [(task.start, task.goal) for task in self.tasks]))
+
     def scenarios(self) -> list[Scenario]:
         """Return one scenario a task; all share this map.
 

@@ -165,7 +165,7 @@ def test_bad_options_write_nothing(tmp_path, change, words):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("names", [["a", "a"], ["a/b"], [".."], [""], ["mapbench_robot"], ["x" * 99], []])
+@pytest.mark.parametrize("names", [["a", "a"], ["a/b"], [".."], [""], ["mapbench_robot"], ["x" * 101], []])
 def test_bad_map_names_write_nothing(tmp_path, names):
     with pytest.raises(ConfigError):
         export_gazebo([thesis_scenario(1, name) for name in names], tmp_path / "out", **OPTIONS)

@@ -12,7 +12,8 @@ from PIL import Image
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import TaskedMap, load_maps
-from gym_mapbench.mapio.image import encode_image, write_images
+from gym_mapbench.mapio.image import encode_image, image_files
+from gym_mapbench.mapio.output import write_files
 from tests.mapio.samples import grids
 
 PIXELS = np.array([[0, 100, 255], [200, 127, 128]], np.uint8)
@@ -40,9 +41,10 @@ def test_png_written_and_read_by_pillow(grid):
     assert ((pixels < 128) == grid.to_image_array()).all()
 
 
-def test_write_images(tmp_path):
+def test_files_are_named_after_the_map(tmp_path):
     grid = GridMap.from_rows(["#?", ".#"])
-    (file,) = write_images([TaskedMap("m", grid)], tmp_path)
+    (file,) = write_files(image_files([TaskedMap("m", grid)]), tmp_path)
+    assert file == tmp_path / "m.png"
     assert (np.asarray(Image.open(file)) == [[0, 205], [254, 0]]).all()
     assert (load_maps(file)[0].grid.occupancy == grid.occupancy).all()
 

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import io
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +12,8 @@ from PIL import Image
 
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.mapio import TaskedMap, load_maps, load_scenarios
-from gym_mapbench.mapio.map_server import map_server_pgm, map_server_yaml, write_map_server
+from gym_mapbench.mapio.conversion import write_maps
+from gym_mapbench.mapio.map_server import map_server_pgm, map_server_yaml
 from gym_mapbench.mapio.netpbm import decode_pgm
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from tests.mapio.samples import YAML, grids, map_server_files, scenario_on
@@ -175,8 +178,9 @@ def test_pictures_that_disagree_with_their_header(tmp_path, data, words):
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_written_maps_come_back(tmp_path, grid):
     scenario = scenario_on(grid)
-    (path,) = write_map_server(group_scenarios([scenario]), tmp_path)
-    (back,) = load_scenarios(path)
+    folder = Path(tempfile.mkdtemp(dir=tmp_path))
+    write_maps(group_scenarios([scenario]), folder, "map_server")
+    (back,) = load_scenarios(folder / "drawn.yaml")
     assert back.digest == scenario.digest
     assert back.name == scenario.name
 
@@ -196,8 +200,10 @@ def test_others_read_what_is_written(grid):
 def test_a_map_with_many_tasks_is_written_once_a_task(tmp_path):
     grid = load_maps(map_server_files(tmp_path, np.full((6, 6), 254)))[0].grid
     scenarios = [scenario_on(grid, "a"), scenario_on(grid, "b")]
-    (tmp_path / "out").mkdir()
-    files = write_map_server(group_scenarios(scenarios), tmp_path / "out")
-    assert [file.name for file in files] == ["a.yaml", "b.yaml"]
+    files = write_maps(group_scenarios(scenarios), tmp_path / "out", "map_server")
+    assert {file.name for file in files} == {
+        f"{name}{end}" for name in "ab" for end in (".pgm", ".yaml", "_poses.yaml")
+    }
     assert [s.digest for s in load_scenarios(tmp_path / "out")] == [s.digest for s in scenarios]
-    assert write_map_server([TaskedMap("bare", grid)], tmp_path / "out") == [tmp_path / "out" / "bare.yaml"]
+    bare = write_maps([TaskedMap("bare", grid)], tmp_path / "bare", "map_server")
+    assert [file.name for file in bare] == ["bare.pgm", "bare.yaml"]

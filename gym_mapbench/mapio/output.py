@@ -1,0 +1,66 @@
+"""Writing files so that nothing is ever overwritten: formats give contents by name, this puts them on disk."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from gym_mapbench.errors import ConfigError
+
+Files = dict[str, str | bytes]
+"""Contents by path below the folder they belong in."""
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
+
+
+def check_names(what: str, names: Sequence[str], reserved: Sequence[str] = ()) -> None:
+    """Refuse names that cannot be file names everywhere, or come twice.
+
+    Raises:
+        ConfigError: Naming the first such name.
+    """
+    if not names:
+        raise ConfigError(f"{what}: expected at least one, got none")
+    seen = set(reserved)
+    for name in names:
+        if not _NAME.fullmatch(name):
+            raise ConfigError(f"{what} {name!r}: expected a name of letters, digits, '_', '-' and '.'")
+        if name in seen:
+            raise ConfigError(f"{what} {name!r}: expected every name once, got it again (or it is reserved)")
+        seen.add(name)
+
+
+def write_new_folder(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
+    """Write files into a folder that is new or empty, and return them.
+
+    Raises:
+        ConfigError: If the folder holds anything, or cannot be made; nothing was written then.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        occupied = any(folder.iterdir())
+    except OSError as error:
+        raise ConfigError(f"{folder}: cannot be made ({error.strerror})") from None
+    if occupied:
+        raise ConfigError(f"{folder}: expected a new or empty folder; nothing was written")
+    return write_files(files, folder)
+
+
+def write_files(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
+    """Write files into an existing folder, and return them.
+
+    Raises:
+        ConfigError: If one of them is there already (nothing was written then), or cannot be written.
+    """
+    paths = [folder / name for name in files]
+    for path in paths:
+        if path.exists():
+            raise ConfigError(f"{path}: expected no such file; nothing was written")
+    try:
+        for path, content in zip(paths, files.values(), strict=True):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    except OSError as error:
+        raise ConfigError(f"{folder}: cannot be written ({error.strerror})") from None
+    return paths
