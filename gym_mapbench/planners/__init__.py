@@ -8,9 +8,24 @@ from typing import Any, NamedTuple
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.planners.base import GlobalPlanner, Path
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
+from gym_mapbench.planners.smac_2d import Smac2DParams, Smac2DPlanner, SmootherParams
+from gym_mapbench.planners.theta_star import ThetaStarParams, ThetaStarPlanner
 from gym_mapbench.settings import Settings
 
-__all__ = ["PLANNERS", "GlobalPlanner", "NavfnParams", "NavfnPlanner", "Path", "PlannerEntry", "make_planner"]
+__all__ = [
+    "PLANNERS",
+    "GlobalPlanner",
+    "NavfnParams",
+    "NavfnPlanner",
+    "Path",
+    "PlannerEntry",
+    "Smac2DParams",
+    "Smac2DPlanner",
+    "SmootherParams",
+    "ThetaStarParams",
+    "ThetaStarPlanner",
+    "make_planner",
+]
 
 
 class PlannerEntry(NamedTuple):
@@ -20,7 +35,11 @@ class PlannerEntry(NamedTuple):
     make: Callable[[Any], GlobalPlanner]
 
 
-PLANNERS: dict[str, PlannerEntry] = {"navfn": PlannerEntry(NavfnParams, NavfnPlanner)}
+PLANNERS: dict[str, PlannerEntry] = {
+    "navfn": PlannerEntry(NavfnParams, NavfnPlanner),
+    "smac_2d": PlannerEntry(Smac2DParams, Smac2DPlanner),
+    "theta_star": PlannerEntry(ThetaStarParams, ThetaStarPlanner),
+}
 
 
 def make_planner(name: str, **params: Any) -> GlobalPlanner:

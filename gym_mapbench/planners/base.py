@@ -55,3 +55,21 @@ def set_last_yaw(path: Path, start: Pose, goal: Pose, use_final_approach_orienta
         doubled = len(path) > 2 and bool((np.abs(path[-1, :2] - path[-2, :2]) < 1e-4).all())
         dx, dy = path[-1, :2] - path[-3 if doubled else -2, :2]
         path[-1, 2] = math.atan2(dy, dx)
+
+
+def cells_of(costmap: Costmap, start: Pose, goal: Pose) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return ``(row, col)`` of start and goal as the costmap maps them.
+
+    Raises:
+        NoPathError: If one of them is off the map.
+    """
+    start_cell, goal_cell = costmap.world_to_map(start.x, start.y), costmap.world_to_map(goal.x, goal.y)
+    if start_cell is None or goal_cell is None:
+        raise no_path(start, goal, f"the {'start' if start_cell is None else 'goal'} is off the map")
+    return start_cell, goal_cell
+
+
+def to_centres(cells: NDArray[np.int64], costmap: Costmap) -> NDArray[np.float64]:
+    """Centres ``(n, 2)`` x, y in m of cells ``(n, 2)`` row, col."""
+    origin = np.array([costmap.origin_x, costmap.origin_y])
+    return np.asarray((cells[:, ::-1] + 0.5) * costmap.resolution + origin, np.float64)

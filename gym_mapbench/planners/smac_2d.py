@@ -1,0 +1,133 @@
+"""Smac 2D: the cheapest path over the eight neighbours, smoothed.
+
+Source: nav2_smac_planner/src/smac_planner_2d.cpp, smoother.cpp (Humble).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+from gym_mapbench.kernels.smac_2d import search_cells, smooth
+from gym_mapbench.planners.base import Path, cells_of, no_path, set_last_yaw, stay, to_centres
+from gym_mapbench.scenario import Pose
+from gym_mapbench.settings import Settings
+
+MAX_NON_OBSTACLE = 252
+SHORTEST_SMOOTHED = 12
+
+Count = Annotated[int, Field(ge=0, le=2**62)]
+Weight = Annotated[float, Field(ge=0, le=1)]
+
+
+class SmootherParams(Settings):
+    """Options of the smoother, named and defaulted as in Nav2.
+
+    Args:
+        max_iterations: Most rounds; 0 leaves the path as it was found.
+        w_smooth: Pull towards the neighbours' middle.
+        w_data: Pull towards the path as it was found.
+        tolerance: m; a round that moves all points together less than this is the last.
+        do_refinement: Whether to smooth the smoothed path again.
+        refinement_num: How many times.
+    """
+
+    max_iterations: Count = 1000
+    w_smooth: Weight = 0.3
+    w_data: Weight = 0.2
+    tolerance: Annotated[float, Field(gt=0)] = 1e-10
+    do_refinement: bool = True
+    refinement_num: Annotated[int, Field(ge=0, le=100)] = 2
+
+
+class Smac2DParams(Settings):
+    """Options of Smac 2D, named and defaulted as in Nav2.
+
+    ``max_planning_time`` is not among them: a plan must not depend on the clock; ``max_iterations`` limits it.
+
+    Args:
+        tolerance: m; a path may end less than this from an unreachable goal.
+        downsample_costmap: Whether to plan on a coarser costmap.
+        downsampling_factor: How many cells make a side of a coarser one.
+        allow_unknown: Whether paths may cross unknown cells.
+        max_iterations: Most cells to expand; 0 or less means no limit.
+        max_on_approach_iterations: Most cells to expand once a path within the tolerance is known; likewise.
+        cost_travel_multiplier: How much dearer a step onto a cell of cost 252 is.
+        use_final_approach_orientation: Whether the last pose faces the way the path arrives, not the goal's yaw.
+        smoother: Options of the smoother.
+    """
+
+    tolerance: Annotated[float, Field(ge=0)] = 0.125
+    downsample_costmap: bool = False
+    downsampling_factor: Annotated[int, Field(ge=1)] = 1
+    allow_unknown: bool = True
+    max_iterations: Annotated[int, Field(le=2**62)] = 1_000_000
+    max_on_approach_iterations: Annotated[int, Field(le=2**62)] = 1000
+    cost_travel_multiplier: Annotated[float, Field(ge=0)] = 1.0
+    use_final_approach_orientation: bool = False
+    smoother: SmootherParams = SmootherParams()
+
+
+@dataclass(frozen=True)
+class Smac2DPlanner:
+    """Plan by Smac 2D."""
+
+    params: Smac2DParams = field(default_factory=Smac2DParams)
+
+    def plan(self, costmap: Costmap, start: Pose, goal: Pose) -> Path:
+        """Return a smoothed path through cell centres; see ``GlobalPlanner.plan``."""
+        params = self.params
+        if params.downsample_costmap:
+            costmap = downsampled(costmap, params.downsampling_factor)
+        start_cell, goal_cell = cells_of(costmap, start, goal)
+        if start_cell == goal_cell:
+            return stay(costmap, start_cell, start, goal, params.use_final_approach_orientation)
+        cells = self._search(costmap, start_cell, goal_cell)
+        if len(cells) == 0:
+            raise no_path(start, goal, "start and goal are not connected, or the search was cut off")
+        path = np.zeros((len(cells), 3))
+        path[:, :2] = self._smoothed(to_centres(cells, costmap), costmap)
+        steps = np.diff(path[:, :2], axis=0)
+        path[:-1, 2] = np.arctan2(steps[:, 1], steps[:, 0])
+        set_last_yaw(path, start, goal, params.use_final_approach_orientation)
+        return path
+
+    def _search(self, costmap: Costmap, start: tuple[int, int], goal: tuple[int, int]) -> NDArray[np.int64]:
+        params = self.params
+        step_cost = 1.0 + params.cost_travel_multiplier * np.arange(256) / MAX_NON_OBSTACLE
+        step_cost[INSCRIBED_INFLATED_OBSTACLE:NO_INFORMATION] = np.inf
+        if not params.allow_unknown:
+            step_cost[NO_INFORMATION] = np.inf
+        limits = [n if n > 0 else 2**62 for n in (params.max_iterations, params.max_on_approach_iterations)]
+        tolerance = params.tolerance / costmap.resolution
+        cells: NDArray[np.int64] = search_cells(costmap.costs, step_cost, *start, *goal, tolerance, *limits)
+        return cells
+
+    def _smoothed(self, points: NDArray[np.float64], costmap: Costmap) -> NDArray[np.float64]:
+        """Smooth a path ``(n, 2)`` m, and again as often as it came to rest and refinement is wanted."""
+        options = self.params.smoother
+        if len(points) < SHORTEST_SMOOTHED or options.max_iterations == 0:
+            return points
+        grid = costmap.costs, costmap.resolution, costmap.origin_x, costmap.origin_y
+        for _ in range(1 + (options.refinement_num if options.do_refinement else 0)):
+            points, at_rest = smooth(
+                points, *grid, options.w_data, options.w_smooth, options.tolerance, options.max_iterations
+            )
+            if not at_rest:
+                break
+        return points
+
+
+def downsampled(costmap: Costmap, factor: int) -> Costmap:
+    """Return a costmap of cells ``factor`` times as wide, each as dear as the dearest it covers."""
+    rows, cols = costmap.costs.shape
+    row_starts, col_starts = np.arange(0, rows, factor), np.arange(0, cols, factor)
+    by_rows = np.maximum.reduceat(costmap.costs, row_starts, axis=0)
+    costs = np.ascontiguousarray(np.maximum.reduceat(by_rows, col_starts, axis=1))
+    resolution = costmap.resolution * factor
+    return Costmap(costs, resolution, costmap.origin_x, costmap.origin_y, costmap.track_unknown_space)

@@ -1,0 +1,92 @@
+"""Theta*: paths of straight pieces at any angle.
+
+Source: nav2_theta_star_planner/src/theta_star_planner.cpp, theta_star.cpp (Humble).
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+from gym_mapbench.kernels.theta_star import search_corners
+from gym_mapbench.planners.base import Path, cells_of, no_path, set_last_yaw, stay, to_centres
+from gym_mapbench.scenario import Pose
+from gym_mapbench.settings import Settings
+
+MAX_NON_OBSTACLE = 252
+NEUTRAL_COST = 26
+COST_FACTOR = 0.9
+
+Weight = Annotated[float, Field(ge=0)]
+
+
+class ThetaStarParams(Settings):
+    """Options of Theta*, named and defaulted as in Nav2.
+
+    Args:
+        how_many_corners: Neighbours of a cell, 4 or 8.
+        w_euc_cost: Weight of the path's length in cells.
+        w_traversal_cost: Weight of the costs of its cells.
+        allow_unknown: Whether paths may cross unknown cells.
+        use_final_approach_orientation: Whether the last pose faces the way the path arrives, not the goal's yaw.
+    """
+
+    how_many_corners: Literal[4, 8] = 8
+    w_euc_cost: Weight = 1.0
+    w_traversal_cost: Weight = 2.0
+    allow_unknown: bool = True
+    use_final_approach_orientation: bool = False
+
+
+@dataclass(frozen=True)
+class ThetaStarPlanner:
+    """Plan by Theta*."""
+
+    params: ThetaStarParams = field(default_factory=ThetaStarParams)
+
+    def plan(self, costmap: Costmap, start: Pose, goal: Pose) -> Path:
+        """Return a path with a pose per cell length that ends just before the goal; see ``GlobalPlanner.plan``."""
+        start_cell, goal_cell = cells_of(costmap, start, goal)
+        direct = self.params.use_final_approach_orientation
+        if start_cell == goal_cell:
+            return stay(costmap, start_cell, start, goal, direct)
+        step_cost, line_cost = self._traversal_costs()
+        if np.isinf(step_cost[[costmap.costs[start_cell], costmap.costs[goal_cell]]]).any():
+            raise no_path(start, goal, "start or goal is in an obstacle")
+        weights = self.params.w_euc_cost, min(1.0, self.params.w_euc_cost)
+        corners = self.params.how_many_corners
+        cells = search_corners(costmap.costs, step_cost, line_cost, *start_cell, *goal_cell, corners, *weights)
+        if len(cells) == 0:
+            raise no_path(start, goal, "start and goal are not connected")
+        path = _interpolated(to_centres(cells, costmap), costmap.resolution)
+        set_last_yaw(path, start, goal, direct)
+        return path
+
+    def _traversal_costs(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Cost ``(256,)`` of every cost value, stepped onto and on a line of sight; inf where it is unsafe."""
+        cost = NEUTRAL_COST + COST_FACTOR * np.arange(256)
+        traversal = self.params.w_traversal_cost * (cost / MAX_NON_OBSTACLE) ** 2
+        stepped = traversal.copy()
+        stepped[INSCRIBED_INFLATED_OBSTACLE:NO_INFORMATION] = np.inf
+        passed = np.where(cost <= MAX_NON_OBSTACLE, traversal, np.inf)
+        passed[NO_INFORMATION] = self.params.w_traversal_cost * (INSCRIBED_INFLATED_OBSTACLE / MAX_NON_OBSTACLE) ** 2
+        if not self.params.allow_unknown:
+            stepped[NO_INFORMATION] = passed[NO_INFORMATION] = np.inf
+        return stepped, passed
+
+
+def _interpolated(corners: NDArray[np.float64], spacing: float) -> Path:
+    """Return poses every ``spacing`` m along straight pieces ``(n, 2)`` m; the last corner itself is left out."""
+    pieces = []
+    for first, second in itertools.pairwise(corners):
+        length = float(np.hypot(*(second - first)))
+        along = np.arange(max(1, int(length / spacing))) * spacing
+        pieces.append(first + along[:, None] * (second - first) / length)
+    points = np.vstack(pieces)
+    return np.column_stack([points, np.zeros(len(points))])

@@ -1,0 +1,131 @@
+"""What holds for every registered planner."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from scipy.ndimage import label
+
+from gym_mapbench.costmap import Costmap, CostmapParams, build_static_costmap
+from gym_mapbench.errors import ConfigError, NoPathError
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.planners import PLANNERS, make_planner
+from gym_mapbench.scenario import Pose
+
+NAMES = sorted(PLANNERS)
+ALL_EIGHT = np.ones((3, 3))
+WALLS = hnp.arrays(bool, (14, 14), elements=st.sampled_from([False, False, False, True]))
+INNER = st.tuples(st.integers(1, 12), st.integers(1, 12))
+NO_TOLERANCE = {"navfn": {"tolerance": 0.0}, "smac_2d": {"tolerance": 0.0}, "theta_star": {}}
+
+
+def metre_map(costs):
+    return Costmap(np.ascontiguousarray(costs, np.uint8), 1.0, 0.0, 0.0)
+
+
+def in_cell(cell):
+    """A pose that NavFn, which rounds, and the others, which truncate, see in the same cell."""
+    return Pose(cell[1] + 0.25, cell[0] + 0.25)
+
+
+def finds(name, costmap, start, goal):
+    try:
+        return make_planner(name, **NO_TOLERANCE[name]).plan(costmap, in_cell(start), in_cell(goal))
+    except NoPathError:
+        return None
+
+
+@pytest.mark.parametrize("name", NAMES)
+@given(WALLS, INNER, INNER)
+@settings(max_examples=40)
+def test_a_path_is_found_exactly_where_there_is_one(name, walls, start, goal):
+    walls[[0, -1]] = walls[:, [0, -1]] = True
+    walls[start] = walls[goal] = False
+    assume(start != goal)
+    parts, _ = label(~walls, None if name == "navfn" else ALL_EIGHT)
+    path = finds(name, metre_map(np.where(walls, 254, 0)), start, goal)
+    assert (path is not None) == (parts[start] == parts[goal])
+    if path is not None:
+        assert np.abs(path[0, :2] - in_cell(start)[:2]).max() <= 0.25
+        assert np.abs(path[-1, :2] - in_cell(goal)[:2]).max() <= 2.0
+        assert np.hypot(*np.diff(path[:, :2], axis=0).T).max(initial=0) <= 2.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+@given(st.integers(0, 10**6))
+@settings(max_examples=15)
+def test_paths_avoid_inflated_obstacles(name, seed):
+    rng = np.random.default_rng(seed)
+    occupied = np.zeros((60, 60), bool)
+    for row, col in rng.integers(5, 55, (8, 2)):
+        occupied[row : row + rng.integers(1, 8), col : col + rng.integers(1, 8)] = True
+    grid = GridMap(occupied)
+    costmap = build_static_costmap(grid, CostmapParams.example_global(), Footprint.from_radius(0.12))
+    start, goal = Pose(0.11, 0.11), Pose(2.81, 2.81, 1.0)
+    before = costmap.costs.copy()
+    try:
+        path = make_planner(name).plan(costmap, start, goal)
+    except NoPathError:
+        return
+    assert np.array_equal(costmap.costs, before)
+    assert np.isfinite(path).all()
+    assert path.dtype == np.float64
+    assert path.shape[1] == 3
+    assert path[-1, 2] == 1.0
+    # NavFn's cells lie half a cell beside the costmap's.
+    shift = 0.025 if name == "navfn" else 0.0
+    cells = ((path[:-1, 1::-1] + shift) / 0.05).astype(int)
+    assert costmap.costs[tuple(cells.T)].max() <= 252
+    assert not occupied[tuple((path[:, 1::-1] / 0.05).astype(int).T)].any()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_same_question_has_the_same_answer(name):
+    rng = np.random.default_rng(5)
+    costs = np.where(rng.random((50, 50)) < 0.2, 254, rng.integers(0, 200, (50, 50)))
+    costs[2, 2] = costs[40, 44] = 0
+    costmap = metre_map(costs)
+    first, second = (finds(name, costmap, (2, 2), (40, 44)) for _ in range(2))
+    assert first is not None
+    assert np.array_equal(first, second)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_origin_and_resolution_only_move_and_scale_the_path(name):
+    rng = np.random.default_rng(6)
+    costs = np.where(rng.random((40, 40)) < 0.1, 254, 0).astype(np.uint8)
+    plain = make_planner(name).plan(Costmap(costs, 0.5, 0.0, 0.0), Pose(1.1, 1.1), Pose(17.1, 16.1))
+    moved = make_planner(name).plan(Costmap(costs, 0.5, -7.0, 3.0), Pose(-5.9, 4.1), Pose(10.1, 19.1))
+    assert np.allclose(moved[:, :2] - (-7.0, 3.0), plain[:, :2], atol=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_start_at_the_goal_needs_no_way(name):
+    planner, costmap = make_planner(name), metre_map(np.zeros((9, 9)))
+    assert planner.plan(costmap, Pose(4.2, 4.2, 0.1), Pose(4.2, 4.2, 0.7)).tolist() == [[4.2, 4.2, 0.7]]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(("start", "goal", "which"), [((-1, 5), (5, 5), "start"), ((5, 5), (5, 21), "goal")])
+def test_points_off_the_map_are_refused(name, start, goal, which):
+    with pytest.raises(NoPathError, match=f"the {which} is off the map"):
+        make_planner(name).plan(metre_map(np.zeros((21, 21))), Pose(*start), Pose(*goal))
+
+
+@pytest.mark.parametrize(
+    ("name", "params", "message"),
+    [
+        ("smac2d", {}, "unknown planner 'smac2d'; did you mean 'smac_2d'"),
+        ("navfn", {"tolerence": 1}, "navfn: unknown key 'tolerence'; did you mean 'tolerance'"),
+        ("smac_2d", {"smoother": {"w_smoth": 1}}, "did you mean 'w_smooth'"),
+        ("theta_star", {"how_many_corners": 6}, "theta_star: how_many_corners: expected 4 or 8, got 6"),
+    ],
+)
+def test_unknown_names_and_bad_values_are_refused(name, params, message):
+    with pytest.raises(ConfigError, match=r"^[^\n]*$") as error:
+        make_planner(name, **params)
+    assert message in str(error.value)
