@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from controllers.base import ControllerError, FollowerSetup, PathFollower, Twist
-from controllers.dwb import DwbFollower
+from controllers.dwb.controller import DwbFollower
 from controllers.dwb.params import DwbParams
-from controllers.mppi import MppiFollower
+from controllers.mppi.controller import MppiFollower
 from controllers.mppi.params import MppiParams
 from controllers.nav2_params import NavigationParams, load_preset
-from controllers.rpp import RppFollower
+from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RppParams
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import Costmap, build_static_costmap

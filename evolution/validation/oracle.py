@@ -36,6 +36,8 @@ _REQUIRED = {
     "mppi_noise.npz": ("vx", "wz"),
 }
 
+_NEVER_DRIVEN: dict[str, Any] = {"strict_success": False, "time": 0.0, "min_clearance": None}
+
 
 @dataclass(frozen=True)
 class Preset:
@@ -96,7 +98,8 @@ class Oracle:
     def runs(self, preset: Preset) -> list[dict[str, Any]]:
         """Records of ``runs_PRESET.json``."""
         records: list[dict[str, Any]] = self._json(f"runs_{preset.name}.json", list)
-        needed = ("map", "controller", "variant", "local_costmap", "success", "strict_success", "time", "min_clearance")
+        records = [_NEVER_DRIVEN | record if _was_not_driven(record) else record for record in records]
+        needed = ("map", "controller", "variant", "local_costmap", "reason", "strict_success", "time", "min_clearance")
         for position, record in enumerate(records):
             missing = [key for key in needed if not isinstance(record, dict) or key not in record]
             if missing:
@@ -157,6 +160,11 @@ class Oracle:
             raise MapFormatError(
                 f"{self.directory / 'config.json'}: presets.{name}: not a complete preset ({error})"
             ) from None
+
+
+def _was_not_driven(record: object) -> bool:
+    """Whether a run ended before it began; such records carry no measures."""
+    return isinstance(record, dict) and record.get("reason") == "no_path"
 
 
 def ragged(arrays: Arrays, name: str) -> Iterator[NDArray[Any]]:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from controllers.base import FollowerSetup, PathFollower
-from controllers.dwb import DwbFollower
+from controllers.dwb.controller import DwbFollower
 from controllers.dwb.params import DwbParams
-from controllers.mppi import MppiFollower
+from controllers.mppi.controller import MppiFollower
 from controllers.mppi.params import MppiParams
 from controllers.nav2_params.navigation import (
     BehaviorTree,
@@ -21,7 +21,7 @@ from controllers.nav2_params.navigation import (
     ProgressChecker,
 )
 from controllers.nav2_params.plugins import CONTROLLERS
-from controllers.rpp import RppFollower
+from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RppParams
 from evolution.validation.oracle import Oracle, Preset
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_static_costmap

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from controllers.base import ControllerAbort, ControllerError, PathFollower, Twist
-from controllers.dwb import DwbFollower
-from controllers.rpp import RppFollower
+from controllers.dwb.controller import DwbFollower
+from controllers.rpp.controller import RppFollower
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Arrays, Oracle, Preset, ragged
 from evolution.validation.setup import follower_setup, full_costmaps, make_follower
