@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any, cast
 
 from controllers.base import Controller, PathFollower
@@ -50,17 +51,21 @@ def make_controller(
     """Make a controller, ready for ``reset``.
 
     Args:
-        name: ``dwb``, ``mppi``, ``rpp``, a controller of ``navigation`` by its own name, or a third party's.
+        name: ``dwb``, ``mppi``, ``rpp``, a controller of ``navigation`` by its own name, a third party's, or the
+            file of a Stable-Baselines3 model, ``path/to/model.zip`` or ``NAME=path/to/model.zip``.
         navigation: Parameters of the whole navigation, e.g. from ``read_nav2_params``; None for the preset's.
         preset: ``thesis`` or ``fair``; not used where ``navigation`` is given.
-        label: Name under which it is reported; ``name`` if None.
+        label: Name under which it is reported; ``name`` if None. A third party's names itself.
         nav2_params: Parameters of this controller that differ, under Nav2's names; dotted names in a
             ``**{"PathAlign.scale": 24.0}``. Names of newer releases are understood, keys that only ROS reads are
             accepted without effect.
 
     Raises:
-        ConfigError: If the controller or a parameter is unknown, with the nearest valid name, or a value is bad.
+        ConfigError: If the controller or a parameter is unknown, with the nearest valid name, or a value or a file
+            is bad.
     """
+    if name.endswith(".zip"):
+        return _load_model(name, label, nav2_params)
     navigation = navigation or load_preset(preset)
     if name in FOLLOWERS or name in navigation.controllers:
         follower = _make_follower(name, navigation.controller(name), nav2_params)
@@ -71,23 +76,12 @@ def make_controller(
     return _make_third_party(third_parties[name], navigation, nav2_params)
 
 
-def controller_from_spec(
-    spec: str, *, navigation: NavigationParams | None = None, preset: str = "thesis"
-) -> tuple[str, Controller]:
-    """Make a controller from one word of a command line: a name, or ``NAME=path/to/model.zip``.
-
-    Returns:
-        The name to report it under, and the controller.
-
-    Raises:
-        ConfigError: As :func:`make_controller` and :func:`controllers.rl.load_sb3`.
-    """
-    name, equals, path = spec.partition("=")
-    if not equals:
-        return name, make_controller(name, navigation=navigation, preset=preset)
-    if not name or not path:
-        raise ConfigError(f"controller: expected NAME or NAME=path/to/model.zip, got {spec!r}")
-    return name, load_sb3(path, name)
+def _load_model(spec: str, label: str | None, params: Mapping[str, Any]) -> Controller:
+    """Load ``path/to/model.zip`` or ``NAME=path/to/model.zip``."""
+    name, _, path = spec.rpartition("=")
+    if params:
+        raise ConfigError(f"{spec}: a model takes no parameters, got {', '.join(params)}")
+    return load_sb3(path, label or name or Path(path).stem)
 
 
 def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, Any]) -> PathFollower:

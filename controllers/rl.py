@@ -10,12 +10,13 @@ import json
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from gymnasium.spaces import Box
 
 from controllers.base import Context, Observation
+from gym_mapbench.action import to_command
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 
@@ -28,22 +29,25 @@ class PolicyController:
             ``deterministic`` that are in its signature; returns an action or ``(action, state)``.
         name: Name under which it is reported.
         observation_keys: What it observes.
+        normalized: Whether its actions are shares of the robot's limits, as in an env with ``action="normalized"``.
     """
 
-    def __init__(self, predict: Callable[..., Any], name: str, observation_keys: tuple[str, ...]) -> None:
+    def __init__(
+        self, predict: Callable[..., Any], name: str, observation_keys: tuple[str, ...], normalized: bool = False
+    ) -> None:
         self.name = name
         self.observation_keys = observation_keys
+        self._action: Literal["physical", "normalized"] = "normalized" if normalized else "physical"
         self._predict = predict
         self._accepted = accepted_keywords(predict)
-        self._state: Any = None
-        self._first = True
 
     def reset(self, context: Context) -> None:
         """Forget the state of a recurrent policy."""
-        self._state = None
+        self._config = EnvConfig(robot=context.robot, action=self._action)
+        self._state: Any = None
         self._first = True
 
-    def act(self, observation: Observation) -> NDArray[np.float64]:
+    def act(self, observation: Observation) -> tuple[float, float]:
         """Return what the policy says, ``(v m/s, omega rad/s)``.
 
         Raises:
@@ -53,13 +57,10 @@ class PolicyController:
         answer = self._predict(observation, **{key: offered[key] for key in offered if key in self._accepted})
         self._first = False
         action, self._state = answer if _has_state(answer) else (answer, None)
-        return self._checked(action)
-
-    def _checked(self, action: Any) -> NDArray[np.float64]:
-        command = np.asarray(action, dtype=np.float64).reshape(-1)
-        if command.shape != (2,) or not np.isfinite(command).all():
-            raise ConfigError(f"{self.name}: expected an action of two finite numbers (v, omega), got {action!r}")
-        return command
+        try:
+            return to_command(action, self._config)
+        except ConfigError as error:
+            raise ConfigError(f"{self.name}: {error}") from None
 
 
 def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | None = None) -> PolicyController:
@@ -67,7 +68,9 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
 
     Args:
         policy: An object with ``predict(obs)`` that returns an action or ``(action, state)``, or a callable
-            ``obs -> action``. A state is handed back at the next call where ``predict`` takes one.
+            ``obs -> action``. A state is handed back at the next call where ``predict`` takes one. An action is
+            ``(v m/s, omega rad/s)``, or, where ``policy.action_space`` reaches from -1 to 1, a share of the
+            robot's limits.
         name: Name under which it is reported.
         observation_keys: What it observes; None takes the keys of ``policy.observation_space``, or the
             env's default where the policy has none.
@@ -78,7 +81,8 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
     predict = getattr(policy, "predict", policy)
     if not callable(predict):
         raise ConfigError(f"{name}: expected an object with predict(obs) or a callable, got {type(policy).__name__}")
-    return PolicyController(predict, name, tuple(observation_keys or _observed_by(policy, name)))
+    keys = tuple(observation_keys or _observed_by(policy, name))
+    return PolicyController(predict, name, keys, _is_normalized(getattr(policy, "action_space", None)))
 
 
 def load_sb3(path: str | Path, name: str) -> PolicyController:
@@ -127,6 +131,11 @@ def _observed_by(policy: Any, name: str) -> tuple[str, ...]:
     if not isinstance(spaces, Mapping):
         raise ConfigError(f"{name}: expected a policy over the env's Dict observation, got one over {space}")
     return tuple(spaces)
+
+
+def _is_normalized(space: Any) -> bool:
+    """Whether an action space is that of an env with ``action="normalized"``."""
+    return space is not None and space == Box(-1.0, 1.0, (2,), np.float32)
 
 
 def _sb3_algorithm(path: Path, name: str) -> str:

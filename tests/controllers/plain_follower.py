@@ -1,0 +1,99 @@
+"""A follower, a robot and a map so simple that what the navigator does stands out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from controllers.base import Context, Twist
+from controllers.nav2_params import NavigationParams, load_preset
+from controllers.navigator import Navigator
+from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.robot import make_robot
+from gym_mapbench.scenario import Pose, wrap_angle
+
+PERIOD = 0.05
+STOP = Twist(0.0, 0.0)
+START, GOAL = Pose(1.0, 1.0, 0.0), Pose(4.0, 1.0, 0.0)
+ROWS = ("#" * 100, *["#" + "." * 98 + "#"] * 58, "#" * 100)
+OPEN = GridMap.from_rows(ROWS, 0.05)
+
+
+def walled_off() -> GridMap:
+    """The open map with a wall across it: nothing leads to the goal, nor to within a metre of it."""
+    occupancy = OPEN.occupancy.copy()
+    occupancy[:, 50:54] = True
+    return GridMap(occupancy, 0.05)
+
+
+class PlainFollower:
+    """Drives at the point 0.4 m ahead on the path; ``answer`` may raise, or return another command."""
+
+    def __init__(self, answer: Callable[[float], Twist | None] = lambda now: None) -> None:
+        self.answer = answer
+        self.log: list[tuple] = []
+
+    def reset(self, setup) -> None:
+        self.setup = setup
+        self.log = []
+
+    def set_plan(self, path) -> None:
+        self.path = path
+        self.log.append(("set_plan", len(path)))
+
+    def compute_velocity_commands(self, pose, velocity, costmap, now) -> Twist:
+        self.log.append(("compute", now, pose, velocity))
+        self.costmap = costmap
+        given = self.answer(now)
+        if given is not None:
+            return given
+        distance = np.hypot(self.path[:, 0] - pose.x, self.path[:, 1] - pose.y)
+        ahead = self.path[min(int(distance.argmin()) + 16, len(distance) - 1)]
+        bearing = math.atan2(ahead[1] - pose.y, ahead[0] - pose.x)
+        return Twist(0.4, 2.0 * wrap_angle(bearing - pose.yaw))
+
+    def calls(self, kind: str) -> list[tuple]:
+        return [entry for entry in self.log if entry[0] == kind]
+
+
+def plain_navigation(recoveries: bool = False, **changes) -> NavigationParams:
+    """The thesis' parameters on the whole known map; recoveries off."""
+    preset = load_preset("thesis")
+    known = CostmapParams.example_local(rolling_window=False, plugins=("static_layer", "inflation_layer"))
+    changes = {"local_costmap": known, "bt": preset.bt.replace(recoveries=recoveries), **changes}
+    return preset.replace(**changes)
+
+
+def context(grid: GridMap = OPEN, start: Pose = START, goal: Pose = GOAL) -> Context:
+    return Context(make_robot("turtlebot3_waffle"), grid, start, goal, PERIOD, np.random.default_rng(0))
+
+
+class Drive:
+    """A robot without inertia under a navigator, until the run is over."""
+
+    def __init__(self, navigator: Navigator, start: Pose = START, velocity: Twist = STOP) -> None:
+        self.navigator = navigator
+        self.pose, self.velocity = start, velocity
+        self.commands: list[Twist] = []
+
+    def step(self) -> Twist:
+        command = self.navigator.act({"pose": np.array(self.pose), "velocity": np.array(self.velocity)})
+        self.commands.append(command)
+        x, y, yaw = self.pose
+        v, w = command
+        self.pose = Pose(x + v * math.cos(yaw) * PERIOD, y + v * math.sin(yaw) * PERIOD, wrap_angle(yaw + w * PERIOD))
+        self.velocity = command
+        return command
+
+    def run(self, steps: int = 4000) -> Drive:
+        while self.navigator.status == "running" and len(self.commands) < steps:
+            self.step()
+        return self
+
+    @property
+    def time(self) -> float:
+        """Time of the last tick, s."""
+        return (len(self.commands) - 1) * PERIOD
