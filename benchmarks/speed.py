@@ -44,6 +44,7 @@ class Timing:
     nav2_ms: float | None = None
 
     def line(self) -> str:
+        """One line of the table."""
         nav2 = "" if self.nav2_ms is None else f"{self.nav2_ms:10.3f} {self.nav2_ms / (1e3 * self.seconds):8.1f}x"
         return f"{self.name:44s} {1e3 * self.seconds:10.4f} {self.seconds / self.calibration:12.0f} {nav2}"
 

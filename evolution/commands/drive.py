@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from evolution.animation import save_animation
+from evolution.animation import save_animation, show_animation
 from evolution.commands import options
 from evolution.commands.bench import load_all
 from evolution.commands.progress import console
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         save_animation(episode, settings.environment.robot, path)
         console.print(f"wrote {path}")
     if args.show:
-        save_animation(episode, settings.environment.robot, None)
+        show_animation(episode, settings.environment.robot)
     return 0
 
 

@@ -1,0 +1,92 @@
+"""Films of a recorded run, from the frames the env's own renderer draws."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from gym_mapbench.episode import Episode
+from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.render import Snapshot, Window, draw
+from gym_mapbench.robot import RobotSpec
+from gym_mapbench.scenario import Pose
+
+FRAMES_PER_SECOND = 20
+MAX_FRAMES = 400
+GIF_COLOURS = 64
+Frame = NDArray[np.uint8]
+
+
+def frames(episode: Episode, robot: RobotSpec, size: int = 480) -> Iterator[Frame]:
+    """Draw a run: ``(height, width, 3)`` uint8 frames, at most 400, evenly spaced in time, the last one held.
+
+    Args:
+        episode: The recorded run.
+        robot: The robot that drove it.
+        size: Length of the longer side, pixels.
+    """
+    path = episode.path if len(episode.path) else None
+    for row in frame_rows(len(episode.trajectory)):
+        pose = Pose(*episode.trajectory[row, :3].tolist())
+        yield draw(Snapshot(episode.scenario, robot, pose, episode.trajectory[: row + 1, :2], path), size)
+
+
+def frame_rows(count: int) -> list[int]:
+    """Rows of the trajectory that are drawn: every one, or every n-th of a long run, and the last."""
+    every = -(-count // MAX_FRAMES)
+    rows = list(range(0, count, every))
+    return rows if rows[-1] == count - 1 else [*rows, count - 1]
+
+
+def save_animation(episode: Episode, robot: RobotSpec, path: Path) -> None:
+    """Write a run as ``.gif`` or ``.mp4``; the clock runs as fast as 20 frames a second show it.
+
+    Raises:
+        ConfigError: If the ending is another.
+        RunError: If a film is wanted and ``ffmpeg`` is missing or fails.
+    """
+    if path.suffix == ".gif":
+        _save_gif(episode, robot, path)
+    elif path.suffix == ".mp4":
+        _save_mp4(episode, robot, path)
+    else:
+        raise ConfigError(f"{path}: expected a name that ends in .gif or .mp4")
+
+
+def show_animation(episode: Episode, robot: RobotSpec) -> None:
+    """Show a run in a window."""
+    window = Window()
+    for frame in frames(episode, robot):
+        window.show(frame, 1.0 / FRAMES_PER_SECOND)
+    window.close()
+
+
+def _save_gif(episode: Episode, robot: RobotSpec, path: Path) -> None:
+    pictures = [Image.fromarray(frame).quantize(GIF_COLOURS) for frame in frames(episode, robot, size=360)]
+    durations = [1000 // FRAMES_PER_SECOND] * (len(pictures) - 1) + [1500]
+    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=durations, loop=0, optimize=True)
+
+
+def _save_mp4(episode: Episode, robot: RobotSpec, path: Path) -> None:
+    """Hand the raw frames to ffmpeg; an even size is what its common codec takes."""
+    ffmpeg = shutil.which("ffmpeg")
+    if ffmpeg is None:
+        raise RunError(f"{path}: a film needs the program ffmpeg, which is not installed; a .gif does not")
+    drawn = [frame[: len(frame) // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames(episode, robot)]
+    height, width, _ = drawn[0].shape
+    options = f"-y -f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {FRAMES_PER_SECOND} -i - -pix_fmt yuv420p".split()
+    done = subprocess.run(
+        [ffmpeg, *options, str(path)],
+        input=b"".join(frame.tobytes() for frame in drawn),
+        capture_output=True,
+        check=False,
+    )
+    if done.returncode != 0:
+        reason = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
+        raise RunError(f"{path}: ffmpeg could not write it ({' '.join(reason)})")
