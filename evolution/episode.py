@@ -86,6 +86,7 @@ def run_episode(
         first_contact_time=log.first_contact_time,
         events=_events(controller, log),
         controller_seconds=log.controller_seconds,
+        robot=env.robot,
     )
 
 

@@ -8,6 +8,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Scenario
 
 Outcome = Literal["goal", "collision", "timeout", "planner_failure", "controller_failure", "error"]
@@ -47,6 +48,7 @@ class Episode:
         first_contact_time: Simulated seconds of the first touch of a wall, None if there was none.
         events: What happened, in order.
         controller_seconds: Wall-clock seconds spent inside the controller.
+        robot: Shape and limits of the robot that drove.
     """
 
     scenario: Scenario
@@ -62,6 +64,7 @@ class Episode:
     first_contact_time: float | None = None
     events: tuple[Event, ...] = ()
     controller_seconds: float = 0.0
+    robot: RobotSpec = field(default_factory=RobotSpec)
 
     @property
     def success(self) -> bool:

@@ -1,40 +1,35 @@
-"""Pictures of a moment: map, path, trail, scan and robot, drawn by NumPy from a snapshot.
-
-Every shape is a signed distance to its outline in pixels, turned into a share of each pixel's
-area: that is all the anti-aliasing there is.
-"""
+"""Pictures of a moment: map, path, trail, scan and robot, drawn into an array from a snapshot."""
 
 from __future__ import annotations
 
 import functools
-import itertools
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.clearance import counter_clockwise
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.kernels.raster import paint_convex, paint_fan, paint_line, paint_ring
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, Scenario
 
 Frame = NDArray[np.uint8]
-Colour = tuple[int, int, int]
+Colour = NDArray[np.float32]
 
-FREE: Colour = (248, 247, 243)
-WALL: Colour = (59, 66, 82)
-UNKNOWN: Colour = (221, 219, 212)
-SCAN: Colour = (246, 217, 146)
-PATH: Colour = (150, 160, 176)
-TRAIL: Colour = (76, 134, 178)
-START: Colour = (129, 161, 106)
-GOAL: Colour = (191, 97, 106)
-ROBOT: Colour = (46, 91, 130)
-NOSE: Colour = (255, 255, 255)
+FREE: Colour = np.array((248, 247, 243), np.float32)
+WALL: Colour = np.array((59, 66, 82), np.float32)
+UNKNOWN: Colour = np.array((221, 219, 212), np.float32)
+SCAN: Colour = np.array((246, 217, 146), np.float32)
+PATH: Colour = np.array((150, 160, 176), np.float32)
+TRAIL: Colour = np.array((76, 134, 178), np.float32)
+START: Colour = np.array((129, 161, 106), np.float32)
+GOAL: Colour = np.array((191, 97, 106), np.float32)
+ROBOT: Colour = np.array((46, 91, 130), np.float32)
+NOSE: Colour = np.array((255, 255, 255), np.float32)
 
 DEFAULT_SIZE = 600
-MAX_TRAIL_POINTS = 500
 
 
 @dataclass(frozen=True)
@@ -74,7 +69,7 @@ def draw(snapshot: Snapshot, size: int = DEFAULT_SIZE) -> Frame:
         canvas.fan(pose, snapshot.scan, SCAN, 0.45)
     if snapshot.path is not None:
         canvas.line(snapshot.path[:, :2], 1.5, PATH)
-    canvas.line(thin_out(snapshot.trail), 3.0, TRAIL)
+    canvas.line(snapshot.trail, 3.0, TRAIL)
     for place, colour in ((snapshot.scenario.start, START), (snapshot.scenario.goal, GOAL)):
         canvas.ring(place, robot.circumscribed_radius, 2.0, colour)
         canvas.line(_heading(place, robot.circumscribed_radius), 2.0, colour)
@@ -106,68 +101,35 @@ class Canvas:
         """Return the picture, ``(height, width, 3)`` uint8."""
         return np.round(self._pixels).astype(np.uint8)
 
-    def disc(self, centre: Pose, radius: float, colour: Colour, alpha: float = 1.0) -> None:
+    def disc(self, centre: Pose, radius: float, colour: Colour) -> None:
         """Fill a disc (m)."""
-        column, line = self._pixel(centre.x, centre.y)
-        window, columns, lines = self._window([(column, line)], radius * self._scale)
-        distance = np.hypot(columns - column, lines - line)
-        self._paint(window, radius * self._scale - distance, colour, alpha)
+        column, line = self._to_pixels([centre[:2]])[0]
+        paint_ring(self._pixels, column, line, -1.0, radius * self._scale, colour, 1.0)
 
     def ring(self, centre: Pose, radius: float, width: float, colour: Colour) -> None:
         """Draw a circle of ``radius`` m with a line ``width`` pixels wide."""
-        column, line = self._pixel(centre.x, centre.y)
-        window, columns, lines = self._window([(column, line)], radius * self._scale + width)
-        distance = np.abs(np.hypot(columns - column, lines - line) - radius * self._scale)
-        self._paint(window, width / 2 - distance, colour)
+        column, line = self._to_pixels([centre[:2]])[0]
+        middle = radius * self._scale
+        paint_ring(self._pixels, column, line, middle - width / 2, middle + width / 2, colour, 1.0)
 
     def convex(self, corners: NDArray[np.float64], colour: Colour) -> None:
         """Fill a convex polygon, ``(n, 2)`` m, counter-clockwise."""
-        points = np.array([self._pixel(x, y) for x, y in corners])
-        window, columns, lines = self._window(points, 1.0)
-        inside = np.full((lines.size, columns.size), np.inf)
-        for (c0, l0), (c1, l1) in zip(points, np.roll(points, -1, axis=0), strict=True):
-            length = np.hypot(c1 - c0, l1 - l0)
-            # Lines of pixels count downwards, so the inside is to the right of an edge here.
-            inside = np.minimum(inside, ((columns - c0) * (l1 - l0) - (lines - l0) * (c1 - c0)) / length)
-        self._paint(window, inside, colour)
+        paint_convex(self._pixels, self._to_pixels(corners), colour)
 
     def line(self, points: NDArray[np.float64], width: float, colour: Colour) -> None:
         """Draw a line through ``(n, 2)`` m, ``width`` pixels wide."""
-        pixels = [self._pixel(x, y) for x, y in points]
-        for first, second in itertools.pairwise(pixels):
-            window, columns, lines = self._window([first, second], width)
-            self._paint(window, width / 2 - _to_segment(columns, lines, first, second), colour)
+        paint_line(self._pixels, self._to_pixels(points), width, colour)
 
     def fan(self, centre: Pose, scan: NDArray[np.float64], colour: Colour, alpha: float) -> None:
         """Fill the area that beams ``(n, 2)`` of world angle (rad) and range (m) pass over."""
-        column, line = self._pixel(centre.x, centre.y)
-        window, columns, lines = self._window([(column, line)], float(scan[:, 1].max()) * self._scale)
+        column, line = self._to_pixels([centre[:2]])[0]
         angles, ranges = _closed(scan)
-        here = np.arctan2(line - lines, columns - column)
-        reach = np.interp(np.mod(here - angles[0], 2 * np.pi) + angles[0], angles, ranges)
-        self._paint(window, reach * self._scale - np.hypot(columns - column, lines - line), colour, alpha)
+        paint_fan(self._pixels, column, line, angles, ranges * self._scale, colour, alpha)
 
-    def _pixel(self, x: float, y: float) -> tuple[float, float]:
-        """Column and line of a point; pixel centres are at whole numbers plus a half."""
-        return (x - self._x0) * self._scale, (self._y1 - y) * self._scale
-
-    def _window(
-        self, points: Any, margin: float
-    ) -> tuple[tuple[slice, slice], NDArray[np.float64], NDArray[np.float64]]:
-        """Return the part of the picture around some pixels, and its columns ``(1, w)`` and lines ``(h, 1)``."""
-        height, width, _ = self._pixels.shape
-        low, high = np.min(points, axis=0) - margin - 1, np.max(points, axis=0) + margin + 2
-        left, right = int(np.clip(low[0], 0, width)), int(np.clip(high[0], 0, width))
-        top, bottom = int(np.clip(low[1], 0, height)), int(np.clip(high[1], 0, height))
-        columns, lines = np.arange(left + 0.5, right), np.arange(top + 0.5, bottom)
-        return (slice(top, bottom), slice(left, right)), columns[np.newaxis], lines[:, np.newaxis]
-
-    def _paint(
-        self, window: tuple[slice, slice], inside: NDArray[np.float64], colour: Colour, alpha: float = 1.0
-    ) -> None:
-        """Blend a colour over pixels by how far (pixels) they lie inside a shape."""
-        share = np.clip(inside + 0.5, 0.0, 1.0)[..., np.newaxis] * np.float32(alpha)
-        self._pixels[window] += share.astype(np.float32) * (np.array(colour, np.float32) - self._pixels[window])
+    def _to_pixels(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Column and line of points ``(n, 2)`` m; pixel centres are at whole numbers plus a half."""
+        x, y = np.asarray(points, dtype=np.float64).T
+        return np.stack([x - self._x0, self._y1 - y], axis=1) * self._scale
 
 
 class Window:
@@ -197,13 +159,6 @@ class Window:
         self._plt.close(self._figure)
 
 
-def thin_out(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return at most about 500 of the points, both ends included."""
-    chosen = np.linspace(0, len(points) - 1, min(len(points), MAX_TRAIL_POINTS)).round().astype(int)
-    thinned: NDArray[np.float64] = points[chosen]
-    return thinned
-
-
 @functools.lru_cache(maxsize=4)
 def _background(grid: GridMap, size: int) -> NDArray[np.float32]:
     """Draw the map alone, ``(height, width, 3)`` float32: whole pixels a cell, or the mean of whole cells a pixel."""
@@ -222,18 +177,6 @@ def _background(grid: GridMap, size: int) -> NDArray[np.float32]:
     padded = np.pad(cells, ((0, rows * block - grid.shape[0]), (0, cols * block - grid.shape[1]), (0, 0)), mode="edge")
     mean: NDArray[np.float32] = padded.reshape(rows, block, cols, block, 3).mean(axis=(1, 3), dtype=np.float32)
     return mean[::-1]
-
-
-def _to_segment(
-    columns: NDArray[np.float64], lines: NDArray[np.float64], first: tuple[float, float], second: tuple[float, float]
-) -> NDArray[np.float64]:
-    """Distance of every pixel from a segment, ``(h, w)`` pixels."""
-    dc, dl = second[0] - first[0], second[1] - first[1]
-    squared = dc * dc + dl * dl
-    along = ((columns - first[0]) * dc + (lines - first[1]) * dl) / squared if squared > 0 else 0.0 * (columns + lines)
-    along = np.clip(along, 0.0, 1.0)
-    distance: NDArray[np.float64] = np.hypot(columns - first[0] - along * dc, lines - first[1] - along * dl)
-    return distance
 
 
 def _closed(scan: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -1,0 +1,150 @@
+"""Measures of one recorded run. Pure functions of an Episode; SI units; the same run gives the same numbers.
+
+"MRPB" is Wen et al., MRPB 1.0: A Unified Benchmark for the Evaluation of Mobile Robot Local Planning
+Approaches (2021); "BARN" is Xiao et al., The Benchmark Autonomous Robot Navigation Challenge (2022 on).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.clearance import measure_clearance
+from gym_mapbench.episode import RECOVERY_KINDS, Episode
+from gym_mapbench.task import distance_to_goal
+
+Floats = NDArray[np.float64]
+
+
+def path_length(episode: Episode) -> float:
+    """Length of the driven path, m."""
+    return float(_steps(episode).sum())
+
+
+def shortest_length(episode: Episode) -> float:
+    """Geodesic distance from start to goal for this robot, m: 8-connected over the cells it fits in."""
+    start = episode.scenario.start
+    return distance_to_goal(episode.scenario, episode.robot).at(start.x, start.y)
+
+
+def min_clearance(episode: Episode) -> float:
+    """Smallest distance from the robot's outline to a wall, m (MRPB's safety); negative where a disc overlaps one."""
+    return float(_clearances(episode).min())
+
+
+def mean_clearance(episode: Episode) -> float:
+    """Mean over time of the distance from the robot's outline to the nearest wall, m."""
+    return float(_clearances(episode).mean())
+
+
+def curvature(episode: Episode) -> float:
+    """Heading turned per metre driven, rad/m: the mean absolute curvature of the path, turns on the spot included."""
+    turned = np.abs(np.diff(np.unwrap(episode.trajectory[:, 2]))).sum()
+    length = path_length(episode)
+    return float(turned / length) if length > 0 else 0.0
+
+
+def path_smoothness(episode: Episode) -> float:
+    """Squared change of the step vector, summed, per metre driven (MRPB's path smoothness), m; 0 on a straight line."""
+    bends = np.diff(episode.trajectory[:, :2], n=2, axis=0)
+    length = path_length(episode)
+    return float((bends**2).sum() / length) if length > 0 else 0.0
+
+
+def velocity_smoothness(episode: Episode) -> float:
+    """Mean absolute forward acceleration (MRPB's velocity smoothness), m/s^2."""
+    return _mean_rate(episode, order=1)
+
+
+def jerk(episode: Episode) -> float:
+    """Mean absolute forward jerk, m/s^3."""
+    return _mean_rate(episode, order=2)
+
+
+def effort(episode: Episode) -> float:
+    """Control effort: the commanded v^2 + omega^2 integrated over time (linear-quadratic control's input cost)."""
+    return float((episode.commands**2).sum() * episode.control_period)
+
+
+def n_replans(episode: Episode) -> float:
+    """Number of replans, the first plan included."""
+    return float(sum(event.kind == "replan" for event in episode.events))
+
+
+def n_recoveries(episode: Episode) -> float:
+    """Number of recovery behaviours (Nav2's clear, spin, wait and back up) that were begun."""
+    return float(sum(event.kind in RECOVERY_KINDS for event in episode.events))
+
+
+def spl(episode: Episode) -> float:
+    """Success weighted by path length, 0 to 1 (Anderson et al., On Evaluation of Embodied Navigation Agents, 2018)."""
+    if not episode.success:
+        return 0.0
+    shortest = shortest_length(episode)
+    longer = max(path_length(episode), shortest)
+    return shortest / longer if longer > 0 else 1.0
+
+
+def barn_score(episode: Episode) -> float:
+    """BARN's score with the robot's own top speed and the geodesic distance, 0 to 1/2."""
+    optimal = shortest_length(episode) / episode.robot.max_linear_velocity
+    return score_barn(episode.success, episode.time, optimal)
+
+
+def score_barn(success: bool, actual_time: float, optimal_time: float, low: float = 2.0, high: float = 8.0) -> float:
+    """Return success * OT / clip(AT, low * OT, high * OT).
+
+    Args:
+        success: Whether the goal was reached without touching anything.
+        actual_time: AT, s.
+        optimal_time: OT, path length over top speed, s.
+        low: Factor below which faster earns no more: 4 in the challenge of 2022, 2 since.
+        high: Factor above which slower costs no more.
+    """
+    if not success or optimal_time <= 0:
+        return 0.0
+    return optimal_time / min(max(actual_time, low * optimal_time), high * optimal_time)
+
+
+METRICS: dict[str, Callable[[Episode], float]] = {
+    function.__name__: function
+    for function in (
+        path_length,
+        shortest_length,
+        min_clearance,
+        mean_clearance,
+        curvature,
+        path_smoothness,
+        velocity_smoothness,
+        jerk,
+        effort,
+        n_replans,
+        n_recoveries,
+        spl,
+        barn_score,
+    )
+}
+
+
+def measure(episode: Episode) -> dict[str, float]:
+    """Return every metric of a run by name."""
+    return {name: metric(episode) for name, metric in METRICS.items()}
+
+
+def _steps(episode: Episode) -> Floats:
+    """Length of every control step, m."""
+    lengths: Floats = np.hypot(*np.diff(episode.trajectory[:, :2], axis=0).T)
+    return lengths
+
+
+def _clearances(episode: Episode) -> Floats:
+    """Clearance at every recorded pose, m."""
+    return measure_clearance(episode.scenario.map, episode.robot, episode.trajectory[:, :3])
+
+
+def _mean_rate(episode: Episode, order: int) -> float:
+    """Mean absolute derivative of the forward speed of some order; 0 for a run too short to have one."""
+    rates = np.diff(episode.trajectory[:, 3], n=order) / episode.control_period**order
+    return float(np.abs(rates).mean()) if len(rates) else 0.0
