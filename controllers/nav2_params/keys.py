@@ -62,8 +62,8 @@ GOAL_CHECKER = Keys(
 )
 PLANNER_SERVER = Keys(ros_only=frozenset({"costmap_update_timeout", "expected_planner_frequency"}))
 NAVFN = Keys(ros_only=frozenset({"plugin"}))
-SMAC_2D = Keys(ros_only=frozenset({"plugin", "max_planning_time"}))
-THETA_STAR = Keys(ros_only=frozenset({"plugin"}))
+SMAC_2D = Keys(ros_only=frozenset({"plugin", "max_planning_time", "terminal_checking_interval"}))
+THETA_STAR = Keys(ros_only=frozenset({"plugin", "terminal_checking_interval"}))
 BEHAVIOR_SERVER = Keys(
     ros_only=FRAMES
     | {

@@ -59,10 +59,10 @@ CONTROLLERS = {
     ),
 }
 PLANNERS = {
-    "navfn": Plugin("nav2_navfn_planner/NavfnPlanner", "gym_mapbench.planners.navfn", "NavfnParams", NAVFN),
-    "smac_2d": Plugin("nav2_smac_planner/SmacPlanner2D", "gym_mapbench.planners.smac_2d", "Smac2dParams", SMAC_2D),
+    "navfn": Plugin("nav2_navfn_planner/NavfnPlanner", "gym_mapbench.planners", "NavfnParams", NAVFN),
+    "smac_2d": Plugin("nav2_smac_planner/SmacPlanner2D", "gym_mapbench.planners", "Smac2DParams", SMAC_2D),
     "theta_star": Plugin(
-        "nav2_theta_star_planner/ThetaStarPlanner", "gym_mapbench.planners.theta_star", "ThetaStarParams", THETA_STAR
+        "nav2_theta_star_planner/ThetaStarPlanner", "gym_mapbench.planners", "ThetaStarParams", THETA_STAR
     ),
 }
 PROGRESS_CHECKERS = {

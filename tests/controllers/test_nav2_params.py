@@ -408,7 +408,9 @@ navigations = st.builds(
         goal_checker=st.builds(GoalChecker, plugin=st.sampled_from(["simple", "stopped"]), xy_goal_tolerance=positive),
     ),
     controllers=controllers,
-    planner=st.builds(PlannerPlugin, name=st.just("navfn"), params=st.fixed_dictionaries({"tolerance": positive})),
+    planner=st.builds(PlannerPlugin, name=st.just("navfn"), params=st.fixed_dictionaries({"tolerance": positive}))
+    | st.builds(PlannerPlugin, name=st.just("smac_2d"), params=st.fixed_dictionaries({"allow_unknown": st.booleans()}))
+    | st.builds(PlannerPlugin, name=st.just("theta_star"), params=st.fixed_dictionaries({"w_euc_cost": positive})),
     local_costmap=costmap_params,
     global_costmap=costmap_params,
     behavior_server=st.builds(BehaviorServer, behavior_plugins=st.sampled_from([(), ("wait",), ("spin", "wait")])),
