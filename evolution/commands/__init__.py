@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from evolution.commands import bench, drive, evolve, validate
+from evolution.commands import bench, drive, evolve, export, import_results, maps, validate
 
-COMMANDS = (evolve, bench, drive, validate)
+COMMANDS = (evolve, bench, drive, maps, export, import_results, validate)

@@ -8,13 +8,16 @@ import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from rich.table import Table
 
+from evolution.barn import PREFIX as BARN
+from evolution.barn import BarnScore, correlation_with, load_barn, reference_of, score_runs
 from evolution.bench import BenchRun, bench, summary_rows
 from evolution.commands import options
-from evolution.commands.progress import WorkBar, console
+from evolution.commands.progress import WorkBar, console, errors
 from evolution.driving import run_job
 from evolution.evaluator import Evaluator
 from evolution.jobs import JobPlan
@@ -41,6 +44,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     options.add_drive_options(parser)
     options.add_work_options(parser)
     parser.add_argument("--repeats", type=options.positive, default=1, metavar="R", help="runs of each (default 1)")
+    parser.add_argument("--lo", type=float, default=2.0, help="factor below which BARN rewards no more (default 2)")
     parser.add_argument("--format", choices=("table", "json", "csv"), default="table")
     parser.add_argument("--out", metavar="DIR", help="also write bench.json and bench.csv there")
     parser.set_defaults(run=run)
@@ -64,12 +68,24 @@ def run(args: argparse.Namespace) -> int:
         _print_table(runs)
     else:
         print(json_of(runs) if args.format == "json" else csv_of(runs), end="")
+    if barn is not None:
+        _print_barn(score_runs(runs, barn, args.lo), barn)
     return 0
 
 
 def load_all(paths: Sequence[str], args: argparse.Namespace) -> list[Scenario]:
     """Load the scenarios of all MAP arguments."""
+    if _barn_source(paths) is not None:
+        return load_barn(paths[0])
     return [scenario for path in paths for scenario in load_scenarios(path, start=args.start, goal=args.goal)]
+
+
+def _barn_source(paths: Sequence[str]) -> str | None:
+    """The ``barn:DIR`` among the maps, which has rules of its own and stands alone."""
+    found = [path for path in paths if path.startswith(BARN)]
+    if found and len(paths) > 1:
+        raise ConfigError(f"{found[0]}: BARN's task has rules of its own; expected no other map beside it")
+    return found[0] if found else None
 
 
 def json_of(runs: Sequence[BenchRun]) -> str:
@@ -97,6 +113,25 @@ def _print_table(runs: Sequence[BenchRun]) -> None:
     for row in summary_rows(runs):
         table.add_row(*row)
     console.print(table)
+
+
+def _print_barn(scores: Sequence[BarnScore], source: str) -> None:
+    """BARN's figures on standard error, so that standard output stays what --format says."""
+    reference = reference_of(source)
+    for name in dict.fromkeys(one.controller for one in scores):
+        own = [one for one in scores if one.controller == name]
+        times = [one.time for one in own if one.success]
+        errors.print(
+            f"BARN {name}: {len(times)}/{len(own)} successful, score {fmean(one.score for one in own):.4f}"
+            + (f", mean time {fmean(times):.2f} s" if times else "")
+        )
+        for one in own:
+            published = reference.get(one.world)
+            beside = "" if published is None else f" (published DWA {published:.2f} s)"
+            errors.print(f"  {one.world}: {one.time:.2f} s, score {one.score:.4f}{beside}", highlight=False)
+        rho, low, high, count = correlation_with(reference, own)
+        if count > 1:
+            errors.print(f"  rank correlation with published DWA {rho:.3f} ({low:.3f} to {high:.3f}), {count} worlds")
 
 
 def _new_directory(path: Path) -> Path:

@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     if args.scenario > len(scenarios):
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")
     settings = options.drive_settings(args)
-    plan = JobPlan(options.controllers_of(args.controller), settings, args.seed)
+    plan = JobPlan(options.usable_controllers(args.controller, settings), settings, args.seed)
     if len(plan.controllers) != 1:
         raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
     episode = drive(plan.jobs(scenarios[args.scenario - 1])[0])

@@ -11,7 +11,7 @@ from rich.table import Table
 from controllers.nav2_params.presets import overlay
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console
-from evolution.driving import run_job
+from evolution.driving import build_controller, run_job
 from evolution.evaluator import Evaluator
 from evolution.experiments import experiment_of, load_preset, preset_names, read_document
 from evolution.figures import write_run_figures
@@ -93,7 +93,10 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     if args.controllers is not None:
         document["controllers"] = [spec.model_dump() for spec in options.controllers_of(args.controllers)]
     experiment = experiment_of(document)
-    return Experiment(experiment.search, experiment.controllers, options.drive_settings(args, experiment.run))
+    settings = options.drive_settings(args, experiment.run)  # type: ignore[arg-type]
+    for spec in experiment.controllers:
+        build_controller(spec, settings)
+    return Experiment(experiment.search, experiment.controllers, settings)
 
 
 def _print_summary(loaded: LoadedRun) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from evolution.driving import DriveSettings
+from evolution.driving import DriveSettings, build_controller
 from evolution.experiments import DEFAULT_CONTROLLERS, controllers_from
 from evolution.jobs import ControllerSpec
 from gym_mapbench.config import EnvConfig
@@ -107,6 +107,14 @@ def controllers_of(text: str | None) -> tuple[ControllerSpec, ...]:
     if not all(names):
         raise ConfigError(f"--controllers: expected names separated by commas, got {text!r}")
     return controllers_from(names)
+
+
+def usable_controllers(text: str | None, settings: DriveSettings) -> tuple[ControllerSpec, ...]:
+    """Read ``--controllers`` and make each of them once, so that a wrong name or parameter is said at the start."""
+    specs = controllers_of(text)
+    for spec in specs:
+        build_controller(spec, settings)
+    return specs
 
 
 def workers_of(args: argparse.Namespace) -> int:

@@ -1,0 +1,77 @@
+"""``mapbench export``: maps as files for other programs, up to a bundle that runs in Gazebo and Nav2."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from controllers.nav2_params import NavigationParams, write_nav2_params
+from evolution.commands import options
+from evolution.commands.progress import console
+from evolution.driving import DriveSettings
+from evolution.experiments import experiment_of
+from evolution.jobs import ControllerSpec
+from evolution.rundir import CONFIG, load_run
+from gym_mapbench.mapio import load_maps, load_scenarios
+from gym_mapbench.mapio.conversion import FORMATS, write_maps
+from gym_mapbench.mapio.gazebo import export_gazebo
+
+EXAMPLES = """  mapbench export runs/first --format gazebo --out bundle
+  mapbench export maps.mapset.json --format map_server --out maps
+  mapbench export office.yaml --format gazebo --params nav2_params.yaml --out bundle"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the subcommand."""
+    parser = options.example_parser(subparsers, "export", "Write maps for ROS 2, Gazebo and other programs.", EXAMPLES)
+    parser.add_argument("source", metavar="RUN_OR_MAPSET", help="run directory, map-set file, or any map")
+    parser.add_argument("--format", required=True, choices=("gazebo", *FORMATS))
+    parser.add_argument("--out", required=True, metavar="DIR", help="a new or empty directory")
+    parser.add_argument("--wall-height", type=float, default=0.5, metavar="M", help="of the Gazebo walls (default 0.5)")
+    options.add_controllers_option(parser)
+    options.add_task_options(parser)
+    options.add_drive_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write and say what was written."""
+    if args.format == "gazebo":
+        written = _export_gazebo(args)
+    else:
+        written = write_maps(load_maps(args.source), args.out, args.format)
+    console.print(f"wrote {len(written)} files to {args.out}")
+    return 0
+
+
+def _export_gazebo(args: argparse.Namespace) -> list[Path]:
+    """Write the bundle with the controllers and parameters the run was driven with."""
+    recorded = experiment_of(load_run(args.source).config) if (Path(args.source) / CONFIG).is_file() else None
+    settings = options.drive_settings(args, recorded.run if recorded else None)  # type: ignore[arg-type]
+    chosen = options.controllers_of(args.controllers)
+    specs = recorded.controllers if recorded is not None and args.controllers is None else chosen
+    navigation = compared(settings, specs)
+    robot = settings.environment.robot
+    return export_gazebo(
+        load_scenarios(args.source, start=args.start, goal=args.goal),
+        args.out,
+        navigation_params=write_nav2_params(navigation, robot=robot),
+        controllers=list(navigation.controllers),
+        robot=robot,
+        wall_height=args.wall_height,
+        time_limit=settings.time_limit,
+        lidar_range=settings.environment.lidar.range_max,
+    )
+
+
+def compared(settings: DriveSettings, specs: tuple[ControllerSpec, ...]) -> NavigationParams:
+    """Navigation with one controller plugin per compared controller, under the name it was compared as.
+
+    Raises:
+        ConfigError: If one of them is not a controller of Nav2.
+    """
+    plugins = {}
+    for spec in specs:
+        plugin = settings.navigation.controller(spec.registered_name)
+        plugins[spec.name] = plugin.replace(params={**plugin.params, **spec.params})
+    return settings.navigation.replace(controllers=plugins)
