@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from controllers.base import ControllerError, FollowerSetup, Twist
 from controllers.dwb.critics import make_critics
 from controllers.dwb.kernels.plan import plan_window
-from controllers.dwb.kernels.verdict import NO_LIMIT, judge_all, judge_cheapest
+from controllers.dwb.kernels.verdict import judge_all, judge_cheapest
 from controllers.dwb.params import DwbParams
 from controllers.dwb.scene import Scene
 from controllers.dwb.trajectories import Trajectories
@@ -68,8 +68,9 @@ class DwbFollower:
 
     def __init__(self, params: DwbParams) -> None:
         self.params = params
-        self._forward = max(params.GoalAlign.forward_point_distance, params.PathAlign.forward_point_distance)
         self._critics = make_critics(params)
+        self._forbidden = np.array([critic.forbidden for critic in self._critics])
+        self._outlines = np.array([critic.checks_outline for critic in self._critics])
         self._plan = np.empty((0, 3))
 
     def reset(self, setup: FollowerSetup) -> None:
@@ -109,11 +110,13 @@ class DwbFollower:
         """
         scene = self._look(pose, velocity, costmap, now)
         best = self._judge(scene, judge_cheapest).best
-        command = Twist(0.0, 0.0) if best < 0 else Twist(*self._candidates.velocities[best].tolist())
+        legal = best >= 0
+        failure = "" if legal else _no_legal_candidate(self._judge(scene, judge_all))
+        command = Twist(*self._candidates.velocities[best].tolist()) if legal else Twist(0.0, 0.0)
         for critic in self._critics:
             critic.debrief(command, scene)
-        if best < 0:
-            raise ControllerError(_no_legal_candidate(self._judge(scene, judge_all)))
+        if not legal:
+            raise ControllerError(failure)
         return command
 
     def evaluate(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> DwbEvaluation:
@@ -134,10 +137,9 @@ class DwbFollower:
         """Roll out the candidates and collect what the critics need to know."""
         plan = self._near_plan(pose, costmap)
         goal = Pose(*self._plan[-1].tolist())
-        candidates = self._candidates
-        candidates.fill(pose, velocity, costmap)
-        reach = candidates.fastest() * self.params.sim_time + self._forward
-        return Scene(pose, velocity, goal, plan, costmap, self._setup.footprint, now, reach)
+        self._candidates.fill(pose, velocity, costmap)
+        reach, ahead = self._candidates.reach(), self.params.GoalAlign.forward_point_distance
+        return Scene(pose, velocity, goal, plan, costmap, self._setup.footprint, now, reach, ahead)
 
     def _near_plan(self, pose: Pose, costmap: Costmap) -> NDArray[np.float64]:
         """Return the part of the plan near the robot; forget what lies behind it."""
@@ -158,18 +160,15 @@ class DwbFollower:
     def _judge(self, scene: Scene, judge: Callable[..., int]) -> DwbEvaluation:
         """Let every critic score every candidate, and choose."""
         c, m, n = self._candidates, scene.costmap, len(self._candidates.twists)
-        count = len(self._critics)
-        raw, scales = np.zeros((count, n)), np.zeros(count, dtype=np.float32)
-        forbidden, outlines = np.full(count, NO_LIMIT), np.zeros(count, dtype=np.bool_)
+        raw, scales = np.zeros((len(self._critics), n)), np.zeros(len(self._critics), dtype=np.float32)
         for i, critic in enumerate(self._critics):
             critic.prepare(scene)
             scales[i] = critic.scale(m.resolution)
             if scales[i] != 0.0:
-                forbidden[i], outlines[i] = critic.forbidden, critic.checks_outline
                 critic.score(scene, c, raw[i])
         totals, illegal_by = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.int64)
         best = judge(
-            raw, scales, forbidden, outlines, c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings,
+            raw, scales, self._forbidden, self._outlines, c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings,
             c.yaw, c.cos, c.sin, m.costs, m.origin_x, m.origin_y, m.resolution, scene.footprint.corners,
             totals, illegal_by,
         )  # fmt: skip

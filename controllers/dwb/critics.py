@@ -5,7 +5,6 @@ Source: nav2_dwb_controller/dwb_critics.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 
 import numpy as np
@@ -37,7 +36,7 @@ from controllers.dwb.params import (
     PreferForwardParams,
     RotateToGoalParams,
 )
-from controllers.dwb.scene import Field, Scene
+from controllers.dwb.scene import GOAL, GOAL_AHEAD, PATH, Scene
 from controllers.dwb.trajectories import Trajectories
 
 Floats = NDArray[np.float64]
@@ -75,7 +74,8 @@ class Critic(ABC):
     def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
         """Write the raw scores, ``(n,)``, never negative, ``ILLEGAL`` for a candidate that is rejected.
 
-        What ``forbidden`` and ``checks_outline`` reject on the way need not be found out here.
+        ``scores`` comes filled with zeros. What ``forbidden`` and ``checks_outline`` reject on the way need not be
+        found out here.
         """
 
     def debrief(self, command: Twist, scene: Scene) -> None:
@@ -136,7 +136,7 @@ class MapGrid(Critic):
     forbidden = OFF_MAP
     _forward = 0.0
     _needs_seed = True
-    _field: Field
+    _layer: int
 
     def __init__(self, params: MapGridParams, twice: bool) -> None:
         super().__init__(params)
@@ -149,15 +149,15 @@ class MapGrid(Critic):
 
     def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
         """See :class:`Critic`."""
-        c, m, f = candidates, scene.costmap, self._field
+        c, m, f = candidates, scene.costmap, scene.fields
         if self._needs_seed and not f.reached:
             scores[:] = ILLEGAL
         elif self._aggregation == LAST:
-            last_grid_scores(c.last_cells(self._forward), f.distances, f.skipped, scores)
+            last_grid_scores(c.last_cells(self._forward), f.distances[self._layer], f.skipped, scores)
         else:
             aggregated_grid_scores(
                 c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings, c.cos, c.sin, self._forward,
-                f.distances, f.skipped, m.costs.shape, m.origin_x, m.origin_y, m.resolution,
+                f.distances[self._layer], f.skipped, m.costs.shape, m.origin_x, m.origin_y, m.resolution,
                 self._aggregation, self._twice, scores,
             )  # fmt: skip
 
@@ -165,21 +165,17 @@ class MapGrid(Critic):
 class PathDist(MapGrid):
     """Distance from the plan."""
 
-    def prepare(self, scene: Scene) -> None:
-        """See :class:`Critic`."""
-        self._field = scene.path_field()
+    _layer = PATH
 
 
 class GoalDist(MapGrid):
     """Distance from the last cell of the plan on the map."""
 
-    def prepare(self, scene: Scene) -> None:
-        """See :class:`Critic`."""
-        self._field = scene.field_of(scene.seeds()[-1:])
+    _layer = GOAL
 
 
-class PathAlign(PathDist):
-    """Distance of a point ahead of the robot from the plan; silent close to the goal."""
+class Align(MapGrid):
+    """Distance of a point ahead of the robot; the robot itself may leave the map on the way."""
 
     forbidden = NO_LIMIT
     _needs_seed = False
@@ -187,35 +183,27 @@ class PathAlign(PathDist):
     def __init__(self, params: AlignParams, twice: bool) -> None:
         super().__init__(params, twice)
         self._forward = params.forward_point_distance
-        self._near_goal = False
+
+
+class PathAlign(Align):
+    """Distance of a point ahead from the plan; silent close to the goal."""
+
+    _layer = PATH
+    _near_goal = False
 
     def prepare(self, scene: Scene) -> None:
         """See :class:`Critic`."""
-        self._near_goal = scene.goal_distance() <= self._forward * self._forward
-        super().prepare(scene)
+        self._near_goal = scene.goal_distance_sq() <= self._forward * self._forward
 
     def scale(self, resolution: float) -> float:
         """See :class:`Critic`."""
         return 0.0 if self._near_goal else super().scale(resolution)
 
 
-class GoalAlign(GoalDist):
-    """Distance of a point ahead of the robot from a point as far ahead of the plan's end."""
+class GoalAlign(Align):
+    """Distance of a point ahead from a point as far ahead of the plan's end."""
 
-    forbidden = NO_LIMIT
-    _needs_seed = False
-
-    def __init__(self, params: AlignParams, twice: bool) -> None:
-        super().__init__(params, twice)
-        self._forward = params.forward_point_distance
-
-    def prepare(self, scene: Scene) -> None:
-        """See :class:`Critic`."""
-        bearing = math.atan2(scene.goal.y - scene.pose.y, scene.goal.x - scene.pose.x)
-        plan = scene.plan.copy()
-        plan[-1, 0] += self._forward * math.cos(bearing)
-        plan[-1, 1] += self._forward * math.sin(bearing)
-        self._field = scene.field_of(scene.cells_of(plan)[-1:])
+    _layer = GOAL_AHEAD
 
 
 class RotateToGoal(Critic):
@@ -238,14 +226,13 @@ class RotateToGoal(Critic):
 
     def prepare(self, scene: Scene) -> None:
         """See :class:`Critic`."""
-        self._in_window = self._in_window or scene.goal_distance() <= self._tolerance_sq
+        self._in_window = self._in_window or scene.goal_distance_sq() <= self._tolerance_sq
         stopped = scene.velocity.v * scene.velocity.v <= self._stopped_sq
         self._rotating = self._rotating or (self._in_window and stopped)
 
     def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
         """See :class:`Critic`."""
         if not self._in_window:
-            scores[:] = 0.0
             return
         c = candidates
         rotation_errors(c.steps, c.headings, c.yaw, c.sim_time, self._params.lookahead_time, scene.goal.yaw, scores)
@@ -293,10 +280,9 @@ class Oscillation(Critic):
     def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
         """See :class:`Critic`."""
         del scene
-        scores[:] = 0.0
-        for trend, commands in zip((self._forward, self._turn), candidates.velocities.T, strict=True):
+        for axis, trend in enumerate((self._forward, self._turn)):
             if trend.only:
-                scores[commands * trend.only < 0.0] = ILLEGAL
+                scores[candidates.velocities[:, axis] * trend.only < 0.0] = ILLEGAL
 
     def debrief(self, command: Twist, scene: Scene) -> None:
         """See :class:`Critic`."""

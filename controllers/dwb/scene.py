@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import Twist
-from controllers.dwb.kernels.plan import distance_field, seed_cells
+from controllers.dwb.kernels.plan import distance_fields
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.scenario import Pose
 
+PATH, GOAL, GOAL_AHEAD = 0, 1, 2
 
-class Field(NamedTuple):
+
+class Fields(NamedTuple):
     """Manhattan distances in cells near the robot.
 
     Args:
-        distances: ``(cells,)`` int32, some whole rows of the map, filled within reach of the robot.
+        distances: ``(3, cells)`` int32: to the plan, to its last cell on the map, and to the same if its end lay
+            ahead; some whole rows of the map, filled within reach of the robot.
         skipped: Number of cells of the map before them.
-        reached: Whether there is any seed; without one all distances are ``cells of the map + 1``.
+        reached: Whether the plan is on the map at all; if not, all distances are ``cells of the map + 1``.
     """
 
     distances: NDArray[np.int32]
@@ -42,6 +47,7 @@ class Scene:
         footprint: The padded footprint.
         now: Seconds since the start of the run.
         reach: Distance from the robot within which all scored points lie, m.
+        ahead: How far towards the goal GoalAlign moves the end of the plan, m.
     """
 
     pose: Pose
@@ -52,35 +58,22 @@ class Scene:
     footprint: Footprint
     now: float
     reach: float
-    _seeds: NDArray[np.int64] | None = field(default=None, repr=False)
-    _path_field: Field | None = field(default=None, repr=False)
+    ahead: float
 
-    def goal_distance(self) -> float:
+    def goal_distance_sq(self) -> float:
         """Distance from the robot to the goal, squared, m^2."""
         dx, dy = self.pose.x - self.goal.x, self.pose.y - self.goal.y
         return dx * dx + dy * dy
 
-    def seeds(self) -> NDArray[np.int64]:
-        """Flat indices of the plan's cells, from the first on the known map to the first that is not."""
-        if self._seeds is None:
-            self._seeds = self.cells_of(self.plan)
-        return self._seeds
-
-    def cells_of(self, plan: NDArray[np.float64]) -> NDArray[np.int64]:
-        """As :meth:`seeds`, of another plan."""
-        c = self.costmap
-        cells: NDArray[np.int64] = seed_cells(plan, c.costs, c.origin_x, c.origin_y, c.resolution)
-        return cells
-
-    def path_field(self) -> Field:
-        """Distances to the plan; made once, for PathDist and PathAlign."""
-        if self._path_field is None:
-            self._path_field = self.field_of(self.seeds())
-        return self._path_field
-
-    def field_of(self, seeds: NDArray[np.int64]) -> Field:
-        """Return the distances to the nearest of ``seeds`` in the part of the map within ``reach``."""
-        c = self.costmap
-        x, y = self.pose.x - c.origin_x, self.pose.y - c.origin_y
-        distances, skipped = distance_field(seeds, c.costs.shape, x, y, self.reach, c.resolution)
-        return Field(distances, skipped, len(seeds) > 0)
+    @cached_property
+    def fields(self) -> Fields:
+        """The map grids, made when the first critic asks."""
+        m = self.costmap
+        bearing = math.atan2(self.goal.y - self.pose.y, self.goal.x - self.pose.x)
+        ahead_x, ahead_y = self.ahead * math.cos(bearing), self.ahead * math.sin(bearing)
+        x, y = self.pose.x - m.origin_x, self.pose.y - m.origin_y
+        return Fields(
+            *distance_fields(
+                self.plan, ahead_x, ahead_y, m.costs, m.origin_x, m.origin_y, m.resolution, x, y, self.reach
+            )
+        )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import Twist
-from controllers.dwb.kernels.rollout import first_velocities, roll_out, trace_candidate
+from controllers.dwb.kernels.rollout import first_velocities, roll_out, trace
 from controllers.dwb.kernels.scoring import last_cells
 from controllers.dwb.params import DwbParams
 from gym_mapbench.costmap import Costmap
@@ -47,6 +47,7 @@ class Trajectories:
     yaw: Floats
     cos: Floats
     sin: Floats
+    _last_cells: Integers
 
     def __init__(self, params: DwbParams, control_period: float) -> None:
         p, inf = params, np.inf
@@ -59,47 +60,43 @@ class Trajectories:
         self._speeds = np.array([p.max_speed_xy, p.min_speed_xy, p.min_speed_theta])
         by_distance = [inf, p.linear_granularity, p.angular_granularity]
         self._granularity = np.array([p.time_granularity, inf, inf] if p.discretize_by_time else by_distance)
-        self._reach = (p.sim_period or control_period) if p.samples_one_period else p.sim_time
+        self._horizon = (p.sim_period or control_period) if p.samples_one_period else p.sim_time
         self._gives_first_velocity = p.limit_vel_cmd_in_traj
-        self._costmap: Costmap
-        self._last_cells: dict[float, Integers] = {}
+        ahead = {p.GoalAlign.forward_point_distance, p.PathAlign.forward_point_distance}
+        self._forwards = (0.0, *sorted(ahead - {0.0}))
         self.sim_time = p.sim_time
         # The LimitedAccelGenerator drives the sample from the first step on.
         self.limits = np.array([inf, -inf, inf, -inf]) if p.samples_one_period else self._axes[:, 2:4].ravel()
 
     def fill(self, pose: Pose, velocity: Twist, costmap: Costmap) -> None:
-        """Sample and roll out the candidates of this cycle."""
+        """Sample and roll out the candidates of this cycle, and find where on the costmap they end."""
         self.state = np.array([*pose, *velocity], dtype=np.float64)
         self.twists, self.steps, self.headings, self.ends, self.yaw, self.cos, self.sin = roll_out(
-            self.state, self._axes, self._reach, self._speeds, self.sim_time, self._granularity, self.limits
+            self.state, self._axes, self._horizon, self._speeds, self.sim_time, self._granularity, self.limits
         )
         self.velocities = self.twists
         if self._gives_first_velocity:
             self.velocities = first_velocities(self.state, self.limits, self.sim_time, self.twists, self.steps)
-        self._costmap = costmap
-        self._last_cells.clear()
+        self._last_cells = last_cells(
+            self.steps, self.headings, self.ends, self.cos, self.sin, self._forwards,
+            costmap.origin_x, costmap.origin_y, costmap.resolution, costmap.costs.shape,
+        )  # fmt: skip
 
     def last_cells(self, forward: float) -> Integers:
         """Flat costmap indices of the points ``forward`` (m) of the last poses, ``(n,)``, -1 off the map."""
-        if forward not in self._last_cells:
-            m = self._costmap
-            self._last_cells[forward] = last_cells(
-                self.steps, self.headings, self.ends, self.cos, self.sin, forward,
-                m.origin_x, m.origin_y, m.resolution, m.costs.shape,
-            )  # fmt: skip
-        return self._last_cells[forward]
+        return self._last_cells[self._forwards.index(forward)]
 
-    def fastest(self) -> float:
-        """Return the largest forward speed any candidate drives at any time, m/s."""
-        return max(abs(float(self.state[3])), float(np.abs(self.twists[:, 0]).max(initial=0.0)))
+    def reach(self) -> float:
+        """Return the distance from the robot beyond which no point lies that a critic looks up, m."""
+        fastest: float = max(abs(self.state[3]), abs(self._axes[0, 0]), abs(self._axes[0, 1]))
+        return fastest * self.sim_time + self._forwards[-1]
 
     def poses(self, candidate: int) -> Floats:
         """Return the poses of one candidate, ``(steps + 1, 3)`` x, y in m and yaw in rad."""
-        poses = np.empty((3, self.steps[candidate] + 1))
-        trace_candidate(
-            candidate, self.state, self.limits, self.sim_time, self.twists, self.steps, self.headings,
-            self.cos, self.sin, poses[0], poses[1],
-        )  # fmt: skip
-        first = self.headings[candidate]
-        poses[2] = self.yaw[first : first + poses.shape[1]]
-        return poses.T
+        count, first = self.steps[candidate], self.headings[candidate]
+        way = slice(first, first + count + 1)
+        poses = np.empty((count + 1, 3))
+        poses[:, 2] = self.yaw[way]
+        target, dt = self.twists[candidate, 0], self.sim_time / count
+        trace(self.state, target, self.limits, dt, self.cos[way], self.sin[way], poses)
+        return poses

@@ -40,37 +40,50 @@ def plan_window(plan, x, y, prune_distance, start_threshold, end_threshold):
 
 
 @kernel
-def gap_points(dx, dy, resolution):
-    """Into how many parts a gap of the plan is divided; below 2 no point is put between."""
+def gap_parts(dx, dy, resolution):
+    """Into how many parts a gap of the plan is divided: one below three cells."""
     gap_sq = dx * dx + dy * dy
     smallest_sq = resolution * resolution * 4.0
     if gap_sq <= smallest_sq:
-        return 0
-    return int((math.sqrt(gap_sq) - math.sqrt(smallest_sq)) / resolution) - 1
+        return 1
+    return max(1, int((math.sqrt(gap_sq) - math.sqrt(smallest_sq)) / resolution) - 1)
 
 
 @kernel
-def seed_cells(plan, costs, origin_x, origin_y, resolution):
-    """Cells of the plan's first run on the known map, in order, as flat indices; empty if it never is there."""
-    rows, cols = costs.shape
-    known = costs.ravel()
-    parts = np.ones(len(plan), dtype=np.int64)
+def count_points(plan, end_dx, end_dy, resolution):
+    """At least the number of points of the plan once its gaps are filled."""
+    points = 1 + int((abs(end_dx) + abs(end_dy)) / resolution)
     for i in range(1, len(plan)):
-        parts[i] = max(1, gap_points(plan[i, 0] - plan[i - 1, 0], plan[i, 1] - plan[i - 1, 1], resolution))
-    cells = np.empty(parts.sum(), dtype=np.int64)
+        points += gap_parts(plan[i, 0] - plan[i - 1, 0], plan[i, 1] - plan[i - 1, 1], resolution)
+    return points
+
+
+@kernel
+def seed_cells(plan, end_dx, end_dy, costs, origin_x, origin_y, resolution):
+    """Cells of the plan's first run on the known map, in order, as flat indices; empty if it never is there.
+
+    The last pose of the plan is moved by ``end_dx``, ``end_dy`` (m); wide gaps are filled.
+    """
+    rows, cols = costs.shape
+    cells = np.empty(count_points(plan, end_dx, end_dy, resolution), dtype=np.int64)
     n = 0
+    last_x, last_y = plan[0, 0], plan[0, 1]
     for i in range(len(plan)):
-        for j in range(1, parts[i] + 1):
-            x, y = plan[i, 0], plan[i, 1]
-            if j < parts[i]:
-                x = plan[i - 1, 0] + j * ((x - plan[i - 1, 0]) / parts[i])
-                y = plan[i - 1, 1] + j * ((y - plan[i - 1, 1]) / parts[i])
+        to_x, to_y = plan[i, 0], plan[i, 1]
+        if i == len(plan) - 1:
+            to_x, to_y = to_x + end_dx, to_y + end_dy
+        parts = gap_parts(to_x - last_x, to_y - last_y, resolution)
+        for j in range(1, parts + 1):
+            x, y = to_x, to_y
+            if j < parts:
+                x, y = last_x + j * ((to_x - last_x) / parts), last_y + j * ((to_y - last_y) / parts)
             cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
-            if cell >= 0 and known[cell] != NO_INFORMATION:
+            if cell >= 0 and costs.flat[cell] != NO_INFORMATION:
                 cells[n] = cell
                 n += 1
             elif n > 0:
                 return cells[:n]
+        last_x, last_y = to_x, to_y
     return cells[:n]
 
 
@@ -128,30 +141,32 @@ def fill_from_many(part, seeds, first_row, first_col, cols):
 
 
 @kernel
-def distance_field(seeds, shape, x, y, reach, resolution):
-    """Manhattan distance in cells from the cells near a point to the nearest seed.
+def fill(part, seeds, first_row, first_col, cols, unreachable):
+    """Manhattan distances in cells from the cells of ``part`` to the nearest of ``seeds``."""
+    if len(seeds) == 1:
+        fill_from_one(part, seeds[0] // cols - first_row, seeds[0] % cols - first_col)
+        return
+    part[:] = unreachable
+    if len(seeds) > 0:
+        fill_from_many(part, seeds, first_row, first_col, cols)
 
-    Args:
-        seeds: Flat indices of cells of the map.
-        shape: Rows and columns of the map.
-        x: Of the point, from the map's corner, m; ``y`` alike.
-        y: See ``x``.
-        reach: Distance from the point within which the field is needed, m.
-        resolution: m.
+
+@kernel
+def distance_fields(plan, ahead_x, ahead_y, costs, origin_x, origin_y, resolution, x, y, reach):
+    """Manhattan distances in cells within ``reach`` (m) of the point x, y (m, from the map's corner).
 
     Returns:
-        ``(cells,)`` int32, some whole rows of the map of which the columns within reach are filled: with cells of
-        the map + 1 if there is no seed. And the number of cells of the map before those rows.
+        ``(3, cells)`` int32: distances to the nearest cell of the plan, to the last one, and to the last one if the
+        plan's end is moved by ``ahead_x``, ``ahead_y`` (m). They hold some whole rows of the map, filled in the
+        columns within reach; without any plan on the map with the number of its cells + 1. Then the number of cells
+        of the map before those rows, and whether the plan is on the map.
     """
-    rows, cols = shape
+    rows, cols = costs.shape
     top, bottom = span(y, reach, resolution, rows)
     left, right = span(x, reach, resolution, cols)
-    distances = np.empty((bottom - top, cols), dtype=np.int32)
-    part = distances[:, left:right]
-    if len(seeds) == 1:
-        fill_from_one(part, seeds[0] // cols - top, seeds[0] % cols - left)
-    else:
-        part[:] = rows * cols + 1
-        if len(seeds) > 0:
-            fill_from_many(part, seeds, top, left, cols)
-    return distances.ravel(), top * cols
+    distances = np.empty((3, bottom - top, cols), dtype=np.int32)
+    seeds = seed_cells(plan, 0.0, 0.0, costs, origin_x, origin_y, resolution)
+    ahead = seed_cells(plan, ahead_x, ahead_y, costs, origin_x, origin_y, resolution)
+    for layer, cells in enumerate((seeds, seeds[-1:], ahead[-1:])):
+        fill(distances[layer, :, left:right], cells, top, left, cols, rows * cols + 1)
+    return distances.reshape((3, -1)), top * cols, len(seeds) > 0

@@ -27,17 +27,15 @@ from gym_mapbench.kernels.jit import kernel
 
 
 @kernel
-def turn(state, target, limits, dt, yaw, cos, sin):
+def turn(state, target, limits, dt, yaw):
     """Write the headings of one group."""
-    omega = state[4]
-    yaw[0] = state[2]
-    for k in range(len(yaw) - 1):
+    heading, omega = state[2], state[4]
+    yaw[0] = heading
+    for k in range(1, len(yaw)):
         if omega != target:
             omega = project_velocity(omega, limits[2], limits[3], dt, target)
-        yaw[k + 1] = yaw[k] + omega * dt
-    for k in range(len(yaw)):
-        cos[k] = math.cos(yaw[k])
-        sin[k] = math.sin(yaw[k])
+        heading += omega * dt
+        yaw[k] = heading
 
 
 @kernel
@@ -46,41 +44,68 @@ def accelerate(v, target, limits, dt):
     acceleration, deceleration = limits[0], limits[1]
     for m in range(len(v)):
         v[m] = project_velocity(v[m], acceleration, deceleration, dt, target[m])
+    changing = False
     for m in range(len(v)):
-        if v[m] != target[m]:
-            return True
-    return False
+        changing |= v[m] != target[m]
+    return changing
 
 
 @kernel
-def drive(state, target, limits, dt, cos, sin):
-    """Last positions of one group.
+def drive(v, target, limits, dt, cos, sin, x, y):
+    """Move one group to its last positions.
 
     The loops over the members stand here, one for each axis, because the compiler makes vector code of them so.
     """
-    width = len(target)
-    v, x, y = np.full(width, state[3]), np.full(width, state[0]), np.full(width, state[1])
     changing = True
-    for k in range(len(cos) - 1):
+    for k in range(len(cos)):
         if changing:
             changing = accelerate(v, target, limits, dt)
-        for m in range(width):
+        for m in range(len(v)):
             x[m] += v[m] * cos[k] * dt
-        for m in range(width):
+        for m in range(len(v)):
             y[m] += v[m] * sin[k] * dt
-    return x, y
 
 
 @kernel
-def trace(state, target, limits, dt, cos, sin, x, y):
-    """Write all positions of one candidate, by the arithmetic of :func:`drive`; return their number."""
-    v = state[3]
-    x[0], y[0] = state[0], state[1]
-    for k in range(len(cos) - 1):
-        v = project_velocity(v, limits[0], limits[1], dt, target)
-        x[k + 1] = x[k] + v * cos[k] * dt
-        y[k + 1] = y[k] + v * sin[k] * dt
-    return len(cos)
+def advance(v, x, y, target, limits, dt, cos, sin):
+    """Speed and position of one candidate after one step; the arithmetic is that of :func:`drive`."""
+    v = project_velocity(v, limits[0], limits[1], dt, target)
+    return v, x + v * cos * dt, y + v * sin * dt
+
+
+@kernel
+def turn_all(state, sim_time, limits, twists, steps, order, start):
+    """Where the headings of every candidate begin, and the headings of all groups, one after another."""
+    total = 0
+    for g in range(len(start) - 1):
+        total += steps[order[start[g]]] + 1
+    headings, yaw = np.empty(len(steps), dtype=np.int64), np.empty(total)
+    first = 0
+    for g in range(len(start) - 1):
+        leader = order[start[g]]
+        last = first + steps[leader]
+        turn(state, twists[leader, 1], limits, sim_time / steps[leader], yaw[first : last + 1])
+        for m in range(start[g], start[g + 1]):
+            headings[order[m]] = first
+        first = last + 1
+    return headings, yaw
+
+
+@kernel
+def drive_all(state, sim_time, limits, twists, steps, order, start, headings, cos, sin):
+    """Last positions of all candidates, ``(n, 2)``."""
+    n = len(order)
+    v, x, y, target = np.full(n, state[3]), np.full(n, state[0]), np.full(n, state[1]), np.empty(n)
+    for m in range(n):
+        target[m] = twists[order[m], 0]
+    for g in range(len(start) - 1):
+        leader, group = order[start[g]], slice(start[g], start[g + 1])
+        way = slice(headings[leader], headings[leader] + steps[leader])
+        drive(v[group], target[group], limits, sim_time / steps[leader], cos[way], sin[way], x[group], y[group])
+    ends = np.empty((n, 2))
+    for m in range(n):
+        ends[order[m], 0], ends[order[m], 1] = x[m], y[m]
+    return ends
 
 
 @kernel
@@ -105,30 +130,21 @@ def roll_out(state, axes, reach, speeds, sim_time, granularity, limits):
     )
     steps = count_steps(twists, sim_time, granularity)
     order, start = group_candidates(index, steps)
-    total = 0
-    for g in range(len(start) - 1):
-        total += steps[order[start[g]]] + 1
-    yaw, cos, sin = np.empty(total), np.empty(total), np.empty(total)
-    headings, ends = np.empty(len(steps), dtype=np.int64), np.empty_like(twists)
-    first = 0
-    for g in range(len(start) - 1):
-        members = order[start[g] : start[g + 1]]
-        count = steps[members[0]]
-        dt, span = sim_time / count, slice(first, first + count + 1)
-        turn(state, twists[members[0], 1], limits, dt, yaw[span], cos[span], sin[span])
-        x, y = drive(state, twists[members, 0], limits, dt, cos[span], sin[span])
-        for m in range(len(members)):
-            headings[members[m]] = first
-            ends[members[m], 0], ends[members[m], 1] = x[m], y[m]
-        first += count + 1
+    headings, yaw = turn_all(state, sim_time, limits, twists, steps, order, start)
+    cos, sin = np.empty_like(yaw), np.empty_like(yaw)
+    for k in range(len(yaw)):
+        cos[k], sin[k] = math.cos(yaw[k]), math.sin(yaw[k])
+    ends = drive_all(state, sim_time, limits, twists, steps, order, start, headings, cos, sin)
     return twists, steps, headings, ends, yaw, cos, sin
 
 
 @kernel
-def trace_candidate(i, state, limits, sim_time, twists, steps, headings, cos, sin, x, y):
-    """Write all positions of candidate ``i``; return their number."""
-    span = slice(headings[i], headings[i] + steps[i] + 1)
-    return trace(state, twists[i, 0], limits, sim_time / steps[i], cos[span], sin[span], x, y)
+def trace(state, target, limits, dt, cos, sin, poses):
+    """Write all positions of one candidate into ``(steps + 1, 3)`` poses."""
+    v, x, y = state[3], state[0], state[1]
+    for k in range(len(poses)):
+        poses[k, 0], poses[k, 1] = x, y
+        v, x, y = advance(v, x, y, target, limits, dt, cos[k], sin[k])
 
 
 @kernel

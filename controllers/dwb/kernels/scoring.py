@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controllers.dwb.kernels.rollout import trace_candidate
+from controllers.dwb.kernels.rollout import advance
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.kernels.geometry import cell_index, normalize_angle
 from gym_mapbench.kernels.jit import kernel
@@ -26,23 +26,23 @@ LAST, SUM, PRODUCT = 0, 1, 2
 
 
 @kernel
-def last_cells(steps, headings, ends, cos, sin, forward, origin_x, origin_y, resolution, shape):
-    """Flat cell index of the point ``forward`` of every last pose, -1 off the map."""
-    cells = np.empty(len(steps), dtype=np.int64)
-    for i in range(len(steps)):
-        last = headings[i] + steps[i]
-        x, y = ends[i, 0] + forward * cos[last], ends[i, 1] + forward * sin[last]
-        cells[i] = cell_index(x, y, origin_x, origin_y, resolution, shape[0], shape[1])
+def last_cells(steps, headings, ends, cos, sin, forwards, origin_x, origin_y, resolution, shape):
+    """Flat cell indices of the points so far ``forwards`` of every last pose, ``(distances, n)``, -1 off the map."""
+    cells = np.empty((len(forwards), len(steps)), dtype=np.int64)
+    for d in range(len(forwards)):
+        for i in range(len(steps)):
+            last = headings[i] + steps[i]
+            x, y = ends[i, 0] + forwards[d] * cos[last], ends[i, 1] + forwards[d] * sin[last]
+            cells[d, i] = cell_index(x, y, origin_x, origin_y, resolution, shape[0], shape[1])
     return cells
 
 
 @kernel
 def last_obstacle_scores(cells, costs, scores):
     """BaseObstacle: cost of the last pose."""
-    flat = costs.ravel()
     for i in range(len(cells)):
         cell = cells[i]
-        cost = flat[cell] if cell >= 0 else INSCRIBED
+        cost = costs.flat[cell] if cell >= 0 else INSCRIBED
         scores[i] = cost if cost < INSCRIBED else ILLEGAL
 
 
@@ -52,16 +52,17 @@ def summed_obstacle_scores(
 ):
     """BaseObstacle with ``sum_scores``: cost of all poses."""
     rows, cols = costs.shape
-    flat = costs.ravel()
-    x, y = np.empty(steps.max() + 1), np.empty(steps.max() + 1)
     for i in range(len(steps)):
+        dt, first = sim_time / steps[i], headings[i]
+        v, x, y = state[3], state[0], state[1]
         total, cost = 0.0, 0
-        for k in range(trace_candidate(i, state, limits, sim_time, twists, steps, headings, cos, sin, x, y)):
-            cell = cell_index(x[k], y[k], origin_x, origin_y, resolution, rows, cols)
-            cost = flat[cell] if cell >= 0 else INSCRIBED
+        for k in range(steps[i] + 1):
+            cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
+            cost = costs.flat[cell] if cell >= 0 else INSCRIBED
             if cost >= INSCRIBED:
                 break
             total += cost
+            v, x, y = advance(v, x, y, twists[i, 0], limits, dt, cos[first + k], sin[first + k])
         scores[i] = total + cost * twice if cost < INSCRIBED else ILLEGAL
 
 
@@ -82,15 +83,16 @@ def summed_footprint_scores(
     corners, twice, scores,
 ):  # fmt: skip
     """ObstacleFootprint with ``sum_scores``: cost under the outlines of all poses."""
-    x, y = np.empty(steps.max() + 1), np.empty(steps.max() + 1)
     for i in range(len(steps)):
+        dt, first = sim_time / steps[i], headings[i]
+        v, x, y = state[3], state[0], state[1]
         total, cost = 0.0, 0
-        for k in range(trace_candidate(i, state, limits, sim_time, twists, steps, headings, cos, sin, x, y)):
-            heading = yaw[headings[i] + k]
-            cost = footprint_cost(costs, resolution, origin_x, origin_y, x[k], y[k], heading, corners)
+        for k in range(steps[i] + 1):
+            cost = footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw[first + k], corners)
             if cost >= LETHAL:
                 break
             total += cost
+            v, x, y = advance(v, x, y, twists[i, 0], limits, dt, cos[first + k], sin[first + k])
         scores[i] = total + cost * twice if cost < LETHAL else ILLEGAL
 
 
@@ -115,17 +117,18 @@ def aggregated_grid_scores(
     origin_x, origin_y, resolution, aggregation, twice, scores,
 ):  # fmt: skip
     """A map-grid critic that sums or multiplies the values at the points ``forward`` of all poses."""
-    x, y = np.empty(steps.max() + 1), np.empty(steps.max() + 1)
     for i in range(len(steps)):
+        dt, first = sim_time / steps[i], headings[i]
+        v, x, y = state[3], state[0], state[1]
         score, value = (1.0 if aggregation == PRODUCT else 0.0), 0.0
-        for k in range(trace_candidate(i, state, limits, sim_time, twists, steps, headings, cos, sin, x, y)):
-            at = headings[i] + k
-            ahead_x, ahead_y = x[k] + forward * cos[at], y[k] + forward * sin[at]
+        for k in range(steps[i] + 1):
+            ahead_x, ahead_y = x + forward * cos[first + k], y + forward * sin[first + k]
             cell = cell_index(ahead_x, ahead_y, origin_x, origin_y, resolution, shape[0], shape[1])
             value = float(distances[cell - skipped]) if cell >= 0 else ILLEGAL
             if value < 0.0:
                 break
             score = accumulate(score, value, aggregation)
+            v, x, y = advance(v, x, y, twists[i, 0], limits, dt, cos[first + k], sin[first + k])
         if twice and value >= 0.0:
             score = accumulate(score, value, aggregation)
         scores[i] = score if value >= 0.0 else ILLEGAL

@@ -2,8 +2,8 @@
 
 ``raw`` is ``(critics, n)``: raw scores, 0 throughout for a critic of scale 0; ``scales`` ``(critics,)`` float32.
 ``forbidden`` and ``outlines`` ``(critics,)`` say from which cost under the robot's centre a critic rejects, and
-whether it also rejects a pose whose outline touches something. The arrays of the candidates are those of
-:class:`~controllers.dwb.trajectories.Trajectories`.
+whether it also rejects a pose whose outline touches something, unless its scale is 0. The arrays of the
+candidates are those of :class:`~controllers.dwb.trajectories.Trajectories`.
 
 Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (scoreTrajectory, coreScoringAlgorithm).
 """
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controllers.dwb.kernels.rollout import trace_candidate
+from controllers.dwb.kernels.rollout import advance
 from controllers.dwb.kernels.scoring import ILLEGAL, LETHAL
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.kernels.geometry import cell_index
@@ -48,50 +48,53 @@ def weigh(raw, scales, totals, illegal_by):
 
 
 @kernel
-def most(steps):
-    """Largest number of steps, 0 without candidates."""
-    largest = 0
-    for count in steps:
-        largest = max(largest, count)
-    return largest
-
-
-@kernel
-def dearest_cell(x, y, count, costs, origin_x, origin_y, resolution):
-    """Largest cost under ``count`` positions, ``OFF_MAP`` if one lies off the map."""
+def dearest_cell(i, state, limits, sim_time, twists, steps, headings, cos, sin, costs, origin_x, origin_y, resolution):
+    """Largest cost under the way of candidate ``i``, ``OFF_MAP`` if it leaves the map."""
     rows, cols = costs.shape
-    flat = costs.ravel()
+    dt, first = sim_time / steps[i], headings[i]
+    v, x, y = state[3], state[0], state[1]
     dearest = 0
-    for k in range(count):
-        cell = cell_index(x[k], y[k], origin_x, origin_y, resolution, rows, cols)
+    for k in range(steps[i] + 1):
+        cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
         if cell < 0:
             return OFF_MAP
-        dearest = max(dearest, flat[cell])
+        dearest = max(dearest, costs.flat[cell])
+        v, x, y = advance(v, x, y, twists[i, 0], limits, dt, cos[first + k], sin[first + k])
     return dearest
 
 
 @kernel
-def outline_touches(x, y, yaw, count, costs, origin_x, origin_y, resolution, corners):
-    """Whether the footprint's outline touches an obstacle, the unknown or the map's border at any of the poses."""
-    for k in range(count):
-        if footprint_cost(costs, resolution, origin_x, origin_y, x[k], y[k], yaw[k], corners) >= LETHAL:
+def outline_touches(
+    i, state, limits, sim_time, twists, steps, headings, yaw, cos, sin, costs, origin_x, origin_y, resolution, corners
+):
+    """Whether the outline touches an obstacle, the unknown or the map's border on the way of candidate ``i``."""
+    dt, first = sim_time / steps[i], headings[i]
+    v, x, y = state[3], state[0], state[1]
+    for k in range(steps[i] + 1):
+        if footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw[first + k], corners) >= LETHAL:
             return True
+        v, x, y = advance(v, x, y, twists[i, 0], limits, dt, cos[first + k], sin[first + k])
     return False
 
 
 @kernel
 def rejected_by(
-    i, raw, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
-    costs, origin_x, origin_y, resolution, corners, x, y,
+    i, raw, scales, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
+    costs, origin_x, origin_y, resolution, corners,
 ):  # fmt: skip
-    """First critic that rejects candidate ``i``, -1 if none does; ``x`` and ``y`` are overwritten."""
-    count = trace_candidate(i, state, limits, sim_time, twists, steps, headings, cos, sin, x, y)
-    dearest = dearest_cell(x, y, count, costs, origin_x, origin_y, resolution)
+    """First critic that rejects candidate ``i``, -1 if none does."""
+    dearest = dearest_cell(
+        i, state, limits, sim_time, twists, steps, headings, cos, sin, costs, origin_x, origin_y, resolution
+    )
     for c in range(len(raw)):
+        if scales[c] == 0.0:
+            continue
         if raw[c, i] < 0.0 or dearest >= forbidden[c]:
             return c
-        turns = yaw[headings[i] : headings[i] + count]
-        if outlines[c] and outline_touches(x, y, turns, count, costs, origin_x, origin_y, resolution, corners):
+        if outlines[c] and outline_touches(
+            i, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
+            costs, origin_x, origin_y, resolution, corners,
+        ):  # fmt: skip
             return c
     return -1
 
@@ -122,11 +125,10 @@ def judge_all(
 ):  # fmt: skip
     """Write the totals and who rejects each candidate, -1 for a legal one; return the chosen one, -1 without any."""
     weigh(raw, scales, totals, illegal_by)
-    x, y = np.empty(most(steps) + 1), np.empty(most(steps) + 1)
     for i in range(len(totals)):
         illegal_by[i] = rejected_by(
-            i, raw, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
-            costs, origin_x, origin_y, resolution, corners, x, y,
+            i, raw, scales, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
+            costs, origin_x, origin_y, resolution, corners,
         )  # fmt: skip
     strike_out(raw, totals, illegal_by)
     return cheapest(totals, illegal_by)
@@ -143,12 +145,11 @@ def judge_cheapest(
     the next, until one is legal.
     """
     weigh(raw, scales, totals, illegal_by)
-    x, y = np.empty(most(steps) + 1), np.empty(most(steps) + 1)
     best = cheapest(totals, illegal_by)
     while best >= 0:
         illegal_by[best] = rejected_by(
-            best, raw, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
-            costs, origin_x, origin_y, resolution, corners, x, y,
+            best, raw, scales, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
+            costs, origin_x, origin_y, resolution, corners,
         )  # fmt: skip
         if illegal_by[best] < 0:
             break
