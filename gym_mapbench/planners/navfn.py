@@ -61,7 +61,7 @@ class NavfnPlanner:
         points = descend(potential, _flat(start_cell, width), _flat(end[1], width))
         if len(points) == 0:
             raise no_path(start, goal, "the potential has a dead end")
-        path = _approach(_to_world(points, costmap), end[0])
+        path = _to_path(points, costmap, end[0])
         set_last_yaw(path, start, goal, direct)
         return path
 
@@ -148,18 +148,20 @@ def _scan(centre: float, tolerance: float, step: float) -> list[float]:
     return values
 
 
-def _to_world(points: NDArray[np.float32], costmap: Costmap) -> Path:
-    """Turn points ``(n, 2)`` col, row from goal to start into poses from start to goal, all yaws 0."""
-    path = np.zeros((len(points), 3))
-    path[:, :2] = points[::-1].astype(np.float64) * costmap.resolution
-    path[:, :2] += costmap.origin_x, costmap.origin_y
-    return path
+def _to_path(points: NDArray[np.float32], costmap: Costmap, goal: Pose) -> Path:
+    """Turn points ``(n, 2)`` col, row from goal to start into poses from start to goal, all but the last of yaw 0.
 
-
-def _approach(path: Path, goal: Pose) -> Path:
-    """End at the goal: in place of the last pose if that lies beyond it, else after it (``smoothApproachToGoal``)."""
-    if len(path) >= 2:
-        to_last, to_goal = path[-1, :2] - path[-2, :2], goal[:2] - path[-2, :2]
-        if to_last @ to_last > to_goal @ to_goal:
+    The goal comes after the last pose, or takes its place if that lies beyond it (``smoothApproachToGoal``).
+    """
+    path = np.zeros((len(points) + 1, 3))
+    path[:-1, :2] = points[::-1]
+    path[:, :2] *= costmap.resolution
+    path[:, 0] += costmap.origin_x
+    path[:, 1] += costmap.origin_y
+    if len(points) >= 2:
+        (x, y), (last_x, last_y) = path[-3:-1, :2].tolist()
+        to_goal = (goal.x - x) ** 2 + (goal.y - y) ** 2
+        if (last_x - x) ** 2 + (last_y - y) ** 2 > to_goal:
             path = path[:-1]
-    return np.vstack([path, goal])
+    path[-1] = goal
+    return path
