@@ -54,7 +54,10 @@ def run(args: argparse.Namespace) -> int:
     """Drive and print."""
     out = None if args.out is None else _new_directory(Path(args.out))
     scenarios = load_all(args.maps, args)
-    plan = JobPlan(options.controllers_of(args.controllers), options.drive_settings(args), args.seed or 0, args.repeats)
+    settings = options.drive_settings(args)
+    barn = _barn_source(args.maps)
+    controllers = options.usable_controllers(args.controllers, settings)
+    plan = JobPlan(controllers, settings if barn is None else barn_settings(settings), args.seed or 0, args.repeats)
     total = len(scenarios) * len(plan.controllers) * args.repeats
     with (
         Evaluator(run_job, workers=options.workers_of(args), warm_up=warm_up) as evaluator,
