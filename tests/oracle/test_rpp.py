@@ -12,9 +12,10 @@ import pytest
 from controllers.base import ControllerError, FollowerSetup, Twist
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RppParams
-from gym_mapbench.costmap import Costmap
+from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, LocalCostmap
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.footprint import Footprint
+from gym_mapbench.gridmap import GridMap
 from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose
 from tests.oracle_data import ORACLE, needs_oracle
@@ -67,18 +68,42 @@ def test_unit_vectors(config, preset):
         assert made.carrot == pytest.approx(units["rpp_carrot"][i], abs=1e-8)
 
 
-def drive(made, costmap, start, goal, ticks):
-    """Drive by the oracle's conditions; yields state and command of every 20 Hz tick, NaN where there was none."""
+def rolling_window(config, preset, map_id, start):
+    """The recorded 3 m x 3 m local costmap: the map's part around the robot, inflated by itself, at 5 Hz."""
+    spec = config["presets"][preset]
+    with np.load(ORACLE / "maps.npz") as maps:
+        occupied = maps["occupied"][maps["map_id"].tolist().index(map_id)]
+    params = CostmapParams(
+        rolling_window=True,
+        width=3,
+        height=3,
+        resolution=spec["resolution"],
+        plugins=("static_layer", "inflation_layer"),
+        inflation_layer=InflationLayer(
+            inflation_radius=spec["inflation_radius"], cost_scaling_factor=spec["cost_scaling_factor"]
+        ),
+    )
+    grid = GridMap.from_image_array(occupied, spec["resolution"])
+    window = LocalCostmap(params, grid, Footprint.from_radius(spec["robot_radius"]))
+    window.reset(start)
+    return window
+
+
+def drive(made, costmap, window, start, goal, ticks):
+    """Drive by the oracle's conditions; yields state and command of every 20 Hz tick, None where there was none."""
     x, y, yaw, v, w = (*start, 0.0, 0.0)
     planner = NavfnPlanner()
+    seen = costmap
     for tick in range(ticks):
         pose = Pose(x, y, yaw)
         if tick % 20 == 0:
             with contextlib.suppress(NoPathError):
                 made.set_plan(planner.plan(costmap, pose, goal))
-        seen = Twist(*(speed if abs(speed) > 0.001 else 0.0 for speed in (v, w)))
+        if window is not None and tick % 4 == 0:
+            seen = window.update(pose)
+        velocity = Twist(*(speed if abs(speed) > 0.001 else 0.0 for speed in (v, w)))
         try:
-            command = made.compute_velocity_commands(pose, seen, costmap, tick * 0.05)
+            command = made.compute_velocity_commands(pose, velocity, seen, tick * 0.05)
         except ControllerError:
             command = None
         yield (x, y, yaw, v, w), command
@@ -91,27 +116,27 @@ def drive(made, costmap, start, goal, ticks):
             yaw += w * 0.01
 
 
-@pytest.mark.parametrize("variant", ["default", "short_lookahead"])
+@pytest.mark.parametrize(
+    ("variant", "local"), [("default", "full"), ("default", "rolling"), ("short_lookahead", "full")]
+)
 @pytest.mark.parametrize("preset", PRESETS)
-def test_closed_loop_runs_come_out_the_same(config, preset, variant):
+def test_closed_loop_runs_come_out_the_same(config, preset, variant, local):
     costmaps = full_costmaps(config, preset)
-    spec = config["presets"][preset]
+    start, goal = (Pose(*config["presets"][preset][end]) for end in ("start", "goal"))
     with np.load(ORACLE / f"runs_{preset}.npz") as file:
         recorded = dict(file)
     for run in json.loads((ORACLE / f"runs_{preset}.json").read_text()):
-        told = (run["controller"], run["variant"], run["local_costmap"])
-        if told != ("RPP", variant, "full") or run["reason"] == "no_path":
+        kind = (run["controller"], run["variant"], run["local_costmap"])
+        if kind != ("RPP", variant, local) or run["reason"] == "no_path":
             continue
         rows = slice(*recorded["offset"][run["index"] : run["index"] + 2])
         made = make_follower(config, preset, **config["variants"].get(f"RPP/{variant}", {}))
-        ticks = rows.stop - rows.start
-        states, commands = zip(
-            *drive(made, costmaps[run["map"]], Pose(*spec["start"]), Pose(*spec["goal"]), ticks), strict=True
-        )
+        window = rolling_window(config, preset, run["map"], start) if local == "rolling" else None
+        driven = drive(made, costmaps[run["map"]], window, start, goal, rows.stop - rows.start)
+        states, commands = zip(*driven, strict=True)
         assert [command is None for command in commands] == recorded["exception"][rows].tolist(), run["map"]
-        assert np.array([command or (0.0, 0.0) for command in commands]) == pytest.approx(
-            recorded["cmd"][rows], abs=2e-5
-        )
+        told = np.array([command or (0.0, 0.0) for command in commands])
+        assert told == pytest.approx(recorded["cmd"][rows], abs=2e-5), run["map"]
         error = np.array(states) - recorded["traj"][rows]
         error[:, 2] = np.arctan2(np.sin(error[:, 2]), np.cos(error[:, 2]))
         assert np.abs(error).max() < 2e-5, run["map"]
