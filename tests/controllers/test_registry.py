@@ -1,0 +1,118 @@
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from controllers import registry
+from controllers.nav2_params import load_preset, parse_nav2_params
+from controllers.navigator import Navigator
+from controllers.registry import controller_names, make_controller
+from controllers.rl import as_controller
+from gym_mapbench.errors import ConfigError
+from tests.controllers.plain_follower import PlainFollower
+
+
+def test_names():
+    assert {"dwb", "mppi", "rpp"} <= set(controller_names())
+
+
+@pytest.mark.parametrize("name", ["dwb", "mppi", "rpp"])
+def test_values_of_the_preset(name):
+    controller = make_controller(name)
+    assert isinstance(controller, Navigator)
+    assert controller.name == name
+    assert controller.params == load_preset("thesis")
+    assert controller.follower.params.model_dump(mode="json", exclude_none=True) == (
+        load_preset("thesis").controllers[name].params
+    )
+
+
+def test_fair_preset():
+    assert make_controller("dwb", preset="fair").follower.params.max_vel_x == 0.5
+
+
+def test_some_parameters_differ():
+    params = make_controller("dwb", vx_samples=7, **{"PathAlign.scale": 3.0}).follower.params
+    assert (params.vx_samples, params.PathAlign.scale) == (7, 3.0)
+    assert params.PathAlign.forward_point_distance == 0.1
+    assert params.GoalAlign.scale == 24.0
+
+
+def test_newer_name_is_understood():
+    assert make_controller("rpp", max_linear_vel=0.3).follower.params.desired_linear_vel == 0.3
+
+
+def test_label():
+    assert make_controller("rpp", label="slow", desired_linear_vel=0.1).name == "slow"
+
+
+def test_own_name_in_a_parameter_file():
+    section = {
+        "controller_plugins": ["FollowPath"],
+        "FollowPath": {"plugin": "dwb_core::DWBLocalPlanner", "critics": ["PathDist"]},
+    }
+    document = {"controller_server": {"ros__parameters": section}}
+    navigation = parse_nav2_params(document, load_preset("thesis")).navigation
+    for name in ("FollowPath", "dwb"):
+        assert make_controller(name, navigation=navigation).follower.params.critics == ("PathDist",)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"name": "dbw"}, "unknown controller 'dbw'; did you mean 'dwb'?"),
+        ({"name": "rpp", "lookahead_distance": 1.0}, "rpp.lookahead_distance: unknown parameter; did you mean"),
+        ({"name": "dwb", "PathAlign.scael": 1.0}, "'PathAlign.scale'"),
+        ({"name": "rpp", "use_dynamic_window": True}, "only newer releases of Nav2 have this parameter"),
+        ({"name": "rpp", "lookahead_dist": -1.0}, "rpp.lookahead_dist: expected greater than 0, got -1.0"),
+        ({"name": "rpp", "preset": "tesis"}, "unknown preset 'tesis'; did you mean 'thesis'?"),
+        ({"name": "model.zip", "gamma": 1.0}, "model.zip: a model takes no parameters, got gamma"),
+    ],
+)
+def test_refusals(arguments, message):
+    with pytest.raises(ConfigError) as refused:
+        make_controller(**arguments)
+    assert message in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def make_mine(navigation, speed=0.1):
+    return Navigator(PlainFollower(), navigation, f"mine at {speed}")
+
+
+def make_learned():
+    return as_controller(lambda observation: (0.1, 0.0), "learned")
+
+
+class TestThirdParties:
+    @pytest.fixture(autouse=True)
+    def registered(self, monkeypatch):
+        def points(group):
+            assert group == "gym_mapbench.controllers"
+            here = "tests.controllers.test_registry"
+            return [
+                EntryPoint("mine", f"{here}:make_mine", group),
+                EntryPoint("learned", f"{here}:make_learned", group),
+                EntryPoint("broken", f"{here}:nothing", group),
+            ]
+
+        monkeypatch.setattr(registry, "entry_points", points)
+
+    def test_listed_with_the_others(self):
+        assert controller_names() == ("broken", "dwb", "learned", "mine", "mppi", "rpp")
+
+    def test_gets_its_parameters_and_the_navigation(self):
+        controller = make_controller("mine", preset="fair", speed=0.2)
+        assert (controller.name, controller.params) == ("mine at 0.2", load_preset("fair"))
+
+    def test_needs_no_navigation(self):
+        assert make_controller("learned").name == "learned"
+
+    def test_unknown_parameter(self):
+        with pytest.raises(ConfigError, match="unknown parameter of mine 'sped'; did you mean 'speed'"):
+            make_controller("mine", sped=0.2)
+
+    def test_broken_entry_point(self):
+        with pytest.raises(ConfigError, match=r"controller 'broken': .*:nothing cannot be loaded \(.*\)"):
+            make_controller("broken")

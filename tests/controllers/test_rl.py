@@ -1,0 +1,159 @@
+from __future__ import annotations
+
+import json
+import sys
+import zipfile
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.spaces import Box, Dict
+
+from controllers.registry import make_controller
+from controllers.rl import as_controller, load_sb3
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.errors import ConfigError
+from tests.controllers.plain_follower import context
+
+OBSERVATION = {"goal": np.zeros(3, dtype=np.float32), "scan": np.full(8, 2.0, dtype=np.float32)}
+
+
+class Policy:
+    """Predicts with a state that counts calls."""
+
+    observation_space = Dict({"scan": Box(0, 9, (8,)), "goal": Box(-9, 9, (3,))})
+
+    def __init__(self) -> None:
+        self.seen: list[tuple] = []
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        self.seen.append((state, bool(episode_start[0]), deterministic))
+        return np.array([0.1, 0.2]), (state or 0) + 1
+
+
+def acted(policy, **options):
+    controller = as_controller(policy, "mine", **options)
+    controller.reset(context())
+    return controller.act(OBSERVATION)
+
+
+@pytest.mark.parametrize(
+    "answer", [(0.1, 0.2), [0.1, 0.2], np.array([0.1, 0.2]), (np.array([0.1, 0.2]), None), ([0.1, 0.2], "state")]
+)
+def test_every_form_of_answer(answer):
+    assert acted(lambda observation: answer) == (0.1, 0.2)
+
+
+def test_state_is_carried_until_reset():
+    policy = Policy()
+    controller = as_controller(policy, "mine")
+    for _ in range(2):
+        controller.reset(context())
+        for _ in range(3):
+            controller.act(OBSERVATION)
+    assert policy.seen == 2 * [(None, True, True), (1, False, True), (2, False, True)]
+
+
+def test_observed_keys_are_the_policys_own():
+    assert set(as_controller(Policy(), "mine").observation_keys) == {"scan", "goal"}
+    assert as_controller(Policy(), "mine", observation_keys=("goal",)).observation_keys == ("goal",)
+    assert as_controller(lambda observation: (0, 0), "mine").observation_keys == EnvConfig().observation
+
+
+def test_share_of_the_limits_becomes_physical():
+    policy = Policy()
+    policy.action_space = Box(-1.0, 1.0, (2,))
+    assert acted(policy) == pytest.approx((0.1 * 0.5, 0.2 * 1.9))
+
+
+@pytest.mark.parametrize("answer", [(1.0, float("nan")), np.zeros(3), "fast", np.zeros((1, 2))])
+def test_bad_action_names_the_policy(answer):
+    with pytest.raises(ConfigError, match=r"^mine: action: expected two"):
+        acted(lambda observation: answer)
+
+
+def test_neither_policy_nor_callable():
+    with pytest.raises(ConfigError, match=r"mine: expected an object with predict\(obs\) or a callable, got int"):
+        as_controller(3, "mine")
+
+
+def test_flat_observation_space_is_refused():
+    policy = Policy()
+    policy.observation_space = Box(0, 1, (11,))
+    with pytest.raises(ConfigError, match="mine: expected a policy over the env's Dict observation, got one over Box"):
+        as_controller(policy, "mine")
+
+
+class Room(gymnasium.Env):
+    """Nothing but the spaces a model is made for."""
+
+    observation_space = Policy.observation_space
+    action_space = Box(-1.0, 1.0, (2,))
+
+    def reset(self, *, seed=None, options=None):
+        return OBSERVATION, {}
+
+
+class TestStableBaselines3:
+    @pytest.fixture
+    def sb3(self):
+        return pytest.importorskip("stable_baselines3")
+
+    @pytest.mark.parametrize("algorithm", ["PPO", "A2C", "SAC", "DDPG"])
+    def test_model_acts_as_it_predicts(self, sb3, algorithm, tmp_path):
+        replay = {"buffer_size": 10} if algorithm in ("SAC", "DDPG") else {}
+        model = getattr(sb3, algorithm)("MultiInputPolicy", Room(), seed=0, **replay)
+        model.save(tmp_path / "model.zip")
+        controller = make_controller(f"learned={tmp_path / 'model.zip'}")
+        assert (controller.name, set(controller.observation_keys)) == ("learned", {"scan", "goal"})
+        controller.reset(context())
+        share, _ = model.predict(OBSERVATION, deterministic=True)
+        v, w = controller.act(OBSERVATION)
+        assert (v, w) == pytest.approx((share[0] * (0.5 if share[0] > 0 else 0.35), share[1] * 1.9), abs=1e-6)
+
+    def test_name_from_the_file(self, sb3, tmp_path):
+        sb3.PPO("MultiInputPolicy", Room()).save(tmp_path / "brave.zip")
+        assert make_controller(str(tmp_path / "brave.zip")).name == "brave"
+        assert make_controller(str(tmp_path / "brave.zip"), label="timid").name == "timid"
+
+    def test_broken_model(self, sb3, tmp_path):
+        with zipfile.ZipFile(tmp_path / "broken.zip", "w") as archive:
+            archive.writestr("data", json.dumps({"policy_class": {"__module__": "stable_baselines3.sac.policies"}}))
+        with pytest.raises(ConfigError, match=r"^x: .*broken.zip cannot be loaded as a SAC model \(.*\)$"):
+            load_sb3(tmp_path / "broken.zip", "x")
+
+
+def write(path, data):
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("data", data)
+    return path
+
+
+def test_missing_model(tmp_path):
+    with pytest.raises(ConfigError, match=r"^x: .*none.zip does not exist$"):
+        load_sb3(tmp_path / "none.zip", "x")
+
+
+def test_not_a_zip(tmp_path):
+    (tmp_path / "text.zip").write_text("hello")
+    with pytest.raises(ConfigError, match=r"^x: .*text.zip is not a Stable-Baselines3 model"):
+        load_sb3(tmp_path / "text.zip", "x")
+
+
+@pytest.mark.parametrize("data", ["no json", "[]"])
+def test_zip_without_a_model(tmp_path, data):
+    with pytest.raises(ConfigError, match="is not a Stable-Baselines3 model"):
+        load_sb3(write(tmp_path / "m.zip", data), "x")
+
+
+def test_unknown_algorithm(tmp_path):
+    data = json.dumps({"policy_class": {"__module__": "sb3_contrib.tqc.policies"}})
+    with pytest.raises(ConfigError, match=r"an A2C, DDPG, PPO, SAC or TD3 model, got sb3_contrib.tqc.policies"):
+        load_sb3(write(tmp_path / "m.zip", data), "x")
+
+
+def test_not_installed(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    data = json.dumps({"policy_class": {"__module__": "stable_baselines3.sac.policies"}})
+    with pytest.raises(ConfigError, match="needs stable-baselines3"):
+        load_sb3(write(tmp_path / "m.zip", data), "x")
