@@ -14,7 +14,7 @@ from typing import Any
 from rich.table import Table
 
 from evolution.barn import PREFIX as BARN
-from evolution.barn import BarnScore, correlation_with, load_barn, reference_of, score_runs
+from evolution.barn import BarnScore, barn_settings, correlation_with, load_barn, reference_of, score_runs
 from evolution.bench import BenchRun, bench, summary_rows
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, errors
