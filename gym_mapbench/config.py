@@ -21,7 +21,7 @@ from gym_mapbench.settings import Settings, read_yaml
 from gym_mapbench.task import RewardSettings
 
 ROW_CHARACTERS = frozenset("#.? ")
-MAX_TICK_TRAVEL = 0.1
+MAX_TICK_TRAVEL = 0.05
 """Farthest way in one physics step, m: Box2D moves no body by more than 2 of its units at once."""
 
 Rate = Annotated[float, Field(gt=0, le=10_000)]

@@ -6,7 +6,7 @@ set anew before every control step, so that it is never more than a few float32 
 As soon as a contact touches, the pose is what Box2D makes of it.
 
 Lengths inside Box2D are metres times :data:`SCALE`: its fixed tolerances (5 mm of permitted
-overlap, 15 mm at the first touch) shrink to 0.25 mm and 0.75 mm. Coordinates count from the map's
+overlap, 15 mm at the first touch) shrink to 0.13 mm and 0.38 mm. Coordinates count from the map's
 lower-left corner.
 """
 
@@ -39,7 +39,7 @@ with warnings.catch_warnings():
         b2World,
     )
 
-SCALE = 20.0
+SCALE = 40.0
 SKIN = 0.02
 """Rounding of a polygon robot in Box2D units: four times its slop, so that fast contacts are found in time."""
 VELOCITY_ITERATIONS = 6

@@ -124,7 +124,7 @@ def test_a_polygon_touches_a_flat_wall_where_geometry_says(speed, angle, offset)
         along = corners[:, 0] * math.cos(simulated.yaw) - corners[:, 1] * math.sin(simulated.yaw)
         clearance = 4.0 - simulated.x - along.max()
         assert clearance > -MILLIMETRE
-        if clearance < -0.9 * MILLIMETRE:
+        if clearance < -0.7 * MILLIMETRE:
             assert touched
         if touched or not 1 < simulated.y < 7:
             break
@@ -145,7 +145,6 @@ def test_corners_are_touched_where_geometry_says(robot, direction, aside, speed)
             clearance = measure_clearance(grid, robot, [simulated.pose])[0]
             assert -MILLIMETRE < clearance < MILLIMETRE
             break
-        # The last free tick may end up to 0.75 mm inside; a polygon's overlap measures 0.
         assert before > -MILLIMETRE
     else:
         pytest.fail("the robot missed the wall")
@@ -161,7 +160,7 @@ def test_no_wall_is_ever_entered(seed):
     states, contacts = drive(simulated, commands)
     clearances = measure_clearance(grid, WAFFLE, states)
     assert clearances.min() > -MILLIMETRE
-    assert (contacts[np.flatnonzero(clearances < -0.8 * MILLIMETRE)]).all()
+    assert (contacts[np.flatnonzero(clearances < -0.5 * MILLIMETRE)]).all()
 
 
 @pytest.mark.parametrize("angle", [0.3, 0.8, 1.2])
