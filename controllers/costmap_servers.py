@@ -22,15 +22,11 @@ Ranges = NDArray[np.floating]
 
 
 class CostmapServer(Protocol):
-    """Keeps a costmap up to date."""
+    """Keeps a costmap."""
 
     @property
     def costmap(self) -> Costmap:
         """The costmap as of its last update."""
-        ...
-
-    def observe(self, pose: Pose, scan: Ranges | None, now: float) -> None:
-        """Take the pose and the ``(beams,)`` ranges (m) measured at ``now`` (s); update if it is time to."""
         ...
 
     def clear(self) -> None:
@@ -38,10 +34,10 @@ class CostmapServer(Protocol):
         ...
 
 
-class MapCostmapServer:
-    """The whole map, inflated, built once: Nav2's global costmap, or a local one that shows the same.
+class GlobalCostmapServer:
+    """The whole map, inflated, built once.
 
-    An obstacle layer is left out: in a static world that the map shows as it is, it marks only what the
+    The obstacle layer is left out: in a static world that the map shows as it is, it marks only what the
     map has already.
     """
 
@@ -53,14 +49,11 @@ class MapCostmapServer:
         """The costmap."""
         return self._costmap
 
-    def observe(self, pose: Pose, scan: Ranges | None, now: float) -> None:
-        """Nothing: the map does not change."""
-
     def clear(self) -> None:
         """Nothing: no more is known than the map."""
 
 
-class WindowCostmapServer:
+class LocalCostmapServer:
     """The costmap around the robot, updated at ``update_frequency``.
 
     Args:
@@ -70,6 +63,9 @@ class WindowCostmapServer:
         start: Where the robot starts.
         lidar: Beams of the scans.
     """
+
+    _costmap: Costmap
+    _seen: tuple[Pose, Ranges | None]
 
     def __init__(
         self, params: CostmapParams, grid: GridMap, footprint: Footprint, start: Pose, lidar: LidarSettings
@@ -86,7 +82,7 @@ class WindowCostmapServer:
         return self._costmap
 
     def observe(self, pose: Pose, scan: Ranges | None, now: float) -> None:
-        """Take pose and scan, and update if it is time to.
+        """Take the pose and the ``(beams,)`` ranges (m) measured at ``now`` (s); update if it is time to.
 
         Raises:
             ConfigError: If the scan has not as many ranges as the lidar has beams.
@@ -105,23 +101,3 @@ class WindowCostmapServer:
     def _update(self) -> None:
         pose, scan = self._seen
         self._costmap = self._window.update(pose, scan, self._angles, self._range_max)
-
-
-def shows_whole_map(params: CostmapParams) -> bool:
-    """Whether a local costmap does not move and shows the static map."""
-    return not params.rolling_window and params.writes("static_layer")
-
-
-def needs_scan(params: CostmapParams) -> bool:
-    """Whether a local costmap looks at the lidar."""
-    sees = params.writes("obstacle_layer") or params.writes("voxel_layer")
-    return sees and not shows_whole_map(params)
-
-
-def make_local_costmap(
-    params: CostmapParams, grid: GridMap, footprint: Footprint, start: Pose, lidar: LidarSettings
-) -> CostmapServer:
-    """Return the costmap of the controller; arguments as for :class:`WindowCostmapServer`."""
-    if shows_whole_map(params):
-        return MapCostmapServer(params, grid, footprint)
-    return WindowCostmapServer(params, grid, footprint, start, lidar)

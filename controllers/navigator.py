@@ -15,7 +15,7 @@ from controllers.base import Context, FollowerSetup, Observation, PathFollower, 
 from controllers.behavior_tree import Node, Status
 from controllers.behaviors import BehaviorServer
 from controllers.controller_server import ControllerServer
-from controllers.costmap_servers import MapCostmapServer, make_local_costmap, needs_scan
+from controllers.costmap_servers import GlobalCostmapServer, LocalCostmapServer
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigate_to_pose import (
     Blackboard,
@@ -67,8 +67,9 @@ class Navigator:
 
     @property
     def observation_keys(self) -> tuple[str, ...]:
-        """``pose`` and ``velocity``, and ``scan`` where the local costmap looks at it."""
-        return ("pose", "velocity", "scan") if needs_scan(self.params.local_costmap) else ("pose", "velocity")
+        """``pose`` and ``velocity``, and ``scan`` where a layer of the local costmap looks at it."""
+        sees = any(self.params.local_costmap.writes(layer) for layer in ("obstacle_layer", "voxel_layer"))
+        return ("pose", "velocity", "scan") if sees else ("pose", "velocity")
 
     def reset(self, context: Context) -> None:
         """Forget the last run and build the servers of the next.
@@ -141,8 +142,8 @@ class Navigator:
         return Blackboard(
             goal=context.goal,
             planner=make_planner(params.planner.name, **params.planner.params),
-            global_costmap=MapCostmapServer(params.global_costmap, context.grid, global_footprint),
-            local_costmap=make_local_costmap(
+            global_costmap=GlobalCostmapServer(params.global_costmap, context.grid, global_footprint),
+            local_costmap=LocalCostmapServer(
                 params.local_costmap, context.grid, footprint, context.start, context.lidar
             ),
             controller_server=ControllerServer(
