@@ -8,15 +8,13 @@ from pydantic import field_validator
 
 from controllers.base import Controller
 from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
-from controllers.registry import controller_from_spec, make_controller
+from controllers.registry import make_controller
 from evolution.episode import environment_for, run_episode
 from evolution.jobs import ControllerSpec, Job, RunResult
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.episode import Episode
 from gym_mapbench.metrics import measure
 from gym_mapbench.settings import Settings
-
-MODEL_SUFFIX = ".zip"
 
 
 class DriveSettings(Settings):
@@ -52,8 +50,6 @@ def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controlle
     Raises:
         ConfigError: If there is no such controller, parameter or model file.
     """
-    if spec.registered_name.endswith(MODEL_SUFFIX):
-        return controller_from_spec(f"{spec.name}={spec.registered_name}")[1]
     return make_controller(spec.registered_name, navigation=settings.navigation, label=spec.name, **spec.params)
 
 
