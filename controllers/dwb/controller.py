@@ -6,7 +6,7 @@ Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,7 @@ from gym_mapbench.scenario import Pose
 NO_SPEED_LIMIT = 0.0
 
 
-@dataclass(frozen=True)
-class DwbEvaluation:
+class DwbEvaluation(NamedTuple):
     """How every candidate of one cycle was judged.
 
     Args:
@@ -138,8 +137,8 @@ class DwbFollower:
         plan = self._near_plan(pose, costmap)
         goal = Pose(*self._plan[-1].tolist())
         self._candidates.fill(pose, velocity, costmap)
-        reach, ahead = self._candidates.reach(), self.params.GoalAlign.forward_point_distance
-        return Scene(pose, velocity, goal, plan, costmap, self._setup.footprint, now, reach, ahead)
+        ahead = self.params.GoalAlign.forward_point_distance
+        return Scene(pose, velocity, goal, plan, costmap, self._setup.footprint, now, self._candidates.box, ahead)
 
     def _near_plan(self, pose: Pose, costmap: Costmap) -> NDArray[np.float64]:
         """Return the part of the plan near the robot; forget what lies behind it."""

@@ -6,6 +6,7 @@ Source: nav2_dwb_controller/dwb_critics.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -334,7 +335,7 @@ class Twirling(Critic):
 def make_critics(params: DwbParams) -> tuple[Critic, ...]:
     """Build the critics that ``params.critics`` names, in that order."""
     p, twice = params, params.include_last_point
-    makers = {
+    makers: dict[str, Callable[[], Critic]] = {
         "BaseObstacle": lambda: BaseObstacle(p.BaseObstacle, twice),
         "GoalAlign": lambda: GoalAlign(p.GoalAlign, twice),
         "GoalDist": lambda: GoalDist(p.GoalDist, twice),

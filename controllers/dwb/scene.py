@@ -24,7 +24,7 @@ class Fields(NamedTuple):
 
     Args:
         distances: ``(3, cells)`` int32: to the plan, to its last cell on the map, and to the same if its end lay
-            ahead; some whole rows of the map, filled within reach of the robot.
+            ahead; some whole rows of the map, filled where they are needed.
         skipped: Number of cells of the map before them.
         reached: Whether the plan is on the map at all; if not, all distances are ``cells of the map + 1``.
     """
@@ -46,7 +46,7 @@ class Scene:
         costmap: The local costmap.
         footprint: The padded footprint.
         now: Seconds since the start of the run.
-        reach: Distance from the robot within which all scored points lie, m.
+        box: Lowest and highest x, lowest and highest y of all points whose distances are needed, m.
         ahead: How far towards the goal GoalAlign moves the end of the plan, m.
     """
 
@@ -57,7 +57,7 @@ class Scene:
     costmap: Costmap
     footprint: Footprint
     now: float
-    reach: float
+    box: tuple[float, float, float, float]
     ahead: float
 
     def goal_distance_sq(self) -> float:
@@ -71,9 +71,6 @@ class Scene:
         m = self.costmap
         bearing = math.atan2(self.goal.y - self.pose.y, self.goal.x - self.pose.x)
         ahead_x, ahead_y = self.ahead * math.cos(bearing), self.ahead * math.sin(bearing)
-        x, y = self.pose.x - m.origin_x, self.pose.y - m.origin_y
         return Fields(
-            *distance_fields(
-                self.plan, ahead_x, ahead_y, m.costs, m.origin_x, m.origin_y, m.resolution, x, y, self.reach
-            )
+            *distance_fields(self.plan, ahead_x, ahead_y, m.costs, m.origin_x, m.origin_y, m.resolution, self.box)
         )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from controllers.base import Twist
 from controllers.dwb.kernels.rollout import first_velocities, roll_out, trace
 from controllers.dwb.kernels.scoring import last_cells
-from controllers.dwb.params import DwbParams
+from controllers.dwb.params import DwbParams, MapGridParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
 
@@ -35,6 +35,8 @@ class Trajectories:
             velocity of the first step.
         steps: ``(n,)`` number of time steps.
         ends: ``(n, 2)`` last positions, m.
+        box: Lowest and highest x, lowest and highest y of all points that critics look up, m: those ahead of
+            last poses or, where a map grid is summed along the way, all that can be reached.
         headings: ``(n,)`` where the headings of each begin in ``yaw`` (rad, not wrapped), ``cos`` and ``sin``.
     """
 
@@ -47,6 +49,7 @@ class Trajectories:
     yaw: Floats
     cos: Floats
     sin: Floats
+    box: tuple[float, float, float, float]
     _last_cells: Integers
 
     def __init__(self, params: DwbParams, control_period: float) -> None:
@@ -63,6 +66,8 @@ class Trajectories:
         self._horizon = (p.sim_period or control_period) if p.samples_one_period else p.sim_time
         self._gives_first_velocity = p.limit_vel_cmd_in_traj
         ahead = {p.GoalAlign.forward_point_distance, p.PathAlign.forward_point_distance}
+        grids = (p.critic(name) for name in p.critics)
+        self._whole_way = any(isinstance(grid, MapGridParams) and grid.aggregation_type != "last" for grid in grids)
         self._forwards = (0.0, *sorted(ahead - {0.0}))
         self.sim_time = p.sim_time
         # The LimitedAccelGenerator drives the sample from the first step on.
@@ -77,19 +82,19 @@ class Trajectories:
         self.velocities = self.twists
         if self._gives_first_velocity:
             self.velocities = first_velocities(self.state, self.limits, self.sim_time, self.twists, self.steps)
-        self._last_cells = last_cells(
+        self._last_cells, self.box = last_cells(
             self.steps, self.headings, self.ends, self.cos, self.sin, self._forwards,
             costmap.origin_x, costmap.origin_y, costmap.resolution, costmap.costs.shape,
         )  # fmt: skip
+        if self._whole_way:
+            fastest = max(abs(velocity.v), abs(self._axes[0, 0]), abs(self._axes[0, 1]))
+            reach = fastest * self.sim_time + self._forwards[-1]
+            self.box = (pose.x - reach, pose.x + reach, pose.y - reach, pose.y + reach)
 
     def last_cells(self, forward: float) -> Integers:
         """Flat costmap indices of the points ``forward`` (m) of the last poses, ``(n,)``, -1 off the map."""
-        return self._last_cells[self._forwards.index(forward)]
-
-    def reach(self) -> float:
-        """Return the distance from the robot beyond which no point lies that a critic looks up, m."""
-        fastest: float = max(abs(self.state[3]), abs(self._axes[0, 0]), abs(self._axes[0, 1]))
-        return fastest * self.sim_time + self._forwards[-1]
+        cells: Integers = self._last_cells[self._forwards.index(forward)]
+        return cells
 
     def poses(self, candidate: int) -> Floats:
         """Return the poses of one candidate, ``(steps + 1, 3)`` x, y in m and yaw in rad."""

@@ -88,12 +88,10 @@ def seed_cells(plan, end_dx, end_dy, costs, origin_x, origin_y, resolution):
 
 
 @kernel
-def span(at, reach, resolution, cells):
-    """First and past-the-last cell within reach on one axis: a cell of margin on either side, at least one cell."""
-    first = math.floor((at - reach) / resolution) - 1
-    last = math.ceil((at + reach) / resolution) + 1
-    first = min(max(first, 0), cells - 1)
-    return first, max(first + 1, min(last, cells))
+def span(lowest, highest, resolution, cells):
+    """First and past-the-last cell between two coordinates: a cell of margin on either side, at least one cell."""
+    first = min(max(math.floor(lowest / resolution) - 1, 0), cells - 1)
+    return first, max(first + 1, min(math.ceil(highest / resolution) + 1, cells))
 
 
 @kernel
@@ -110,10 +108,13 @@ def spread(part):
             row[c] = min(row[c], below[c] + 1)
     for r in range(rows):
         row = part[r]
+        least = row[0]
         for c in range(1, cols):
-            row[c] = min(row[c], row[c - 1] + 1)
+            least = min(row[c], least + 1)
+            row[c] = least
         for c in range(cols - 2, -1, -1):
-            row[c] = min(row[c], row[c + 1] + 1)
+            least = min(row[c], least + 1)
+            row[c] = least
 
 
 @kernel
@@ -152,18 +153,18 @@ def fill(part, seeds, first_row, first_col, cols, unreachable):
 
 
 @kernel
-def distance_fields(plan, ahead_x, ahead_y, costs, origin_x, origin_y, resolution, x, y, reach):
-    """Manhattan distances in cells within ``reach`` (m) of the point x, y (m, from the map's corner).
+def distance_fields(plan, ahead_x, ahead_y, costs, origin_x, origin_y, resolution, box):
+    """Manhattan distances in cells within ``box``: lowest and highest x, lowest and highest y, m.
 
     Returns:
         ``(3, cells)`` int32: distances to the nearest cell of the plan, to the last one, and to the last one if the
         plan's end is moved by ``ahead_x``, ``ahead_y`` (m). They hold some whole rows of the map, filled in the
-        columns within reach; without any plan on the map with the number of its cells + 1. Then the number of cells
+        columns of the box; without any plan on the map with the number of its cells + 1. Then the number of cells
         of the map before those rows, and whether the plan is on the map.
     """
     rows, cols = costs.shape
-    top, bottom = span(y, reach, resolution, rows)
-    left, right = span(x, reach, resolution, cols)
+    left, right = span(box[0] - origin_x, box[1] - origin_x, resolution, cols)
+    top, bottom = span(box[2] - origin_y, box[3] - origin_y, resolution, rows)
     distances = np.empty((3, bottom - top, cols), dtype=np.int32)
     seeds = seed_cells(plan, 0.0, 0.0, costs, origin_x, origin_y, resolution)
     ahead = seed_cells(plan, ahead_x, ahead_y, costs, origin_x, origin_y, resolution)
