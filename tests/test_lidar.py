@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.lidar import Lidar, LidarSettings
+from gym_mapbench.scenario import Pose
+
+
+def distance_to_squares(grid, x, y, angle, range_max):
+    """The plain twin: the ray against every occupied square and the map's edge, by the slab method."""
+    direction = np.array([math.cos(angle), math.sin(angle)])
+    x0, y0, x1, y1 = grid.bounds
+    boxes = [(x0 - 1, y0 - 1, x0, y1 + 1), (x1, y0 - 1, x1 + 1, y1 + 1)]
+    boxes += [(x0 - 1, y0 - 1, x1 + 1, y0), (x0 - 1, y1, x1 + 1, y1 + 1)]
+    for row, col in zip(*np.nonzero(grid.occupancy), strict=True):
+        left, bottom = x0 + col * grid.resolution, y0 + row * grid.resolution
+        boxes.append((left, bottom, left + grid.resolution, bottom + grid.resolution))
+    nearest = range_max
+    for box in boxes:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t0 = (np.array(box[:2]) - (x, y)) / direction
+            t1 = (np.array(box[2:]) - (x, y)) / direction
+        enter, leave = np.minimum(t0, t1).max(), np.maximum(t0, t1).min()
+        if enter <= leave and leave > 0:
+            nearest = min(nearest, max(enter, 0.0))
+    return nearest
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.4), st.floats(0.02, 0.5))
+def test_ranges_are_those_of_exact_geometry(seed, share, resolution):
+    rng = np.random.default_rng(seed)
+    cells = rng.random(tuple(rng.integers(2, 20, 2))) < share
+    grid = GridMap(cells, resolution, tuple(rng.uniform(-5, 5, 2)))
+    settings = LidarSettings(beams=13, range_max=3.5, angle_min=rng.uniform(-3, 3))
+    x0, y0, x1, y1 = grid.bounds
+    pose = Pose(rng.uniform(x0, x1), rng.uniform(y0, y1), rng.uniform(-3, 3))
+    ranges = Lidar(settings, grid).scan(pose)
+    expected = [distance_to_squares(grid, pose.x, pose.y, pose.yaw + angle, 3.5) for angle in settings.angles]
+    assert ranges == pytest.approx(expected, abs=1e-5)
+
+
+def test_beams_go_counter_clockwise_from_the_first_angle():
+    grid = GridMap.from_rows(["#####", "#...#", "#...#", "#...#", "#####"], 1.0)
+    lidar = Lidar(LidarSettings(beams=4), grid)
+    assert lidar.scan(Pose(3.5, 2.0, 0.0)).tolist() == [0.5, 2.0, 2.5, 1.0]
+    assert lidar.scan(Pose(3.5, 2.0, math.pi / 2)) == pytest.approx([2.0, 2.5, 1.0, 0.5])
+    aside = Lidar(LidarSettings(beams=2, angle_min=-math.pi / 2, angle_increment=math.pi), grid)
+    assert aside.scan(Pose(3.5, 2.0, 0.0)) == pytest.approx([1.0, 2.0])
+
+
+def test_what_is_out_of_range_says_the_range():
+    grid = GridMap(np.zeros((200, 200), bool))
+    assert (Lidar(LidarSettings(range_max=2.0), grid).scan(Pose(5.0, 5.0)) == np.float32(2.0)).all()
+
+
+def test_no_ray_slips_between_cells_that_touch_at_a_corner():
+    cells = np.eye(20, dtype=bool)
+    grid = GridMap(cells, 1.0)
+    scan = Lidar(LidarSettings(beams=1, range_max=30.0), grid).scan(Pose(15.0, 5.0, 3 * math.pi / 4))
+    assert scan[0] == pytest.approx(5 * math.sqrt(2), abs=0.8)
+
+
+def test_every_scan_is_a_new_array():
+    lidar = Lidar(LidarSettings(), GridMap(np.zeros((50, 50), bool)))
+    assert not np.shares_memory(lidar.scan(Pose(1, 1)), lidar.scan(Pose(1, 1)))
+
+
+def test_bad_settings_are_refused():
+    with pytest.raises(ConfigError, match="beams"):
+        LidarSettings(beams=0)
+    with pytest.raises(ConfigError, match=r"did you mean 'range_max'\?"):
+        LidarSettings(max_range=3.0)

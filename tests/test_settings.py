@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import json
+import pickle
+
+import pytest
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.settings import MAX_YAML_BYTES, Settings, read_yaml
+
+
+class Inner(Settings):
+    depth: int = 1
+
+
+class Outer(Settings):
+    width: float = 1.0
+    inner: Inner = Inner()
+
+
+def test_settings_are_values():
+    outer = Outer(width=2, inner={"depth": 3})
+    assert outer == Outer(width=2.0, inner=Inner(depth=3))
+    assert hash(outer) == hash(pickle.loads(pickle.dumps(outer)))
+    assert Outer(**json.loads(json.dumps(outer.model_dump(mode="json")))) == outer
+    assert outer.replace(width=4).inner == Inner(depth=3)
+    with pytest.raises(ValueError, match="frozen"):
+        outer.width = 3
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"wdith": 1}, r"^unknown key 'wdith'; did you mean 'width'\?, got 1$"),
+        ({"zzz": 1}, r"^unknown key 'zzz' \(expected one of: inner, width\), got 1$"),
+        ({"width": "wide"}, r"^width: expected a valid number.*, got 'wide'$"),
+        ({"width": float("nan")}, r"^width: expected a finite number, got nan$"),
+        ({"inner": {"dept": 2}}, r"^inner: unknown key 'dept'; did you mean 'depth'\?, got 2$"),
+        ({"inner": {"depth": 1.5}}, r"^inner: depth: expected a valid integer.*, got 1.5$"),
+        ({"inner": 3}, r"^inner: expected .*, got 3$"),
+    ],
+)
+def test_errors_name_the_key_what_was_expected_and_what_came(values, message):
+    with pytest.raises(ConfigError, match=message) as caught:
+        Outer(**values)
+    assert "\n" not in str(caught.value)
+
+
+def test_long_values_are_cut_short():
+    with pytest.raises(ConfigError) as caught:
+        Outer(width="x" * 10_000)
+    assert len(str(caught.value)) < 200
+
+
+def test_mappings_say_where_they_come_from():
+    assert Outer.from_mapping({"width": 3}, "file.yaml").width == 3
+    with pytest.raises(ConfigError, match=r"^file\.yaml: unknown key 'widht'"):
+        Outer.from_mapping({"widht": 3}, "file.yaml")
+    with pytest.raises(ConfigError, match=r"^file\.yaml: expected a mapping of options, got list"):
+        Outer.from_mapping([1], "file.yaml")
+
+
+def test_yaml_files(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text("width: 2\n")
+    assert read_yaml(path) == {"width": 2}
+    path.write_text("width: [1\n")
+    with pytest.raises(ConfigError, match=r"a\.yaml: not a YAML file"):
+        read_yaml(path)
+    path.write_bytes(b"\xff\xfe\x00width")
+    with pytest.raises(ConfigError, match=r"a\.yaml.: expected a text file"):
+        read_yaml(path)
+    path.write_text("!!python/object/apply:os.getcwd []\n")
+    with pytest.raises(ConfigError, match=r"a\.yaml: not a YAML file"):
+        read_yaml(path)
+    path.write_text("#" * (MAX_YAML_BYTES + 1))
+    with pytest.raises(ConfigError, match="at most"):
+        read_yaml(path)
+    with pytest.raises(ConfigError, match="cannot be read"):
+        read_yaml(tmp_path / "none.yaml")
