@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 
+from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
+from evolution.commands.progress import note
 from evolution.driving import DriveSettings, build_controller
 from evolution.experiments import DEFAULT_CONTROLLERS, controllers_from
 from evolution.jobs import ControllerSpec
@@ -126,8 +128,20 @@ def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) 
     """World and navigation as the options say, everything else as in ``base``."""
     settings = base or DriveSettings(navigation="thesis")
     if args.params is not None:
-        settings = settings.replace(navigation=args.params)
+        settings = settings.replace(navigation=_read_params(args.params))
     return settings.replace(environment=_environment(args, settings)).replace(navigation=_navigation(args, settings))
+
+
+def _read_params(name: str) -> NavigationParams:
+    """Load a preset or a user's file; says which of its keys serve ROS alone, and what a preset fills in."""
+    if name in PRESETS:
+        return load_preset(name)
+    read = read_nav2_params(name)
+    if read.ignored:
+        note(f"{name}: ignored, because only ROS reads them: {', '.join(read.ignored)}")
+    if read.defaulted:
+        note(f"{name}: not given there, taken from the preset thesis: {', '.join(read.defaulted)}")
+    return read.navigation
 
 
 def _environment(args: argparse.Namespace, settings: DriveSettings) -> EnvConfig:

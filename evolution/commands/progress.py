@@ -16,6 +16,11 @@ console = Console()
 errors = Console(stderr=True)
 
 
+def note(text: str) -> None:
+    """Say something on standard error, apart from the results."""
+    errors.print(text, highlight=False, markup=False)
+
+
 class RunsPerSecond:
     """Counts driven runs against the wall clock."""
 
