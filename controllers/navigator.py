@@ -93,8 +93,9 @@ class Navigator:
         if self.status != "running":
             return STOP
         pose, odometry = Pose(*map(float, observation["pose"])), Twist(*map(float, observation["velocity"]))
-        self._board.begin_tick(self._steps * self._period, pose, odometry)
-        self._board.local_costmap.observe(pose, observation.get("scan"), self._board.now)
+        now = round(self._steps * self._period, 9)
+        self._board.begin_tick(now, pose, odometry)
+        self._board.local_costmap.observe(pose, observation.get("scan"), now)
         self._steps += 1
         outcome = self._tree.execute_tick()
         self._remember_path()
