@@ -44,19 +44,27 @@ def frame_rows(count: int) -> list[int]:
     return rows if rows[-1] == count - 1 else [*rows, count - 1]
 
 
-def save_animation(episode: Episode, robot: RobotSpec, path: Path) -> None:
-    """Write a run as ``.gif`` or ``.mp4``; the clock runs as fast as 20 frames a second show it.
+def check_film(path: Path) -> None:
+    """Refuse, before anything is driven, a film that could not be written.
 
     Raises:
-        ConfigError: If the ending is another.
+        ConfigError: If the ending is neither ``.gif`` nor ``.mp4``, or the file exists.
+    """
+    if path.suffix not in _WRITERS:
+        raise ConfigError(f"{path}: expected a name that ends in {' or '.join(_WRITERS)}")
+    if path.exists():
+        raise ConfigError(f"{path}: exists already; nothing is overwritten")
+
+
+def save_animation(episode: Episode, robot: RobotSpec, path: Path) -> None:
+    """Write a run as ``.gif`` or ``.mp4``, 20 frames a second.
+
+    Raises:
+        ConfigError: As :func:`check_film`.
         RunError: If a film is wanted and ``ffmpeg`` is missing or fails.
     """
-    if path.suffix == ".gif":
-        _save_gif(episode, robot, path)
-    elif path.suffix == ".mp4":
-        _save_mp4(episode, robot, path)
-    else:
-        raise ConfigError(f"{path}: expected a name that ends in .gif or .mp4")
+    check_film(path)
+    _WRITERS[path.suffix](episode, robot, path)
 
 
 def show_animation(episode: Episode, robot: RobotSpec) -> None:
@@ -90,3 +98,6 @@ def _save_mp4(episode: Episode, robot: RobotSpec, path: Path) -> None:
     if done.returncode != 0:
         reason = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
         raise RunError(f"{path}: ffmpeg could not write it ({' '.join(reason)})")
+
+
+_WRITERS = {".gif": _save_gif, ".mp4": _save_mp4}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from evolution.animation import save_animation, show_animation
+from evolution.animation import check_film, save_animation, show_animation
 from evolution.commands import options
 from evolution.commands.bench import load_all
 from evolution.commands.progress import console
@@ -38,8 +38,7 @@ def run(args: argparse.Namespace) -> int:
     """Drive, print what happened, write or show the film."""
     targets = [Path(path) for path in (args.gif, args.mp4) if path is not None]
     for path in targets:
-        if path.exists():
-            raise ConfigError(f"{path}: exists already; nothing is overwritten")
+        check_film(path)
     scenarios = load_all([args.map], args)
     if args.scenario > len(scenarios):
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")

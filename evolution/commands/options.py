@@ -145,6 +145,8 @@ def _read_params(name: str) -> NavigationParams:
 
 
 def _environment(args: argparse.Namespace, settings: DriveSettings) -> EnvConfig:
+    if args.robot is not None and args.robot_radius is not None:
+        raise ConfigError("--robot and --robot-radius: expected one of them, got both")
     robot = make_robot(args.robot) if args.robot is not None else _robot_of(settings, args.params is not None)
     if args.robot_radius is not None:
         robot = robot.replace(name="custom", radius=args.robot_radius, footprint=None)

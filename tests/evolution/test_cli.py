@@ -1,0 +1,156 @@
+"""The command as a user meets it: what it prints, what it writes, and one line for every mistake."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from evolution.cli import main
+from gym_mapbench.mapio import load_scenarios
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+OFFICE = str(EXAMPLES / "office.yaml")
+
+
+@pytest.fixture
+def office(tmp_path):
+    """A copy of the example map that a test may spoil."""
+    for file in EXAMPLES.glob("office*"):
+        shutil.copy(file, tmp_path)
+    return tmp_path / "office.yaml"
+
+
+def refused(capsys, *argv):
+    """Run a command that must be refused: exit code 2, one line, no traceback; returns the line."""
+    try:
+        code = main([str(arg) for arg in argv])
+    except SystemExit as stop:
+        code = stop.code
+    output = capsys.readouterr()
+    assert code == 2
+    assert output.err.startswith("mapbench")
+    assert output.err.count("\n") == 1, output.err
+    assert "Traceback" not in output.err
+    return output.err
+
+
+@pytest.mark.parametrize(
+    ("argv", "expected"),
+    [
+        (["bench", "nowhere.yaml"], "nowhere.yaml"),
+        (["bench", OFFICE, "--controllers", "mpi"], "did you mean 'mppi'"),
+        (["bench", OFFICE, "--controllers", "dwb,,rpp"], "--controllers"),
+        (["bench", OFFICE, "--controllers", "sac=nowhere.zip"], "nowhere.zip"),
+        (["bench", OFFICE, "--start", "1,2,3,4"], "x,y,yaw"),
+        (["bench", OFFICE, "--start", "nan,1,0"], "finite"),
+        (["bench", OFFICE, "--goal", "99,99,0"], "on the map"),
+        (["bench", OFFICE, "--start", "0.01,0.01,0"], "obstacle"),
+        (["bench", OFFICE, "--repeats", "0"], "at least 1"),
+        (["bench", OFFICE, "--robot", "turtlebot"], "turtlebot3"),
+        (["bench", OFFICE, "--robot-radius", "-1"], "radius"),
+        (["bench", OFFICE, "--robot", "jackal", "--robot-radius", "0.2"], "--robot"),
+        (["bench", OFFICE, "--time-limit", "0"], "time_limit"),
+        (["bench", OFFICE, "--params", "nowhere.yaml"], "nowhere.yaml"),
+        (["bench", OFFICE, "barn:somewhere"], "BARN"),
+        (["drive", OFFICE, "--controller", "rpp,dwb"], "one controller"),
+        (["drive", OFFICE, "--controller", "rpp", "--scenario", "7"], "1 to 1"),
+        (["drive", OFFICE, "--controller", "rpp", "--gif", "film.avi"], ".gif"),
+        (["evolve", "--preset", "quik"], "quick"),
+        (["evolve", "--pop-size", "9", "--evaluations", "3"], "evaluations"),
+        (["evolve", "--metric", "time", "--failures", "never"], "never"),
+        (["evolve", "--resume", "nowhere"], "nowhere"),
+        (["evolve", "--resume", "nowhere", "--pop-size", "9"], "--pop-size"),
+        (["evolve", "--config", "nowhere.yaml"], "nowhere.yaml"),
+        (["validate", "nowhere"], "nowhere"),
+        (["maps", "info", "nowhere.map"], "nowhere.map"),
+        (["export", OFFICE, "--format", "gazeboo", "--out", "x"], "gazebo"),
+        (["import-results", "nowhere.csv", "--ours", "nowhere"], "nowhere"),
+        (["evolv"], "evolve"),
+    ],
+    ids=lambda value: " ".join(Path(part).name for part in value) if isinstance(value, list) else "",
+)
+def test_mistakes_get_one_line(argv, expected, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert expected in refused(capsys, *argv)
+    assert not list(tmp_path.iterdir())
+
+
+def test_truncated_picture_is_refused(office, capsys):
+    picture = office.with_suffix(".pgm")
+    picture.write_bytes(picture.read_bytes()[:1000])
+    assert "office.pgm" in refused(capsys, "bench", office)
+
+
+def test_used_directories_are_refused(tmp_path, capsys):
+    used = tmp_path / "used"
+    used.mkdir()
+    (used / "precious.txt").write_text("mine")
+    for argv in (
+        ["evolve", "--out", used],
+        ["bench", OFFICE, "--out", used],
+        ["export", OFFICE, "--format", "map_server", "--out", used],
+    ):
+        refused(capsys, *argv)
+    assert [path.name for path in used.iterdir()] == ["precious.txt"]
+
+
+def test_unknown_keys_of_a_config_file(tmp_path, capsys):
+    config = tmp_path / "config.yaml"
+    config.write_text("search: {pop_sise: 4}\n")
+    assert "pop_size" in refused(capsys, "evolve", "--config", config)
+    config.write_text("serch: {}\n")
+    assert "'search'" in refused(capsys, "evolve", "--config", config)
+
+
+def test_bench_as_json_and_csv(tmp_path, capsys):
+    out = tmp_path / "out"
+    argv = ["bench", OFFICE, "--controllers", "rpp,slow=rpp", "--repeats", "2", "--workers", "1", "--out", str(out)]
+    assert main([*argv, "--format", "json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    runs = printed["runs"]
+    assert [(run["controller"], run["repeat"]) for run in runs] == [("rpp", 0), ("rpp", 1), ("slow", 0), ("slow", 1)]
+    assert {run["outcome"] for run in runs} == {"goal"}
+    assert runs[0]["time_s"] == runs[1]["time_s"]  # no noise: nothing differs
+    assert all(run["path_length_m"] > 8 for run in runs)
+    assert json.loads((out / "bench.json").read_text()) == printed
+    with (out / "bench.csv").open() as file:
+        assert [row["outcome"] for row in csv.DictReader(file)] == ["goal"] * 4
+
+
+def test_a_users_parameters_say_what_is_ignored(capsys):
+    params = str(EXAMPLES / "nav2_params.yaml")
+    code = main(["bench", OFFICE, "--controllers", "Pursuit", "--params", params, "--workers", "1"])
+    output = capsys.readouterr()
+    assert code == 0
+    assert "debug_trajectory_details" in output.err
+    assert "Pursuit" in output.out
+
+
+def test_drive_writes_a_film(tmp_path, capsys):
+    film = tmp_path / "film.gif"
+    argv = ["drive", OFFICE, "--controller", "rpp", "--time-limit", "2", "--gif", str(film)]
+    assert main(argv) == 0
+    assert film.read_bytes().startswith(b"GIF89a")
+    assert "timeout" in capsys.readouterr().out
+    assert "nothing is overwritten" in refused(capsys, *argv)
+
+
+def test_maps_info_and_convert(tmp_path, capsys):
+    assert main(["maps", "info", OFFICE, "--format", "json"]) == 0
+    (office,) = json.loads(capsys.readouterr().out)["maps"]
+    assert (office["rows"], office["cols"]) == (140, 200)
+    target = tmp_path / "office.mapset.json"
+    assert main(["maps", "convert", OFFICE, str(target)]) == 0
+    assert load_scenarios(target)[0].map == load_scenarios(OFFICE)[0].map
+
+
+def test_help_teaches_by_example(capsys):
+    for command in ("evolve", "bench", "drive", "maps", "export", "import-results", "validate"):
+        with pytest.raises(SystemExit) as stop:
+            main([command, "--help"])
+        assert stop.value.code == 0
+        assert f"mapbench {command}" in capsys.readouterr().out.split("examples:")[1]
