@@ -61,7 +61,7 @@ def test_bad_paths(world, array):
     with pytest.raises(MapFormatError):
         read_barn_path(world)
     world.with_name("path_7.npy").write_bytes(b"\x93NUMPY\x01\x00\x10\x00{'descr': oops}")
-    with pytest.raises(MapFormatError, match="not a NumPy file"):
+    with pytest.raises(MapFormatError, match="expected a NumPy file"):
         read_barn_path(world)
 
 
