@@ -32,6 +32,9 @@ class Twist(NamedTuple):
     w: float
 
 
+STOP = Twist(0.0, 0.0)
+
+
 class ControllerError(MapBenchError):
     """The controller has no valid command now (Nav2's ``PlannerException``); patience applies."""
 

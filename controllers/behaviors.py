@@ -10,7 +10,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 
-from controllers.base import Twist
+from controllers.base import STOP, Twist
 from controllers.behavior_tree import Status
 from controllers.nav2_params.navigation import BehaviorServer as BehaviorServerParams
 from controllers.rate import TIME_RESOLUTION, Rate
@@ -18,8 +18,6 @@ from gym_mapbench.costmap import LETHAL_OBSTACLE, Costmap
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.scenario import Pose, wrap_angle
-
-STOP = Twist(0.0, 0.0)
 
 
 class Behavior(ABC):

@@ -10,15 +10,13 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import ControllerAbort, ControllerError, PathFollower, Twist
+from controllers.base import STOP, ControllerAbort, ControllerError, PathFollower, Twist
 from controllers.behavior_tree import Status
 from controllers.checkers import make_goal_checker, make_progress_checker
 from controllers.nav2_params.navigation import ControllerServer as ControllerServerParams
 from controllers.rate import TIME_RESOLUTION, Rate
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
-
-STOP = Twist(0.0, 0.0)
 
 
 class ControllerServer:

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import Twist
+from controllers.base import STOP, Twist
 from controllers.behavior_tree import (
     Action,
     Condition,
@@ -35,8 +35,6 @@ from gym_mapbench.episode import Event, Outcome
 from gym_mapbench.errors import PlanningError
 from gym_mapbench.planners.base import GlobalPlanner
 from gym_mapbench.scenario import Pose
-
-STOP = Twist(0.0, 0.0)
 
 
 @dataclass

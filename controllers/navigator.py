@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from controllers.base import Context, FollowerSetup, Observation, PathFollower, Twist
+from controllers.base import STOP, Context, FollowerSetup, Observation, PathFollower, Twist
 from controllers.behavior_tree import Node, Status
 from controllers.behaviors import BehaviorServer
 from controllers.controller_server import ControllerServer
@@ -29,8 +29,6 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.planners import make_planner
 from gym_mapbench.scenario import Pose
-
-STOP = Twist(0.0, 0.0)
 
 
 class Navigator:

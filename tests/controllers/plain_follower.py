@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from controllers.base import Context, Twist
+from controllers.base import STOP, Context, Twist
 from controllers.nav2_params import NavigationParams, load_preset
 from controllers.navigator import Navigator
 from gym_mapbench.costmap import CostmapParams
@@ -16,7 +16,6 @@ from gym_mapbench.robot import make_robot
 from gym_mapbench.scenario import Pose, wrap_angle
 
 PERIOD = 0.05
-STOP = Twist(0.0, 0.0)
 START, GOAL = Pose(1.0, 1.0, 0.0), Pose(4.0, 1.0, 0.0)
 ROWS = ("#" * 100, *["#" + "." * 98 + "#"] * 58, "#" * 100)
 OPEN = GridMap.from_rows(ROWS, 0.05)

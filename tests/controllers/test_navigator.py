@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from controllers import navigator as navigator_module
-from controllers.base import ControllerAbort, ControllerError, Twist
+from controllers.base import STOP, ControllerAbort, ControllerError, Twist
 from controllers.nav2_params import load_preset
 from controllers.nav2_params.navigation import GoalChecker, ProgressChecker, VelocitySmoother
 from controllers.navigator import Navigator
@@ -25,8 +25,6 @@ from tests.controllers.plain_follower import (
     plain_navigation,
     walled_off,
 )
-
-STOP = Twist(0.0, 0.0)
 
 
 def drive(follower=None, params=None, grid=OPEN, steps=4000, **options) -> tuple[Navigator, Drive]:
@@ -56,7 +54,7 @@ class TestWayToTheGoal:
         assert navigator.status == "succeeded"
         assert run.commands[-1] == STOP
         assert np.hypot(run.pose.x - GOAL.x, run.pose.y - GOAL.y) <= 0.25
-        assert navigator.follower.log[-1][1] == run.time
+        assert navigator.follower.log[-1][1] == pytest.approx(run.time)
 
     def test_replans_each_second_from_the_start_on(self):
         navigator, run = drive()
@@ -68,9 +66,8 @@ class TestWayToTheGoal:
     def test_follower_is_asked_once_a_period_after_the_replan(self):
         navigator, run = drive()
         log = navigator.follower.log
-        assert [entry[1] for entry in navigator.follower.calls("compute")] == [
-            step * PERIOD for step in range(len(run.commands))
-        ]
+        times = [entry[1] for entry in navigator.follower.calls("compute")]
+        assert times == pytest.approx([step * PERIOD for step in range(len(run.commands))])
         after_second = next(i for i, entry in enumerate(log) if entry[:2] == ("compute", 1.0))
         assert log[after_second - 1][0] == "set_plan"
 
