@@ -1,0 +1,134 @@
+"""``mapbench validate``: what it refuses, what it counts, and that it says so when something is off."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from evolution.cli import main
+from evolution.validation.closed_loop import DrivenRun, RunTask, closed_loop_measures, drive_again
+from evolution.validation.measures import Cases
+from evolution.validation.oracle import Oracle
+from evolution.validation.units import costmap_measures, navfn_measures
+from gym_mapbench.errors import MapFormatError
+from tests.oracle_data import ORACLE, needs_oracle
+
+
+def run_of(*, ours: float, recorded: float, success=True, controller="RPP", clearance=0.1) -> DrivenRun:
+    record = {
+        "map": 0,
+        "controller": controller,
+        "variant": "default",
+        "local_costmap": "full",
+        "strict_success": True,
+        "time": recorded,
+        "min_clearance": clearance,
+        "reason": "goal",
+    }
+    return DrivenRun(record, "A", success, ours, "goal")
+
+
+def by_key(measures):
+    return {measure.key: measure for measure in measures}
+
+
+def test_cases_name_the_worst():
+    cases = Cases("error", "0")
+    for error, name in ((0.1, "a"), (0.4, "b"), (0.2, "c")):
+        cases.add(error, name)
+    assert cases.largest().value == 0.4
+    assert cases.median().value == 0.2
+    assert cases.agreement().value == pytest.approx(1 - 0.7 / 3)
+    assert cases.share_within(0.2, "share", "").value == pytest.approx(2 / 3)
+    assert cases.largest().worst == "b: 0.4"
+    assert Cases("none", "").largest().count == 0
+
+
+def test_runs_near_contact_are_counted_apart():
+    driven = [
+        run_of(ours=10, recorded=10),
+        run_of(ours=12, recorded=10),
+        run_of(ours=5, recorded=10, success=False),
+        run_of(ours=5, recorded=10, success=False, clearance=-0.004),
+    ]
+    measures = by_key(closed_loop_measures(driven))
+    assert measures["outcome_agreement"].value == pytest.approx(2 / 3)
+    assert measures["outcome_agreement"].count == 3
+    assert measures["outcome_agreement_near_contact"].value == 0
+    assert measures["time_err_median_rpp"].value == pytest.approx(0.1)
+    assert measures["time_err_median_dwb"].count == 0
+
+
+def test_mppi_is_judged_by_the_median_of_its_seeds():
+    driven = [run_of(ours=t, recorded=10, controller="MPPI") for t in (9, 10, 30)]
+    assert by_key(closed_loop_measures(driven))["time_err_median_mppi"].value == 0
+
+
+def test_directories_of_another_kind_are_refused(tmp_path, capsys):
+    with pytest.raises(MapFormatError, match="no such file"):
+        Oracle(tmp_path)
+    (tmp_path / "config.json").write_text("[]")
+    with pytest.raises(MapFormatError, match="expected a JSON dict"):
+        Oracle(tmp_path)
+    (tmp_path / "config.json").write_text("{}")
+    assert main(["validate", str(tmp_path)]) == 2
+    assert "'presets'" in capsys.readouterr().err
+
+
+@pytest.fixture
+def spoilt(tmp_path):
+    """A copy of the recorded results that a test may damage."""
+    return shutil.copytree(ORACLE, tmp_path / "oracle")
+
+
+@needs_oracle
+@pytest.mark.parametrize("name", ["maps.npz", "plans_A.npz", "units_B.npz", "runs_A.json", "mppi_noise.npz"])
+def test_missing_and_torn_files_are_one_line(spoilt, name, capsys):
+    file = spoilt / name
+    file.chmod(0o644)
+    file.write_bytes(file.read_bytes()[:100])
+    assert main(["validate", str(spoilt)]) == 2
+    error = capsys.readouterr().err
+    assert name in error
+    assert error.count("\n") == 1
+    spoilt.chmod(0o755)
+    file.unlink()
+    assert main(["validate", str(spoilt)]) == 2
+    assert name in capsys.readouterr().err
+
+
+@needs_oracle
+def test_costmaps_and_plans_are_the_recorded_ones():
+    oracle = Oracle(ORACLE)
+    (costmaps,) = costmap_measures(oracle)
+    potentials, paths = navfn_measures(oracle)
+    assert (costmaps.value, costmaps.count) == (1.0, 40 * 150 * 150)
+    assert potentials.value < 1e-6
+    assert paths.value < 1e-3
+
+
+@needs_oracle
+def test_a_changed_costmap_is_noticed(spoilt):
+    file = spoilt / "plans_A.npz"
+    file.chmod(0o644)
+    with np.load(file) as archive:
+        arrays = dict(archive)
+    arrays["costmap"][3, 70, 70] ^= 1
+    np.savez(file, **arrays)
+    (measure,) = costmap_measures(Oracle(spoilt))
+    assert measure.value == pytest.approx(1 - 1 / measure.count)
+    assert measure.worst.startswith("preset A map 3")
+
+
+@needs_oracle
+@pytest.mark.parametrize("index", [0, 20, 41])
+def test_whole_runs_end_as_recorded(index):
+    records = json.loads((ORACLE / "runs_A.json").read_text())
+    chosen = [i for i, one in enumerate(records) if one["controller"] in ("DWB", "RPP")][index]
+    driven = drive_again(RunTask(ORACLE, "A", chosen))
+    assert driven.success == driven.record["strict_success"]
+    if driven.success:
+        assert driven.time == pytest.approx(driven.record["time"], abs=1e-9)
