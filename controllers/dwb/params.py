@@ -46,6 +46,16 @@ ROS_ONLY_KEYS = frozenset(
 )
 """Keys of a DWB section that serve ROS or other plugins only; DWB's commands do not depend on them."""
 
+RENAMED_KEYS: dict[str, str] = {}
+"""Newer name -> the name in Humble; DWB's parameters have kept theirs."""
+
+_ROTATE_TO_GOAL = "in Humble RotateToGoal looks at the distance to the goal, not along the path"
+NEWER_ONLY_KEYS = {
+    "path_length_tolerance": _ROTATE_TO_GOAL,
+    "RotateToGoal.path_length_tolerance": _ROTATE_TO_GOAL,
+}
+"""Parameters of newer releases that Humble does not have -> what Humble does instead."""
+
 
 class CriticParams(Settings):
     """What every critic takes.
