@@ -12,7 +12,7 @@ import io
 import json
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -77,7 +77,7 @@ class RunDir:
             RunError: If it cannot be made.
         """
         path = Path(path)
-        _refuse_used(path)
+        refuse_used(path, CONFIG, "run")
         config = {
             "format": FORMAT,
             "format_version": FORMAT_VERSION,
@@ -85,7 +85,7 @@ class RunDir:
             "libraries": {name: version(name) for name in LIBRARIES},
             **experiment.document(),
         }
-        _make_directory(path)
+        make_directory(path)
         write_json(path / CONFIG, config)
         return cls(path, config)
 
@@ -126,13 +126,13 @@ class RunDir:
             came = self.config.get("version")
             raise RunError(f"{self.path}: written by version {came}; version {PACKAGE_VERSION} cannot continue it")
         wanted = json.loads(json.dumps(experiment.document()))
-        for name, was, now in _differences({key: self.config.get(key) for key in wanted}, wanted):
+        for name, was, now in differences({key: self.config.get(key) for key in wanted}, wanted):
             raise ConfigError(f"{self.path}: {name} was {was!r} when the run began, got {now!r}")
 
     def write_generation(self, record: Record, best: Evaluation, checkpoint: Mapping[str, Any]) -> None:
         """Write everything known after a generation; the checkpoint last."""
         generation = int(checkpoint["generation"])
-        _make_directory(self.path / MAPS)
+        make_directory(self.path / MAPS)
         write_text(self.path / README, README_TEXT)
         write_bytes(self.path / MAPS / f"{generation:04d}.npz", npz_of(record.maps))
         write_text(self.path / GENERATIONS, csv_of(record.generations))
@@ -222,7 +222,7 @@ def load_run(path: str | Path) -> LoadedRun:
         read_csv(rundir.path / RUNS),
         MapSet(tuple(scenarios)),
         read_json(rundir.path / BEST_RESULTS),
-        list(_whole_lines(rundir.path / TIMING)),
+        read_json_lines(rundir.path / TIMING),
     )
 
 
@@ -306,38 +306,52 @@ def _parse(column: str, text: str) -> Any:
     return int(text) if re.fullmatch(r"-?\d+", text) else float(text)
 
 
-def _whole_lines(path: Path) -> Iterator[Row]:
-    """Read a JSON lines file up to a line that was not written to its end."""
-    if not path.is_file():
-        return
-    for line in path.read_text(encoding="utf-8").splitlines():
+def read_json_lines(path: Path) -> list[Row]:
+    """Read a JSON lines file up to a line that was not written to its end; nothing if there is no file."""
+    rows: list[Row] = []
+    for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else []:
         try:
-            yield json.loads(line)
+            rows.append(json.loads(line))
         except ValueError:
-            return
+            break
+    return rows
 
 
-def _make_directory(path: Path) -> None:
+def make_directory(path: Path) -> None:
+    """Make a directory and those above it.
+
+    Raises:
+        RunError: If it cannot be made.
+    """
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"{path}: cannot be made ({error.strerror})") from None
 
 
-def _refuse_used(path: Path) -> None:
-    """Refuse a path that holds something; hidden files (half-written ones among them) do not count."""
+def refuse_used(path: Path, mark: str, what: str) -> None:
+    """Refuse a path that holds something; hidden files (half-written ones among them) do not count.
+
+    Args:
+        path: Where something new is to begin.
+        mark: The file by which one that was begun there before is known.
+        what: What that is.
+
+    Raises:
+        ConfigError: If there is anything.
+    """
     if path.exists() and not path.is_dir():
         raise ConfigError(f"{path}: expected a new directory, got a file")
-    if (path / CONFIG).exists():
-        raise ConfigError(f"{path}: already holds a run; continue it with --resume, or choose another directory")
+    if (path / mark).exists():
+        raise ConfigError(f"{path}: already holds a {what}; continue it with --resume, or choose another directory")
     if path.is_dir() and any(not entry.name.startswith(".") for entry in path.iterdir()):
         raise ConfigError(f"{path}: expected a new or empty directory, got one that holds other files")
 
 
-def _differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, Any]]:
-    """Name every leaf in which two JSON documents differ."""
+def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, Any]]:
+    """Name every leaf in which two JSON documents differ, with its two values."""
     if isinstance(was, dict) and isinstance(now, dict):
         for key in {**was, **now}:
-            yield from _differences(was.get(key), now.get(key), f"{name}.{key}" if name else key)
+            yield from differences(was.get(key), now.get(key), f"{name}.{key}" if name else key)
     elif was != now:
         yield name, was, now

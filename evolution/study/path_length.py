@@ -55,7 +55,7 @@ class PathLengthFitness(Fitness):
         """Nothing is calibrated."""
         return False
 
-    def calibrated(self, results: Sequence[SetResults]) -> PathLengthFitness:  # noqa: ARG002
+    def calibrated(self, results: Sequence[SetResults]) -> PathLengthFitness:
         """Return itself."""
         return self
 

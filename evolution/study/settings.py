@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, JsonValue, field_validator, model_validator
 
-from evolution.experiments import SECTIONS, merged
+from controllers.nav2_params.presets import overlay
+from evolution.experiments import SECTIONS
 from evolution.study.cellular import CellularSettings
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings, read_yaml
@@ -136,15 +137,21 @@ class StudySettings(Settings):
                 return configuration
         raise unknown_name("configuration", name, self.names)
 
-    def document(self, configuration: Configuration, seed: int) -> dict[str, Any]:
-        """Return the experiment of one run, before what it takes from earlier configurations."""
-        method: dict[str, Any] = {"search": {"evaluations": self.budget}}
-        if configuration.of is not None:
-            method = self.document(self.configuration(configuration.of), seed)
-        elif configuration.method in SEARCHES:
-            method["search"]["algorithm"] = "ga" if configuration.method == "ga" else "random"
-        below = merged(self.experiment, method)
-        return merged(merged(below, configuration.experiment), {"search": {"seed": seed}})
+    def document(self, configuration: Configuration, seed: int, taken: Mapping[str, Document]) -> dict[str, Any]:
+        """Return the experiment of one run.
+
+        Args:
+            configuration: One of the study's.
+            seed: Seed of the run.
+            taken: By configuration, the options of its search that were taken from earlier ones.
+        """
+        if configuration.of is None:
+            algorithm = "random" if configuration.method in ("random", "cellular") else "ga"
+            below = overlay(self.experiment, {"search": {"evaluations": self.budget, "algorithm": algorithm}})
+        else:
+            below = self.document(self.configuration(configuration.of), seed, taken)
+        search = {**taken.get(configuration.name, {}), "seed": seed}
+        return overlay(overlay(below, configuration.experiment), {"search": search})
 
 
 def checked_sections(document: Document) -> Document:

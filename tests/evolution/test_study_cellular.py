@@ -35,9 +35,7 @@ def plain_smoothing(tiles, fill, clear):
     return after
 
 
-@given(
-    arrays(np.bool_, st.tuples(st.integers(1, 6), st.integers(1, 6))), st.integers(0, 9), st.integers(0, 9)
-)
+@given(arrays(np.bool_, st.tuples(st.integers(1, 6), st.integers(1, 6))), st.integers(0, 9), st.integers(0, 9))
 def test_smoothing_is_the_plain_one(tiles, fill, clear):
     assert np.array_equal(smoothed(tiles, fill, clear), plain_smoothing(tiles, fill, clear))
 

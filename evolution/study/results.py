@@ -1,0 +1,231 @@
+"""The results of a study read back: as far as it has come, with words for what is missing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from evolution.records import Row
+from evolution.rundir import BEST_RESULTS, CONFIG, GENERATIONS, TIMING, RunDir, read_csv, read_json, read_json_lines
+from evolution.settings import Experiment
+from evolution.study.directory import StudyDir
+from evolution.study.engine import Engine
+from evolution.study.reevaluation import Reevaluation, read_reevaluation
+from evolution.study.settings import Configuration, StudySettings
+from gym_mapbench.errors import MapBenchError, RunError, unknown_name
+
+if TYPE_CHECKING:
+    import pandas
+
+Table = Literal["runs", "reevaluation", "generations"]
+
+
+@dataclass(frozen=True)
+class StudyRun:
+    """One finished run of a study.
+
+    Args:
+        configuration: What was run.
+        seed: Its seed.
+        path: Its run directory.
+        experiment: What it was run with.
+        generations: ``generations.csv``.
+        seen: ``best_results.json``: the best set as the search saw it.
+        timing: ``timing.jsonl``.
+        fresh: The best set on fresh seeds; None if it was not re-evaluated.
+    """
+
+    configuration: Configuration
+    seed: int
+    path: Path
+    experiment: Experiment
+    generations: Sequence[Row]
+    seen: Mapping[str, Any]
+    timing: Sequence[Row]
+    fresh: Reevaluation | None = None
+
+    @property
+    def fitness(self) -> float:
+        """Fitness of the best set as the search saw it."""
+        return float(self.seen["fitness"])
+
+    @property
+    def winners_curse(self) -> float:
+        """By how much the fitness on fresh seeds is worse than the search saw; NaN without re-evaluation."""
+        return math.nan if self.fresh is None else self.fresh.fitness_as_searched - self.fitness
+
+    def row(self) -> Row:
+        """One line of the study's table of runs."""
+        search = self.experiment.search
+        fresh = self.fresh
+        return {
+            "configuration": self.configuration.name,
+            "method": self.configuration.method,
+            "seed": self.seed,
+            "fitness_kind": search.fitness,
+            "cluster_scale": self.seen["cluster_scale"],
+            "pop_size": search.pop_size,
+            "evaluations": self.generations[-1]["evaluations"],
+            "repeats": search.repeats,
+            "fitness": self.fitness,
+            "fresh_fitness": math.nan if fresh is None else fresh.fitness,
+            "fresh_fitness_as_searched": math.nan if fresh is None else fresh.fitness_as_searched,
+            "winners_curse": self.winners_curse,
+            "order_kept": math.nan if fresh is None else fresh.order_kept,
+            "success_rate": self.seen["success_rate"],
+            "fresh_success_rate": math.nan if fresh is None else fresh.success_rate,
+            "driven": sum(row["driven"] for row in self.timing),
+            "seconds": sum(row["seconds"] for row in self.timing),
+            "map_set": self.seen["map_set"],
+        }
+
+
+@dataclass(frozen=True)
+class StudyResults:
+    """A study as far as it has come.
+
+    Args:
+        path: Its directory.
+        settings: The study.
+        version: Version of this package that wrote it.
+        libraries: Versions of the libraries it was run with.
+        resolved: By configuration, what it took from earlier ones.
+        runs: The finished runs, in order of configurations and seeds.
+        missing: What is not there, a line each.
+    """
+
+    path: Path
+    settings: StudySettings
+    version: str
+    libraries: Mapping[str, str]
+    resolved: Mapping[str, Any]
+    runs: tuple[StudyRun, ...]
+    missing: tuple[str, ...]
+
+    def of(self, configuration: str) -> list[StudyRun]:
+        """The finished runs of one configuration, by seed."""
+        return [run for run in self.runs if run.configuration.name == configuration]
+
+    @property
+    def by_configuration(self) -> dict[str, list[StudyRun]]:
+        """The finished runs of every configuration that has any."""
+        found = {name: self.of(name) for name in self.settings.names}
+        return {name: runs for name, runs in found.items() if runs}
+
+    def rows(self, table: Table = "runs") -> list[Row]:
+        """Return a tidy table, one observation a row.
+
+        Args:
+            table: ``runs`` one row a run; ``reevaluation`` one a run driven again; ``generations`` one a generation.
+
+        Raises:
+            ConfigError: If there is no such table.
+        """
+        tables = {"runs": _run_rows, "reevaluation": _reevaluation_rows, "generations": _generation_rows}
+        if table not in tables:
+            raise unknown_name("table", table, tables)
+        return [row for run in self.runs for row in tables[table](run)]
+
+    def dataframe(self, table: Table = "runs") -> pandas.DataFrame:
+        """Return a tidy table (see :meth:`rows`) as a pandas DataFrame; pandas must be installed."""
+        import pandas
+
+        return pandas.DataFrame(self.rows(table))
+
+
+def load_results(path: str | Path, engine: Engine = Engine()) -> StudyResults:
+    """Read a study back, whatever there is of it.
+
+    Raises:
+        RunError: If the directory is not a study, or of another format.
+    """
+    directory = StudyDir.open(path)
+    runs: list[StudyRun] = []
+    missing: list[str] = []
+    for configuration in directory.settings.configurations:
+        absent = []
+        for seed in directory.settings.seeds:
+            if not (directory.run_path(configuration.name, seed) / CONFIG).is_file():
+                absent.append(seed)
+                continue
+            try:
+                runs.append(_load_run(directory, configuration, seed, engine))
+                runs[-1] = _with_fresh(runs[-1], directory)
+            except MapBenchError as error:
+                missing.append(f"{configuration.name}, seed {seed}: {error}")
+        missing += _absent(configuration.name, absent, directory.settings.runs)
+    config = directory.config
+    return StudyResults(
+        directory.path,
+        directory.settings,
+        str(config.get("version")),
+        dict(config.get("libraries", {})),
+        directory.resolved,
+        tuple(runs),
+        tuple(missing),
+    )
+
+
+def _load_run(directory: StudyDir, configuration: Configuration, seed: int, engine: Engine) -> StudyRun:
+    path = directory.run_path(configuration.name, seed)
+    rundir = RunDir.open(path)
+    checkpoint = rundir.checkpoint or {"evaluations": 0}
+    experiment = engine.read_experiment(rundir.config, str(path))
+    if not checkpoint.get("finished"):
+        budget = experiment.search.evaluations
+        raise RunError(f"stopped after {checkpoint['evaluations']} of {budget} evaluations")
+    seen, generations = read_json(path / BEST_RESULTS), read_csv(path / GENERATIONS)
+    return StudyRun(configuration, seed, path, experiment, generations, seen, read_json_lines(path / TIMING))
+
+
+def _with_fresh(run: StudyRun, directory: StudyDir) -> StudyRun:
+    """Add the re-evaluation of a run."""
+    if directory.settings.reevaluation.seeds == 0:
+        return run
+    path = directory.reevaluation_path(run.configuration.name, run.seed)
+    if not path.is_file():
+        raise RunError("not re-evaluated yet")
+    return replace(run, fresh=read_reevaluation(path, run.seen, run.experiment))
+
+
+def _absent(name: str, seeds: Sequence[int], runs: int) -> list[str]:
+    if not seeds:
+        return []
+    if len(seeds) == runs:
+        return [f"{name}: none of its {runs} runs was begun"]
+    return [f"{name}: {len(seeds)} of {runs} runs were not begun (seeds {', '.join(map(str, seeds))})"]
+
+
+def _run_rows(run: StudyRun) -> list[Row]:
+    return [run.row()]
+
+
+def _reevaluation_rows(run: StudyRun) -> list[Row]:
+    """One row for every run of the best set on fresh seeds."""
+    if run.fresh is None:
+        return []
+    names = run.experiment.plan.names
+    return [
+        {
+            "configuration": run.configuration.name,
+            "seed": run.seed,
+            "map": entry["name"],
+            "map_digest": entry["map"],
+            "controller": name,
+            "repeat": repeat,
+            "outcome": one.outcome,
+            "time_s": one.time_s,
+            "path_length_m": one.path_length_m,
+            **one.metrics,
+        }
+        for entry, of_map in zip(run.seen["maps"], run.fresh.results, strict=True)
+        for name, results in zip(names, of_map, strict=True)
+        for repeat, one in enumerate(results)
+    ]
+
+
+def _generation_rows(run: StudyRun) -> list[Row]:
+    return [{"configuration": run.configuration.name, "seed": run.seed, **row} for row in run.generations]

@@ -1,0 +1,209 @@
+"""run_study(): every configuration with every seed, whatever was done before is not done again."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from evolution.evaluator import Evaluator
+from evolution.rundir import load_run
+from evolution.runner import Progress
+from evolution.store import ResultStore
+from evolution.study.directory import StudyDir
+from evolution.study.engine import Engine
+from evolution.study.methods import run_task
+from evolution.study.reevaluation import reevaluate, write_reevaluation
+from evolution.study.results import StudyResults, load_results
+from evolution.study.settings import Configuration, StudySettings
+from evolution.study.tasks import Task, check_study, is_finished, make_task, take_from_earlier
+from gym_mapbench.errors import ConfigError
+
+PLAN_COST = 0.01
+"""Work of planning a path, in driven runs."""
+
+
+@dataclass(frozen=True)
+class StudyProgress:
+    """Where a study stands.
+
+    Args:
+        configuration: What is being run.
+        seed: Its seed.
+        step: ``search`` after a generation, ``done`` after a run with its re-evaluation.
+        best: Best fitness of this run so far.
+        fraction: Share of the work that is done, 0 to 1.
+        seconds_left: Estimated from the work done so far; None while nothing was.
+        runs_per_second: Driven runs per second so far.
+    """
+
+    configuration: str
+    seed: int
+    step: Literal["search", "done"]
+    best: float
+    fraction: float
+    seconds_left: float | None
+    runs_per_second: float
+
+
+OnProgress = Callable[[StudyProgress], None]
+
+
+def run_study(
+    settings: StudySettings,
+    path: str | Path,
+    *,
+    resume: bool = False,
+    only: Sequence[str] | None = None,
+    runs: int | None = None,
+    workers: int = 1,
+    engine: Engine = Engine(),
+    on_progress: OnProgress | None = None,
+) -> StudyResults:
+    """Run or continue a study.
+
+    Every run is a run directory of its own and can be killed at any moment; all of them share one
+    store of driven runs.
+
+    Args:
+        settings: The study.
+        path: Its directory.
+        resume: Whether to continue a study that was begun there.
+        only: Names of the configurations to run now; all if None. The others are missing until they are run.
+        runs: Number of seeds to run now; all if None.
+        workers: Number of worker processes.
+        engine: How runs are driven.
+        on_progress: Called after every generation and every run.
+
+    Raises:
+        ConfigError: If an option cannot be used, or the directory holds another study, or something else.
+        RunError: If the directory is of another version or damaged, or no worker starts.
+    """
+    tasks = check_study(settings, engine)
+    chosen = _chosen(settings, only)
+    seeds = settings.seeds[: settings.runs if runs is None else runs]
+    directory = _directory(path, settings, resume)
+    with (
+        ResultStore(directory.store_path) as store,
+        Evaluator(engine.answer_job, store, workers=workers, warm_up=engine.warm_up) as evaluator,
+    ):
+        work = len(seeds) * sum(work_of(task) for task in tasks if task.configuration in chosen)
+        study = _Study(directory, engine, evaluator, _Meter(evaluator, work, on_progress))
+        for configuration in chosen:
+            study.run(configuration, seeds)
+    return load_results(directory.path, engine)
+
+
+def _chosen(settings: StudySettings, only: Sequence[str] | None) -> list[Configuration]:
+    """The configurations to run, in the study's order."""
+    wanted = None if only is None else [settings.configuration(name).name for name in only]
+    return [one for one in settings.configurations if wanted is None or one.name in wanted]
+
+
+def _directory(path: str | Path, settings: StudySettings, resume: bool) -> StudyDir:
+    if not resume:
+        return StudyDir.create(path, settings)
+    directory = StudyDir.open(path)
+    directory.check(settings)
+    return directory
+
+
+@dataclass(frozen=True)
+class _Study:
+    """A study being run."""
+
+    directory: StudyDir
+    engine: Engine
+    evaluator: Evaluator
+    meter: _Meter
+
+    def run(self, configuration: Configuration, seeds: Sequence[int]) -> None:
+        """Run one configuration with every seed."""
+        settings = self.directory.settings
+        if configuration.pop_size_from or configuration.cluster_scale_from:
+            take_from_earlier(configuration, self.directory, seeds, self.engine)
+        taken = {name: entry["search"] for name, entry in self.directory.resolved.items()}
+        for seed in seeds:
+            self._run(make_task(settings, configuration, seed, taken, self.engine))
+
+    def _run(self, task: Task) -> None:
+        """Run one task and re-evaluate what it found."""
+        name, seed = task.configuration.name, task.seed
+        self._check_parent(task)
+        path = self.directory.reevaluation_path(name, seed)
+        if is_finished(self.directory, name, seed) and (path.is_file() or task.fresh is None):
+            self.meter.skip(task)
+            return
+        run_task(task, self.directory, self.evaluator, lambda progress: self.meter.search(task, progress))
+        run = load_run(self.directory.run_path(name, seed))
+        if task.fresh is not None:
+            write_reevaluation(path, reevaluate(run, task.experiment, task.fresh, self.evaluator))
+        self.meter.done(task, run.best_results["fitness"])
+
+    def _check_parent(self, task: Task) -> None:
+        parent = task.configuration.of
+        if parent is not None and not is_finished(self.directory, parent, task.seed):
+            raise ConfigError(f"{task.configuration.name}: builds on {parent}, whose run {task.seed} is not finished")
+
+
+class _Meter:
+    """Measures the work done, in runs to be driven at most, against the clock."""
+
+    def __init__(self, evaluator: Evaluator, total: float, on_progress: OnProgress | None) -> None:
+        self.evaluator = evaluator
+        self.on_progress = on_progress
+        self.total = total
+        self.finished = 0.0
+        self.skipped = 0.0
+        self.began = time.perf_counter()
+
+    def skip(self, task: Task) -> None:
+        """Count a task that was done before."""
+        self.skipped += work_of(task)
+        self.finished += work_of(task)
+
+    def search(self, task: Task, progress: Progress) -> None:
+        """Report a generation of a search."""
+        share = progress.row["evaluations"] / task.experiment.search.evaluations
+        self._report(task, "search", progress.row["best"], self.finished + share * search_work(task))
+
+    def done(self, task: Task, best: float) -> None:
+        """Report a finished task."""
+        self.finished += work_of(task)
+        self._report(task, "done", best, self.finished)
+
+    def _report(self, task: Task, step: Literal["search", "done"], best: float, done: float) -> None:
+        if self.on_progress is None:
+            return
+        seconds = time.perf_counter() - self.began
+        worked = done - self.skipped
+        self.on_progress(
+            StudyProgress(
+                configuration=task.configuration.name,
+                seed=task.seed,
+                step=step,
+                best=best,
+                fraction=done / self.total if self.total else 1.0,
+                seconds_left=seconds / worked * (self.total - done) if worked > 0 else None,
+                runs_per_second=self.evaluator.driven / max(seconds, 1e-9),
+            )
+        )
+
+
+def work_of(task: Task) -> float:
+    """Runs to be driven for a task at most, its re-evaluation included."""
+    search = task.experiment.search
+    fresh = 0 if task.fresh is None else task.fresh.search.repeats
+    return search_work(task) + search.maps_per_set * len(task.experiment.controllers) * fresh
+
+
+def search_work(task: Task) -> float:
+    """Runs to be driven by the search of a task at most; a planned path is a hundredth of one."""
+    search, controllers = task.experiment.search, len(task.experiment.controllers)
+    if task.configuration.method == "best_triple":
+        return 0.0
+    if task.configuration.method == "path_length":
+        return search.evaluations * search.maps_per_set * PLAN_COST
+    return float(search.evaluations * search.maps_per_set * controllers * search.repeats)
