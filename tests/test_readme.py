@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -23,8 +24,10 @@ BLOCKS = [
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """One folder for all blocks: later ones use what earlier ones wrote."""
-    return tmp_path_factory.mktemp("reader")
+    """One folder for all blocks, with the examples in it as in a clone; later blocks use what earlier ones wrote."""
+    folder = tmp_path_factory.mktemp("reader")
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    return folder
 
 
 def test_there_is_something_to_run():
