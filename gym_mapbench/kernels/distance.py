@@ -24,10 +24,10 @@ def squared_distance(occupied):
     """Exact squared distance ``(rows, cols)`` float64, cells^2, to the nearest occupied cell's centre; inf without."""
     rows, cols = occupied.shape
     squared = _squared_along_columns(occupied)
-    vertex, border = np.empty(cols, np.int64), np.empty(cols + 1, np.float64)
-    parabola = np.empty(cols, np.float64)
+    vertex, border, parabola = np.empty(cols, np.int64), np.empty(cols + 1), np.empty(cols)
     for row in range(rows):
-        parabola[:] = squared[row]
+        for col in range(cols):
+            parabola[col] = squared[row, col]
         count = _lower_envelope(parabola, vertex, border)
         if count > 0:
             _read_envelope(parabola, vertex, border, squared[row])
@@ -90,13 +90,22 @@ def geodesic_distance(blocked, row, col):
     A diagonal step needs both cells beside it free. From a blocked cell nothing is reached but the cell itself.
     """
     rows, cols = blocked.shape
-    distance = np.full((rows + 2, cols + 2), BLOCKED)  # a blocked frame makes bounds checks unnecessary
-    distance[1:-1, 1:-1] = np.where(blocked, BLOCKED, np.inf)
-    distance[row + 1, col + 1] = 0.0
+    width = cols + 2
+    distance = np.full((rows + 2) * width, BLOCKED)  # a blocked frame makes bounds checks unnecessary
+    for r in range(rows):
+        for c in range(cols):
+            if not blocked[r, c]:
+                distance[(r + 1) * width + c + 1] = np.inf
+    start = (row + 1) * width + col + 1
+    distance[start] = 0.0
     if not blocked[row, col]:
-        _spread(distance.ravel(), cols + 2, (row + 1) * (cols + 2) + col + 1)
-    inside = distance[1:-1, 1:-1]
-    return np.where(inside == BLOCKED, np.inf, inside)
+        _spread(distance, width, start)
+    reached = np.empty((rows, cols))
+    for r in range(rows):
+        for c in range(cols):
+            length = distance[(r + 1) * width + c + 1]
+            reached[r, c] = np.inf if length == BLOCKED else length
+    return reached
 
 
 @kernel

@@ -30,7 +30,12 @@ def inflate(costs, reach, cost_of, inflate_unknown, inflate_around_unknown):
         inflate_unknown: Whether any cost replaces 255, not only 253 and more.
         inflate_around_unknown: Whether cells of 255 count as obstacles.
     """
-    sources = (costs == LETHAL) | (costs == UNKNOWN) if inflate_around_unknown else costs == LETHAL
+    rows, cols = costs.shape
+    sources = np.zeros((rows, cols), np.bool_)
+    for row in range(rows):
+        for col in range(cols):
+            cost = costs[row, col]
+            sources[row, col] = cost == LETHAL or (inflate_around_unknown and cost == UNKNOWN)
     write_inflated(costs, brushfire(sources, reach), cost_of, inflate_unknown)
 
 
@@ -52,21 +57,30 @@ def write_inflated(costs, squared, cost_of, inflate_unknown):
 def brushfire(sources, reach):
     """Squared distance ``(rows, cols)`` int32, cells^2, to the source Nav2 finds; OUT_OF_REACH beyond ``reach``."""
     rows, cols = sources.shape
-    framed = np.zeros((rows + 2, cols + 2), np.bool_)
-    framed[1:-1, 1:-1] = sources
-    best = np.zeros(framed.shape, np.int32)  # 0 in the frame too: no offer beats it, so no bounds need checking
-    best[1:-1, 1:-1] = np.where(sources, 0, OUT_OF_REACH)
-    squared = np.full(framed.shape, OUT_OF_REACH, np.int32)
-    _spread(np.flatnonzero(framed), cols + 2, reach * reach, best.ravel(), squared.ravel())
-    return squared[1:-1, 1:-1]
+    width = cols + 2  # in a frame of cells that count as fixed no bounds need checking
+    best = np.zeros((rows + 2) * width, np.int32)
+    squared = np.full((rows + 2) * width, OUT_OF_REACH, np.int32)
+    origins = np.empty(rows * cols, np.int32)
+    count = 0
+    for row in range(rows):
+        for col in range(cols):
+            cell = (row + 1) * width + col + 1
+            if sources[row, col]:
+                origins[count] = cell
+                count += 1
+            else:
+                best[cell] = OUT_OF_REACH
+    _spread(origins[:count], width, reach * reach, best, squared)
+    return squared.reshape(rows + 2, width)[1:-1, 1:-1]
 
 
 @kernel
 def _spread(sources, width, farthest, best, squared):
     """Work off the lists of :func:`brushfire`, nearest first, filling ``squared``.
 
-    ``best`` is the squared distance a cell has been offered, 0 once it is fixed; ``d_row`` and ``d_col`` say
-    where the offered source lies. List ``q`` runs from ``first[q]`` over ``follower`` to ``last[q]``.
+    ``best`` is the squared distance a cell has been offered, 0 once it is fixed, which no offer beats;
+    ``d_row`` and ``d_col`` say where the offered source lies. List ``q`` runs from ``first[q]`` over
+    ``follower`` to ``last[q]``.
     """
     d_row, d_col = np.zeros(len(best), np.int32), np.zeros(len(best), np.int32)
     waiting, follower = np.empty(4 * len(best), np.int32), np.empty(4 * len(best), np.int32)
@@ -75,7 +89,8 @@ def _spread(sources, width, farthest, best, squared):
     for i in range(end):
         waiting[i], follower[i] = sources[i], i + 1
     if end > 0:
-        first[0], follower[end - 1] = 0, -1
+        first[0] = 0
+        follower[end - 1] = -1
     for level in range(farthest + 1):
         entry = first[level]
         while entry >= 0:

@@ -17,11 +17,12 @@ STEP_ROW, STEP_COL = (0, 0, -1, 1, -1, -1, 1, 1), (-1, 1, 0, 0, -1, 1, -1, 1)
 def framed_costs(costs, cost_of):
     """Look every cell up in ``cost_of`` ``(256,)``; ``(cells,)`` float64 in a frame of inf."""
     rows, cols = costs.shape
-    framed = np.full((rows + 2, cols + 2), np.inf)
+    width = cols + 2
+    framed = np.full((rows + 2) * width, np.inf)
     for row in range(rows):
         for col in range(cols):
-            framed[row + 1, col + 1] = cost_of[costs[row, col]]
-    return framed.ravel()
+            framed[(row + 1) * width + col + 1] = cost_of[costs[row, col]]
+    return framed
 
 
 @kernel
@@ -77,6 +78,6 @@ def trace_back(parent, width, end):
     trail = np.empty((count, 2), np.int64)
     cell = end
     for i in range(count - 1, -1, -1):
-        trail[i] = cell // width - 1, cell % width - 1
+        trail[i, 0], trail[i, 1] = cell // width - 1, cell % width - 1
         cell = parent[cell]
     return trail

@@ -97,7 +97,8 @@ def smooth(path, costs, resolution, origin_x, origin_y, w_data, w_smooth, tolera
             cell = cell_index(smoothed[i, 0], smoothed[i, 1], origin_x, origin_y, resolution, rows, cols)
             if cell < 0 or MAX_NON_OBSTACLE < costs[cell // cols, cell % cols] < UNKNOWN:
                 return last, False
-        last[:] = smoothed
+        for i in range(len(path)):
+            last[i, 0], last[i, 1] = smoothed[i, 0], smoothed[i, 1]
         if change < tolerance:
             return smoothed, True
     return last, False

@@ -75,13 +75,11 @@ def spread(costmap, cost_of, start, goal, use_astar):
 def _framed_costs(costmap, cost_of, start):
     """NavFn's costs ``(cells,)`` uint8, the start free and the map's whole border an obstacle."""
     rows, width = costmap.shape
-    costs = np.empty(rows * width, np.uint8)
-    for row in range(rows):
-        for col in range(width):
-            costs[row * width + col] = cost_of[costmap[row, col]]
-    costs[start] = COST_NEUTRAL
-    costs[:width] = costs[-width:] = COST_OBS
-    costs[::width] = costs[width - 1 :: width] = COST_OBS
+    costs = np.full(rows * width, np.uint8(COST_OBS))
+    for row in range(1, rows - 1):
+        for col in range(1, width - 1):
+            cell = row * width + col
+            costs[cell] = COST_NEUTRAL if cell == start else cost_of[costmap[row, col]]
     return costs
 
 
@@ -167,11 +165,11 @@ def descend(potentials, start, goal):
     for n in range(most):
         near = cell + _round(dx) + width * _round(dy)
         if potential[max(0, min(cells - 1, near))] < COST_NEUTRAL:
-            points[n] = start % width, start // width
+            points[n, 0], points[n, 1] = start % width, start // width
             return points[: n + 1]
         if cell < width or cell > cells - width:
             break
-        points[n] = np.float32(cell % width + dx), np.float32(cell // width + dy)
+        points[n, 0], points[n, 1] = cell % width + dx, cell // width + dy
         if _swings(points, n) or _meets_the_unknown(potential, cell, width):
             cell = _lowest_neighbour(potential, cell, width)
             dx, dy = np.float32(0), np.float32(0)
