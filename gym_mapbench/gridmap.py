@@ -117,6 +117,14 @@ class GridMap:
             state.update(np.packbits(self.unknown).tobytes())
         return state.hexdigest()
 
+    @cached_property
+    def framed(self) -> NDArray[np.bool_]:
+        """``(rows + 2, cols + 2)`` occupancy inside a frame of occupied cells: whatever leaves the map hits a wall."""
+        framed = np.ones((self.shape[0] + 2, self.shape[1] + 2), dtype=np.bool_)
+        framed[1:-1, 1:-1] = self.occupancy
+        framed.flags.writeable = False
+        return framed
+
     def world_to_cell(self, x: float, y: float) -> tuple[int, int] | None:
         """Return ``(row, col)`` of the cell that holds the point, None outside the map."""
         col = int(np.floor((x - self.origin[0]) / self.resolution))

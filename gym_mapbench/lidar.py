@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Annotated
 
@@ -47,8 +48,8 @@ class Lidar:
 
     def __init__(self, settings: LidarSettings, grid: GridMap) -> None:
         self._range_max = settings.range_max
-        self._beams = np.stack([np.cos(settings.angles), np.sin(settings.angles)], axis=1)
-        self._walls = np.pad(grid.occupancy, 1, constant_values=True)
+        self._beams = _directions(settings)
+        self._walls = grid.framed
         self._resolution = grid.resolution
         self._origin = grid.origin
 
@@ -59,3 +60,11 @@ class Lidar:
             self._walls, self._resolution, *self._origin, pose.x, pose.y, pose.yaw, self._beams, self._range_max, ranges
         )
         return ranges
+
+
+@functools.lru_cache(maxsize=8)
+def _directions(settings: LidarSettings) -> NDArray[np.float64]:
+    """``(beams, 2)`` cosine and sine of every beam's angle; kept, as every episode begins with a new Lidar."""
+    directions: NDArray[np.float64] = np.stack([np.cos(settings.angles), np.sin(settings.angles)], axis=1)
+    directions.flags.writeable = False
+    return directions

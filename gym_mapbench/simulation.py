@@ -171,7 +171,7 @@ class _SeamlessTouch(_Touch):
     def __init__(self, grid: GridMap) -> None:
         super().__init__()
         self._cell = grid.resolution * SCALE
-        self._occupied = np.pad(grid.occupancy, 1, constant_values=True)
+        self._occupied = grid.framed
 
     def PreSolve(self, contact: b2Contact, old_manifold: b2Manifold) -> None:  # noqa: N802, the name is Box2D's
         manifold = contact.worldManifold

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, CostmapParams, InflationLayer, build_static_costmap
-from gym_mapbench.kernels.distance import geodesic_distance
+from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.kernels.distance import geodesic_distance, squared_distance
 from gym_mapbench.kernels.field import fill_unreached, interpolate
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, Scenario, wrap_angle
@@ -128,17 +128,21 @@ def distance_to_goal(scenario: Scenario, robot: RobotSpec) -> DistanceToGoal:
 
 
 def open_cells(scenario: Scenario, robot: RobotSpec) -> NDArray[np.bool_]:
-    """Return the cells ``(rows, cols)`` that Nav2's costmap calls free of collision, and those of start and goal."""
-    params = CostmapParams(plugins=("static_layer", "inflation_layer"))
-    footprint = params.make_footprint(robot)
-    inflation = InflationLayer(inflation_radius=footprint.inscribed_radius)
-    costs = build_static_costmap(scenario.map, params.replace(inflation_layer=inflation), footprint).costs
-    free = costs < INSCRIBED_INFLATED_OBSTACLE
+    """Return the cells ``(rows, cols)`` where Nav2's costmap sees no collision, and those around start and goal."""
+    grid = scenario.map
+    radius = inscribed_radius(robot) / grid.resolution
+    free: NDArray[np.bool_] = squared_distance(grid.occupancy) > radius * radius
     for pose in (scenario.start, scenario.goal):
-        row, col = scenario.map.world_to_cell(pose.x, pose.y) or (0, 0)
+        row, col = grid.world_to_cell(pose.x, pose.y) or (0, 0)
         around = slice(max(0, row - 1), row + 2), slice(max(0, col - 1), col + 2)
-        free[around] |= ~scenario.map.occupancy[around]
+        free[around] |= ~grid.occupancy[around]
     return free
+
+
+@functools.lru_cache(maxsize=8)
+def inscribed_radius(robot: RobotSpec) -> float:
+    """Return the inscribed radius of the robot's footprint as Nav2 pads it, m."""
+    return CostmapParams().make_footprint(robot).inscribed_radius
 
 
 class Task:

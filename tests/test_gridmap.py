@@ -86,3 +86,11 @@ def test_bad_maps_are_refused(arguments, message):
 def test_bad_text_is_refused(rows):
     with pytest.raises(ConfigError, match="map rows"):
         GridMap.from_rows(rows)
+
+
+def test_the_frame_is_a_wall_around_the_map():
+    framed = GridMap(np.zeros((2, 3), bool)).framed
+    assert framed.shape == (4, 5)
+    assert framed.sum() == 14
+    assert not framed[1:-1, 1:-1].any()
+    assert not framed.flags.writeable
