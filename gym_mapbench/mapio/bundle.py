@@ -22,7 +22,7 @@ from typing import Any
 
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.mapio.source import as_number, as_numbers, check_size, read_text, short
+from gym_mapbench.mapio.source import as_number, as_numbers, check_size, read_json, short
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
 from gym_mapbench.scenario import MapSet, Pose
 
@@ -38,13 +38,7 @@ def read_bundle(path: Path) -> list[TaskedMap]:
     Raises:
         MapFormatError: If it is anything else.
     """
-    try:
-        document = json.loads(read_text(path), parse_constant=_refuse_constant)
-    except (ValueError, RecursionError) as error:
-        if isinstance(error, MapFormatError):
-            raise
-        raise MapFormatError(f"{path}: not a JSON file ({' '.join(str(error).split())[:120]})") from None
-    return parse_bundle(document, str(path))
+    return parse_bundle(read_json(path), str(path))
 
 
 def parse_bundle(document: object, where: str) -> list[TaskedMap]:
@@ -144,7 +138,3 @@ def _name(value: object, where: str) -> str:
     if not isinstance(value, str) or not value:
         raise MapFormatError(f"{where}: expected a name, got {short(value)}")
     return value
-
-
-def _refuse_constant(name: str) -> float:
-    raise MapFormatError(f"not JSON: {name} is not a number")

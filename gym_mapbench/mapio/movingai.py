@@ -33,7 +33,7 @@ MAX_SCEN_TASKS = 500_000
 Cell = tuple[int, int]
 
 _HEADER = re.compile(rb"type[ \t]+octile\s+height[ \t]+(\d{1,9})\s+width[ \t]+(\d{1,9})\s+map[ \t]*\r?\n")
-_LINE_LIMIT = 120
+_LINE_LIMIT = 2000
 
 
 class ScenTask(NamedTuple):
@@ -75,7 +75,8 @@ def read_map_file(path: Path, resolution: float = DEFAULT_RESOLUTION) -> GridMap
         raise MapFormatError(f"{path}: expected the header of an octile map (type, height, width, map)")
     rows, cols = int(header[1]), int(header[2])
     check_size(path, rows, cols)
-    lines = data[header.end() :].split()
+    body = data[header.end() :]
+    lines = body.split() if len(body) <= 2 * rows * (cols + 2) + _LINE_LIMIT else []
     if len(lines) != rows or any(len(line) != cols for line in lines):
         raise MapFormatError(f"{path}: expected {rows} rows of {cols} cells as its header says")
     cells = np.frombuffer(b"".join(lines), np.uint8).reshape(rows, cols)
@@ -92,12 +93,10 @@ def read_scen_file(path: Path, shape: tuple[int, int]) -> list[ScenTask]:
     Raises:
         MapFormatError: If a line is not as it should be, or a cell lies off the map.
     """
-    lines = read_text(path).splitlines()
+    lines = _scen_lines(path)
     if not lines or lines[0].split() not in (["version", "1"], ["version", "1.0"]):
         raise MapFormatError(f"{path}: expected 'version 1' in its first line, got {short(lines[0] if lines else '')}")
     tasks = [(number, line) for number, line in enumerate(lines[1:], start=2) if line.strip()]
-    if len(tasks) > MAX_SCEN_TASKS:
-        raise MapFormatError(f"{path}: expected at most {MAX_SCEN_TASKS} tasks, got {len(tasks)}")
     return [_parse_task(line, shape, f"{path}: line {number}") for number, line in tasks]
 
 
@@ -107,10 +106,10 @@ def map_of_scen(path: Path) -> Path:
     Raises:
         MapFormatError: If it names none, or that is not there.
     """
-    lines = [line.split() for line in read_text(path).splitlines()[1:] if line.strip()]
-    if not lines or len(lines[0]) < 2:
+    fields = next((line.split() for line in _scen_lines(path)[1:] if line.strip()), [])
+    if len(fields) < 2:
         raise MapFormatError(f"{path}: expected a task with the name of its map")
-    map_path = file_inside(path.parent, re.split(r"[/\\]", lines[0][1])[-1], f"{path}: map")
+    map_path = file_inside(path.parent, re.split(r"[/\\]", fields[1])[-1], f"{path}: map")
     if not map_path.is_file():
         raise MapFormatError(f"{path}: expected its map {map_path.name} beside it")
     return map_path
@@ -192,6 +191,13 @@ def _cell(grid: GridMap, pose: Pose) -> Cell:
     return cell
 
 
+def _scen_lines(path: Path) -> list[str]:
+    text = read_text(path)
+    if text.count("\n") > MAX_SCEN_TASKS:
+        raise MapFormatError(f"{path}: expected at most {MAX_SCEN_TASKS} tasks, got more")
+    return text.split("\n")
+
+
 def _pair(path: Path) -> tuple[Path, Path | None]:
     """Find the map and the tasks that belong together."""
     if path.suffix.lower() == ".scen":
@@ -209,7 +215,7 @@ def _poses(grid: GridMap, task: ScenTask) -> tuple[Pose, Pose]:
 def _parse_task(line: str, shape: tuple[int, int], where: str) -> ScenTask:
     """Read ``bucket map width height start_x start_y goal_x goal_y optimal``; a map's name may hold spaces."""
     fields = line.split()
-    if len(fields) < 9 or len(line) > _LINE_LIMIT * 10:
+    if len(fields) < 9 or len(line) > _LINE_LIMIT:
         raise MapFormatError(f"{where}: expected 9 fields (bucket, map, size, start, goal, optimum), got {short(line)}")
     width, height, *ends = (_integer(field, where) for field in fields[-7:-1])
     rows, cols = shape

@@ -8,7 +8,6 @@ Approaches", 2021.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,7 +15,7 @@ from typing import Any
 
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.map_server import read_map_server_grid
-from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, read_text, short
+from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, read_json, read_text, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
 from gym_mapbench.scenario import Pose
 
@@ -35,7 +34,7 @@ def find_tests(map_path: Path) -> Path | None:
     """Return the file with the tests of ``FOLDER/map.yaml``; None if the map is not MRPB's."""
     folder = Path(map_path).absolute().parent
     for file in (folder / CONFIG, folder / TASKS, folder.parent / TASKS):
-        if file.is_file() and (file.name == CONFIG or folder.name in _read_json(file)):
+        if file.is_file() and (file.name == CONFIG or folder.name in _read_tests(file)):
             return file
     return None
 
@@ -51,7 +50,7 @@ def read_mrpb(map_path: Path, tests: Path) -> list[TaskedMap]:
         MapFormatError: If one of the files is not what it should be.
     """
     name = Path(map_path).absolute().parent.name
-    poses = _parse_config(tests) if tests.name == CONFIG else _parse_tests(_read_json(tests)[name], f"{tests}: {name}")
+    poses = _parse_config(tests) if tests.name == CONFIG else _parse_tests(_read_tests(tests)[name], f"{tests}: {name}")
     return [TaskedMap(name, read_map_server_grid(map_path), name_tasks(name, poses))]
 
 
@@ -61,7 +60,7 @@ def read_mrpb_folder(tests: Path) -> list[TaskedMap]:
     Raises:
         MapFormatError: If one of the files is not what it should be.
     """
-    maps = [file_inside(tests.parent, name, f"{tests}: map") / MAP for name in _read_json(tests)]
+    maps = [file_inside(tests.parent, name, f"{tests}: map") / MAP for name in _read_tests(tests)]
     present = [path for path in maps if path.is_file()]
     if not present:
         raise MapFormatError(f"{tests}: expected the folder of at least one of its {len(maps)} maps beside it")
@@ -88,11 +87,8 @@ def _pose(test: Mapping[str, Any], what: str, where: str) -> Pose:
     return Pose(*as_numbers(f"{where}: {what}", test.get(what), 3))
 
 
-def _read_json(path: Path) -> Mapping[str, Any]:
-    try:
-        document = json.loads(read_text(path, MAX_TASKS_BYTES))
-    except (json.JSONDecodeError, RecursionError) as error:
-        raise MapFormatError(f"{path}: not a JSON file ({short(str(error))})") from None
+def _read_tests(path: Path) -> Mapping[str, Any]:
+    document = read_json(path, MAX_TASKS_BYTES)
     if not isinstance(document, Mapping):
         raise MapFormatError(f"{path}: expected one entry a map, got {short(document)}")
     return document

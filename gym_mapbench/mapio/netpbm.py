@@ -17,6 +17,7 @@ from gym_mapbench.mapio.source import check_size
 # White space and comments between two fields; exactly one white space byte ends the header.
 _GAP = rb"(?:[ \t\r\n\v\f]|#[^\r\n]*[\r\n])+"
 _HEADER = re.compile(rb"(P[25])" + _GAP + rb"(\d{1,9})" + _GAP + rb"(\d{1,9})" + _GAP + rb"(\d{1,9})[ \t\r\n\v\f]")
+MAX_HEADER_BYTES = 65536
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _DIGITS_AND_SPACE = b"0123456789 \t\r\n\v\f"
 
@@ -34,7 +35,7 @@ def decode_pgm(data: bytes, where: Path) -> tuple[NDArray[np.uint16], int]:
     Raises:
         MapFormatError: If it is no PGM, or its data disagree with its header.
     """
-    header = _HEADER.match(data)
+    header = _HEADER.match(data[:MAX_HEADER_BYTES])
     if header is None:
         raise MapFormatError(f"{where}: expected a PGM picture (P2 or P5 with width, height and white value)")
     cols, rows, white = (int(field) for field in header.groups()[1:])

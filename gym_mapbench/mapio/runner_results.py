@@ -38,14 +38,14 @@ def read_runner_results(path: str | Path) -> list[RunnerResult]:
         MapFormatError: If a column is missing, or a value is not what it should be.
     """
     path = Path(path)
+    rows = csv.DictReader(io.StringIO(read_text(path, MAX_RESULTS_BYTES)), restval="")
     try:
-        rows = list(csv.DictReader(io.StringIO(read_text(path, MAX_RESULTS_BYTES)), restval=""))
+        missing = set(COLUMNS) - set(rows.fieldnames or ())
+        if not missing:
+            return [_parse(row, f"{path}: line {number}") for number, row in enumerate(rows, start=2)]
     except csv.Error as error:
         raise MapFormatError(f"{path}: not a CSV file ({error})") from None
-    missing = [name for name in COLUMNS if not rows or name not in rows[0]]
-    if missing:
-        raise MapFormatError(f"{path}: expected runs with the columns {', '.join(COLUMNS)}, missing: {missing[0]}")
-    return [_parse(row, f"{path}: line {number}") for number, row in enumerate(rows, start=2)]
+    raise MapFormatError(f"{path}: expected the columns {', '.join(COLUMNS)}, missing: {sorted(missing)[0]}")
 
 
 def _parse(row: dict[str, str], where: str) -> RunnerResult:

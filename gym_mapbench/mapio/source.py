@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import reprlib
@@ -14,7 +15,13 @@ from gym_mapbench.settings import read_yaml
 MAX_MAP_CELLS = 25_000_000
 """Largest map read from a file (5000 x 5000); what a header claims is checked before anything is allocated."""
 
+MAX_MAP_SIDE = 50_000
+
 MAX_FILE_BYTES = 120_000_000
+MAX_JSON_BYTES = 20_000_000
+"""Small objects take twenty times their text in memory."""
+
+MAX_NAME_LENGTH = 1000
 MAX_YAML_BYTES = 100_000
 """Of the YAML file of one map; a real one has 200 bytes."""
 
@@ -57,14 +64,29 @@ def read_yaml_file(path: Path) -> Any:
         raise MapFormatError(str(error)) from None
 
 
+def read_json(path: Path, limit: int = MAX_JSON_BYTES) -> Any:
+    """Read one JSON document.
+
+    Raises:
+        MapFormatError: If the file cannot be read or is not JSON.
+    """
+    text = read_text(path, limit)
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError
+        raise MapFormatError(f"{path}: not a JSON file ({short(str(error))})") from None
+
+
 def check_size(where: object, rows: int, cols: int) -> None:
     """Refuse an empty or absurdly large map before it is allocated.
 
     Raises:
-        MapFormatError: Outside 1 to :data:`MAX_MAP_CELLS` cells.
+        MapFormatError: Outside 1 to :data:`MAX_MAP_CELLS` cells, or with more than :data:`MAX_MAP_SIDE` in a line.
     """
     if rows < 1 or cols < 1 or rows * cols > MAX_MAP_CELLS:
         raise MapFormatError(f"{where}: expected a map of 1 to {MAX_MAP_CELLS} cells, got {cols} x {rows}")
+    if max(rows, cols) > MAX_MAP_SIDE:
+        raise MapFormatError(f"{where}: expected at most {MAX_MAP_SIDE} cells a side, got {cols} x {rows}")
 
 
 def as_number(where: str, value: object) -> float:
@@ -105,7 +127,7 @@ def file_inside(folder: Path, name: object, where: str) -> Path:
     Raises:
         MapFormatError: If it is not a name or leads out of the folder.
     """
-    if not isinstance(name, str) or not name.strip() or "\0" in name:
+    if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > MAX_NAME_LENGTH:
         raise MapFormatError(f"{where}: expected a file name, got {short(name)}")
     base = os.path.abspath(folder)
     path = os.path.normpath(os.path.join(base, name))

@@ -29,7 +29,7 @@ from gym_mapbench.scenario import MapSet, Pose, Scenario
 from tests.mapio import samples
 from tests.oracle_data import DATA
 
-LONGEST_LINE = 1000
+LONGEST_LINE = 2000
 STRANGE = [b"0", b"-1", b"99999999999", b"1e309", b"nan", b"inf", b"null", b"[]", b"{}", b'"', b"'", b"\x00", b"\xff"]
 STRANGE += [
     b"../",

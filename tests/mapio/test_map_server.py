@@ -159,6 +159,7 @@ def test_yaml_alias_bomb_costs_nothing(tmp_path):
         (b"P5 2 2 255\n" + bytes(3), "promises 4 bytes of data, got 3"),
         (b"P5 2 2 255\n" + b"\x01" * 5, "promises 4 bytes of data, got 5"),
         (b"P5 2 2 100\n" + b"\xff" * 4, "grey values up to 100, got 255"),
+        (b"P5 " + b"#\n" * 100_000, "expected a PGM picture"),
         (b"P5 2 2 0\n" + bytes(4), "white value of 1 to 65535"),
         (b"P5 0 2 255\n", "expected a map of 1 to"),
         (b"P5 100000 100000 255\n" + bytes(9), "got 100000 x 100000"),

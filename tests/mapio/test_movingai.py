@@ -55,7 +55,9 @@ def test_written_tasks_come_back(tmp_path):
         ("", "header of an octile map"),
         (MOVINGAI_MAP.replace("octile", "hex"), "header of an octile map"),
         (MOVINGAI_MAP.replace("height 4", "height 5"), "expected 5 rows of 5 cells"),
-        (MOVINGAI_MAP.replace("width 5", "width 999999"), "expected 4 rows of 999999 cells"),
+        (MOVINGAI_MAP.replace("width 5", "width 40000"), "expected 4 rows of 40000 cells"),
+        (MOVINGAI_MAP.replace("width 5", "width 999999"), "at most 50000 cells a side"),
+        (MOVINGAI_MAP + "x " * 100_000, "expected 4 rows of 5 cells"),
         (MOVINGAI_MAP.replace("width 5", "width 999999999"), "expected a map of 1 to"),
         (MOVINGAI_MAP.replace("G", "?"), "got '?'".replace("?", "[?]")),
         (MOVINGAI_MAP[:-8], "expected 4 rows"),
@@ -79,6 +81,7 @@ def test_bad_maps(tmp_path, text, words):
         ("1\t1\t3\t2", "1\tx\t3\t2", "expected a whole number, got 'x'"),
         ("2.41421356", "far", "optimum: expected a number, got 'far'"),
         ("\t2.41421356", "", "expected 9 fields"),
+        ("\n", "\n" * 600_000, "at most 500000 tasks"),
     ],
 )
 def test_bad_tasks(tiny, old, new, words):

@@ -291,8 +291,8 @@ HEAD = ",".join(COLUMNS) + "\n"
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "missing: map"),
-        ("map,controller\na,b\n", "missing: repeat"),
+        ("", "missing: controller"),
+        ("map,controller\na,b\n", "missing: outcome"),
         (HEAD + "m,dwb,0,flew,1,1\n", "outcome: expected one of goal, aborted"),
         (HEAD + "m,dwb,0,goal,soon,1\n", "time_s: expected a number, got 'soon'"),
         (HEAD + "m,dwb,0,goal,nan,1\n", "time_s: expected a number"),
