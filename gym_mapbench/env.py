@@ -93,6 +93,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self._observer = Observer(self.config, self.scenario)
         self._trail = [start]
         self._task = Task(self.config, self.scenario, start)
+        if self.render_mode == "human":
+            self.render()
         return self._observe(), self._info(self._task, False, dict.fromkeys(REWARD_TERMS, 0.0))
 
     def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
