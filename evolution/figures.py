@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from evolution.driving import drive
 from evolution.experiments import experiment_of
+from evolution.jobs import Job
 from evolution.plots import convergence_figure, lorenz_figure, map_set_figure, save_figure, times_figure
 from evolution.rundir import LoadedRun
+from evolution.settings import Experiment
 from gym_mapbench.episode import Episode
 
 FIGURES = "figures"
@@ -30,12 +33,21 @@ class DrivenMap:
     episodes: tuple[Episode, ...]
 
 
-def drive_best(run: LoadedRun) -> list[DrivenMap]:
+def drive_best(
+    run: LoadedRun,
+    read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of,
+    drive: Callable[[Job], Episode] = drive,
+) -> list[DrivenMap]:
     """Drive the best map set again with the seeds of the search: the same trajectories, now recorded.
 
     Runs that ended in an ``error`` are left out: they have no trajectory.
+
+    Args:
+        run: Whose best map set.
+        read_experiment: Builds the run's experiment from its configuration.
+        drive: Drives a job and records everything.
     """
-    plan = experiment_of(run.config).plan
+    plan = read_experiment(run.config, str(run.path)).plan
     driven = []
     for scenario, entry in zip(run.best, run.best_results["maps"], strict=True):
         failed = {name for name, runs in entry["runs"].items() if runs[0]["outcome"] == "error"}

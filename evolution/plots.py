@@ -28,12 +28,14 @@ def colour_of(names: Sequence[str], name: str) -> str:
     return COLOURS[list(names).index(name) % len(COLOURS)]
 
 
-def new_figure(columns: int = 1, width: float = 6.4, height: float = 4.2) -> tuple[Figure, NDArray[Any]]:
+def new_figure(
+    columns: int = 1, width: float = 6.4, height: float = 4.2, sharey: bool = False
+) -> tuple[Figure, NDArray[Any]]:
     """Make a figure of ``columns`` axes side by side without touching pyplot's global state."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, np.atleast_1d(figure.subplots(1, columns))
+    return figure, np.atleast_1d(figure.subplots(1, columns, sharey=sharey))
 
 
 def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = ("png", "svg")) -> list[Path]:
@@ -102,33 +104,127 @@ def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel
     return figure
 
 
-def spread_figure(groups: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel: str = "generation") -> Figure:
-    """Figure 5.1: mean and standard deviation over runs of the best fitness, ``(runs, generations)`` each."""
-    figure, (axes,) = new_figure()
+def spread_figure(
+    groups: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel: str = "generation", highest: float = np.inf
+) -> Figure:
+    """Figure 5.1: mean and standard deviation over runs of the best fitness.
+
+    Args:
+        groups: By name the ``(generations,)`` places on the x axis and the ``(runs, generations)`` fitness; a
+            single generation is drawn as a point with a bar.
+        xlabel: What the x axis counts.
+        highest: Means above this run off the figure.
+    """
+    figure, (axes,) = new_figure(width=7.4, height=4.8)
+    shown: list[NDArray[np.float64]] = []
     for position, (name, (x, values)) in enumerate(groups.items()):
         table = np.atleast_2d(np.asarray(values, dtype=float))
         mean, spread = table.mean(axis=0), table.std(axis=0)
-        colour = COLOURS[position % len(COLOURS)]
-        axes.plot(x, mean, color=colour, label=f"{name} (n = {len(table)})")
-        axes.fill_between(np.asarray(x), mean - spread, mean + spread, color=colour, alpha=0.18, linewidth=0)
+        colour, label = COLOURS[position % len(COLOURS)], f"{name} (n = {len(table)})"
+        if table.shape[1] == 1:
+            axes.errorbar(x, mean, spread, color=colour, marker="D", capsize=4, label=label)
+        else:
+            axes.plot(x, mean, color=colour, label=label)
+            axes.fill_between(np.asarray(x), mean - spread, mean + spread, color=colour, alpha=0.18, linewidth=0)
+        shown += [edge[mean <= highest] for edge in (mean - spread, np.minimum(mean + spread, highest))]
+    _limit(axes, np.concatenate([*shown, []]))
     axes.set_xlabel(xlabel)
-    axes.set_ylabel("best fitness, mean and SD")
+    axes.set_ylabel("best fitness, mean and SD (lower is better)")
     axes.grid(alpha=0.3)
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, fontsize=8)
     return figure
 
 
-def box_figure(groups: Mapping[str, ArrayLike], ylabel: str = "final fitness") -> Figure:
-    """Figure 5.2: box plots of one number per run, the single runs drawn on them."""
-    figure, (axes,) = new_figure()
-    values = [np.asarray(group, dtype=float) for group in groups.values()]
-    axes.boxplot(values, tick_labels=list(groups), widths=0.5, medianprops={"color": COLOURS[1]})
-    for position, group in enumerate(values, start=1):
-        offsets = np.linspace(-0.12, 0.12, len(group)) if len(group) > 1 else np.zeros(1)
-        axes.plot(position + offsets, group, ".", color=COLOURS[0], alpha=0.6)
-    axes.set_ylabel(ylabel)
-    axes.grid(axis="y", alpha=0.3)
+def box_figure(
+    panels: Mapping[str, Mapping[str, ArrayLike]], ylabel: str = "fitness (lower is better)", highest: float = np.inf
+) -> Figure:
+    """Figure 5.2: box plots of one number per run, the single runs drawn on them.
+
+    Args:
+        panels: By title, the groups of one panel: one number a run by name.
+        ylabel: What the numbers are.
+        highest: Numbers above this are not drawn but counted below the name.
+    """
+    widest = max(map(len, panels.values()))
+    figure, columns = new_figure(len(panels), width=(1.3 + 0.75 * widest) * len(panels), height=4.8, sharey=True)
+    for axes, (title, groups) in zip(columns, panels.items(), strict=True):
+        whole = [np.asarray(group, dtype=float) for group in groups.values()]
+        values = [group[group <= highest] for group in whole]
+        labels = [
+            name if len(kept) == len(group) else f"{name}\n({len(group) - len(kept)} above)"
+            for name, kept, group in zip(groups, values, whole, strict=True)
+        ]
+        axes.boxplot(values, tick_labels=labels, widths=0.5, medianprops={"color": COLOURS[1]}, showfliers=False)
+        for position, group in enumerate(values, start=1):
+            offsets = np.linspace(-0.14, 0.14, len(group)) if len(group) > 1 else np.zeros(len(group))
+            axes.plot(position + offsets, group, ".", color=COLOURS[0], alpha=0.6)
+        axes.set_title(title, fontsize=10)
+        axes.tick_params(axis="x", rotation=35)
+        axes.grid(axis="y", alpha=0.3)
+    columns[0].set_ylabel(ylabel)
     return figure
+
+
+def curse_figure(groups: Mapping[str, tuple[ArrayLike, ArrayLike]], highest: float = np.inf) -> Figure:
+    """Fitness on fresh seeds over the fitness the search saw; above the line it was luck.
+
+    Args:
+        groups: By name, ``(runs,)`` seen and fresh.
+        highest: Runs with a greater value are not drawn.
+    """
+    figure, (axes,) = new_figure(width=5.6, height=5.2)
+    drawn: list[NDArray[np.float64]] = []
+    for position, (name, (seen, fresh)) in enumerate(groups.items()):
+        points = np.column_stack([np.asarray(seen, dtype=float), np.asarray(fresh, dtype=float)])
+        kept = points[(points <= highest).all(axis=1)]
+        axes.plot(*kept.T, "o", color=COLOURS[position % len(COLOURS)], alpha=0.75, label=name)
+        drawn.append(kept.ravel())
+    ends = np.concatenate([*drawn, []])
+    if len(ends):
+        axes.plot([ends.min(), ends.max()], [ends.min(), ends.max()], color="#888888", linewidth=1, linestyle="--")
+    axes.set_xlabel("fitness the search saw")
+    axes.set_ylabel("median fitness on fresh seeds")
+    axes.grid(alpha=0.3)
+    axes.legend(frameon=False, fontsize=8)
+    return figure
+
+
+def critical_difference_figure(names: Sequence[str], ranks: ArrayLike, difference: float) -> Figure:
+    """Mean ranks on a line, 1 the best; bars join what does not differ (Demsar 2006)."""
+    values = np.asarray(ranks, dtype=float)
+    order = np.argsort(values, kind="stable")
+    figure, (axes,) = new_figure(width=7.2, height=1.6 + 0.34 * len(names))
+    for level, place in enumerate(order, start=1):
+        axes.plot([values[place]] * 2, [0, -level], color="#666666", linewidth=1)
+        axes.plot([values[place], len(names) + 0.3], [-level, -level], color="#666666", linewidth=1)
+        axes.text(len(names) + 0.35, -level, f"{names[place]} ({values[place]:.2f})", va="center", fontsize=9)
+    for level, (low, high) in enumerate(_cliques(values[order], difference)):
+        axes.plot([low, high], [0.35 + 0.25 * level] * 2, color=COLOURS[0], linewidth=4, solid_capstyle="round")
+    axes.axhline(0, color="#222222", linewidth=1.2)
+    axes.set_xlim(0.8, len(names) + 0.3)
+    axes.set_xticks(range(1, len(names) + 1))
+    axes.xaxis.set_ticks_position("top")
+    axes.set_yticks([])
+    axes.spines[:].set_visible(False)
+    axes.set_title(f"mean rank over the seeds; ranks closer than {difference:.2f} do not differ", fontsize=10)
+    return figure
+
+
+def _cliques(ranks: NDArray[np.float64], difference: float) -> list[tuple[float, float]]:
+    """Longest stretches of ascending ranks closer than the critical difference."""
+    ends = [int(np.searchsorted(ranks, rank + difference)) - 1 for rank in ranks]
+    return [
+        (float(ranks[start]), float(ranks[end]))
+        for start, end in enumerate(ends)
+        if end > start and (start == 0 or ends[start - 1] < end)
+    ]
+
+
+def _limit(axes: Axes, values: NDArray[np.float64]) -> None:
+    """Fit the y axis to some values, with a little air."""
+    if len(values):
+        air = 0.05 * float(np.ptp(values)) or 1.0
+        axes.set_ylim(float(values.min()) - air, float(values.max()) + air)
 
 
 def lorenz_figure(times: Sequence[ArrayLike], titles: Sequence[str]) -> Figure:

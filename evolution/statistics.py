@@ -166,7 +166,10 @@ def friedman(table: ArrayLike, methods: Sequence[str]) -> TestResult:
     problems, count = values.shape
     if count < 3 or problems < 2:
         raise ConfigError(f"Friedman: expected at least 2 problems and 3 methods, got {problems} and {count}")
-    statistic, p_value = map(float, stats.friedmanchisquare(*values.T))
+    if (np.ptp(values, axis=1) == 0).all():  # SciPy divides by zero where all ranks are tied
+        statistic, p_value = 0.0, 1.0
+    else:
+        statistic, p_value = map(float, stats.friedmanchisquare(*values.T))
     agreement = statistic / (problems * (count - 1))
     return TestResult("Friedman", tuple(methods), (problems,) * count, statistic, p_value, agreement, "Kendall's W")
 

@@ -25,6 +25,7 @@ MAX_MAPS = 3
 MapResults = tuple[tuple[RunResult, ...], ...]
 """Results of one map: ``results[controller][repeat]``."""
 Names = tuple[str, ...]
+Readings = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ class Pool:
     """
 
     maps: Names
-    readings: NDArray[np.float64] | None
+    readings: Readings | None
     cost: float
     share: float
 
@@ -136,25 +137,23 @@ def _best_gini(pools: Sequence[Pool], fitness: Fitness) -> Found:
         return None
     best: Found = None
     for order in _orders(pools):
-        search = _best_pair if len(order) == 2 else _best_triple
-        found = search(*[_readings(pool) for pool in order], fitness)
+        readings = [_readings(pool) for pool in order]
+        found = _best_pair(readings, fitness) if len(order) == 2 else _best_triple(readings, fitness)
         if found is not None and (best is None or found[0] > best[0]):
             best = found[0], list(zip(order, found[1], strict=True))
     return best
 
 
-def _best_pair(
-    low: NDArray[np.float64], high: NDArray[np.float64], fitness: Fitness
-) -> tuple[float, tuple[int, ...]] | None:
+def _best_pair(readings: Sequence[Readings], fitness: Fitness) -> tuple[float, tuple[int, ...]] | None:
     """The smallest and the largest reading."""
+    low, high = readings
     spread = float(high[-1] - low[0])
     return (spread, (0, len(high) - 1)) if spread > fitness.settings.epsilon else None
 
 
-def _best_triple(
-    low: NDArray[np.float64], middle: NDArray[np.float64], high: NDArray[np.float64], fitness: Fitness
-) -> tuple[float, tuple[int, ...]] | None:
+def _best_triple(readings: Sequence[Readings], fitness: Fitness) -> tuple[float, tuple[int, ...]] | None:
     """Try every pair of extremes with the middle reading nearest to their midpoint."""
+    low, middle, high = readings
     best, places = -np.inf, None
     for first, lowest in enumerate(low):
         if high[-1] - lowest <= best:  # the spread bounds the pattern, and only shrinks from here on
@@ -169,7 +168,7 @@ def _best_triple(
     return None if places is None else (best, places)
 
 
-def _nearest(values: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.intp]:
+def _nearest(values: Readings, wanted: Readings) -> NDArray[np.intp]:
     """Index of the value nearest to each wanted one; ``values`` are ascending."""
     right = np.searchsorted(values, wanted).clip(1, max(len(values) - 1, 1))
     left = right - 1
@@ -212,6 +211,6 @@ def _orders(pools: Sequence[Pool]) -> list[tuple[Pool, ...]]:
     return list(dict.fromkeys(permutations(pools)))
 
 
-def _readings(pool: Pool) -> NDArray[np.float64]:
+def _readings(pool: Pool) -> Readings:
     assert pool.readings is not None
     return pool.readings

@@ -36,9 +36,10 @@ class CellularSettings(Settings):
     tile: Annotated[int, Field(ge=1)] = 3
 
 
-def cellular_map(
-    rng: np.random.Generator, shapes: ShapeSettings, cellular: CellularSettings = CellularSettings()
-) -> Cells:
+BARN = CellularSettings()
+
+
+def cellular_map(rng: np.random.Generator, shapes: ShapeSettings, cellular: CellularSettings = BARN) -> Cells:
     """Draw the ``(size, size)`` occupancy of one map, with its border, and start and goal areas cleared.
 
     Args:

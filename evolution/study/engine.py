@@ -41,5 +41,9 @@ class Engine:
         return partial(_answer, self.run_job, self.plan_job)
 
 
+NAV2 = Engine()
+"""Nav2's controllers in our simulation."""
+
+
 def _answer(run_job: RunJob, plan_job: RunJob, job: Job) -> RunResult:
     return (plan_job if job.controller == PLANNER else run_job)(job)

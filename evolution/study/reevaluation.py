@@ -79,10 +79,9 @@ def reevaluate(
     """
     (results,) = evaluator.evaluate([run.best], fresh.plan, on_run)
     fitness = fitness_of(experiment, run.checkpoint["cluster_scale"])
-    document = results_document(
-        Evaluation(run.best, results, fitness(results)), fresh.plan.names, fitness.cluster_scale
-    )
-    return {"noise": fresh.document()["run"].get("environment", {}).get("noise"), **document}
+    evaluation = Evaluation(run.best, results, fitness(results))
+    noise = fresh.document()["run"]["environment"]["noise"]
+    return {"noise": noise, **results_document(evaluation, fresh.plan.names, fitness.cluster_scale)}
 
 
 def fitness_of(experiment: Experiment, cluster_scale: float | None) -> Fitness:

@@ -12,7 +12,7 @@ from evolution.records import Row
 from evolution.rundir import BEST_RESULTS, CONFIG, GENERATIONS, TIMING, RunDir, read_csv, read_json, read_json_lines
 from evolution.settings import Experiment
 from evolution.study.directory import StudyDir
-from evolution.study.engine import Engine
+from evolution.study.engine import NAV2, Engine
 from evolution.study.reevaluation import Reevaluation, read_reevaluation
 from evolution.study.settings import Configuration, StudySettings
 from gym_mapbench.errors import MapBenchError, RunError, unknown_name
@@ -136,7 +136,7 @@ class StudyResults:
         return pandas.DataFrame(self.rows(table))
 
 
-def load_results(path: str | Path, engine: Engine = Engine()) -> StudyResults:
+def load_results(path: str | Path, engine: Engine = NAV2) -> StudyResults:
     """Read a study back, whatever there is of it.
 
     Raises:

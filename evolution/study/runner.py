@@ -13,7 +13,7 @@ from evolution.rundir import load_run
 from evolution.runner import Progress
 from evolution.store import ResultStore
 from evolution.study.directory import StudyDir
-from evolution.study.engine import Engine
+from evolution.study.engine import NAV2, Engine
 from evolution.study.methods import run_task
 from evolution.study.reevaluation import reevaluate, write_reevaluation
 from evolution.study.results import StudyResults, load_results
@@ -59,7 +59,7 @@ def run_study(
     only: Sequence[str] | None = None,
     runs: int | None = None,
     workers: int = 1,
-    engine: Engine = Engine(),
+    engine: Engine = NAV2,
     on_progress: OnProgress | None = None,
 ) -> StudyResults:
     """Run or continue a study.

@@ -11,7 +11,7 @@ from pydantic import Field, JsonValue, field_validator, model_validator
 
 from controllers.nav2_params.presets import overlay
 from evolution.experiments import SECTIONS
-from evolution.study.cellular import CellularSettings
+from evolution.study.cellular import BARN, CellularSettings
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings, read_yaml
 
@@ -46,7 +46,7 @@ class Configuration(Settings):
     of: str | None = None
     pop_size_from: tuple[str, ...] = ()
     cluster_scale_from: tuple[str, ...] = ()
-    cellular: CellularSettings = CellularSettings()
+    cellular: CellularSettings = BARN
 
     @field_validator("experiment")
     @classmethod
