@@ -70,7 +70,7 @@ def test_start_and_goal_are_places_and_no_way_is_zero():
 
 
 @given(cells=CELLS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_distances_to_walls_are_exact_on_half_cells(cells):
     squares = squared_wall_distances(GridMap(cells, 1.0))
     rows, cols = cells.shape

@@ -2,7 +2,8 @@
 #include <iostream>
 #include <string>
 
-#include <sdf/sdf.hh>
+#include <sdf/Root.hh>
+#include <sdf/SDFImpl.hh>
 
 int main(int argc, char **argv) {
   const std::string models = argv[1];
