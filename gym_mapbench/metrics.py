@@ -16,6 +16,7 @@ from gym_mapbench.episode import RECOVERY_KINDS, Episode
 from gym_mapbench.task import distance_to_goal
 
 Floats = NDArray[np.float64]
+BARN_MOTION = 0.1
 
 
 def path_length(episode: Episode) -> float:
@@ -93,6 +94,13 @@ def barn_score(episode: Episode) -> float:
     return score_barn(episode.success, episode.time, optimal)
 
 
+def motion_start(episode: Episode) -> float:
+    """Time until the robot was 0.1 m away from its start, s: BARN's clock starts there; the end if it never was."""
+    away = np.hypot(*(episode.trajectory[:, :2] - episode.trajectory[0, :2]).T)
+    moved = np.flatnonzero(away >= BARN_MOTION)
+    return float(moved[0]) * episode.control_period if len(moved) else episode.time
+
+
 def score_barn(success: bool, actual_time: float, optimal_time: float, low: float = 2.0, high: float = 8.0) -> float:
     """Return success * OT / clip(AT, low * OT, high * OT).
 
@@ -124,6 +132,7 @@ METRICS: dict[str, Callable[[Episode], float]] = {
         n_recoveries,
         spl,
         barn_score,
+        motion_start,
     )
 }
 
