@@ -89,17 +89,17 @@ def load_maps(
         MapFormatError: If there is no such file, or it is in none of these formats.
         ConfigError: If the file says its own resolution and another is given.
     """
-    folder = str(path).removeprefix(BARN_PREFIX) if str(path).startswith(BARN_PREFIX) else None
-    path = Path(path)
-    suffix = path.suffix.lower()
+    barn = str(path).startswith(BARN_PREFIX)
+    path = Path(str(path).removeprefix(BARN_PREFIX))
+    suffix = "" if barn else path.suffix.lower()
     if suffix in IMAGE_SUFFIXES:
         return read_image(path, IMAGE_RESOLUTION if resolution is None else resolution, threshold)
     if suffix in (".map", ".scen"):
         return read_movingai(path, MOVINGAI_RESOLUTION if resolution is None else resolution)
     if resolution is not None:
         raise ConfigError(f"resolution: {path} says its own; it can be given for pictures and MovingAI maps only")
-    if folder is not None:
-        return read_barn_folder(Path(folder))
+    if barn:
+        return read_barn_folder(path)
     return _load_folder(path) if path.is_dir() else _load_file(path, suffix)
 
 
