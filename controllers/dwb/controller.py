@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import ControllerError, FollowerSetup, Twist
-from controllers.dwb.critics import make_critics
+from controllers.dwb.critics import Critic, make_critics
 from controllers.dwb.kernels.plan import plan_window
 from controllers.dwb.kernels.verdict import judge_all, judge_cheapest
 from controllers.dwb.params import DwbParams
@@ -63,6 +63,7 @@ class DwbFollower:
     """
 
     _setup: FollowerSetup
+    _goal: Pose
     _candidates: Trajectories
 
     def __init__(self, params: DwbParams) -> None:
@@ -82,6 +83,7 @@ class DwbFollower:
     def set_plan(self, path: NDArray[np.float64]) -> None:
         """Take a new global plan, ``(n, 3)``; all critics forget, as in Nav2."""
         self._plan = np.ascontiguousarray(path, dtype=np.float64)
+        self._goal = Pose(*self._plan[-1].tolist()) if len(path) else Pose(0.0, 0.0)
         for critic in self._critics:
             critic.reset()
 
@@ -135,10 +137,10 @@ class DwbFollower:
     def _look(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Scene:
         """Roll out the candidates and collect what the critics need to know."""
         plan = self._near_plan(pose, costmap)
-        goal = Pose(*self._plan[-1].tolist())
         self._candidates.fill(pose, velocity, costmap)
         ahead = self.params.GoalAlign.forward_point_distance
-        return Scene(pose, velocity, goal, plan, costmap, self._setup.footprint, now, self._candidates.box, ahead)
+        footprint, box = self._setup.footprint, self._candidates.box
+        return Scene(pose, velocity, self._goal, plan, costmap, footprint, now, box, ahead)
 
     def _near_plan(self, pose: Pose, costmap: Costmap) -> NDArray[np.float64]:
         """Return the part of the plan near the robot; forget what lies behind it."""
@@ -159,19 +161,24 @@ class DwbFollower:
     def _judge(self, scene: Scene, judge: Callable[..., int]) -> DwbEvaluation:
         """Let every critic score every candidate, and choose."""
         c, m, n = self._candidates, scene.costmap, len(self._candidates.twists)
-        raw, scales = np.zeros((len(self._critics), n)), np.zeros(len(self._critics), dtype=np.float32)
-        for i, critic in enumerate(self._critics):
-            critic.prepare(scene)
-            scales[i] = critic.scale(m.resolution)
-            if scales[i] != 0.0:
-                critic.score(scene, c, raw[i])
+        raw = np.zeros((len(self._critics), n))
+        scales = [self._score(critic, scene, scores) for critic, scores in zip(self._critics, raw, strict=True)]
+        weights = np.array(scales, dtype=np.float32)
         totals, illegal_by = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.int64)
         best = judge(
-            raw, scales, self._forbidden, self._outlines, c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings,
+            raw, weights, self._forbidden, self._outlines, c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings,
             c.yaw, c.cos, c.sin, m.costs, m.origin_x, m.origin_y, m.resolution, scene.footprint.corners,
             totals, illegal_by,
         )  # fmt: skip
-        return DwbEvaluation(self.params.critics, c.twists, c.velocities, scales, raw.T, totals, illegal_by, best)
+        return DwbEvaluation(self.params.critics, c.twists, c.velocities, weights, raw.T, totals, illegal_by, best)
+
+    def _score(self, critic: Critic, scene: Scene, scores: NDArray[np.float64]) -> float:
+        """Let one critic write its raw scores; return its weight."""
+        critic.prepare(scene)
+        scale = critic.scale(scene.costmap.resolution)
+        if scale != 0.0:
+            critic.score(scene, self._candidates, scores)
+        return scale
 
 
 def _scaled(params: DwbParams, ratio: float) -> DwbParams:

@@ -110,10 +110,8 @@ def last_grid_scores(cells, distances, skipped, scores):
 
 @kernel
 def accumulate(score, value, aggregation):
-    """Add the value of one more pose to a score, or multiply by it; a product that is 0 stays so."""
-    if aggregation == SUM:
-        return score + value
-    return score * value if score > 0.0 else score
+    """Add the value of one more pose to a score, or multiply by it."""
+    return score + value if aggregation == SUM else score * value
 
 
 @kernel
