@@ -2,6 +2,53 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from gym_mapbench.registration import register_envs
+
+if TYPE_CHECKING:
+    from gym_mapbench.config import EnvConfig
+    from gym_mapbench.env import MapBenchEnv
+    from gym_mapbench.episode import Episode
+    from gym_mapbench.errors import MapBenchError
+    from gym_mapbench.gridmap import GridMap
+    from gym_mapbench.robot import RobotSpec
+    from gym_mapbench.scenario import MapSet, Pose, Scenario
+    from gym_mapbench.vector import MapBenchVectorEnv
+
+__all__ = [
+    "EnvConfig",
+    "Episode",
+    "GridMap",
+    "MapBenchEnv",
+    "MapBenchError",
+    "MapBenchVectorEnv",
+    "MapSet",
+    "Pose",
+    "RobotSpec",
+    "Scenario",
+]
+
+_HOME = {
+    "EnvConfig": "config",
+    "Episode": "episode",
+    "GridMap": "gridmap",
+    "MapBenchEnv": "env",
+    "MapBenchError": "errors",
+    "MapBenchVectorEnv": "vector",
+    "MapSet": "scenario",
+    "Pose": "scenario",
+    "RobotSpec": "robot",
+    "Scenario": "scenario",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used, so that registering the env loads neither Box2D nor numba."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
 
 register_envs()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import gymnasium
+from gymnasium.envs.registration import register, registry
 
 ENV_ID = "MapBench-v0"
 
@@ -13,8 +13,8 @@ def register_envs() -> None:
     ``import gym_mapbench`` calls this, so does ``gymnasium.make("gym_mapbench:MapBench-v0")``, and
     any Gymnasium that loads the entry points of the group ``gymnasium.envs``.
     """
-    if ENV_ID not in gymnasium.registry:
-        gymnasium.register(
+    if ENV_ID not in registry:
+        register(
             id=ENV_ID,
             entry_point="gym_mapbench.env:MapBenchEnv",
             vector_entry_point="gym_mapbench.vector:MapBenchVectorEnv",

@@ -14,7 +14,7 @@ from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.errors import ConfigError
 
 
-class MapBenchVectorEnv(SyncVectorEnv[Any, Any]):
+class MapBenchVectorEnv(SyncVectorEnv):
     """``num_envs`` worlds in one process, without the wrappers of ``gymnasium.make`` around each.
 
     World ``i`` of ``reset(seed=s)`` is the world of a single env's ``reset(seed=s + i)``.

@@ -321,6 +321,18 @@ def test_the_entry_point_registers_the_env():
     assert "MapBench-v0" in gymnasium.registry
 
 
+def test_public_names_are_there_but_loaded_late():
+    assert gym_mapbench.MapBenchEnv is MapBenchEnv
+    assert all(hasattr(gym_mapbench, name) for name in gym_mapbench.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'MapBenchEnvy'"):
+        gym_mapbench.MapBenchEnvy  # noqa: B018
+    program = (
+        "import sys, gym_mapbench; print([name for name in ('Box2D', 'numba', 'matplotlib') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 PROGRAM = """
 import numpy as np
 from gym_mapbench.env import MapBenchEnv
