@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from evolution.figures import FIGURES, DrivenMap, drive_best
-from evolution.report.page import Attachment, ReplayedMap, Report, Table
+from evolution.report.page import Attachment, Report, Table
+from evolution.report.replays import ReplayedMap
 from evolution.rundir import LoadedRun
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
 

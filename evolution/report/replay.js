@@ -1,4 +1,4 @@
-/* Replays: draws recorded runs on their maps. One clock drives all boards. */
+/* Replays: draws recorded runs on their maps. One clock drives all boards of the chosen map set. */
 (function () {
   "use strict";
   const data = JSON.parse(document.getElementById("replays").textContent);
@@ -12,36 +12,41 @@
   }
   if (!boards || !data.maps.length) { return; }
 
-  const play = document.getElementById("play");
-  const scrub = document.getElementById("scrub");
-  const clock = document.getElementById("clock");
-  const speed = document.getElementById("speed");
-  const view = document.getElementById("view");
-  const end = Math.max(1, ...data.maps.flatMap((map) => map.runs.map((run) => run.time)));
+  const WIDTH = 640;
+  const byId = (id) => document.getElementById(id);
+  const play = byId("play"), scrub = byId("scrub"), clock = byId("clock");
+  const speed = byId("speed"), view = byId("view"), group = byId("group");
   const colour = (name) => data.colours[name] || "#888888";
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  let now = end;
+  let now = 0;
+  let end = 1;
   let playing = false;
   let last = 0;
   let panels = [];
 
-  document.getElementById("legend").innerHTML = "";
-  data.controllers.forEach((name) => {
-    const item = document.createElement("span");
-    const dot = document.createElement("i");
-    dot.style.background = colour(name);
-    item.append(dot, name);
-    document.getElementById("legend").append(item);
-  });
+  function legend() {
+    data.controllers.forEach((name) => {
+      const item = document.createElement("span");
+      const dot = document.createElement("i");
+      dot.style.background = colour(name);
+      item.append(dot, name);
+      byId("legend").append(item);
+    });
+    data.groups.forEach((name, index) => group.add(new Option(name, String(index))));
+    byId("group-label").hidden = data.groups.length < 2;
+  }
 
   function layout() {
+    const shown = data.maps.filter((map) => map.group === data.groups[Number(group.value) || 0]);
     boards.textContent = "";
     panels = [];
-    data.maps.forEach((map) => {
+    shown.forEach((map) => {
       const groups = view.value === "side" ? map.runs.map((run) => [run]) : [map.runs];
       groups.forEach((runs) => panels.push(panel(map, runs)));
     });
-    draw();
+    end = Math.max(1, ...shown.flatMap((map) => map.runs.map((run) => run.time)));
+    scrub.max = end.toFixed(1);
+    paint();
   }
 
   function panel(map, runs) {
@@ -50,44 +55,63 @@
     const title = document.createElement("h3");
     title.textContent = map.title + (view.value === "side" ? ": " + runs[0].controller : "");
     const canvas = document.createElement("canvas");
-    canvas.width = 640;
-    canvas.height = Math.round(640 * map.height / map.width);
+    canvas.width = WIDTH;
+    canvas.height = Math.round(WIDTH * map.height / map.width);
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", map.title + ", replay of " + runs.map((run) => run.controller).join(", "));
     const list = document.createElement("ul");
-    runs.forEach((run) => {
-      const item = document.createElement("li");
-      item.textContent = run.controller + ": " + run.outcome + " after " + run.time.toFixed(1) + " s" +
-        (run.recoveries ? ", " + run.recoveries + " recoveries" : "");
-      list.append(item);
-    });
+    runs.forEach((run) => list.append(summary(run)));
     board.append(title, canvas, list);
     boards.append(board);
-    return { map, runs, canvas, scale: canvas.width / map.width };
+    return { map, runs, canvas, scale: WIDTH / map.width, walls: document.createElement("canvas") };
+  }
+
+  function summary(run) {
+    const item = document.createElement("li");
+    const dot = document.createElement("i");
+    dot.style.background = colour(run.controller);
+    const stuck = run.stuck.reduce((sum, spot) => sum + spot[3] - spot[2], 0);
+    item.append(dot, run.controller + ": " + run.outcome + " after " + run.time.toFixed(1) + " s" +
+      (run.recoveries ? ", " + run.recoveries + (run.recoveries > 1 ? " recoveries" : " recovery") : "") +
+      (stuck ? ", stuck for " + stuck.toFixed(0) + " s" : ""));
+    return item;
+  }
+
+  /* Walls, start and goal do not change: they are drawn once, in the colours of the moment. */
+  function paint() {
+    panels.forEach((panel) => {
+      const { map, scale, walls, canvas } = panel;
+      walls.width = canvas.width;
+      walls.height = canvas.height;
+      const pen = walls.getContext("2d");
+      const side = map.resolution * scale;
+      pen.fillStyle = css("--wall");
+      map.walls.forEach(([col, row, cols, rows]) => {
+        pen.fillRect(col * side, walls.height - (row + rows) * side, cols * side, rows * side);
+      });
+      pen.strokeStyle = css("--soft");
+      pen.lineWidth = 2;
+      const [startX, startY] = place(panel, map.start[0], map.start[1]);
+      const [goalX, goalY] = place(panel, map.goal[0], map.goal[1]);
+      ring(pen, startX, startY, 6);
+      pen.strokeRect(goalX - 7, goalY - 7, 14, 14);
+    });
+    draw();
+  }
+
+  function place(panel, x, y) {
+    return [(x - panel.map.x) * panel.scale, panel.canvas.height - (y - panel.map.y) * panel.scale];
   }
 
   function draw() {
-    panels.forEach(drawPanel);
+    panels.forEach((panel) => {
+      const pen = panel.canvas.getContext("2d");
+      pen.clearRect(0, 0, panel.canvas.width, panel.canvas.height);
+      pen.drawImage(panel.walls, 0, 0);
+      panel.runs.forEach((run) => drawRun(pen, panel, run));
+    });
     clock.textContent = now.toFixed(1) + " s";
     scrub.value = now;
-  }
-
-  function drawPanel(panel) {
-    const { map, canvas, scale } = panel;
-    const pen = canvas.getContext("2d");
-    const px = (x) => (x - map.x) * scale;
-    const py = (y) => canvas.height - (y - map.y) * scale;
-    pen.clearRect(0, 0, canvas.width, canvas.height);
-    pen.fillStyle = css("--wall");
-    map.walls.forEach(([col, row, cols, rows]) => {
-      const side = map.resolution * scale;
-      pen.fillRect(col * side, canvas.height - (row + rows) * side, cols * side, rows * side);
-    });
-    pen.strokeStyle = css("--soft");
-    pen.lineWidth = 2;
-    ring(pen, px(map.start[0]), py(map.start[1]), 6);
-    pen.strokeRect(px(map.goal[0]) - 7, py(map.goal[1]) - 7, 14, 14);
-    panel.runs.forEach((run) => drawRun(pen, map, run, px, py, scale));
   }
 
   function ring(pen, x, y, radius) {
@@ -96,23 +120,39 @@
     pen.stroke();
   }
 
-  function drawRun(pen, map, run, px, py, scale) {
+  function drawRun(pen, panel, run) {
     const index = Math.min(run.x.length - 1, Math.round(now / run.period));
     pen.strokeStyle = colour(run.controller);
     pen.lineWidth = 3;
     pen.beginPath();
-    for (let i = 0; i <= index; i += 1) { pen.lineTo(px(run.x[i]), py(run.y[i])); }
+    for (let i = 0; i <= index; i += 1) { pen.lineTo(...place(panel, run.x[i], run.y[i])); }
     pen.stroke();
     pen.lineWidth = 2;
-    run.marks.filter((mark) => mark.time <= now).forEach((mark) => {
-      const x = px(mark.x), y = py(mark.y);
-      if (mark.kind === "contact") { pen.strokeRect(x - 5, y - 5, 10, 10); return; }
-      pen.beginPath();
-      pen.moveTo(x - 5, y - 5); pen.lineTo(x + 5, y + 5);
-      pen.moveTo(x - 5, y + 5); pen.lineTo(x + 5, y - 5);
-      pen.stroke();
-    });
-    const x = px(run.x[index]), y = py(run.y[index]), radius = map.robot * scale;
+    run.stuck.filter((spot) => spot[2] <= now).forEach((spot) => drawStuck(pen, panel, spot));
+    run.marks.filter((mark) => mark.time <= now).forEach((mark) => drawMark(pen, panel, mark));
+    drawRobot(pen, panel, run, index);
+  }
+
+  function drawStuck(pen, panel, spot) {
+    const [x, y] = place(panel, spot[0], spot[1]);
+    const seconds = Math.min(now, spot[3]) - spot[2];
+    pen.setLineDash([3, 4]);
+    ring(pen, x, y, 8 + 3 * Math.sqrt(Math.max(0, seconds)));
+    pen.setLineDash([]);
+  }
+
+  function drawMark(pen, panel, mark) {
+    const [x, y] = place(panel, mark.x, mark.y);
+    if (mark.kind === "contact") { pen.strokeRect(x - 5, y - 5, 10, 10); return; }
+    pen.beginPath();
+    pen.moveTo(x - 5, y - 5); pen.lineTo(x + 5, y + 5);
+    pen.moveTo(x - 5, y + 5); pen.lineTo(x + 5, y - 5);
+    pen.stroke();
+  }
+
+  function drawRobot(pen, panel, run, index) {
+    const [x, y] = place(panel, run.x[index], run.y[index]);
+    const radius = panel.map.robot * panel.scale;
     pen.globalAlpha = 0.45;
     pen.fillStyle = colour(run.controller);
     pen.beginPath();
@@ -128,7 +168,6 @@
   function setPlaying(on) {
     playing = on;
     play.textContent = on ? "Pause" : "Play";
-    play.setAttribute("aria-pressed", String(on));
     if (on) {
       if (now >= end) { now = 0; }
       last = performance.now();
@@ -149,16 +188,18 @@
     draw();
   }
 
-  scrub.max = end.toFixed(1);
   play.addEventListener("click", () => setPlaying(!playing));
   scrub.addEventListener("input", () => seek(Number(scrub.value)));
   view.addEventListener("change", layout);
+  group.addEventListener("change", () => { setPlaying(false); layout(); seek(end); });
   document.addEventListener("keydown", (event) => {
     if (/^(INPUT|SELECT|BUTTON|TH|A|SUMMARY)$/.test(event.target.tagName)) { return; }
     if (event.key === " ") { event.preventDefault(); setPlaying(!playing); }
     if (event.key === "ArrowRight") { seek(now + 0.5); }
     if (event.key === "ArrowLeft") { seek(now - 0.5); }
   });
-  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
+  legend();
   layout();
+  seek(end);
 }());

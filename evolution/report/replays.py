@@ -1,0 +1,120 @@
+"""What the page's replays are drawn from: maps as rectangles, runs as thinned tracks with their marks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evolution.plots import colour_of
+from gym_mapbench.episode import RECOVERY_KINDS, Episode, Event
+from gym_mapbench.kernels.rectangles import merge_rectangles
+
+REPLAY_PERIOD = 0.1
+MARKED_KINDS = RECOVERY_KINDS | {"contact"}
+STUCK_SECONDS = 3.0
+STUCK_RADIUS = 0.1
+"""A robot that stays within this distance, m, for :data:`STUCK_SECONDS` is stuck."""
+
+
+@dataclass(frozen=True)
+class ReplayedMap:
+    """One map with the recorded runs on it.
+
+    Args:
+        title: Shown above the map.
+        episodes: Runs on this map, all of one scenario.
+        robot_radius: Drawn size of the robot, m.
+        group: Maps of one group are shown together; the reader chooses which.
+    """
+
+    title: str
+    episodes: Sequence[Episode]
+    robot_radius: float
+    group: str = ""
+
+
+def replays_of(maps: Sequence[ReplayedMap]) -> dict[str, Any]:
+    """Return the JSON-able document that the page's script plays."""
+    names = list(dict.fromkeys(episode.controller for shown in maps for episode in shown.episodes))
+    return {
+        "controllers": names,
+        "colours": {name: colour_of(names, name) for name in names},
+        "groups": list(dict.fromkeys(shown.group for shown in maps)),
+        "maps": [_replayed_map(shown) for shown in maps],
+    }
+
+
+def stuck_spots(states: NDArray[np.float64], period: float) -> list[tuple[float, float, float, float]]:
+    """Find where a robot stood still for long: ``(x, y, from, until)`` m, s, in order.
+
+    Args:
+        states: ``(n, >= 2)`` x, y, ... at equal intervals.
+        period: Seconds between two states.
+    """
+    spots = []
+    start = 0
+    while start < len(states):
+        away = np.hypot(*(states[start:, :2] - states[start, :2]).T) > STUCK_RADIUS
+        stays = int(np.argmax(away)) if away.any() else len(away)
+        if (stays - 1) * period >= STUCK_SECONDS:
+            x, y = states[start : start + stays, :2].mean(axis=0)
+            spots.append((float(x), float(y), start * period, (start + stays - 1) * period))
+            start += stays
+        else:
+            start += 1
+    return spots
+
+
+def _replayed_map(shown: ReplayedMap) -> dict[str, Any]:
+    scenario = shown.episodes[0].scenario
+    x0, y0, x1, y1 = scenario.map.bounds
+    rectangles = merge_rectangles(scenario.map.occupancy)
+    return {
+        "title": shown.title,
+        "group": shown.group,
+        "x": x0,
+        "y": y0,
+        "width": x1 - x0,
+        "height": y1 - y0,
+        "resolution": scenario.map.resolution,
+        "walls": [[int(c0), int(r0), int(c1 - c0), int(r1 - r0)] for r0, c0, r1, c1 in rectangles],
+        "start": list(scenario.start),
+        "goal": list(scenario.goal),
+        "robot": shown.robot_radius,
+        "runs": [_run(episode) for episode in shown.episodes],
+    }
+
+
+def _run(episode: Episode) -> dict[str, Any]:
+    every = max(1, round(REPLAY_PERIOD / episode.control_period))
+    states, period = _thinned(episode.trajectory, every), every * episode.control_period
+    return {
+        "controller": episode.controller,
+        "outcome": episode.outcome,
+        "time": round(episode.time, 3),
+        "period": period,
+        "x": np.round(states[:, 0], 3).tolist(),
+        "y": np.round(states[:, 1], 3).tolist(),
+        "yaw": np.round(states[:, 2], 2).tolist(),
+        "recoveries": sum(event.kind in RECOVERY_KINDS for event in episode.events),
+        "marks": [_mark(episode, event) for event in episode.events if event.kind in MARKED_KINDS],
+        "stuck": [[round(value, 3) for value in spot] for spot in stuck_spots(states, period)],
+    }
+
+
+def _thinned(trajectory: NDArray[np.float64], every: int) -> NDArray[np.float64]:
+    """Every n-th state and the last one."""
+    kept = list(range(0, len(trajectory), every))
+    if kept[-1] != len(trajectory) - 1:
+        kept.append(len(trajectory) - 1)
+    return trajectory[kept]
+
+
+def _mark(episode: Episode, event: Event) -> dict[str, Any]:
+    row = min(round(event.time / episode.control_period), len(episode.trajectory) - 1)
+    x, y = episode.trajectory[row, :2]
+    return {"time": round(event.time, 3), "kind": event.kind, "x": round(float(x), 3), "y": round(float(y), 3)}
