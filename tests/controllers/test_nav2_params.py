@@ -96,6 +96,10 @@ def follow_path(**params):
     return sample(FollowPath={"plugin": plugin, **params})
 
 
+def mppi(**params):
+    return sample(FollowPath={"plugin": "nav2_mppi_controller::MPPIController", **params})
+
+
 def costmap(**params):
     return sample(local_costmap={"local_costmap": {"ros__parameters": params}})
 
@@ -188,6 +192,14 @@ def test_dwb_is_what_follow_path_means_unless_told():
     assert parse_nav2_params(document).navigation.controllers["FollowPath"].kind == "dwb"
 
 
+def test_names_of_newer_releases_are_understood():
+    handler = {"prune_distance": 2.0, "enforce_path_inversion": True}
+    params = parse_nav2_params(mppi(PathHandler=handler)).navigation.controllers["FollowPath"].params
+    assert (params["prune_distance"], params["enforce_path_inversion"]) == (2.0, True)
+    params = parse_nav2_params(follow_path(max_linear_vel=0.3)).navigation.controllers["FollowPath"].params
+    assert params["desired_linear_vel"] == 0.3
+
+
 def test_a_controller_is_found_by_name_then_by_kind():
     navigation = parse_nav2_params(sample()).navigation
     assert navigation.controller("Slow") is navigation.controller("dwb")
@@ -273,6 +285,10 @@ def test_the_bringup_file_of_humble_is_the_preset_but_for_its_robot_and_smoother
             sample(Slow={"plugin": "dwb_core::DWBLocalPlanner", "PathDist.scale": 1, "PathDist": {"scale": 2}}),
             "PathDist",
         ),
+        (mppi(ax_max=3.0), "controller_server.FollowPath.ax_max: only newer releases"),
+        (mppi(CostCritic={"cost_wieght": 1.0}), "CostCritic.cost_wieght: unknown parameter; did you mean"),
+        (mppi(motion_model="Omni"), "controller_server.FollowPath.motion_model: expected DiffDrive or Ackermann"),
+        (sample(Slow={"plugin": "dwb_core::DWBLocalPlanner", "path_length_tolerance": 1.0}), "only newer releases"),
         (
             sample(Slow={"plugin": "dwb_core::DWBLocalPlanner", "critics": ["PathDost"]}),
             "controller_server.Slow.critics",
@@ -324,7 +340,7 @@ def test_a_missing_file_and_a_directory_cost_one_line(tmp_path):
             read_nav2_params(path)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.data())
 def test_any_document_is_read_or_refused(data):
     junk = st.recursive(
