@@ -55,8 +55,8 @@ def rpp_measures(oracle: Oracle) -> list[Measure]:
         if not isinstance(unit.follower, RppFollower):
             continue
         command = _command(unit)
-        commands.add(_difference(command, unit.recorded["rpp_cmd"][unit.row]), unit.name)
-        carrots.add(_difference(unit.follower.carrot, unit.recorded["rpp_carrot"][unit.row]), unit.name)
+        commands.add(difference(command, unit.recorded["rpp_cmd"][unit.row]), unit.name)
+        carrots.add(difference(unit.follower.carrot, unit.recorded["rpp_carrot"][unit.row]), unit.name)
     return [commands.largest(), carrots.largest()]
 
 
@@ -85,6 +85,7 @@ class Unit:
     row: int
     name: str
     follower: PathFollower
+    plan: NDArray[np.float64]
     pose: Pose
     velocity: Twist
     costmap: Costmap
@@ -101,12 +102,14 @@ def each_unit(oracle: Oracle, kind: str, only: Preset | None = None) -> Iterator
         for row, number in enumerate(units["map_id"]):
             costmap = costmaps[int(number)]
             follower.reset(setup)
-            follower.set_plan(planner.plan(costmap, Pose(*units["plan_from"][row].tolist()), preset.goal))
+            plan = planner.plan(costmap, Pose(*units["plan_from"][row].tolist()), preset.goal)
+            follower.set_plan(plan)
             yield Unit(
                 preset=preset,
                 row=row,
                 name=f"preset {preset.name} map {number} sample {units['sample'][row]}",
                 follower=follower,
+                plan=plan,
                 pose=Pose(*units["pose"][row].tolist()),
                 velocity=Twist(*units["vel"][row].tolist()),
                 costmap=costmap,
@@ -121,7 +124,7 @@ def _command(unit: Unit) -> Twist:
         return Twist(np.nan, np.nan)
 
 
-def _difference(ours: tuple[float, float], recorded: NDArray[np.float64]) -> float:
+def difference(ours: tuple[float, float], recorded: NDArray[np.float64]) -> float:
     """Largest difference of two pairs; NaN (an exception) counts as zero."""
     return float(np.abs(np.nan_to_num(np.asarray(ours)) - np.nan_to_num(recorded)).max())
 
