@@ -15,3 +15,9 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile ``function`` when it is first called, for the types of its arguments."""
     compiled = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
     return cast(Callable[..., Any], compiled)
+
+
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile ``function`` into its callers; for scalar arithmetic inside loops that have to be vectorised."""
+    compiled = numba.njit(inline="always", error_model="numpy", nogil=True)(function)
+    return cast(Callable[..., Any], compiled)

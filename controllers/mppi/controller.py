@@ -1,0 +1,62 @@
+"""MppiFollower: Nav2's Model Predictive Path Integral controller as a path follower."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import FollowerSetup, Twist
+from controllers.mppi.noise import make_source
+from controllers.mppi.optimizer import Optimizer
+from controllers.mppi.params import MppiParams
+from controllers.mppi.path_handler import PathHandler
+from controllers.mppi.scene import Scene
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.scenario import Pose
+
+
+class MppiFollower:
+    """Model Predictive Path Integral control (Nav2 Humble).
+
+    Args:
+        params: Parameters; the defaults of Nav2's code if None.
+    """
+
+    _optimizer: Optimizer
+    _setup: FollowerSetup
+
+    def __init__(self, params: MppiParams | None = None) -> None:
+        self.params = params or MppiParams()
+        self._paths = PathHandler(self.params)
+        self._last_call: float | None = None
+
+    def reset(self, setup: FollowerSetup) -> None:
+        """Forget everything of the last run.
+
+        Raises:
+            ConfigError: If the control period is longer than ``model_dt``.
+        """
+        self._setup = setup
+        self._optimizer = Optimizer(self.params, setup, make_source(self.params, setup.rng))
+        self._paths = PathHandler(self.params)
+        self._last_call = None
+
+    def set_plan(self, path: NDArray[np.float64]) -> None:
+        """Take a new global plan, ``(n, 3)`` x, y in m and yaw in rad, start to goal."""
+        self._paths.set_plan(path)
+
+    def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
+        """Limit the speed to ``speed`` m/s, or per cent of ``vx_max``; 0 or a reset of the optimizer lifts the limit."""
+        self._optimizer.set_speed_limit(speed, percentage)
+
+    def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
+        """Return the next command; arguments as in :class:`controllers.base.PathFollower`.
+
+        Raises:
+            ControllerAbort: If no path is left ahead, or all trajectories collide.
+        """
+        if self._last_call is not None and now - self._last_call > self.params.reset_period:
+            self._optimizer.reset()
+        self._last_call = now
+        path = self._paths.local_path(pose, costmap)
+        return self._optimizer.compute(Scene(pose, velocity, path, costmap, self._setup))

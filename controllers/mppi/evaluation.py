@@ -1,0 +1,101 @@
+"""One call of MPPI with every quantity in between laid open, from given controls and noise.
+
+It runs the same code as :class:`~controllers.mppi.controller.MppiFollower`, so that a comparison with recorded
+Nav2 calls examines what drives the robot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import FollowerSetup, Twist
+from controllers.mppi.noise import Layout, Noise
+from controllers.mppi.optimizer import Optimizer
+from controllers.mppi.params import MppiParams
+from controllers.mppi.scene import Scene
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.scenario import Pose
+
+Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What happened in one call.
+
+    Args:
+        critics: Names of the critics, in their order.
+        costs: ``(critics, batch_size)`` what each added.
+        total: ``(batch_size,)`` their sum and the control effort, as in the soft-max.
+        softmax_v, softmax_w: ``(time_steps,)`` control sequence after soft-max and limits, m/s and rad/s.
+        filtered_v, filtered_w: The same after the Savitzky-Golay filter.
+        furthest: Index of the furthest path point reached; -1 if no critic asked.
+        failed: Whether all trajectories collide; Nav2 would give up.
+        command: What would be sent.
+    """
+
+    critics: tuple[str, ...]
+    costs: Array
+    total: Array
+    softmax_v: Array
+    softmax_w: Array
+    filtered_v: Array
+    filtered_w: Array
+    furthest: int
+    failed: bool
+    command: Twist
+
+
+class _Given:
+    """A noise source that always gives the same set."""
+
+    def __init__(self, noise: Noise) -> None:
+        self._noise = noise
+
+    def draw(self) -> Noise:
+        return self._noise
+
+
+def evaluate(
+    params: MppiParams,
+    setup: FollowerSetup,
+    pose: Pose,
+    velocity: Twist,
+    path: NDArray[np.float64],
+    costmap: Costmap,
+    controls: tuple[Array, Array],
+    noise: tuple[Array, Array],
+) -> Evaluation:
+    """Evaluate one call with an empty control history.
+
+    Args:
+        params: MPPI's parameters.
+        setup: Footprint, control period, goal tolerance, inflation layer; its generator is not used.
+        pose: Robot.
+        velocity: Measured speeds.
+        path: ``(m, 3)`` local path, as from :meth:`controllers.mppi.path_handler.PathHandler.local_path`.
+        costmap: Local costmap.
+        controls: Two ``(time_steps,)`` arrays: the control sequence before the call, m/s and rad/s.
+        noise: Two ``(batch_size, time_steps)`` arrays, m/s and rad/s.
+    """
+    layout = Layout(params.batch_size, params.time_steps)
+    optimizer = Optimizer(params, setup, _Given(layout.pack(*noise)))
+    batch = optimizer.batch
+    batch.v[:], batch.w[:] = controls
+    scene = Scene(pose, velocity, path, costmap, setup)
+    optimizer.optimize(scene)
+    softmax = batch.v.copy(), batch.w.copy()
+    filtered = optimizer.filter()
+    return Evaluation(
+        tuple(type(critic).__name__ for critic in optimizer.critics),
+        layout.flat(optimizer.costs),
+        layout.flat(optimizer.total),
+        *softmax,
+        *filtered,
+        scene.furthest,
+        scene.failed,
+        optimizer.send(),
+    )

@@ -1,0 +1,106 @@
+"""Rolling out a batch of trajectories, row by row: one time step of many samples at once.
+
+Layout is what makes this fast. Arrays are ``(blocks, time_steps, samples)`` with the samples innermost, and a
+block of samples is carried through time with its state in rows that stay in the first cache level. Every loop
+below runs over one such row, has no indirect load beside a store and no call, so that LLVM vectorises it.
+
+The arithmetic follows Nav2's order of float32 operations: displacement and turn are summed up from zero and the
+start pose is added last (``Optimizer::integrateStateVelocities``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controllers.mppi.kernels_math import COS_4, HALF, SIN_3, SIN_5, sin_cos
+from gym_mapbench.kernels.jit import kernel
+
+BLOCK = 512
+# Rows are padded to a multiple of this, so that sums over a row can run in four parts side by side.
+ROW_UNIT = 128
+
+# Rows of the state of a block: displacement from the start (m), turn since the start and heading (rad), the last
+# change of heading, and the heading's cosine and sine.
+X, Y, TURNED, YAW, CHANGE, COS, SIN = range(7)
+STATE_ROWS = 7
+
+# Rotating by a small angle instead of evaluating sine and cosine: exact to float32 below this change per step.
+SMALL_CHANGE = 0.25
+# Afresh after so many rotations, before rounding adds up.
+REFRESH_EVERY = 8
+
+
+@kernel
+def fill(row, value):
+    """Set a whole row."""
+    for k in range(len(row)):
+        row[k] = value
+
+
+@kernel
+def _move(rows, noise, t, v, dt):
+    for k in range(rows.shape[1]):
+        speed = v + noise[t, k]
+        rows[X, k] += (speed * rows[COS, k]) * dt
+        rows[Y, k] += (speed * rows[SIN, k]) * dt
+
+
+@kernel
+def _turn(rows, noise, t, w, dt, yaw_0):
+    for k in range(rows.shape[1]):
+        total = rows[TURNED, k] + (w + noise[t, k]) * dt
+        heading = total + yaw_0
+        rows[TURNED, k] = total
+        rows[CHANGE, k] = heading - rows[YAW, k]
+        rows[YAW, k] = heading
+
+
+@kernel
+def _rotate(rows):
+    for k in range(rows.shape[1]):
+        a = rows[CHANGE, k]
+        z = a * a
+        s = a + (a * z) * (SIN_3 + z * SIN_5)
+        c = z * (z * COS_4 - HALF)
+        cos, sin = rows[COS, k], rows[SIN, k]
+        rows[COS, k] = cos + (cos * c - sin * s)
+        rows[SIN, k] = sin + (sin * c + cos * s)
+
+
+@kernel
+def _refresh(rows):
+    for k in range(rows.shape[1]):
+        rows[SIN, k], rows[COS, k] = sin_cos(rows[YAW, k])
+
+
+@kernel
+def start(rows, v, w, yaw_0, dt):
+    """Set ``rows`` to step 0: one period at the measured speeds ``v`` and ``w``, the same for all samples."""
+    sin, cos = sin_cos(yaw_0)
+    heading = w * dt + yaw_0
+    sin_1, cos_1 = sin_cos(heading)
+    for k in range(rows.shape[1]):
+        rows[X, k] = (v * cos) * dt
+        rows[Y, k] = (v * sin) * dt
+        rows[TURNED, k] = w * dt
+        rows[YAW, k] = heading
+        rows[COS, k] = cos_1
+        rows[SIN, k] = sin_1
+
+
+@kernel
+def step(rows, noise_v, noise_w, t, v, w, yaw_0, dt, refresh):
+    """Advance ``rows`` by one period with the controls ``v + noise_v[t]`` and ``w + noise_w[t]``."""
+    _move(rows, noise_v, t, v, dt)
+    _turn(rows, noise_w, t, w, dt, yaw_0)
+    if refresh:
+        _refresh(rows)
+    else:
+        _rotate(rows)
+
+
+@kernel
+def place(rows, row, origin, out):
+    """World coordinates of one row as Nav2 rounds them: float64 sum, float32 result."""
+    for k in range(len(out)):
+        out[k] = np.float32(origin + rows[row, k])

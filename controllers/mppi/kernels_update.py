@@ -1,0 +1,157 @@
+"""From costs to the next control sequence: soft-max, weighted mean, limits, Savitzky-Golay filter."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controllers.mppi.kernels_math import ONE, ZERO, exp_negative
+from gym_mapbench.kernels.jit import kernel
+
+FAR = np.float32(np.inf)
+# Nine points, quadratic (Savitzky and Golay).
+FILTER = np.array([-21, 14, 39, 54, 59, 54, 39, 14, -21], dtype=np.float32) / np.float32(231)
+HALF_WINDOW = 4
+SHORTEST_FILTERED = 21
+
+
+@kernel
+def add_scores(scores, factor, power, out, total):
+    """Write ``(factor * scores)^power`` to ``out`` and add it to ``total``; all ``(blocks, samples)``."""
+    gain = np.float32(factor)
+    width = scores.shape[1]
+    for b in range(scores.shape[0]):
+        for k in range(width):
+            out[b, k] = gain * scores[b, k]
+        for _ in range(power - 1):
+            for k in range(width):
+                out[b, k] *= gain * scores[b, k]
+        for k in range(width):
+            total[b, k] += out[b, k]
+
+
+@kernel
+def _smallest(costs, samples):
+    best, width = FAR, costs.shape[1]
+    for b in range(costs.shape[0]):
+        for k in range(min(width, samples - b * width)):
+            best = min(best, costs[b, k])
+    return best
+
+
+@kernel
+def soft_max(costs, samples, temperature, weights):
+    """Write ``exp(-(cost - smallest) / temperature)`` to ``weights``, 0 for padding; return their sum."""
+    blocks, width = costs.shape
+    smallest = _smallest(costs, samples)
+    gain = -ONE / np.float32(temperature)
+    for b in range(blocks):
+        for k in range(width):
+            weights[b, k] = exp_negative(gain * (costs[b, k] - smallest))
+        for k in range(max(0, min(width, samples - b * width)), width):
+            weights[b, k] = ZERO
+    total = 0.0
+    for b in range(blocks):
+        for k in range(width):
+            total += weights[b, k]
+    return total
+
+
+@kernel
+def _add_quarters(weights, noise_v, noise_w, b, t, quarter, lanes_v, lanes_w):
+    """Add weight times noise of one row to the lanes, four parts of the row side by side."""
+    second, third, fourth = quarter, 2 * quarter, 3 * quarter
+    for k in range(quarter):
+        w_1, w_2 = weights[b, k], weights[b, second + k]
+        w_3, w_4 = weights[b, third + k], weights[b, fourth + k]
+        lanes_v[k] += (w_1 * noise_v[b, t, k] + w_2 * noise_v[b, t, second + k]) + (
+            w_3 * noise_v[b, t, third + k] + w_4 * noise_v[b, t, fourth + k]
+        )
+        lanes_w[k] += (w_1 * noise_w[b, t, k] + w_2 * noise_w[b, t, second + k]) + (
+            w_3 * noise_w[b, t, third + k] + w_4 * noise_w[b, t, fourth + k]
+        )
+
+
+@kernel
+def _sum_lanes(lanes):
+    """Sum of a row whose length is a multiple of 32; the row is used up."""
+    width = len(lanes)
+    while width % 16 == 0:
+        width //= 2
+        for k in range(width):
+            lanes[k] += lanes[width + k]
+    total = 0.0
+    for k in range(width):
+        total += lanes[k]
+    return total
+
+
+@kernel
+def add_mean_noise(noise_v, noise_w, weights, total, lanes, v, w):
+    """Add the weighted mean of the noise to the control sequence.
+
+    Args:
+        noise_v, noise_w: ``(blocks, time_steps, samples)`` m/s and rad/s.
+        weights: ``(blocks, samples)``.
+        total: Sum of the weights.
+        lanes: ``(2, samples / 4)`` scratch.
+        v, w: ``(time_steps,)`` control sequence, updated.
+    """
+    lanes_v, lanes_w = lanes[0], lanes[1]
+    for t in range(len(v)):
+        lanes[:] = ZERO
+        for b in range(noise_v.shape[0]):
+            _add_quarters(weights, noise_v, noise_w, b, t, lanes.shape[1], lanes_v, lanes_w)
+        v[t] += np.float32(_sum_lanes(lanes_v) / total)
+        w[t] += np.float32(_sum_lanes(lanes_w) / total)
+
+
+@kernel
+def clip_controls(v, w, v_min, v_max, w_max, turning_radius):
+    """Limit the control sequence; with a ``turning_radius`` (m, 0 for none) also how tightly it turns."""
+    lowest, highest, fastest = np.float32(v_min), np.float32(v_max), np.float32(w_max)
+    radius = np.float32(turning_radius)
+    for t in range(len(v)):
+        v[t] = min(max(v[t], lowest), highest)
+        w[t] = min(max(w[t], -fastest), fastest)
+        if radius > ZERO and abs(v[t]) < radius * abs(w[t]):
+            w[t] = np.sign(w[t]) * abs(v[t]) / radius
+
+
+@kernel
+def filter_controls(u, history):
+    """Smooth one axis of the control sequence in place, left to right, as Humble does.
+
+    Values already filtered feed the later windows, and the value five before the end stays as it is.
+
+    Args:
+        u: ``(time_steps,)`` controls, updated.
+        history: ``(4,)`` controls sent before, oldest first.
+    """
+    steps = len(u)
+    if steps < SHORTEST_FILTERED:
+        return
+    for i in range(steps):
+        if i == steps - HALF_WINDOW - 1:
+            continue
+        total = ZERO
+        for j in range(len(FILTER)):
+            at = i + j - HALF_WINDOW
+            total += FILTER[j] * (history[HALF_WINDOW + at] if at < 0 else u[min(at, steps - 1)])
+        u[i] = total
+
+
+@kernel
+def remember(u, sent, history):
+    """Append the control that is sent, ``u[sent]``, to the history."""
+    if len(u) < SHORTEST_FILTERED:
+        return
+    for i in range(HALF_WINDOW - 1):
+        history[i] = history[i + 1]
+    history[HALF_WINDOW - 1] = u[sent]
+
+
+@kernel
+def shift(u):
+    """Move the sequence one period on; the last value stays."""
+    for t in range(len(u) - 1):
+        u[t] = u[t + 1]

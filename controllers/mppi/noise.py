@@ -1,0 +1,184 @@
+"""Noise of the controls: Nav2's own numbers, or those of the run's generator.
+
+Sets of noise are ``(blocks, time_steps, samples)`` float32, the samples innermost; see
+:mod:`controllers.mppi.kernels_rollout` for why.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.mppi.kernels_rollout import BLOCK, ROW_UNIT
+from controllers.mppi.params import MppiParams
+
+BANK_SIZE = 8
+"""Sets of ``numpy`` noise that ``regenerate_noises`` takes turns with."""
+
+MT_SIZE = 624
+MT_INIT = 1812433253
+
+
+class Noise(NamedTuple):
+    """One set of noise.
+
+    Args:
+        v: ``(blocks, time_steps, samples)`` m/s.
+        w: The same, rad/s.
+        longest: Largest distance that the noise of ``v`` alone adds to a trajectory, in m/s times steps.
+        fastest: Largest ``|w|``, rad/s.
+    """
+
+    v: NDArray[np.float32]
+    w: NDArray[np.float32]
+    longest: float
+    fastest: float
+
+
+class NoiseSource(Protocol):
+    """Where sets of noise come from."""
+
+    def draw(self) -> Noise:
+        """Return the next set."""
+        ...
+
+
+class Layout:
+    """How a batch of trajectories is cut into blocks of rows.
+
+    Args:
+        batch_size: Trajectories.
+        time_steps: Points of each.
+
+    Attributes:
+        blocks, samples: Their number and width; the last block may be padded.
+    """
+
+    def __init__(self, batch_size: int, time_steps: int) -> None:
+        self.batch_size, self.time_steps = batch_size, time_steps
+        self.blocks = -(-batch_size // BLOCK)
+        self.samples = -(-batch_size // (self.blocks * ROW_UNIT)) * ROW_UNIT
+
+    def pack(self, v: NDArray[np.float32], w: NDArray[np.float32]) -> Noise:
+        """Turn two ``(batch_size, time_steps)`` arrays into a set; padding is 0."""
+        longest = float(np.abs(v).sum(axis=1, dtype=np.float64).max())
+        return Noise(self._pack(v), self._pack(w), longest, float(np.abs(w).max()))
+
+    def _pack(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        padded = np.zeros((self.blocks * self.samples, self.time_steps), dtype=np.float32)
+        padded[: self.batch_size] = values
+        cut = padded.reshape(self.blocks, self.samples, self.time_steps)
+        return np.ascontiguousarray(cut.transpose(0, 2, 1))
+
+    def flat(self, scores: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Turn ``(..., blocks, samples)`` scores into a ``(..., batch_size)`` copy."""
+        return scores.reshape(*scores.shape[:-2], -1)[..., : self.batch_size].copy()
+
+
+class NumpyNoise:
+    """Noise of the run's own generator.
+
+    Args:
+        layout: Layout of the batch.
+        stds: Standard deviations of v and w, m/s and rad/s.
+        rng: The run's generator.
+    """
+
+    def __init__(self, layout: Layout, stds: tuple[float, float], rng: np.random.Generator) -> None:
+        self._layout, self._stds, self._rng = layout, stds, rng
+
+    def draw(self) -> Noise:
+        """Return the next set."""
+        shape = (2, self._layout.batch_size, self._layout.time_steps)
+        v, w = self._rng.standard_normal(shape, dtype=np.float32)
+        return self._layout.pack(v * np.float32(self._stds[0]), w * np.float32(self._stds[1]))
+
+
+class NoiseBank:
+    """Takes turns with a few sets of another source, which costs less than drawing afresh.
+
+    Args:
+        source: The other source.
+        size: How many of its sets are kept.
+    """
+
+    def __init__(self, source: NoiseSource, size: int = BANK_SIZE) -> None:
+        self._source, self._size = source, size
+        self._sets: list[Noise] = []
+        self._next = 0
+
+    def draw(self) -> Noise:
+        """Return the next set."""
+        if len(self._sets) < self._size:
+            self._sets.append(self._source.draw())
+        drawn = self._sets[self._next]
+        self._next = (self._next + 1) % self._size
+        return drawn
+
+
+class Nav2Noise:
+    """The numbers of Nav2 itself: one std::mt19937 through libstdc++'s ``normal_distribution<float>``.
+
+    The generator belongs to the process in Nav2 and to the run here; its first set is dropped, as a start draws twice.
+
+    Args:
+        layout: Layout of the batch.
+        stds: Standard deviations of v and w, m/s and rad/s.
+        seed: Of the generator; 5489 is what std::mt19937 starts with.
+    """
+
+    def __init__(self, layout: Layout, stds: tuple[float, float], seed: int = 5489) -> None:
+        self._layout, self._stds = layout, stds
+        self._bits = np.random.MT19937()
+        self._bits.state = {"bit_generator": "MT19937", "state": {"key": _mt19937_key(seed), "pos": MT_SIZE}}
+        self.draw()
+
+    def draw(self) -> Noise:
+        """Return the next set."""
+        v, w = (self._normals(np.float32(std)) for std in self._stds)
+        return self._layout.pack(v, w)
+
+    def _normals(self, std: np.float32) -> NDArray[np.float32]:
+        """Draw one ``(batch_size, time_steps)`` array, trajectory after trajectory."""
+        layout = self._layout
+        count = layout.batch_size * layout.time_steps
+        pairs = np.empty((0, 2), dtype=np.float32)
+        needed = -(-count // 2)
+        while len(pairs) < needed:
+            pairs = np.concatenate([pairs, self._pairs(needed - len(pairs))])
+        return (pairs.reshape(-1)[:count] * std).reshape(layout.batch_size, layout.time_steps)
+
+    def _pairs(self, wanted: int) -> NDArray[np.float32]:
+        """Return at most ``wanted`` pairs of standard normals by the polar method, the second uniform's first."""
+        words = self._take(2 * wanted)
+        uniform = np.minimum(words.astype(np.float32) * np.float32(2.0**-32), np.float32(1.0 - 2.0**-24))
+        x, y = (np.float32(2.0) * uniform - np.float32(1.0)).reshape(-1, 2).T
+        square = x * x + y * y
+        inside = (square <= 1.0) & (square != 0.0)
+        x, y, square = x[inside], y[inside], square[inside]
+        scale = np.sqrt(np.float32(-2.0) * np.log(square) / square)
+        return np.stack([y * scale, x * scale], axis=1)
+
+    def _take(self, count: int) -> NDArray[np.uint32]:
+        """Return the next words of the generator."""
+        words: NDArray[np.uint32] = np.asarray(self._bits.random_raw(count)).astype(np.uint32)
+        return words
+
+
+def make_source(params: MppiParams, rng: np.random.Generator) -> NoiseSource:
+    """Make the source that ``noise`` and ``regenerate_noises`` ask for; ``rng`` is the run's generator."""
+    layout, stds = Layout(params.batch_size, params.time_steps), (params.vx_std, params.wz_std)
+    if params.noise == "nav2":
+        return Nav2Noise(layout, stds, params.noise_seed)
+    source = NumpyNoise(layout, stds, rng)
+    return NoiseBank(source) if params.regenerate_noises else source
+
+
+def _mt19937_key(seed: int) -> NDArray[np.uint32]:
+    """State of a std::mt19937 seeded with one number (Matsumoto and Nishimura's ``init_genrand``)."""
+    key = [seed]
+    for i in range(1, MT_SIZE):
+        key.append((MT_INIT * (key[-1] ^ (key[-1] >> 30)) + i) & 0xFFFFFFFF)
+    return np.array(key, dtype=np.uint32)

@@ -1,0 +1,124 @@
+"""The part of the global plan that MPPI looks at (``nav2_mppi_controller/src/path_handler.cpp``, Humble)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import ControllerAbort
+from controllers.mppi.params import MppiParams
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.kernels.geometry import cell_index, normalize_angle
+from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.scenario import Pose
+
+Path = NDArray[np.float64]
+
+
+@kernel
+def _first_beyond(path, begin, length):
+    """Index of the first pose whose distance along the path from pose ``begin`` exceeds ``length``; else the end."""
+    travelled = 0.0
+    for i in range(begin, len(path) - 1):
+        travelled += math.hypot(path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1])
+        if travelled > length:
+            return i + 1
+    return len(path)
+
+
+@kernel
+def _nearest(path, end, x, y):
+    best, nearest = math.inf, 0
+    for i in range(end):
+        distance = math.hypot(path[i, 0] - x, path[i, 1] - y)
+        if distance < best:
+            best, nearest = distance, i
+    return nearest
+
+
+@kernel
+def find_window(path, x, y, search, prune, place, shape):
+    """Return ``(first, end)`` of the local path: from the nearest pose on, as far as ``prune`` and the costmap reach.
+
+    Args:
+        path: ``(n, 3)`` plan.
+        x, y: Robot, m.
+        search: Length of path in which the nearest pose is sought, m.
+        prune: Length of the local path, m.
+        place: ``(resolution, origin_x, origin_y)`` of the costmap.
+        shape: ``(rows, cols)`` of the costmap.
+    """
+    first = _nearest(path, _first_beyond(path, 0, search), x, y)
+    end = _first_beyond(path, first, prune)
+    for i in range(first, end):
+        if cell_index(path[i, 0], path[i, 1], place[1], place[2], place[0], shape[0], shape[1]) < 0:
+            return first, i
+    return first, end
+
+
+def first_cusp(path: Path) -> int:
+    """Return how many poses lie before the path turns back on itself, all of them if it does not."""
+    steps = np.diff(path[:, :2], axis=0).astype(np.float32)
+    back = np.flatnonzero((steps[:-1] * steps[1:]).sum(axis=1) < 0.0)
+    return int(back[0]) + 2 if len(back) else len(path)
+
+
+class PathHandler:
+    """Keeps the plan of a run and cuts the local path from it.
+
+    Args:
+        params: MPPI's parameters.
+    """
+
+    def __init__(self, params: MppiParams) -> None:
+        self._params = params
+        self.set_plan(np.empty((0, 3)))
+
+    def set_plan(self, path: Path) -> None:
+        """Take a new plan, ``(n, 3)`` x, y in m and yaw in rad."""
+        self._plan = np.ascontiguousarray(path, dtype=np.float64)
+        self._cut_at_cusp()
+
+    def local_path(self, pose: Pose, costmap: Costmap) -> Path:
+        """Return the poses ahead, ``(m, 3)``; poses passed are forgotten.
+
+        Raises:
+            ControllerAbort: If there are none.
+        """
+        if len(self._ahead) == 0:
+            raise ControllerAbort("Received plan with zero length")
+        place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
+        first, end = find_window(
+            self._ahead, pose.x, pose.y, self._search_distance(costmap), self._params.prune_distance, place,
+            costmap.costs.shape,
+        )  # fmt: skip
+        window = self._ahead[first:end]
+        self._ahead = self._ahead[first:]
+        if self._cusp and self._at_cusp(pose):
+            self._plan = self._plan[self._cusp :]
+            self._cut_at_cusp()
+        if len(window) == 0:
+            raise ControllerAbort("Resulting plan has 0 poses in it.")
+        return window
+
+    def _search_distance(self, costmap: Costmap) -> float:
+        if self._params.max_robot_pose_search_dist is not None:
+            return self._params.max_robot_pose_search_dist
+        return max(costmap.costs.shape) * costmap.resolution / 2
+
+    def _cut_at_cusp(self) -> None:
+        """Keep the plan up to its first cusp; 0 stands for none."""
+        self._cusp = 0
+        if self._params.enforce_path_inversion and len(self._plan) >= 3:
+            cusp = first_cusp(self._plan)
+            self._cusp = cusp if cusp < len(self._plan) else 0
+        self._ahead = self._plan[: self._cusp] if self._cusp else self._plan
+
+    def _at_cusp(self, pose: Pose) -> bool:
+        """Whether the robot is where the path turns back, within both tolerances."""
+        x, y, yaw = self._ahead[-1]
+        near = math.hypot(pose.x - x, pose.y - y) <= self._params.inversion_xy_tolerance
+        turn = abs(normalize_angle(float(yaw) - pose.yaw))
+        return near and turn <= self._params.inversion_yaw_tolerance
