@@ -61,6 +61,7 @@ def test_a_straight_run_by_hand():
             "n_recoveries": 0.0,
             "spl": 1.0,
             "barn_score": 0.5,
+            "motion_start": 0.1,
         }
     )
     assert set(values) == set(METRICS)
