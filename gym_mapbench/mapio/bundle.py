@@ -31,6 +31,9 @@ VERSION = 1
 BEST_MAP_SET = "best_map_set.json"
 """Name of the bundle in a run directory."""
 
+MAP_SET_FILE = "maps.mapset.json"
+"""Name of the bundle in any other folder."""
+
 
 def read_bundle(path: Path) -> list[TaskedMap]:
     """Read a map-set file.

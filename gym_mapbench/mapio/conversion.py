@@ -6,15 +6,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.mapio.bundle import bundle_text
+from gym_mapbench.mapio.bundle import MAP_SET_FILE, bundle_text
 from gym_mapbench.mapio.image import image_files
 from gym_mapbench.mapio.map_server import map_server_files
 from gym_mapbench.mapio.movingai import movingai_files
 from gym_mapbench.mapio.output import Files, write_files, write_new_folder
 from gym_mapbench.mapio.tasked_map import TaskedMap
-
-MAP_SET_FILE = "maps.mapset.json"
-"""Name of the map-set file in a folder of that format."""
 
 FORMATS: dict[str, Callable[[Sequence[TaskedMap]], Files]] = {
     "map_server": map_server_files,

@@ -11,7 +11,7 @@ from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.generator import ShapeSettings, default_task, task_cells
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.barn import read_barn, read_barn_folder, world_files
-from gym_mapbench.mapio.bundle import BEST_MAP_SET, read_bundle
+from gym_mapbench.mapio.bundle import BEST_MAP_SET, MAP_SET_FILE, read_bundle
 from gym_mapbench.mapio.image import DEFAULT_RESOLUTION as IMAGE_RESOLUTION
 from gym_mapbench.mapio.image import DEFAULT_THRESHOLD, IMAGE_SUFFIXES, read_image
 from gym_mapbench.mapio.map_server import find_map_files, read_map_server
@@ -76,7 +76,7 @@ def load_maps(
     ``NAME.map``, ``NAME.scen``             MovingAI map with its tasks
     ``world_N.world``                       BARN world with its task
     ``NAME.json``                           the project's map-set file; ``tasks.json``: MRPB
-    a folder                                run directory, exported maps, MRPB or BARN
+    a folder                                run directory, exported maps, MRPB, BARN or MovingAI
     ``barn:FOLDER``                         every world of a BARN folder, by number
     ======================================  =======================================================
 
@@ -126,8 +126,9 @@ def _load_yaml(path: Path) -> list[TaskedMap]:
 
 def _load_folder(path: Path) -> list[TaskedMap]:
     """Load the maps of a folder, whichever kind it is."""
-    if (path / BEST_MAP_SET).exists():
-        return read_bundle(path / BEST_MAP_SET)
+    for name in (BEST_MAP_SET, MAP_SET_FILE):
+        if (path / name).exists():
+            return read_bundle(path / name)
     if (path / MRPB_TASKS).exists() and not (path / MRPB_MAP).exists():
         return read_mrpb_folder(path / MRPB_TASKS)
     maps = find_map_files(path)
@@ -135,6 +136,9 @@ def _load_folder(path: Path) -> list[TaskedMap]:
         return [tasked for file in maps for tasked in _load_yaml(file)]
     if world_files(path):
         return read_barn_folder(path)
+    octile = sorted(path.glob("*.map"))
+    if octile:
+        return [tasked for file in octile for tasked in read_movingai(file)]
     raise MapFormatError(f"{path}: no maps found in this folder")
 
 

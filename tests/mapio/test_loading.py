@@ -77,6 +77,7 @@ def test_what_is_no_map(tmp_path):
         ("mrpb", 3, 9),
         ("mrpb/tasks.json", 3, 9),
         ("mrpb/maze/map.yaml", 1, 3),
+        ("movingai", 1, 160),
         ("movingai/arena.map", 1, 160),
         ("movingai/arena.map.scen", 1, 160),
         ("barn", 4, 4),
