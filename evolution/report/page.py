@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib import metadata, resources
@@ -18,14 +19,23 @@ from evolution.report.replays import ReplayedMap, replays_of
 _SCRIPTS = ("vendor/sortable.min.js", "vendor/sortable.a11y.min.js", "vendor/medium-zoom.min.js", "replay.js")
 
 
+PNG = b"\x89PNG"
+
+
 @dataclass(frozen=True)
 class Table:
-    """A sortable table; numbers are shown with three decimals at most, those that are not finite as a dash."""
+    """A sortable table; numbers are shown with three decimals, those that are not finite as a dash."""
 
     caption: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str | float | int]]
     note: str = ""
+
+    @property
+    def headings(self) -> list[tuple[str, bool]]:
+        """Every column with whether it holds numbers."""
+        first = self.rows[0] if self.rows else [""] * len(self.columns)
+        return [(name, not isinstance(cell, str)) for name, cell in zip(self.columns, first, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -40,6 +50,14 @@ class Attachment:
     def caption(self) -> str:
         """The name, under a picture."""
         return self.name
+
+    @property
+    def wide(self) -> bool:
+        """Whether it is a PNG more than twice as wide as high, which wants the whole width of the page."""
+        if not self.content.startswith(PNG):
+            return False
+        width, height = struct.unpack(">II", self.content[16:24])
+        return bool(width > 2 * height)
 
     @property
     def uri(self) -> str:
@@ -89,14 +107,14 @@ def render_page(report: Report) -> str:
 
 
 def _figure(value: float) -> str:
-    """A number as a reader wants it: integers whole, others with three decimals at most, tiny ones as a power."""
+    """A number as a reader wants it: integers whole, others with three decimals, tiny ones as a power."""
     if not np.isfinite(value):
         return "–"
     if isinstance(value, int):
         return str(value)
     if 0 < abs(value) < 0.001:
         return f"{value:.1e}"
-    return f"{value:.3f}".rstrip("0").rstrip(".")
+    return f"{value:.3f}"
 
 
 def _sort_key(value: float) -> str:

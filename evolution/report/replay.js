@@ -87,7 +87,9 @@
       const side = map.resolution * scale;
       pen.fillStyle = css("--wall");
       map.walls.forEach(([col, row, cols, rows]) => {
-        pen.fillRect(col * side, walls.height - (row + rows) * side, cols * side, rows * side);
+        const left = Math.floor(col * side), top = Math.floor(walls.height - (row + rows) * side);
+        const right = Math.ceil((col + cols) * side), bottom = Math.ceil(walls.height - row * side);
+        pen.fillRect(left, top, right - left, bottom - top);  // whole pixels: no seams between rectangles
       });
       pen.strokeStyle = css("--soft");
       pen.lineWidth = 2;

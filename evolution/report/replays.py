@@ -81,7 +81,7 @@ def _replayed_map(shown: ReplayedMap) -> dict[str, Any]:
         "width": x1 - x0,
         "height": y1 - y0,
         "resolution": scenario.map.resolution,
-        "walls": [[int(c0), int(r0), int(c1 - c0), int(r1 - r0)] for r0, c0, r1, c1 in rectangles],
+        "walls": [[int(col), int(row), int(cols), int(rows)] for row, col, rows, cols in rectangles],
         "start": list(scenario.start),
         "goal": list(scenario.goal),
         "robot": shown.robot_radius,

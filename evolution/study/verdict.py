@@ -12,6 +12,8 @@ from evolution.study.results import StudyResults, StudyRun
 from evolution.study.tables import repeat_rows
 
 ALPHA = 0.05
+NO_PATTERN_LEAD = 1000.0
+"""Fitness that only Alg. 2's -1000 explains: fewer than two maps of a set have a value, or two have the same."""
 
 
 def verdict_of(results: StudyResults) -> list[str]:
@@ -49,7 +51,7 @@ def _winner(comparison: Comparison) -> str:
         parts.append(f"It beats {_list([_against(comparison, best, name, pairs[name]) for name in beaten])}.")
     if equal:
         shown = _list([_against(comparison, best, name, pairs[name]) for name in equal])
-        parts.append(f"That it is better than {shown} could not be shown.")
+        parts.append(f"No difference could be shown to {shown}.")
     return " ".join(parts)
 
 
@@ -58,11 +60,12 @@ def _pair(comparison: Comparison, first: str, second: str) -> TestResult:
 
 
 def _against(comparison: Comparison, best: str, other: str, pair: TestResult) -> str:
-    """How much better the best is than another, with p, effect size and n."""
+    """How far another is behind the best, with p, effect size and n."""
     better = 1.0 - pair.effect if pair.groups[0] == best else pair.effect
     lead = comparison.summaries[other].median - comparison.summaries[best].median
+    behind = "without a pattern in the median" if lead >= NO_PATTERN_LEAD else f"{lead:.2f} behind"
     sizes = f"n = {comparison.summaries[best].n} and {comparison.summaries[other].n}"
-    return f"{other} by {lead:.2f} ({_p(pair.p_value)}, A12 = {better:.2f}, {sizes})"
+    return f"{other} ({behind}, {_p(pair.p_value)}, A12 = {better:.2f}, {sizes})"
 
 
 def _population(test: TestResult, comparison: Comparison) -> str:
