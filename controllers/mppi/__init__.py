@@ -1,0 +1,1 @@
+"""MPPI, Nav2's Model Predictive Path Integral controller."""

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.mppi.kernels_controls import score_controls
-from controllers.mppi.kernels_points import RING, open_window, sweep
-from controllers.mppi.kernels_rollout import REFRESH_EVERY, SMALL_CHANGE, STATE_ROWS
-from controllers.mppi.kernels_walk import pick
+from controllers.mppi.kernels.controls import score_controls
+from controllers.mppi.kernels.points import RING, open_window, sweep
+from controllers.mppi.kernels.rollout import REFRESH_EVERY, SMALL_CHANGE, STATE_ROWS
+from controllers.mppi.kernels.walk import pick
 from controllers.mppi.noise import Layout, Noise
 from controllers.mppi.scene import Scene
 
@@ -59,8 +59,8 @@ class Batch:
     Attributes:
         v, w: ``(time_steps,)`` control sequence, m/s and rad/s.
         noise: Noise in use.
-        excess, reverse, effort: ``(blocks, samples)``; see :func:`~controllers.mppi.kernels_controls.score_controls`.
-        sums, doubt, distance, angle: The same; see :func:`~controllers.mppi.kernels_points.sweep`.
+        excess, reverse, effort: ``(blocks, samples)``; see :func:`~controllers.mppi.kernels.controls.score_controls`.
+        sums, doubt, distance, angle: The same; see :func:`~controllers.mppi.kernels.points.sweep`.
         kept: ``(2 or 3, kept steps, blocks, samples)`` points of the steps demanded, and the last.
         rows: ``(7, samples)`` state of a rollout.
         scratch: ``(8, samples)`` free to use.

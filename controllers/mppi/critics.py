@@ -14,20 +14,18 @@ from numpy.typing import NDArray
 from controllers.base import FollowerSetup
 from controllers.mppi import params as p
 from controllers.mppi.batch import Batch, Demands
-from controllers.mppi.kernels_controls import add_below, add_too_tight, add_turning
-from controllers.mppi.kernels_path import (
+from controllers.mppi.kernels.align import (
     SLOTS,
     build_slots,
-    furthest_reached,
     measure_path,
-    nearest_point,
     prepare_targets,
     score_align,
-    score_follow,
     too_many_invalid,
 )
-from controllers.mppi.kernels_points import sweep_bearing
-from controllers.mppi.kernels_walk import settle_sums, walk_cost, walk_obstacles
+from controllers.mppi.kernels.controls import add_below, add_too_tight, add_turning
+from controllers.mppi.kernels.path import furthest_reached, nearest_point, score_follow
+from controllers.mppi.kernels.points import sweep_bearing
+from controllers.mppi.kernels.walk import settle_sums, walk_cost, walk_obstacles
 from controllers.mppi.scene import Scene
 from gym_mapbench.kernels.geometry import normalize_angle
 

@@ -1,7 +1,7 @@
 """Noise of the controls: Nav2's own numbers, or those of the run's generator.
 
 Sets of noise are ``(blocks, time_steps, samples)`` float32, the samples innermost; see
-:mod:`controllers.mppi.kernels_rollout` for why.
+:mod:`controllers.mppi.kernels.rollout` for why.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.mppi.kernels_rollout import BLOCK, ROW_UNIT
+from controllers.mppi.kernels.rollout import BLOCK, ROW_UNIT
 from controllers.mppi.params import MppiParams
 
 BANK_SIZE = 8

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from controllers.base import ControllerAbort, FollowerSetup, Twist
 from controllers.mppi.batch import Batch, Demands
 from controllers.mppi.critics import CRITICS
-from controllers.mppi.kernels_update import (
+from controllers.mppi.kernels.update import (
     add_mean_noise,
     add_scores,
     clip_controls,

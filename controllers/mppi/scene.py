@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import FollowerSetup, Twist
-from controllers.mppi.kernels_path import find_valid
+from controllers.mppi.kernels.path import find_valid
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
 

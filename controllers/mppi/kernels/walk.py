@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from controllers.mppi.kernels_rollout import YAW, X, Y, start, step
+from controllers.mppi.kernels.rollout import YAW, X, Y, start, step
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import kernel

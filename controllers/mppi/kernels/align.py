@@ -1,11 +1,14 @@
-"""Scores that compare trajectories with the path."""
+"""How well trajectories follow the path: each of their points against the path point as far along.
+
+A length along the path is turned into an index by looking up its slot; only lengths near a change are searched.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from controllers.mppi.kernels_math import ONE, ZERO
-from gym_mapbench.kernels.geometry import cell_index, normalize_angle
+from controllers.mppi.kernels.elementary import ONE, ZERO
+from gym_mapbench.kernels.geometry import normalize_angle
 from gym_mapbench.kernels.jit import kernel
 
 FAR = np.float32(np.inf)
@@ -22,106 +25,6 @@ def measure_path(x, y, arc):
     for i in range(1, len(x)):
         dx, dy = x[i] - x[i - 1], y[i] - y[i - 1]
         arc[i] = arc[i - 1] + np.sqrt(dx * dx + dy * dy)
-
-
-@kernel
-def find_valid(x, y, costs, place, unknown_is_free, valid):
-    """Write whether each path point but the last lies on the map and off obstacles (``setPathCostsIfNotSet``)."""
-    resolution, origin_x, origin_y = place
-    rows, cols = costs.shape
-    for i in range(len(x) - 1):
-        cell = cell_index(np.float64(x[i]), np.float64(y[i]), origin_x, origin_y, resolution, rows, cols)
-        cost = 254 if cell < 0 else int(costs[cell // cols, cell % cols])
-        valid[i] = cost < 253 or (cost == 255 and unknown_is_free)
-    valid[len(x) - 1] = True
-
-
-@kernel
-def nearest_point(x, y, point_x, point_y):
-    """Index of the first of the path points nearest to a point."""
-    best, nearest = FAR, 0
-    for i in range(len(x)):
-        dx, dy = x[i] - point_x, y[i] - point_y
-        distance = dx * dx + dy * dy
-        if distance < best:
-            best, nearest = distance, i
-    return nearest
-
-
-@kernel
-def _last_possible(path_x, path_y, left, right, low, high):
-    """Last path point that can be nearest to any point of a box: not dominated by the point before it."""
-    i = len(path_x) - 1
-    while i > 0:
-        dx, dy = path_x[i] - path_x[i - 1], path_y[i] - path_y[i - 1]
-        x = right if dx > ZERO else left
-        y = high if dy > ZERO else low
-        middle_x, middle_y = (path_x[i] + path_x[i - 1]) / 2, (path_y[i] + path_y[i - 1]) / 2
-        if dx * (x - middle_x) + dy * (y - middle_y) >= -1e-5 * (abs(dx) + abs(dy)):
-            break
-        i -= 1
-    return i
-
-
-@kernel
-def _nearer_beyond(path_x, path_y, reached, last, x, y, row, nearest):
-    """Squared distance of each point of a row to the nearest path point after ``reached``."""
-    for k in range(len(nearest)):
-        nearest[k] = FAR
-    for i in range(reached + 1, last + 1):
-        for k in range(len(nearest)):
-            dx, dy = path_x[i] - x[row, k], path_y[i] - y[row, k]
-            distance = dx * dx + dy * dy
-            nearest[k] = distance if distance < nearest[k] else nearest[k]
-
-
-@kernel
-def _row_bounds(values):
-    """Smallest and largest value of a two-dimensional array."""
-    low, high = values[0, 0], values[0, 0]
-    for row in range(values.shape[0]):
-        for k in range(values.shape[1]):
-            low = min(low, values[row, k])
-            high = max(high, values[row, k])
-    return low, high
-
-
-@kernel
-def furthest_reached(path_x, path_y, x, y, samples, nearest):
-    """Largest index of the path points nearest to the samples' last points.
-
-    Only path points beyond the furthest found so far are compared with all samples; a sample that is nearer to
-    one of those than to the furthest itself is then searched in full. So the result is that of a full search.
-
-    Args:
-        path_x, path_y: ``(points,)`` m.
-        x, y: ``(blocks, samples)`` last points, m.
-        samples: How many of them count.
-        nearest: ``(samples,)`` scratch, one block long.
-    """
-    left, right = _row_bounds(x)
-    low, high = _row_bounds(y)
-    last = _last_possible(path_x, path_y, left, right, low, high)
-    reached = nearest_point(path_x, path_y, x[0, 0], y[0, 0])
-    width = x.shape[1]
-    for b in range(x.shape[0]):
-        reached = max(reached, nearest_point(path_x, path_y, x[b, 0], y[b, 0]))
-    for b in range(x.shape[0]):
-        _nearer_beyond(path_x, path_y, reached, last, x, y, b, nearest)
-        for k in range(min(width, samples - b * width)):
-            dx, dy = path_x[reached] - x[b, k], path_y[reached] - y[b, k]
-            if nearest[k] < dx * dx + dy * dy:
-                reached = max(reached, nearest_point(path_x, path_y, x[b, k], y[b, k]))
-    return reached
-
-
-@kernel
-def score_follow(x, y, target_x, target_y, scores):
-    """Write the distance of each sample's last point from the target."""
-    for b in range(x.shape[0]):
-        for k in range(x.shape[1]):
-            dx, dy = x[b, k] - target_x, y[b, k] - target_y
-            scores[b, k] = np.sqrt(dx * dx + dy * dy)
 
 
 @kernel

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controllers.mppi.kernels_math import COS_4, HALF, SIN_3, SIN_5, sin_cos
+from controllers.mppi.kernels.elementary import COS_4, HALF, SIN_3, SIN_5, sin_cos
 from gym_mapbench.kernels.jit import kernel
 
 BLOCK = 512

@@ -2,15 +2,15 @@
 
 The cell under a point is found in fixed point: float32 displacement times a power of two per cell. Where that
 lies within rounding of a cell border it can differ from Nav2's float64 division, so such samples are marked as
-doubtful and :mod:`controllers.mppi.kernels_walk` scores them again exactly, point by point.
+doubtful and :mod:`controllers.mppi.kernels.walk` scores them again exactly, point by point.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from controllers.mppi.kernels_math import ZERO, angle_of
-from controllers.mppi.kernels_rollout import COS, SIN, YAW, X, Y, place, start, step
+from controllers.mppi.kernels.elementary import ZERO, angle_of
+from controllers.mppi.kernels.rollout import COS, SIN, YAW, X, Y, place, start, step
 from gym_mapbench.kernels.jit import kernel
 
 OFF_MAP = 255
@@ -142,7 +142,7 @@ def sweep(
         state: ``(x, y, yaw, v, w)`` at the start.
         dt: Period, s.
         refresh_every: Steps between two evaluations of sine and cosine.
-        rows: ``(7, samples)`` scratch; see :mod:`controllers.mppi.kernels_rollout`.
+        rows: ``(7, samples)`` scratch; see :mod:`controllers.mppi.kernels.rollout`.
         keep: ``(time_steps,)`` row of ``kept`` that takes a step's points, or -1.
         kept: ``(2 or 3, kept steps, blocks, samples)`` world x, y and perhaps yaw, written.
         scan: Whether to sum up the contributions of the cells.

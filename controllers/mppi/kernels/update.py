@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controllers.mppi.kernels_math import ONE, ZERO, exp_negative
+from controllers.mppi.kernels.elementary import ONE, ZERO, exp_negative
 from gym_mapbench.kernels.jit import kernel
 
 FAR = np.float32(np.inf)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controllers.mppi.kernels_math import ZERO
+from controllers.mppi.kernels.elementary import ZERO
 from gym_mapbench.kernels.jit import kernel
 
 

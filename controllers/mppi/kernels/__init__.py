@@ -1,0 +1,1 @@
+"""Kernels of MPPI: arrays and scalars only."""
