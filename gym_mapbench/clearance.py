@@ -27,13 +27,22 @@ def measure_clearance(grid: GridMap, robot: RobotSpec, poses: ArrayLike) -> NDAr
         poses: ``(n, 3)`` or more columns, x, y (m), yaw (rad); on the map.
     """
     states = np.ascontiguousarray(np.atleast_2d(np.asarray(poses, dtype=np.float64))[:, :3])
+    boxes, area = wall_boxes(grid), np.array(grid.bounds)
     clearances: NDArray[np.float64]
     if robot.footprint is None:
-        clearances = clearances_of_disc(grid.occupancy, grid.resolution, *grid.origin, states, robot.radius)
+        clearances = clearances_of_disc(boxes, area, states, robot.radius)
     else:
-        corners = counter_clockwise(np.asarray(robot.footprint))
-        clearances = clearances_of_polygon(grid.occupancy, grid.resolution, *grid.origin, states, corners)
+        clearances = clearances_of_polygon(boxes, area, states, counter_clockwise(np.asarray(robot.footprint)))
     return clearances
+
+
+def wall_boxes(grid: GridMap) -> NDArray[np.float64]:
+    """Return the walls as few rectangles, ``(n, 4)`` left, bottom, right, top in the world, m."""
+    row, col, height, width = grid.rectangles.T
+    x, y = grid.origin
+    cells = np.stack([col, row, col + width, row + height], axis=1)
+    boxes: NDArray[np.float64] = cells * grid.resolution + np.array([x, y, x, y])
+    return boxes
 
 
 def check_clearance(scenario: Scenario, robot: RobotSpec) -> None:

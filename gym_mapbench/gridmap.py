@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.kernels.rectangles import merge_rectangles
 
 MAX_CELLS = 100_000_000
 
@@ -124,6 +125,13 @@ class GridMap:
         framed[1:-1, 1:-1] = self.occupancy
         framed.flags.writeable = False
         return framed
+
+    @cached_property
+    def rectangles(self) -> NDArray[np.int64]:
+        """``(n, 4)`` row and col of the lower-left cell, height and width of few rectangles that make up the walls."""
+        rectangles: NDArray[np.int64] = merge_rectangles(self.occupancy)
+        rectangles.flags.writeable = False
+        return rectangles
 
     def world_to_cell(self, x: float, y: float) -> tuple[int, int] | None:
         """Return ``(row, col)`` of the cell that holds the point, None outside the map."""

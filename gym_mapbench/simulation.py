@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.kernels.rectangles import merge_rectangles
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, wrap_angle
 
@@ -204,7 +203,7 @@ def _build_walls(body: b2Body, grid: GridMap) -> None:
     shape = b2PolygonShape()
     shape.radius = 0.0
     definition = b2FixtureDef(shape=shape, friction=0.0)
-    row, col, height, width = merge_rectangles(grid.occupancy).T
+    row, col, height, width = grid.rectangles.T
     half = 0.5 * grid.resolution * SCALE
     boxes = np.stack([width, height, 2 * col + width, 2 * row + height], axis=1) * half
     rows, cols = (2 * half * cells for cells in grid.shape)

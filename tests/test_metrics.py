@@ -40,8 +40,8 @@ def run(trajectory, *, commands=None, outcome="goal", robot=ROBOT, events=()):
 
 
 def straight(n=10, step=0.1):
-    """Along x from (0.55, 1.05) at 1 m/s; between cell centres."""
-    return [(0.55 + step * i, 1.05, 0.0, step / 0.1, 0.0) for i in range(n + 1)]
+    """Along x from (0.45, 1.05) at 1 m/s; between cell centres."""
+    return [(0.45 + step * i, 1.05, 0.0, step / 0.1, 0.0) for i in range(n + 1)]
 
 
 def test_a_straight_run_by_hand():
@@ -50,8 +50,8 @@ def test_a_straight_run_by_hand():
         {
             "path_length": 1.0,
             "shortest_length": 1.0,
-            "min_clearance": 0.25,
-            "mean_clearance": np.mean([min(0.45 + 0.1 * i, 0.95, 2.35 - 0.1 * i) for i in range(11)]) - 0.2,
+            "min_clearance": 0.15,
+            "mean_clearance": np.mean([min(0.35 + 0.1 * i, 0.95, 2.45 - 0.1 * i) for i in range(11)]) - 0.2,
             "curvature": 0.0,
             "path_smoothness": 0.0,
             "velocity_smoothness": 0.0,
@@ -68,7 +68,7 @@ def test_a_straight_run_by_hand():
 
 
 def test_a_right_angle_by_hand():
-    corner = [*straight(5), *[(1.05, 1.05 + 0.1 * i, math.pi / 2, 0.0, 0.0) for i in range(1, 6)]]
+    corner = [*straight(5), *[(0.95, 1.05 + 0.1 * i, math.pi / 2, 0.0, 0.0) for i in range(1, 6)]]
     values = measure(run(corner))
     assert values["path_length"] == pytest.approx(1.0)
     assert values["curvature"] == pytest.approx(math.pi / 2)
