@@ -51,8 +51,8 @@ class DwbEvaluation(NamedTuple):
 
     def rejections(self) -> dict[str, float]:
         """Share of the candidates that each critic rejected, for those that rejected any."""
-        shares = np.bincount(self.illegal_by[self.illegal_by >= 0], minlength=len(self.critics)) / len(self.totals)
-        return {name: float(share) for name, share in zip(self.critics, shares, strict=True) if share > 0}
+        counts = np.bincount(self.illegal_by[self.illegal_by >= 0], minlength=len(self.critics)).tolist()
+        return {name: n / len(self.totals) for name, n in zip(self.critics, counts, strict=True) if n > 0}
 
 
 class DwbFollower:
@@ -63,6 +63,7 @@ class DwbFollower:
     """
 
     _setup: FollowerSetup
+    _corners: NDArray[np.float64]
     _goal: Pose
     _candidates: Trajectories
 
@@ -76,13 +77,14 @@ class DwbFollower:
     def reset(self, setup: FollowerSetup) -> None:
         """Forget the last run: plan, critics' memory and speed limit."""
         self._setup = setup
+        self._corners = np.array(setup.footprint.corners)
         self._candidates = Trajectories(self.params, setup.control_period)
         self._critics = make_critics(self.params)
         self._plan = np.empty((0, 3))
 
     def set_plan(self, path: NDArray[np.float64]) -> None:
         """Take a new global plan, ``(n, 3)``; all critics forget, as in Nav2."""
-        self._plan = np.ascontiguousarray(path, dtype=np.float64)
+        self._plan = np.array(path, dtype=np.float64)
         self._goal = Pose(*self._plan[-1].tolist()) if len(path) else Pose(0.0, 0.0)
         for critic in self._critics:
             critic.reset()
@@ -139,8 +141,7 @@ class DwbFollower:
         plan = self._near_plan(pose, costmap)
         self._candidates.fill(pose, velocity, costmap)
         ahead = self.params.GoalAlign.forward_point_distance
-        footprint, box = self._setup.footprint, self._candidates.box
-        return Scene(pose, velocity, self._goal, plan, costmap, footprint, now, box, ahead)
+        return Scene(pose, velocity, self._goal, plan, costmap, self._corners, now, self._candidates.box, ahead)
 
     def _near_plan(self, pose: Pose, costmap: Costmap) -> NDArray[np.float64]:
         """Return the part of the plan near the robot; forget what lies behind it."""
@@ -167,7 +168,7 @@ class DwbFollower:
         totals, illegal_by = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.int64)
         best = judge(
             raw, weights, self._forbidden, self._outlines, c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings,
-            c.yaw, c.cos, c.sin, m.costs, m.origin_x, m.origin_y, m.resolution, scene.footprint.corners,
+            c.yaw, c.cos, c.sin, m.costs, m.origin_x, m.origin_y, m.resolution, scene.corners,
             totals, illegal_by,
         )  # fmt: skip
         return DwbEvaluation(self.params.critics, c.twists, c.velocities, weights, raw.T, totals, illegal_by, best)

@@ -118,7 +118,7 @@ class ObstacleFootprint(BaseObstacle):
 
     def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
         """See :class:`Critic`."""
-        c, m, corners = candidates, scene.costmap, scene.footprint.corners
+        c, m, corners = candidates, scene.costmap, scene.corners
         if not self._sum_scores:
             last_footprint_scores(
                 c.steps, c.headings, c.ends, c.yaw, c.last_cells(0.0), m.costs, m.origin_x, m.origin_y, m.resolution,

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from controllers.base import Twist
 from controllers.dwb.kernels.plan import distance_fields
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.footprint import Footprint
 from gym_mapbench.scenario import Pose
 
 PATH, GOAL, GOAL_AHEAD = 0, 1, 2
@@ -44,7 +43,7 @@ class Scene:
         goal: Last pose of the global plan.
         plan: ``(n, 3)`` the part of the global plan near the robot.
         costmap: The local costmap.
-        footprint: The padded footprint.
+        corners: ``(k, 2)`` padded footprint, m.
         now: Seconds since the start of the run.
         box: Lowest and highest x, lowest and highest y of all points whose distances are needed, m.
         ahead: How far towards the goal GoalAlign moves the end of the plan, m.
@@ -55,7 +54,7 @@ class Scene:
     goal: Pose
     plan: NDArray[np.float64]
     costmap: Costmap
-    footprint: Footprint
+    corners: NDArray[np.float64]
     now: float
     box: tuple[float, float, float, float]
     ahead: float

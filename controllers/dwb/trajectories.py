@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from controllers.base import Twist
 from controllers.dwb.kernels.rollout import first_velocities, roll_out, trace
-from controllers.dwb.kernels.scoring import last_cells
 from controllers.dwb.params import DwbParams, MapGridParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
@@ -68,7 +67,8 @@ class Trajectories:
         ahead = {p.GoalAlign.forward_point_distance, p.PathAlign.forward_point_distance}
         grids = (p.critic(name) for name in p.critics)
         self._whole_way = any(isinstance(grid, MapGridParams) and grid.aggregation_type != "last" for grid in grids)
-        self._forwards = (0.0, *sorted(ahead - {0.0}))
+        self._rows = {forward: row for row, forward in enumerate(sorted(ahead | {0.0}))}
+        self._forwards = np.array(list(self._rows))
         self.sim_time = p.sim_time
         # The LimitedAccelGenerator drives the sample from the first step on.
         self.limits = np.array([inf, -inf, inf, -inf]) if p.samples_one_period else self._axes[:, 2:4].ravel()
@@ -76,16 +76,16 @@ class Trajectories:
     def fill(self, pose: Pose, velocity: Twist, costmap: Costmap) -> None:
         """Sample and roll out the candidates of this cycle, and find where on the costmap they end."""
         self.state = np.array([*pose, *velocity], dtype=np.float64)
-        self.twists, self.steps, self.headings, self.ends, self.yaw, self.cos, self.sin = roll_out(
-            self.state, self._axes, self._horizon, self._speeds, self.sim_time, self._granularity, self.limits
-        )
+        m = costmap
+        (
+            self.twists, self.steps, self.headings, self.ends, self.yaw, self.cos, self.sin, self._last_cells, self.box,
+        ) = roll_out(
+            self.state, self._axes, self._horizon, self._speeds, self.sim_time, self._granularity, self.limits,
+            self._forwards, m.origin_x, m.origin_y, m.resolution, m.costs.shape,
+        )  # fmt: skip
         self.velocities = self.twists
         if self._gives_first_velocity:
             self.velocities = first_velocities(self.state, self.limits, self.sim_time, self.twists, self.steps)
-        self._last_cells, self.box = last_cells(
-            self.steps, self.headings, self.ends, self.cos, self.sin, self._forwards,
-            costmap.origin_x, costmap.origin_y, costmap.resolution, costmap.costs.shape,
-        )  # fmt: skip
         if self._whole_way:
             fastest = max(abs(velocity.v), abs(self._axes[0, 0]), abs(self._axes[0, 1]))
             reach = fastest * self.sim_time + self._forwards[-1]
@@ -93,7 +93,7 @@ class Trajectories:
 
     def last_cells(self, forward: float) -> Integers:
         """Flat costmap indices of the points ``forward`` (m) of the last poses, ``(n,)``, -1 off the map."""
-        cells: Integers = self._last_cells[self._forwards.index(forward)]
+        cells: Integers = self._last_cells[self._rows[forward]]
         return cells
 
     def poses(self, candidate: int) -> Floats:

@@ -23,6 +23,7 @@ from controllers.dwb.kernels.sampling import (
     permitted_twists,
     project_velocity,
 )
+from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import kernel
 
 
@@ -109,7 +110,26 @@ def drive_all(state, sim_time, limits, twists, steps, order, start, headings, co
 
 
 @kernel
-def roll_out(state, axes, reach, speeds, sim_time, granularity, limits):
+def last_cells(steps, headings, ends, cos, sin, forwards, origin_x, origin_y, resolution, shape):
+    """Flat cell indices of the points so far ``forwards`` of every last pose, ``(distances, n)``, -1 off the map.
+
+    Also the box that holds these points: lowest and highest x, lowest and highest y.
+    """
+    cells = np.empty((len(forwards), len(steps)), dtype=np.int64)
+    left, right, bottom, top = np.inf, -np.inf, np.inf, -np.inf
+    for d in range(len(forwards)):
+        for i in range(len(steps)):
+            last = headings[i] + steps[i]
+            x, y = ends[i, 0] + forwards[d] * cos[last], ends[i, 1] + forwards[d] * sin[last]
+            left, right, bottom, top = min(left, x), max(right, x), min(bottom, y), max(top, y)
+            cells[d, i] = cell_index(x, y, origin_x, origin_y, resolution, shape[0], shape[1])
+    return cells, (left, right, bottom, top)
+
+
+@kernel
+def roll_out(
+    state, axes, reach, speeds, sim_time, granularity, limits, forwards, origin_x, origin_y, resolution, shape
+):
     """Sample the candidates and find where they end.
 
     Args:
@@ -120,10 +140,15 @@ def roll_out(state, axes, reach, speeds, sim_time, granularity, limits):
         sim_time: Duration of the trajectories, s.
         granularity: See :func:`~controllers.dwb.kernels.sampling.count_steps`.
         limits: See above.
+        forwards: Distances ahead of the last poses at which points are looked up, m.
+        origin_x: Of the costmap, m.
+        origin_y: Of the costmap, m.
+        resolution: Of the costmap, m.
+        shape: Of the costmap, rows and columns.
 
     Returns:
         ``(n, 2)`` twists; ``(n,)`` steps; ``(n,)`` index of the first heading of each; ``(n, 2)`` last positions;
-        and the headings of all groups, one after another: yaw, cosine, sine.
+        the headings of all groups, one after another: yaw, cosine, sine; and what :func:`last_cells` returns.
     """
     twists, index = permitted_twists(
         axis_samples(state[3], axes[0], reach), axis_samples(state[4], axes[1], reach), speeds
@@ -135,7 +160,8 @@ def roll_out(state, axes, reach, speeds, sim_time, granularity, limits):
     for k in range(len(yaw)):
         cos[k], sin[k] = math.cos(yaw[k]), math.sin(yaw[k])
     ends = drive_all(state, sim_time, limits, twists, steps, order, start, headings, cos, sin)
-    return twists, steps, headings, ends, yaw, cos, sin
+    cells, box = last_cells(steps, headings, ends, cos, sin, forwards, origin_x, origin_y, resolution, shape)
+    return twists, steps, headings, ends, yaw, cos, sin, cells, box
 
 
 @kernel

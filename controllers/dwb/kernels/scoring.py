@@ -11,8 +11,6 @@ Source: nav2_dwb_controller/dwb_critics.
 
 from __future__ import annotations
 
-import numpy as np
-
 from controllers.dwb.kernels.rollout import advance
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.kernels.geometry import cell_index, normalize_angle
@@ -23,23 +21,6 @@ INSCRIBED = 253
 LETHAL = 254
 
 LAST, SUM, PRODUCT = 0, 1, 2
-
-
-@kernel
-def last_cells(steps, headings, ends, cos, sin, forwards, origin_x, origin_y, resolution, shape):
-    """Flat cell indices of the points so far ``forwards`` of every last pose, ``(distances, n)``, -1 off the map.
-
-    Also the box that holds these points: lowest and highest x, lowest and highest y.
-    """
-    cells = np.empty((len(forwards), len(steps)), dtype=np.int64)
-    left, right, bottom, top = np.inf, -np.inf, np.inf, -np.inf
-    for d in range(len(forwards)):
-        for i in range(len(steps)):
-            last = headings[i] + steps[i]
-            x, y = ends[i, 0] + forwards[d] * cos[last], ends[i, 1] + forwards[d] * sin[last]
-            left, right, bottom, top = min(left, x), max(right, x), min(bottom, y), max(top, y)
-            cells[d, i] = cell_index(x, y, origin_x, origin_y, resolution, shape[0], shape[1])
-    return cells, (left, right, bottom, top)
 
 
 @kernel
