@@ -1,11 +1,7 @@
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -240,27 +236,3 @@ def test_maps_of_four_million_cells_are_driven_on():
     states, contacts = drive(Simulation(grid, WAFFLE, Pose(0.5, 0.5, 0.0), 100), np.tile([0.5, 0.0], (250, 1)))
     assert contacts[-1]
     assert states[-1, 0] == pytest.approx(5.0 - WAFFLE.radius, abs=MILLIMETRE)
-
-
-PROGRAM = """
-import numpy as np
-from gym_mapbench.generator import ShapeSettings, default_task, sample_map
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.robot import ROBOTS
-from gym_mapbench.simulation import Simulation
-rng = np.random.default_rng(5)
-grid = GridMap(sample_map(rng, ShapeSettings()))
-for robot in ROBOTS.values():
-    simulated = Simulation(grid, robot, default_task(grid)[0], 100)
-    for v, w in np.repeat(rng.uniform([0.1, -1.0], [0.5, 1.0], (30, 2)), 20, axis=0):
-        simulated.advance(v, w, 5)
-        print(*(value.hex() for value in map(float, (*simulated.pose, *simulated.velocity))))
-"""
-
-
-def test_two_processes_drive_the_same_to_the_last_bit():
-    there = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, check=True, text=True).stdout
-    with contextlib.redirect_stdout(io.StringIO()) as here:
-        exec(PROGRAM, {})
-    assert there == here.getvalue()
-    assert len(there.splitlines()) == 1800
