@@ -96,9 +96,9 @@ def turn_all(state, sim_time, limits, twists, steps, order, start):
 def drive_all(state, sim_time, limits, twists, steps, order, start, headings, cos, sin):
     """Last positions of all candidates, ``(n, 2)``."""
     n = len(order)
-    v, x, y, target = np.full(n, state[3]), np.full(n, state[0]), np.full(n, state[1]), np.empty(n)
+    v, x, y, target = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     for m in range(n):
-        target[m] = twists[order[m], 0]
+        v[m], x[m], y[m], target[m] = state[3], state[0], state[1], twists[order[m], 0]
     for g in range(len(start) - 1):
         leader, group = order[start[g]], slice(start[g], start[g + 1])
         way = slice(headings[leader], headings[leader] + steps[leader])

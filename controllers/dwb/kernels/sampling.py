@@ -37,9 +37,9 @@ def axis_samples(current, axis, dt):
     current = min(max(current, lowest), highest)
     top = project_velocity(current, acceleration, deceleration, dt, highest)
     bottom = project_velocity(current, acceleration, deceleration, dt, lowest)
-    if abs(bottom - top) < EPSILON:
-        return np.full(1, bottom)
     step = (top - bottom) / (max(2.0, count) - 1.0)
+    if abs(bottom - top) < EPSILON:
+        step = 1.0
     samples = np.empty(max(0, int((top + EPSILON - bottom) / step)) + 3)
     n = 0
     value = bottom
@@ -66,7 +66,8 @@ def permitted_twists(vx, omega, speeds):
         ``(n, 2)`` twists, and ``(len(vx), len(omega))`` their indices, -1 for a pair that is not permitted.
     """
     twists = np.empty((len(vx) * len(omega), 2))
-    index = np.full((len(vx), len(omega)), -1)
+    index = np.empty((len(vx), len(omega)), dtype=np.int64)
+    index[:] = -1
     n = 0
     for i in range(len(vx)):
         speed_sq = vx[i] * vx[i]
