@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from evolution.commands import bench, drive, evolve, export, import_results, maps, validate
+from evolution.commands import bench, drive, evolve, export, import_results, maps, report, study, validate
 
-COMMANDS = (evolve, bench, drive, maps, export, import_results, validate)
+COMMANDS = (evolve, study, report, bench, drive, maps, export, import_results, validate)

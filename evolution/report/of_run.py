@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import yaml
 
-from evolution.figures import FIGURES, DrivenMap, drive_best
+from evolution.experiments import SECTIONS
+from evolution.figures import FIGURES, DrivenMap
 from evolution.report.page import Attachment, Report, Table
 from evolution.report.replays import ReplayedMap
 from evolution.rundir import LoadedRun
@@ -22,9 +23,13 @@ CAPTIONS = {
 }
 
 
-def report_of_run(run: LoadedRun) -> Report:
-    """Collect the report of one evolution run; the best maps are driven again for the replays."""
-    driven = drive_best(run)
+def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap]) -> Report:
+    """Collect the report of one evolution run.
+
+    Args:
+        run: The run, as far as it has come.
+        driven: Its best maps driven again (:func:`evolution.figures.drive_best`): the replays.
+    """
     search = run.config["search"]
     return Report(
         title=f"Evolved maps: {run.path.name}",
@@ -34,12 +39,12 @@ def report_of_run(run: LoadedRun) -> Report:
             f"controllers {', '.join(run.controllers)}"
         ),
         verdict=_verdict(run),
-        command=f"mapbench evolve --config config.yaml --out {run.path.name}  # with the configuration below",
+        command=f"mapbench evolve --config config.yaml --out {run.path.name}  # config.yaml is among the downloads",
         configuration=_configuration(run),
         maps=replayed_maps(run, driven),
         tables=[_times_table(run), _generations_table(run)],
         figures=figures_of(run),
-        downloads=[_download(run, BEST_MAP_SET, "application/json"), _download(run, "runs.csv", "text/csv")],
+        downloads=_downloads(run),
         missing=[] if run.finished else [_unfinished(run)],
     )
 
@@ -103,8 +108,17 @@ def _generations_table(run: LoadedRun) -> Table:
 
 
 def _configuration(run: LoadedRun) -> str:
-    used = {key: run.config[key] for key in ("version", "libraries", "search", "controllers", "run")}
-    return json.dumps(used, indent=1)
+    used = {key: run.config[key] for key in ("version", "libraries", *SECTIONS)}
+    return yaml.safe_dump(used, sort_keys=False)
+
+
+def _downloads(run: LoadedRun) -> list[Attachment]:
+    config = yaml.safe_dump({key: run.config[key] for key in SECTIONS}, sort_keys=False)
+    return [
+        Attachment("config.yaml", "application/yaml", config.encode()),
+        _download(run, BEST_MAP_SET, "application/json"),
+        _download(run, "generations.csv", "text/csv"),
+    ]
 
 
 def _download(run: LoadedRun, name: str, media_type: str) -> Attachment:

@@ -1,0 +1,91 @@
+"""``mapbench report``: one HTML page about a run or a study, or a film of one of its replays."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from evolution.commands import options
+from evolution.commands.progress import console
+from evolution.rundir import LoadedRun, load_run
+from evolution.study.directory import is_study
+from gym_mapbench.errors import ConfigError, RunError
+
+EXAMPLES = """  mapbench report runs/first                          writes runs/first/report.html
+  mapbench report runs/study-quick --out quick.html
+  mapbench report runs/first --gif mppi.gif --map 2 --controller mppi"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the subcommand."""
+    parser = options.example_parser(
+        subparsers, "report", "Write one HTML page about a run or a study, or a film of a replay.", EXAMPLES
+    )
+    parser.add_argument("path", metavar="RUN|STUDY", help="directory of mapbench evolve or mapbench study")
+    parser.add_argument("--out", metavar="FILE", help="the page (default report.html in the directory)")
+    film = parser.add_argument_group("instead of the page, a film of the best map set")
+    film.add_argument("--gif", metavar="FILE", help="write a replay as an animated picture")
+    film.add_argument("--mp4", metavar="FILE", help="write it as a film (needs ffmpeg)")
+    film.add_argument("--map", type=options.positive, metavar="N", help="which map of the best set (default 1)")
+    film.add_argument("--controller", metavar="NAME", help="who drives (default the first)")
+    film.add_argument("--configuration", metavar="NAME", help="of a study: whose best set (default the first's)")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write what was asked for, and say where it is."""
+    films = [Path(path) for path in (args.gif, args.mp4) if path is not None]
+    if films:
+        _write_films(args, films)
+        return 0
+    given = [name for name in ("map", "controller", "configuration") if getattr(args, name) is not None]
+    if given:
+        raise ConfigError(f"--{given[0]}: expected only with --gif or --mp4")
+    from evolution.report.writing import write_report
+
+    page = write_report(args.path, args.out)
+    console.print(f"wrote {page} ({page.stat().st_size / 1e6:.1f} MB); open it in any browser", highlight=False)
+    return 0
+
+
+def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
+    """Drive one run of the best set again and film it."""
+    from evolution.animation import check_film, save_animation
+    from evolution.driving import drive
+    from evolution.experiments import experiment_of
+
+    if args.out is not None:
+        raise ConfigError("--out: expected without --gif and --mp4, which name their files themselves")
+    for film in films:
+        check_film(film)
+    found = _run_of(Path(args.path), args.configuration)
+    experiment = experiment_of(found.config)
+    number = args.map or 1
+    if number > len(found.best):
+        raise ConfigError(f"--map: expected 1 to {len(found.best)}, got {number}")
+    name = args.controller or experiment.plan.names[0]
+    jobs = {job.controller.name: job for job in experiment.plan.jobs(found.best[number - 1]) if job.repeat == 0}
+    if name not in jobs:
+        raise ConfigError(f"--controller: expected one of {', '.join(jobs)}, got {name!r}")
+    episode = drive(jobs[name])
+    for film in films:
+        save_animation(episode, experiment.run.environment.robot, film)  # type: ignore[attr-defined]
+        console.print(f"wrote {film}", highlight=False)
+
+
+def _run_of(path: Path, configuration: str | None) -> LoadedRun:
+    """The run whose best set is filmed."""
+    if not is_study(path):
+        if configuration is not None:
+            raise ConfigError(f"--configuration: expected only with a study, got {path}")
+        return load_run(path)
+    from evolution.study.results import load_results
+
+    results = load_results(path)
+    if configuration is not None:
+        results.settings.configuration(configuration)
+    runs = [run for run in results.runs if configuration in (None, run.configuration.name)]
+    if not runs:
+        raise RunError(f"{path}: no run of {configuration or 'this study'} is finished")
+    first = [run for run in runs if run.configuration == runs[0].configuration]
+    return load_run(min(first, key=lambda run: run.fitness).path)

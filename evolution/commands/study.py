@@ -1,0 +1,135 @@
+"""``mapbench study``: the thesis' experiments, and any other, with baselines and statistics."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.table import Table
+
+from evolution.commands import options
+from evolution.commands.progress import console, errors
+from evolution.report.writing import write_report
+from evolution.study.comparisons import compare
+from evolution.study.directory import StudyDir, is_study
+from evolution.study.results import StudyResults
+from evolution.study.runner import StudyProgress, run_study
+from evolution.study.settings import StudySettings, load_study, study_names
+from evolution.study.tables import summary_rows
+from evolution.study.verdict import verdict_of
+from gym_mapbench.errors import ConfigError
+
+EXAMPLES = """  mapbench study quick                             a few minutes, every method once
+  mapbench study thesis --out runs/thesis          chapter 5, and beyond
+  mapbench study runs/thesis --resume              after an interruption
+  mapbench study thesis --out runs/part --only gini_40,random --runs 8
+  mapbench report runs/thesis                      the page again"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the subcommand."""
+    parser = options.example_parser(
+        subparsers, "study", "Run many searches with baselines, drive what they found again, and compare.", EXAMPLES
+    )
+    parser.add_argument(
+        "study",
+        metavar="FILE|NAME",
+        help=f"a YAML file, or {' or '.join(study_names())}; with --resume also the study's directory",
+    )
+    parser.add_argument("--out", metavar="DIR", help="study directory (default runs/study-NAME)")
+    parser.add_argument("--resume", action="store_true", help="continue the study in the directory")
+    parser.add_argument("--only", metavar="A,B,..", help="run only these configurations now; the others stay missing")
+    parser.add_argument("--runs", type=options.positive, metavar="N", help="run only the first N seeds now")
+    parser.add_argument("--workers", type=options.positive, metavar="N", help="worker processes (default: all cores)")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run or continue, write tables, figures and the page, and print the verdict."""
+    settings, directory = _study(args)
+    only = None if args.only is None else [name.strip() for name in args.only.split(",")]
+    with StudyBar(settings.name) as bar:
+        results = run_study(
+            settings,
+            directory,
+            resume=args.resume,
+            only=only,
+            runs=args.runs,
+            workers=options.workers_of(args),
+            on_progress=bar.show,
+        )
+    page = write_report(directory)
+    _print(results)
+    console.print(f"Look at {page}, and at {directory / 'tables'} and {directory / 'figures'}.", highlight=False)
+    return 0
+
+
+def _study(args: argparse.Namespace) -> tuple[StudySettings, Path]:
+    """The study and its directory; a directory to be resumed says itself which study it is."""
+    if args.resume and is_study(args.study):
+        if args.out is not None:
+            raise ConfigError(f"--out: expected none beside the study directory {args.study}")
+        return StudyDir.open(args.study).settings, Path(args.study)
+    settings = load_study(args.study)
+    return settings, Path(args.out or Path("runs") / f"study-{settings.name}")
+
+
+def _print(results: StudyResults) -> None:
+    """Show Table 5.2, the verdict, and what is missing."""
+    for comparison in compare(results):
+        table = Table(title=f"Best fitness of a run: {comparison.title}", title_justify="left")
+        columns = ("configuration", "n", "mean", "std", "median", "ci_low", "ci_high")
+        for column in columns:
+            table.add_column(column, justify="left" if column == "configuration" else "right")
+        for row in summary_rows(comparison):
+            values = [row[column] for column in columns]
+            table.add_row(*[f"{value:.2f}" if isinstance(value, float) else str(value) for value in values])
+        console.print(table)
+    for sentence in verdict_of(results):
+        console.print(sentence, highlight=False, markup=False)
+    for line in results.missing:
+        console.print(f"missing: {line}", highlight=False, markup=False)
+
+
+class StudyBar:
+    """Progress over the whole study: a bar where somebody watches, a line a run where output is kept."""
+
+    def __init__(self, name: str) -> None:
+        self.bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TaskProgressColumn(),
+            TextColumn("{task.fields[state]}"),
+            console=errors,
+            disable=not errors.is_terminal,
+        )
+        self.task = self.bar.add_task(name, total=1.0, state="")
+
+    def __enter__(self) -> Self:
+        self.bar.start()
+        return self
+
+    def __exit__(
+        self, _type: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
+    ) -> None:
+        self.bar.stop()
+
+    def show(self, progress: StudyProgress) -> None:
+        """Show where the study stands."""
+        left = "" if progress.seconds_left is None else f", about {duration(progress.seconds_left)} left"
+        state = f"{progress.configuration} seed {progress.seed}, best {progress.best:.3f}"
+        speed = f"{progress.runs_per_second:.1f} runs/s"
+        self.bar.update(self.task, completed=progress.fraction, state=f"{state}, {speed}{left}")
+        if not errors.is_terminal and progress.step == "done":
+            print(f"{state}; {progress.fraction:.0%} of the study done, {speed}{left}", flush=True)
+
+
+def duration(seconds: float) -> str:
+    """Say a time as a reader would: seconds, minutes, or hours and minutes."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"

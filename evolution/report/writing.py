@@ -1,0 +1,61 @@
+"""From a directory to its report: figures and tables are made anew, the best maps driven again for the replays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from evolution.figures import drive_best, write_run_figures
+from evolution.report.of_run import report_of_run
+from evolution.report.of_study import report_of_study
+from evolution.report.page import Report, render_page
+from evolution.rundir import CONFIG, load_run, write_text
+from evolution.study.directory import STUDY, is_study
+from evolution.study.engine import NAV2, Engine
+from evolution.study.figures import drive_best_sets, write_study_figures
+from evolution.study.results import load_results
+from evolution.study.tables import write_tables
+from gym_mapbench.errors import ConfigError, RunError
+
+REPORT = "report.html"
+
+
+def write_report(path: str | Path, out: str | Path | None = None, engine: Engine = NAV2) -> Path:
+    """Write the report of a run or a study as one HTML file that needs no network.
+
+    Args:
+        path: Directory of a run or of a study, finished or not.
+        out: The file; ``report.html`` in the directory if None, which is written anew every time.
+        engine: How the best maps are driven again.
+
+    Returns:
+        The file.
+
+    Raises:
+        ConfigError: If ``out`` exists and is not the directory's own report.
+        RunError: If the directory is neither, has nothing to report, or the file cannot be written.
+    """
+    path = Path(path)
+    own = path / REPORT
+    target = own if out is None else Path(out)
+    if target.is_dir() or (target.exists() and target.resolve() != own.resolve()):
+        raise ConfigError(f"{target}: exists already; nothing is overwritten")
+    write_text(target, render_page(_report(path, engine)))
+    return target
+
+
+def _report(path: Path, engine: Engine) -> Report:
+    if is_study(path):
+        return _study_report(path, engine)
+    if not (path / CONFIG).is_file():
+        raise RunError(f"{path}: neither a run nor a study (no {CONFIG}, no {STUDY})")
+    run = load_run(path)
+    driven = drive_best(run, engine.read_experiment, engine.drive)
+    write_run_figures(run, driven)
+    return report_of_run(run, driven)
+
+
+def _study_report(path: Path, engine: Engine) -> Report:
+    results = load_results(path, engine)
+    write_tables(results)
+    best_sets = drive_best_sets(results, engine)
+    return report_of_study(results, best_sets, write_study_figures(results, best_sets))
