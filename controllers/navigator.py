@@ -69,6 +69,11 @@ class Navigator:
         sees = any(self.params.local_costmap.writes(layer) for layer in ("obstacle_layer", "voxel_layer"))
         return ("pose", "velocity", "scan") if sees else ("pose", "velocity")
 
+    @property
+    def scan_rate(self) -> float:
+        """How often the local costmap looks at the scan, Hz."""
+        return self.params.local_costmap.update_frequency
+
     def reset(self, context: Context) -> None:
         """Forget the last run and build the servers of the next.
 

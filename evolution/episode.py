@@ -16,14 +16,18 @@ from gym_mapbench.scenario import Scenario
 
 
 def environment_for(config: EnvConfig, controller: Controller) -> MapBenchEnv:
-    """Build the env a controller needs: its observation keys, and who decides that the goal is reached.
+    """Build the env a controller needs: what it observes, in SI units, and who decides that the goal is reached.
 
     Nav2 decides that itself (its goal checker forgets at every new path, an env's does not), so an
-    env under a controller with ``decides_goal`` leaves the goal to it.
+    env under a controller with ``decides_goal`` leaves the goal to it. A controller with a
+    ``scan_rate`` gets its scans at that rate, and nobody pays for those in between.
     """
-    changes: dict[str, Any] = {"observation": tuple(controller.observation_keys)}
+    changes: dict[str, Any] = {"observation": tuple(controller.observation_keys), "action": "physical"}
     if getattr(controller, "decides_goal", False):
         changes["goal_ends_episode"] = False
+    scan_rate = getattr(controller, "scan_rate", None)
+    if scan_rate is not None and config.lidar.scan_rate is None:
+        changes["lidar"] = config.lidar.replace(scan_rate=scan_rate)
     return MapBenchEnv(config=config.replace(**changes))
 
 

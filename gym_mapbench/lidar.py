@@ -24,12 +24,15 @@ class LidarSettings(Settings):
         range_max: Largest distance, m; also what a beam that hits nothing says.
         angle_min: Angle of the first beam to the robot's heading, rad.
         angle_increment: Angle from beam to beam, rad; None spreads them over a full turn.
+        scan_rate: Scans per second; in between the last one is observed again, as with a real scanner (the
+            LDS-01 turns at 5 Hz). None: every observation has its own.
     """
 
     beams: Annotated[int, Field(ge=1, le=100_000)] = 360
     range_max: Annotated[float, Field(gt=0, le=1e6)] = 3.5
     angle_min: float = 0.0
     angle_increment: float | None = None
+    scan_rate: Annotated[float, Field(gt=0)] | None = None
 
     @property
     def angles(self) -> NDArray[np.float64]:

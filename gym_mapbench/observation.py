@@ -109,6 +109,9 @@ class Observer:
         self.path: NDArray[np.float64] | None = None
         if "scan" in self._keys:
             self._lidar = Lidar(config.lidar, scenario.map)
+            rate = config.lidar.scan_rate
+            self._observations_per_scan = 1 if rate is None else max(1, round(config.control_hz / rate))
+            self._observations = 0
         if "path" in self._keys or "costmap" in self._keys:
             costmap = _plan_costmap(config, scenario)
             self._window = CostmapView(costmap, config.costmap.cells)
@@ -140,11 +143,18 @@ class Observer:
         if key == "goal":
             return in_robot_frame(self._goal, estimate)
         if key == "scan":
-            lidar = self._config.lidar
-            return disturb_ranges(self._lidar.scan(pose), self._config.noise.scan, lidar.range_max, rng)
+            return self._scan_or_hold(pose, rng)
         if key == "path":
             return self._ahead.ahead_of(estimate)
         return self._window.around(estimate)
+
+    def _scan_or_hold(self, pose: Pose, rng: np.random.Generator) -> NDArray[np.float32]:
+        """Return a new scan if the scanner has one by now, or else the last one again, in a new array."""
+        if self._observations % self._observations_per_scan == 0:
+            settings = self._config.lidar
+            self._last_scan = disturb_ranges(self._lidar.scan(pose), self._config.noise.scan, settings.range_max, rng)
+        self._observations += 1
+        return self._last_scan.copy()
 
 
 def in_robot_frame(goal: Pose, pose: Pose) -> NDArray[np.float32]:

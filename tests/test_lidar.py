@@ -7,10 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.lidar import Lidar, LidarSettings
 from gym_mapbench.scenario import Pose
+from tests.worlds import ROOM_OPTIONS
 
 
 def distance_to_squares(grid, x, y, angle, range_max):
@@ -77,3 +79,16 @@ def test_bad_settings_are_refused():
         LidarSettings(beams=0)
     with pytest.raises(ConfigError, match=r"did you mean 'range_max'\?"):
         LidarSettings(max_range=3.0)
+
+
+def test_a_slow_scanner_repeats_its_last_scan():
+    fast, slow = (MapBenchEnv(**ROOM_OPTIONS, lidar={"scan_rate": rate}, observation=["scan"]) for rate in (None, 5.0))
+    seen = []
+    for env in (fast, slow):
+        scans = [env.reset(seed=0)[0]["scan"]]
+        scans += [env.step((0.2, 0.5))[0]["scan"] for _ in range(8)]
+        seen.append(scans)
+    for step, (every, held) in enumerate(zip(*seen, strict=True)):
+        assert (held == seen[0][step - step % 4]).all()
+        assert step % 4 == 0 or (held != every).any()
+    assert not np.shares_memory(seen[1][0], seen[1][1])
