@@ -1,6 +1,7 @@
 """Statistics of a study: every p-value stands with its effect size and n.
 
-Tests are SciPy's; what SciPy lacks (Holm's correction, A12, Nemenyi's critical difference) is here.
+Tests are SciPy's (imported where they are used: it takes a second, and every command would pay it); what SciPy lacks
+(Holm's correction, A12, Nemenyi's critical difference) is here.
 """
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
 
 from gym_mapbench.errors import ConfigError
 
@@ -104,6 +104,8 @@ def kruskal_wallis(groups: Mapping[str, ArrayLike]) -> TestResult:
 
     The effect size is epsilon squared, H / (n - 1).
     """
+    from scipy import stats
+
     samples = _samples(groups)
     total = sum(map(len, samples))
     if np.ptp(np.concatenate(samples)) == 0:
@@ -117,6 +119,8 @@ def kruskal_wallis(groups: Mapping[str, ArrayLike]) -> TestResult:
 
 def pairwise_mann_whitney(groups: Mapping[str, ArrayLike]) -> list[TestResult]:
     """Mann-Whitney U of every pair, p-values corrected by Holm, effect size A12."""
+    from scipy import stats
+
     pairs = list(itertools.combinations(groups, 2))
     samples = dict(zip(groups, _samples(groups), strict=True))
     raw = [stats.mannwhitneyu(samples[a], samples[b], alternative="two-sided") for a, b in pairs]
@@ -162,6 +166,8 @@ def friedman(table: ArrayLike, methods: Sequence[str]) -> TestResult:
 
     The effect size is Kendall's W.
     """
+    from scipy import stats
+
     values = np.asarray(table, dtype=float)
     problems, count = values.shape
     if count < 3 or problems < 2:
@@ -176,6 +182,8 @@ def friedman(table: ArrayLike, methods: Sequence[str]) -> TestResult:
 
 def critical_difference(table: ArrayLike, alpha: float = 0.05) -> tuple[NDArray[np.float64], float]:
     """Mean ranks ``(methods,)`` (1 = smallest value) and Nemenyi's critical difference (Demsar 2006)."""
+    from scipy import stats
+
     values = np.asarray(table, dtype=float)
     problems, count = values.shape
     ranks = stats.rankdata(values, axis=1).mean(axis=0)
@@ -190,6 +198,8 @@ def rank_correlation(first: ArrayLike, second: ArrayLike, confidence: float = 0.
         ``(rho, low, high)``; the interval is (-1, 1) for fewer than five pairs, all NaN for fewer than
         two or where one side does not vary.
     """
+    from scipy import stats
+
     a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     if len(a) != len(b):
         raise ConfigError(f"rank correlation: expected two lists of one length, got {len(a)} and {len(b)}")

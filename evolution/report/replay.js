@@ -128,7 +128,9 @@
     pen.lineWidth = 3;
     pen.beginPath();
     for (let i = 0; i <= index; i += 1) { pen.lineTo(...place(panel, run.x[i], run.y[i])); }
+    pen.globalAlpha = 0.8;  // where several drove the same way, all of them are seen
     pen.stroke();
+    pen.globalAlpha = 1;
     pen.lineWidth = 2;
     run.stuck.filter((spot) => spot[2] <= now).forEach((spot) => drawStuck(pen, panel, spot));
     run.marks.filter((mark) => mark.time <= now).forEach((mark) => drawMark(pen, panel, mark));
