@@ -40,6 +40,27 @@ class RunError(MapBenchError):
     """A run directory, a result store or a worker that cannot be used."""
 
 
+def nearest_name(name: str, valid: Iterable[str], cutoff: float = 0.5) -> str | None:
+    """Return the valid name most like ``name``, None if none is; the order of its words does not count.
+
+    Args:
+        name: What came.
+        valid: What would have been accepted.
+        cutoff: Least likeness, 0 to 1.
+    """
+
+    def likeness(other: str) -> float:
+        pairs = ((name, other), (_words_sorted(name), _words_sorted(other)))
+        return max(difflib.SequenceMatcher(None, *pair).ratio() for pair in pairs)
+
+    best = max(sorted(valid), key=likeness, default=None)
+    return best if best is not None and likeness(best) >= cutoff else None
+
+
+def _words_sorted(name: str) -> str:
+    return "_".join(sorted(name.lower().replace(".", "_").split("_")))
+
+
 def unknown_name(what: str, name: object, valid: Iterable[str]) -> ConfigError:
     """Build the error for a name that is not in ``valid``, with the nearest valid one.
 
@@ -49,6 +70,6 @@ def unknown_name(what: str, name: object, valid: Iterable[str]) -> ConfigError:
         valid: What would have been accepted.
     """
     names = sorted(valid)
-    near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.5)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
+    near = nearest_name(str(name), names)
+    hint = f"; did you mean {near!r}?" if near else ""
     return ConfigError(f"unknown {what} {str(name)!r}{hint} (expected one of: {', '.join(names)})")

@@ -6,7 +6,6 @@ that names the key, what was expected and what came.
 
 from __future__ import annotations
 
-import difflib
 import reprlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,7 +15,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, nearest_name
 
 MAX_YAML_BYTES = 4_000_000
 
@@ -97,8 +96,8 @@ def _unknown_key(first: ErrorDetails, settings: type[BaseModel]) -> str:
     """Name an unknown key and the nearest valid one."""
     valid = list(settings.model_fields) + [f.alias for f in settings.model_fields.values() if f.alias]
     key = ".".join(str(part) for part in first["loc"])
-    near = difflib.get_close_matches(str(first["loc"][-1]), valid, n=1, cutoff=0.4)
-    hint = f"; did you mean {near[0]!r}?" if near else f" (expected one of: {', '.join(sorted(valid))})"
+    near = nearest_name(str(first["loc"][-1]), valid, cutoff=0.4)
+    hint = f"; did you mean {near!r}?" if near else f" (expected one of: {', '.join(sorted(valid))})"
     return f"unknown key {key!r}{hint}, got {_short(first['input'])}"
 
 

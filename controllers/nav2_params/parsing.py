@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -30,7 +29,7 @@ from controllers.nav2_params.plugins import (
     name_of_class,
 )
 from controllers.nav2_params.section import Section, parameter_names
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, nearest_name
 
 MAX_VALUES = 100_000
 PARAMETERS = "ros__parameters"
@@ -143,9 +142,9 @@ def _walk(
 
 
 def _check_misspelt(full: str, name: str) -> None:
-    near = difflib.get_close_matches(name, SECTIONS, n=1, cutoff=0.85)
+    near = nearest_name(name, SECTIONS, cutoff=0.85)
     if near:
-        raise ConfigError(f"{full}: unknown section; did you mean {near[0]!r}?")
+        raise ConfigError(f"{full}: unknown section; did you mean {near!r}?")
 
 
 def _read_controllers(server: Section) -> dict[str, Any]:

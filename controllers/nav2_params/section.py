@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any, TypeVar
 
 from controllers.nav2_params.keys import Keys
 from controllers.parameters import nest_dotted
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.settings import Settings
 
 S = TypeVar("S", bound=Settings)
@@ -105,8 +104,8 @@ class Section:
         if name in keys.newer_only:
             why = "only newer releases of Nav2 have this parameter, and Humble's behaviour is built"
             return ConfigError(f"{self.name}.{name}: {why}: {keys.newer_only[name]}")
-        near = difflib.get_close_matches(name, [*valid, *keys.renamed], n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}?" if near else f"expected one of: {', '.join(sorted(valid)) or 'none'}"
+        near = nearest_name(name, [*valid, *keys.renamed])
+        hint = f"did you mean {near!r}?" if near else f"expected one of: {', '.join(sorted(valid)) or 'none'}"
         return ConfigError(f"{self.name}.{name}: unknown parameter; {hint}")
 
 

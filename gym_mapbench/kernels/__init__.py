@@ -1,0 +1,1 @@
+"""Kernels: numba only; arrays and scalars in, arrays and scalars out."""
