@@ -66,7 +66,7 @@ def json_of(measures: Sequence[Measure], differing: Sequence[str]) -> str:
 def _print_table(measures: Sequence[Measure]) -> None:
     table = Table(title="Against recorded Nav2 (Humble)")
     for column in ("measure", "value", "target", "cases", "worst case"):
-        table.add_column(column, justify="right" if column in ("value", "cases") else "left")
+        table.add_column(column, justify="right" if column in ("value", "cases") else "left", overflow="fold")
     for one in measures:
         table.add_row(one.key, f"{one.value:.6g}", one.target, str(one.count), one.worst)
     console.print(table)
