@@ -18,7 +18,7 @@ from gym_mapbench.errors import ConfigError
 
 @dataclass(frozen=True)
 class Summary:
-    """One row of a table like the thesis' Table 5.2; ``std`` is the sample standard deviation."""
+    """One row of a table like the thesis' Table 5.2; ``std`` is the sample standard deviation, NaN for n = 1."""
 
     n: int
     mean: float
@@ -66,7 +66,7 @@ def summarize(values: ArrayLike, rng: np.random.Generator, confidence: float = 0
     """Summarise one sample; the interval is a bootstrap interval of the mean."""
     sample = np.asarray(values, dtype=float)
     low, high = bootstrap_interval(sample, rng, confidence=confidence)
-    spread = float(sample.std(ddof=1)) if len(sample) > 1 else 0.0
+    spread = float(sample.std(ddof=1)) if len(sample) > 1 else np.nan
     return Summary(
         n=len(sample),
         mean=float(sample.mean()),

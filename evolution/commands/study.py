@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -85,13 +86,18 @@ def _print(results: StudyResults) -> None:
         for column in columns:
             table.add_column(column, justify="left" if column == "configuration" else "right")
         for row in summary_rows(comparison):
-            values = [row[column] for column in columns]
-            table.add_row(*[f"{value:.2f}" if isinstance(value, float) else str(value) for value in values])
+            table.add_row(*[_cell(row[column]) for column in columns])
         console.print(table)
     for sentence in verdict_of(results):
         console.print(sentence, highlight=False, markup=False)
     for line in results.missing:
         console.print(f"missing: {line}", highlight=False, markup=False)
+
+
+def _cell(value: object) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    return "-" if math.isnan(value) else f"{value:.2f}"
 
 
 class StudyBar:
@@ -124,7 +130,7 @@ class StudyBar:
         speed = f"{progress.runs_per_second:.1f} runs/s"
         self.bar.update(self.task, completed=progress.fraction, state=f"{state}, {speed}{left}")
         if not errors.is_terminal and progress.step == "done":
-            print(f"{state}; {progress.fraction:.0%} of the study done, {speed}{left}", flush=True)
+            print(f"{state}; {100 * progress.fraction:.0f} % of the work done, {speed}{left}", flush=True)
 
 
 def duration(seconds: float) -> str:

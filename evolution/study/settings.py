@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, JsonValue, field_validator, model_validator
+from pydantic import AfterValidator, Field, JsonValue, field_validator, model_validator
 
 from controllers.nav2_params.presets import overlay
 from evolution.experiments import SECTIONS
@@ -15,7 +16,15 @@ from evolution.study.cellular import BARN, CellularSettings
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings, read_yaml
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=60)]
+
+def _file_name(name: str) -> str:
+    """Refuse a name that is no part of a path on every system."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}", name):
+        raise ConfigError(f"expected up to 60 letters, digits and '_', '-', '.', got {name!r:.80}")
+    return name
+
+
+Name = Annotated[str, AfterValidator(_file_name)]
 Method = Literal["ga", "random", "cellular", "path_length", "best_triple"]
 Document = dict[str, JsonValue]
 

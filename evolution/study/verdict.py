@@ -35,14 +35,12 @@ def verdict_of(results: StudyResults) -> list[str]:
 def _winner(comparison: Comparison) -> str:
     """Which configuration is best, against which others that shows, and against which it does not."""
     best, *others = comparison.order
-    one = comparison.summaries[best]
-    opening = (
-        f"{_capital(comparison.judge)}, {QUANTITIES[comparison.quantity]}: {best} has the best median, "
-        f"{one.median:.2f} (mean {one.mean:.2f}, 95 % interval {one.ci_low:.2f} to {one.ci_high:.2f}, n = {one.n}; "
-        "lower is better)."
-    )
+    one, title = comparison.summaries[best], _capital(comparison.title)
+    interval = f", 95 % interval {one.ci_low:.2f} to {one.ci_high:.2f}" if one.n > 1 else ""
+    figures = f"{one.median:.2f} (mean {one.mean:.2f}{interval}, n = {one.n}; lower is better)"
     if not others:
-        return f"{opening} Nothing else was judged by this fitness, so there is nothing to compare it with."
+        return f"{title}: {best} has a median of {figures}. There is nothing to compare it with."
+    opening = f"{title}: {best} has the best median, {figures}."
     pairs = {name: _pair(comparison, best, name) for name in others}
     beaten = [name for name in others if pairs[name].p_value < ALPHA]
     equal = [name for name in others if name not in beaten]
@@ -82,13 +80,13 @@ def _curse(judge: str, runs: Sequence[StudyRun]) -> str:
     """How much of what the searches saw was luck."""
     curses = np.array([run.winners_curse for run in runs])
     low, high = bootstrap_interval(curses, np.random.default_rng(BOOTSTRAP_SEED), np.median)
+    interval = f"95 % interval {low:.2f} to {high:.2f}, " if len(runs) > 1 else ""
     seen = float(np.median([run.fitness for run in runs]))
     kept = [run.fresh.order_kept for run in runs if run.fresh is not None and not np.isnan(run.fresh.order_kept)]
-    order = f" The maps of a set kept their order on {np.mean(kept):.0%} of the fresh seeds." if kept else ""
+    order = f" The maps of a set kept their order on {100 * np.mean(kept):.0f} % of the fresh seeds." if kept else ""
     return (
         f"Winner's curse ({judge}): the searches saw a median of {seen:.2f}; driven again with fresh seeds the same "
-        f"sets are worse by {np.median(curses):.2f} in the median (95 % interval {low:.2f} to {high:.2f}, "
-        f"n = {len(runs)}).{order}"
+        f"sets are worse by {np.median(curses):.2f} in the median ({interval}n = {len(runs)}).{order}"
     )
 
 
@@ -99,7 +97,7 @@ def _repeats(results: StudyResults) -> list[str]:
         return []
     parts = [
         f"{row['configuration']} with {row['repeats']}: winner's curse {row['winners_curse']:.2f}, "
-        f"order kept {row['order_kept']:.0%}"
+        f"order kept on {100 * row['order_kept']:.0f} %"
         for row in rows
     ]
     return [f"Repeats of every run in the search ({'; '.join(parts)})."]
