@@ -50,7 +50,8 @@ def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controlle
     Raises:
         ConfigError: If there is no such controller, parameter or model file.
     """
-    return make_controller(spec.registered_name, navigation=settings.navigation, label=spec.name, **spec.params)
+    params: dict[str, Any] = dict(spec.params)
+    return make_controller(spec.registered_name, navigation=settings.navigation, label=spec.name, **params)
 
 
 def drive(job: Job) -> Episode:

@@ -47,7 +47,7 @@ def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = ("png", "sv
     with mpl.rc_context({"svg.hashsalt": stem.name, "savefig.dpi": 150}):
         for extension in formats:
             path = stem.with_suffix(f".{extension}")
-            figure.savefig(path, metadata={"Date": None} if extension == "svg" else None)
+            figure.savefig(path, bbox_inches="tight", metadata={"Date": None} if extension == "svg" else None)
             written.append(path)
     return written
 

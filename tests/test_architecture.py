@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-
+PACKAGES = ("gym_mapbench", "controllers", "evolution")
 HEAVY = ("torch", "stable_baselines3", "matplotlib", "pymoo", "pandas", "jinja2")
 
 
@@ -37,13 +37,13 @@ def test_no_pygame_anywhere():
         "env.reset(seed=0); env.render(); print(*sys.modules)"
     )
     assert "pygame" not in run(code).split()
-    sources = [path for folder in ("gym_mapbench", "controllers", "evolution") for path in (ROOT / folder).rglob("*.py")]
+    sources = [path for folder in PACKAGES for path in (ROOT / folder).rglob("*.py")]
     assert not [path for path in sources if "import pygame" in path.read_text(encoding="utf-8")]
 
 
 @pytest.mark.parametrize(("package", "only_in"), [("Box2D", "gym_mapbench/simulation.py"), ("pymoo", "evolution/")])
 def test_each_engine_lives_in_one_place(package, only_in):
-    for folder in ("gym_mapbench", "controllers", "evolution"):
+    for folder in PACKAGES:
         for path in (ROOT / folder).rglob("*.py"):
             if f"import {package}" in (text := path.read_text(encoding="utf-8")) or f"from {package}" in text:
                 assert path.relative_to(ROOT).as_posix().startswith(only_in)

@@ -75,7 +75,8 @@ class DrivenRun:
     @property
     def time_error(self) -> float:
         """Relative difference of the travel times."""
-        return abs(self.time - self.record["time"]) / max(float(self.record["time"]), 1e-9)
+        recorded = float(self.record["time"])
+        return abs(self.time - recorded) / max(recorded, 1e-9)
 
 
 def drive_recorded(oracle: Oracle, workers: int, on_run: Callable[[DrivenRun], None] | None = None) -> list[DrivenRun]:

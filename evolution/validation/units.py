@@ -151,8 +151,13 @@ def _path_deviation(ours: NDArray[np.float64] | None, recorded: NDArray[np.float
         return 0.0 if (ours is None) == (not found) else np.inf
     if len(ours) == len(recorded):
         return float(np.hypot(*(ours - recorded)[:, :2].T).max())
-    a, b = ours[:, :2], recorded[:, :2]
-    return float(max(cKDTree(a).query(b)[0].max(), cKDTree(b).query(a)[0].max()))
+    return max(_farthest_from(ours, recorded), _farthest_from(recorded, ours))
+
+
+def _farthest_from(path: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Largest distance of a point of ``other`` to the nearest point of ``path``, m."""
+    distances, _ = cKDTree(path[:, :2]).query(other[:, :2])
+    return float(np.max(distances))
 
 
 def _score_error(ours: NDArray[np.float32], recorded: NDArray[np.float32]) -> float:

@@ -66,7 +66,7 @@ def test_changed_order_is_said():
 
 
 def test_nothing_in_common_is_refused():
-    with pytest.raises(MapFormatError, match="in common|expected maps"):
+    with pytest.raises(MapFormatError, match="expected maps"):
         compare({("a", "x"): (1.0,)}, {("b", "x"): (1.0,)})
 
 
