@@ -62,25 +62,36 @@ def plan_window(path, steps, begin, x, y, search_dist, extent):
 
 
 @kernel
-def cusp_distance(path, first, last, x, y):
-    """Distance from the robot to the first pose of the window where the path turns back, infinite without one."""
+def in_robot_frame(path, i, x, y, cos, sin):
+    """Point of the path seen from the robot, m."""
+    dx, dy = path[i, 0] - x, path[i, 1] - y
+    return cos * dx + sin * dy, cos * dy - sin * dx
+
+
+@kernel
+def cusp_distance(path, first, last, x, y, yaw):
+    """Distance from the robot to the first pose of the window where the path turns back, infinite without one.
+
+    Measured in the robot's frame, as Nav2 does: the carrot search then meets the very same number.
+    """
     for i in range(first + 1, last - 1):
         before = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
         after = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
         if before[0] * after[0] + before[1] * after[1] < 0.0:
-            return distance(path, i, x, y)
+            ahead_x, ahead_y = in_robot_frame(path, i, x, y, math.cos(yaw), math.sin(yaw))
+            return math.hypot(ahead_x, ahead_y)
     return math.inf
 
 
 @kernel
-def find_lookahead(path, first, last, x, y, speed, tuning):
+def find_lookahead(path, first, last, x, y, yaw, speed, tuning):
     """Lookahead distance, m."""
     lookahead = tuning.lookahead_dist
     if tuning.use_velocity_scaled_lookahead_dist:
         scaled = abs(speed) * tuning.lookahead_time
         lookahead = min(max(scaled, tuning.min_lookahead_dist), tuning.max_lookahead_dist)
     if tuning.allow_reversing:
-        lookahead = min(lookahead, cusp_distance(path, first, last, x, y))
+        lookahead = min(lookahead, cusp_distance(path, first, last, x, y, yaw))
     return lookahead
 
 
@@ -90,8 +101,7 @@ def find_carrot(path, first, last, x, y, yaw, lookahead, interpolate):
     cos, sin = math.cos(yaw), math.sin(yaw)
     before_x = before_y = 0.0
     for i in range(first, last):
-        dx, dy = path[i, 0] - x, path[i, 1] - y
-        ahead_x, ahead_y = cos * dx + sin * dy, cos * dy - sin * dx
+        ahead_x, ahead_y = in_robot_frame(path, i, x, y, cos, sin)
         if math.hypot(ahead_x, ahead_y) >= lookahead:
             if interpolate and i > first:
                 return circle_segment_intersection(before_x, before_y, ahead_x, ahead_y, lookahead)
@@ -248,7 +258,7 @@ def follow(path, steps, begin, x, y, yaw, v, w, costs, resolution, origin_x, ori
     first, last = plan_window(path, steps, begin, x, y, extent if math.isnan(search_dist) else search_dist, extent)
     if first == last:
         return EMPTY_PLAN, 0.0, 0.0, math.nan, math.nan, first
-    lookahead = find_lookahead(path, first, last, x, y, v, tuning)
+    lookahead = find_lookahead(path, first, last, x, y, yaw, v, tuning)
     carrot_x, carrot_y = find_carrot(path, first, last, x, y, yaw, lookahead, tuning.use_interpolation)
     cost = cost_at(costs, resolution, origin_x, origin_y, x, y)
     status, v, w = choose_command(path, steps, first, last, x, y, yaw, w, carrot_x, carrot_y, cost, tuning)
