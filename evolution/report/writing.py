@@ -31,14 +31,18 @@ def write_report(path: str | Path, out: str | Path | None = None, engine: Engine
         The file.
 
     Raises:
-        ConfigError: If ``out`` exists and is not the directory's own report.
+        ConfigError: If ``out`` exists and is not the directory's own report, or lies in no directory.
         RunError: If the directory is neither, has nothing to report, or the file cannot be written.
     """
     path = Path(path)
+    if not is_study(path) and not (path / CONFIG).is_file():
+        raise RunError(f"{path}: neither a run nor a study (no {CONFIG}, no {STUDY})")
     own = path / REPORT
     target = own if out is None else Path(out)
     if target.is_dir() or (target.exists() and target.resolve() != own.resolve()):
         raise ConfigError(f"{target}: exists already; nothing is overwritten")
+    if not target.parent.is_dir():
+        raise ConfigError(f"{target}: there is no directory {target.parent}")
     write_text(target, render_page(_report(path, engine)))
     return target
 
@@ -46,8 +50,6 @@ def write_report(path: str | Path, out: str | Path | None = None, engine: Engine
 def _report(path: Path, engine: Engine) -> Report:
     if is_study(path):
         return _study_report(path, engine)
-    if not (path / CONFIG).is_file():
-        raise RunError(f"{path}: neither a run nor a study (no {CONFIG}, no {STUDY})")
     run = load_run(path)
     driven = drive_best(run, engine.read_experiment, engine.drive)
     write_run_figures(run, driven)

@@ -107,7 +107,7 @@ class StudySettings(Settings):
     first_seed: Annotated[int, Field(ge=0, lt=MAX_SEED - 10_000)] = 0
     budget: Annotated[int, Field(ge=1)] = 600
     experiment: Document = Field(default_factory=dict)
-    configurations: Annotated[tuple[Configuration, ...], Field(min_length=1)]
+    configurations: tuple[Configuration, ...]
     reevaluation: ReevaluationSettings = ReevaluationSettings()
 
     @field_validator("experiment")
@@ -117,6 +117,8 @@ class StudySettings(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> StudySettings:
+        if not self.configurations:
+            raise ConfigError("configurations: expected at least one, got none")
         earlier: dict[str, Configuration] = {}
         for configuration in self.configurations:
             if configuration.name in earlier:

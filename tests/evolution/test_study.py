@@ -272,7 +272,7 @@ def bad_configurations(**second):
     ("options", "message"),
     [
         ({"configuration": []}, "unknown key 'configuration'; did you mean 'configurations'"),
-        ({"configurations": []}, "configurations"),
+        ({"configurations": []}, "configurations: expected at least one"),
         ({"configurations": [{"name": "a/b"}]}, "name: expected up to 60 letters, digits and"),
         ({"configurations": [{"name": "a"}, {"name": "a"}]}, "expected different names, got 'a' twice"),
         ({"configurations": bad_configurations(method="ga", of="a")}, "expected with method best_triple and with no"),
