@@ -124,7 +124,7 @@ class Oracle:
     def _load(self, name: str, required: tuple[str, ...]) -> Arrays:
         path = self.directory / name
         try:
-            with np.load(path, allow_pickle=False) as archive:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
                 loaded = {key: archive[key] for key in archive.files}
         except FileNotFoundError:
             raise MapFormatError(f"{path}: expected recorded results, found no such file") from None
