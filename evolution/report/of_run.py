@@ -68,9 +68,9 @@ def figures_of(run: LoadedRun) -> list[Attachment]:
 def _verdict(run: LoadedRun) -> list[str]:
     """The answer in words: what was reached, and what each map shows."""
     first, last = run.generations[0]["best"], run.generations[-1]["best"]
-    sentences = [f"The search improved the best fitness from {first:.2f} to {last:.2f} (lower is better)."]
-    sentences += [_map_sentence(entry) for entry in _by_reading(run)]
-    return sentences
+    improved = f"improved the best fitness from {first:.2f} to {last:.2f}"
+    outcome = improved if last < first else f"found nothing better than its first population, fitness {last:.2f}"
+    return [f"The search {outcome} (lower is better).", *[_map_sentence(entry) for entry in _by_reading(run)]]
 
 
 def _by_reading(run: LoadedRun) -> list[dict[str, Any]]:
