@@ -10,7 +10,6 @@ from controllers.mppi.noise import make_source
 from controllers.mppi.optimizer import Optimizer
 from controllers.mppi.params import MppiParams
 from controllers.mppi.path_handler import PathHandler
-from controllers.mppi.scene import Scene
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
 
@@ -23,7 +22,6 @@ class MppiFollower:
     """
 
     _optimizer: Optimizer
-    _setup: FollowerSetup
 
     def __init__(self, params: MppiParams | None = None) -> None:
         self.params = params or MppiParams()
@@ -36,7 +34,6 @@ class MppiFollower:
         Raises:
             ConfigError: If the control period is longer than ``model_dt``.
         """
-        self._setup = setup
         self._optimizer = Optimizer(self.params, setup, make_source(self.params, setup.rng))
         self._paths = PathHandler(self.params)
         self._last_call = None
@@ -46,7 +43,7 @@ class MppiFollower:
         self._paths.set_plan(path)
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
-        """Limit the speed to ``speed`` m/s, or per cent of ``vx_max``; 0 or a reset of the optimizer lifts the limit."""
+        """Limit the speed to ``speed`` m/s, or per cent of ``vx_max``; 0 or a reset of the optimizer lifts it."""
         self._optimizer.set_speed_limit(speed, percentage)
 
     def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
@@ -59,4 +56,4 @@ class MppiFollower:
             self._optimizer.reset()
         self._last_call = now
         path = self._paths.local_path(pose, costmap)
-        return self._optimizer.compute(Scene(pose, velocity, path, costmap, self._setup))
+        return self._optimizer.compute(pose, velocity, path, costmap)

@@ -15,7 +15,6 @@ from controllers.base import FollowerSetup, Twist
 from controllers.mppi.noise import Layout, Noise
 from controllers.mppi.optimizer import Optimizer
 from controllers.mppi.params import MppiParams
-from controllers.mppi.scene import Scene
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
 
@@ -83,19 +82,18 @@ def evaluate(
     """
     layout = Layout(params.batch_size, params.time_steps)
     optimizer = Optimizer(params, setup, _Given(layout.pack(*noise)))
-    batch = optimizer.batch
-    batch.v[:], batch.w[:] = controls
-    scene = Scene(pose, velocity, path, costmap, setup)
-    optimizer.optimize(scene)
-    softmax = batch.v.copy(), batch.w.copy()
-    filtered = optimizer.filter()
+    optimizer.v[:], optimizer.w[:] = controls
+    optimizer.optimize(pose, velocity, path, costmap)
+    softmax = optimizer.v.copy(), optimizer.w.copy()
+    optimizer.smooth()
+    filtered = optimizer.v.copy(), optimizer.w.copy()
     return Evaluation(
-        tuple(type(critic).__name__ for critic in optimizer.critics),
-        layout.flat(optimizer.costs),
+        optimizer.critics,
+        layout.flat(optimizer.critic_costs),
         layout.flat(optimizer.total),
         *softmax,
         *filtered,
-        scene.furthest,
-        scene.failed,
+        optimizer.furthest,
+        optimizer.failed,
         optimizer.send(),
     )

@@ -1,4 +1,4 @@
-"""The optimizer: roll out, score, take the soft-max mean, filter, shift.
+"""The optimizer of a run: its control sequence, its noise, and when both begin anew.
 
 Source: nav2_mppi_controller/src/optimizer.cpp (Humble).
 """
@@ -9,25 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import ControllerAbort, FollowerSetup, Twist
-from controllers.mppi.batch import Batch, Demands
-from controllers.mppi.critics import CRITICS
-from controllers.mppi.kernels.update import (
-    add_mean_noise,
-    add_scores,
-    clip_controls,
-    filter_controls,
-    remember,
-    shift,
-    soft_max,
-)
-from controllers.mppi.noise import Layout, NoiseSource
+from controllers.mppi.kernels.critics import CRITICS
+from controllers.mppi.kernels.cycle import optimize
+from controllers.mppi.kernels.update import send, smooth
+from controllers.mppi.noise import Layout, Noise, NoiseSource
 from controllers.mppi.params import MppiParams
-from controllers.mppi.scene import Scene
+from controllers.mppi.records import CALL, make_tuning
+from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.scenario import Pose
 
 SAME_PERIOD = 1e-6
+HISTORY = 4
 
-Controls = NDArray[np.float32]
+Array = NDArray[np.float32]
 
 
 class Optimizer:
@@ -39,13 +34,18 @@ class Optimizer:
         source: Where noise comes from.
 
     Attributes:
-        batch: The trajectories of the last rollout, and the control sequence.
-        costs: ``(critics, blocks, samples)`` what each critic added in the last rollout.
+        v, w: ``(time_steps,)`` control sequence, m/s and rad/s.
+        critics: Names of the critics that are enabled, in their order.
+        critic_costs: ``(critics, blocks, samples)`` what each added in the last rollout.
         total: ``(blocks, samples)`` costs as in the soft-max.
+        failed: Whether all trajectories of the last call collide.
+        furthest: Index of the furthest path point the last call reached; -1 if no critic asked.
 
     Raises:
         ConfigError: If the control period is longer than ``model_dt``.
     """
+
+    _noise: Noise
 
     def __init__(self, params: MppiParams, setup: FollowerSetup, source: NoiseSource) -> None:
         if setup.control_period > params.model_dt + SAME_PERIOD:
@@ -54,94 +54,92 @@ class Optimizer:
             )
         self._params, self._source = params, source
         self._shifts = abs(setup.control_period - params.model_dt) < SAME_PERIOD
+        self._tuning, self._call = make_tuning(params, setup), np.zeros(1, dtype=CALL)
+        self._corners = np.array(setup.footprint.corners, dtype=np.float64)
+        self.critics = tuple(name for name in params.critics if params.critic(name).enabled)
+        self._order = np.array([CRITICS.index(name) for name in self.critics], dtype=np.int64)
         layout = Layout(params.batch_size, params.time_steps)
-        self.batch = Batch(layout, params.model_dt, (params.vx_std, params.wz_std), params.gamma)
-        self.critics = [
-            CRITICS[name](params.critic(name), params, setup) for name in params.critics if params.critic(name).enabled
-        ]
-        shape = (layout.blocks, layout.samples)
-        self.costs = np.zeros((len(self.critics), *shape), dtype=np.float32)
-        self.total, self._weights = np.zeros((2, *shape), dtype=np.float32)
-        self._lanes = np.zeros((2, layout.samples // 4), dtype=np.float32)
-        self._history_v, self._history_w = np.zeros((2, 4), dtype=np.float32)
+        self.critic_costs = np.zeros((len(self.critics), layout.blocks, layout.samples), dtype=np.float32)
+        self.total = np.zeros((layout.blocks, layout.samples), dtype=np.float32)
+        self.v, self.w = np.zeros((2, params.time_steps), dtype=np.float32)
+        self._history_v, self._history_w = np.zeros((2, HISTORY), dtype=np.float32)
         self.reset()
+
+    @property
+    def failed(self) -> bool:
+        """Whether all trajectories of the last call collide."""
+        return bool(self._call["failed"][0])
+
+    @property
+    def furthest(self) -> int:
+        """Index of the furthest path point the last call reached; -1 if no critic asked."""
+        return int(self._call["furthest"][0])
 
     def reset(self) -> None:
         """Forget the control sequence and its history, lift the speed limit, take new noise."""
-        self.batch.v[:] = 0.0
-        self.batch.w[:] = 0.0
-        self._history_v[:] = 0.0
-        self._history_w[:] = 0.0
+        for values in (self.v, self.w, self._history_v, self._history_w):
+            values[:] = 0.0
         self.set_speed_limit(0.0)
-        self.batch.noise = self._source.draw()
+        self._noise = self._source.draw()
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
         """Scale all limits so that ``vx_max`` becomes ``speed`` (m/s), or by per cent; 0 lifts the limit."""
         ratio = 1.0
         if speed:
             ratio = speed / 100.0 if percentage else speed / self._params.vx_max
-        self._limits = tuple(ratio * value for value in (self._params.vx_min, self._params.vx_max, self._params.wz_max))
+        self._tuning["highest_speed"] = ratio * self._params.vx_max
+        self._tuning["lowest_speed"] = ratio * self._params.vx_min
+        self._tuning["fastest_turn"] = ratio * self._params.wz_max
 
-    def compute(self, scene: Scene) -> Twist:
-        """Improve the control sequence and return the next command.
+    def compute(self, pose: Pose, velocity: Twist, path: NDArray[np.float64], costmap: Costmap) -> Twist:
+        """Improve the control sequence and return the next command; arguments as in :meth:`optimize`.
 
         Raises:
             ControllerAbort: If all trajectories collide. Humble's retries skip all critics and fail again, so only
                 their resets are left of them.
         """
-        self.optimize(scene)
-        if scene.failed:
+        self.optimize(pose, velocity, path, costmap)
+        if self.failed:
             for _ in range(self._params.retry_attempt_limit + 1):
                 self.reset()
             raise ControllerAbort("Optimizer fail to compute path")
-        self.filter()
+        self.smooth()
         return self.send()
 
-    def optimize(self, scene: Scene) -> None:
-        """Roll out, score and update ``iteration_count`` times."""
+    def optimize(self, pose: Pose, velocity: Twist, path: NDArray[np.float64], costmap: Costmap) -> None:
+        """Roll out, score and update ``iteration_count`` times.
+
+        Args:
+            pose: Robot.
+            velocity: Measured speeds.
+            path: ``(m, 3)`` local path, x, y in m and yaw in rad.
+            costmap: Local costmap.
+        """
+        points = np.ascontiguousarray(path.T, dtype=np.float32)
+        self._begin_call(pose, velocity, points, costmap)
         self.total[:] = 0.0
         for _ in range(self._params.iteration_count):
             if self._params.regenerate_noises:
-                self.batch.noise = self._source.draw()
-            self._score(scene)
-            self._update()
+                self._noise = self._source.draw()
+            optimize(
+                self._tuning, self._call, self._order, points, costmap.costs, self._corners,
+                *self._noise, self.v, self.w, self.critic_costs, self.total,
+            )  # fmt: skip
 
-    def filter(self) -> tuple[Controls, Controls]:
-        """Smooth the control sequence; return copies of v and w."""
-        filter_controls(self.batch.v, self._history_v)
-        filter_controls(self.batch.w, self._history_w)
-        return self.batch.v.copy(), self.batch.w.copy()
+    def smooth(self) -> None:
+        """Apply the Savitzky-Golay filter to the control sequence."""
+        smooth(self.v, self.w, self._history_v, self._history_w)
 
     def send(self) -> Twist:
         """Return the next command and move the control sequence on by a period."""
-        v, w = self.batch.v, self.batch.w
-        sent = 1 if self._shifts else 0
-        remember(v, sent, self._history_v)
-        remember(w, sent, self._history_w)
-        command = Twist(float(v[sent]), float(w[sent]))
-        if self._shifts:
-            shift(v)
-            shift(w)
-        return command
+        return Twist(send(self.v, self._history_v, self._shifts), send(self.w, self._history_w, self._shifts))
 
-    def _score(self, scene: Scene) -> None:
-        """Roll out and add up what the critics say; after a failure the rest is not asked."""
-        demands = Demands()
-        for critic in self.critics:
-            critic.demand(scene, demands)
-        self.batch.roll_out(scene, demands)
-        for critic, costs in zip(self.critics, self.costs, strict=True):
-            scores = None if scene.failed else critic.score(scene, self.batch)
-            if scores is None:
-                costs[:] = 0.0
-            else:
-                add_scores(scores, critic.factor, critic.own.cost_power, costs, self.total)
-
-    def _update(self) -> None:
-        """Replace the control sequence by the soft-max mean of the sampled ones, within the limits."""
-        batch, params = self.batch, self._params
-        np.add(self.total, batch.effort, out=self.total)
-        weight = soft_max(self.total, params.batch_size, params.temperature, self._weights)
-        add_mean_noise(batch.noise.v, batch.noise.w, self._weights, weight, self._lanes, batch.v, batch.w)
-        radius = params.AckermannConstraints.min_turning_r if params.motion_model == "Ackermann" else 0.0
-        clip_controls(batch.v, batch.w, *self._limits, radius)
+    def _begin_call(self, pose: Pose, velocity: Twist, points: Array, costmap: Costmap) -> None:
+        """Write down what a call is about; what MPPI calls the goal is the end of the local path."""
+        end_x, end_y, end_yaw = points[:, -1].tolist()
+        x, y, yaw = pose
+        squared_distance = (x - end_x) ** 2 + (y - end_y) ** 2
+        self._call[0] = (
+            x, y, yaw, *velocity, end_x, end_y, end_yaw, squared_distance,
+            costmap.resolution, costmap.origin_x, costmap.origin_y, costmap.track_unknown_space, False, -1,
+        )  # fmt: skip

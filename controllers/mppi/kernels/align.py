@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controllers.mppi.kernels.elementary import ONE, ZERO
+from controllers.mppi.kernels.elementary import ONE, TWO, ZERO
 from gym_mapbench.kernels.geometry import normalize_angle
 from gym_mapbench.kernels.jit import kernel
 
@@ -15,14 +15,13 @@ FAR = np.float32(np.inf)
 
 # Slots of the arc-length index: the share of lengths that need a search falls with their number.
 SLOTS = 4096
-SEARCH = np.int32(-1)
 
 
 @kernel
 def measure_path(x, y, arc):
     """Write the length along the path up to each point, float32 sums as in Nav2."""
     arc[0] = ZERO
-    for i in range(1, len(x)):
+    for i in range(1, len(arc)):
         dx, dy = x[i] - x[i - 1], y[i] - y[i - 1]
         arc[i] = arc[i - 1] + np.sqrt(dx * dx + dy * dy)
 
@@ -45,37 +44,39 @@ def _nearer_of(arc, i, length):
 
 
 @kernel
-def closest_by_length(arc, length, beyond):
-    """Index of the point of ``arc`` nearest to ``length``; ``beyond`` past its end."""
-    low, high = 0, len(arc)
-    while low < high:
-        middle = (low + high) // 2
-        if arc[middle] < length:
-            low = middle + 1
-        else:
-            high = middle
-    return beyond if low == len(arc) else _nearer_of(arc, low, length)
+def closest_by_length(arc, length, first, beyond):
+    """Index of the point of ``arc`` nearest to ``length``, not before ``first``; ``beyond`` past its end."""
+    i = first
+    while i < len(arc) and arc[i] < length:
+        i += 1
+    return beyond if i == len(arc) else _nearer_of(arc, i, length)
 
 
 @kernel
 def build_slots(arc, beyond, slots):
-    """Prepare :func:`closest_by_length` for look-up: write the answer of each slot, or SEARCH where it varies.
+    """Prepare :func:`closest_by_length` for look-up.
+
+    Write the answer for the lengths of each slot; where it changes within the slot, the bitwise complement of the
+    first answer.
 
     Returns:
         Slots per metre.
     """
-    per_metre = np.float32(len(slots) - 8) / max(arc[len(arc) - 1], np.float32(1e-6))
+    per_metre = np.float32(np.float32(len(slots) - 8) / max(arc[len(arc) - 1], np.float32(1e-6)))
     margin = np.float32(0.05)
-    for s in range(len(slots)):
-        slots[s] = SEARCH
-    begin = ZERO
+    s, begin, last = 0, -TWO, len(arc) - 1
     for i in range(len(arc)):
-        end = (arc[i] + arc[i + 1]) / 2 * per_metre if i + 1 < len(arc) else arc[i] * per_metre
-        for s in range(int(begin + margin) + 1 if i > 0 else 0, int(end - margin)):
+        while s < int(begin + margin) + 1:
+            slots[s] = ~(i - 1)
+            s += 1
+        end = (arc[i] if i == last else (arc[i] + arc[i + 1]) / 2) * per_metre
+        while s < int(end - margin):
             slots[s] = i
+            s += 1
         begin = end
-    for s in range(int(begin + margin) + 1, len(slots)):
-        slots[s] = beyond
+    while s < len(slots):
+        slots[s] = ~last if s < int(begin + margin) + 1 else beyond
+        s += 1
     return per_metre
 
 
@@ -103,9 +104,9 @@ def _advance(x, y, i, b, per_metre, last_slot, length, slot):
 def _look_up(slots, slot, arc, beyond, length, targets, found):
     """Read x, y and length along the path of every sample's closest path point."""
     for k in range(len(length)):
-        j = np.int32(slots[slot[k]])
+        j = slots[slot[k]]
         if j < 0:
-            j = np.int32(closest_by_length(arc, length[k], beyond))
+            j = np.int32(closest_by_length(arc, length[k], ~j, beyond))
         at = np.uint32(j)
         found[0, k] = targets[0, at]
         found[1, k] = targets[1, at]
@@ -115,7 +116,7 @@ def _look_up(slots, slot, arc, beyond, length, targets, found):
 @kernel
 def _look_up_yaw(arc, beyond, length, targets, found):
     for k in range(len(length)):
-        found[3, k] = targets[3, closest_by_length(arc, length[k], beyond)]
+        found[3, k] = targets[3, closest_by_length(arc, length[k], 0, beyond)]
 
 
 @kernel
@@ -151,28 +152,32 @@ def _add_poses(x, y, yaw, i, b, found, sums, counts):
 
 
 @kernel
-def score_align(kept, steps, arc, beyond, targets, slots, per_metre, defects, rows, slot, scores):
+def score_align(path, valid, furthest, kept, steps, defects, scores):
     """Write each sample's mean distance from the path point as far along the path as it has come itself.
 
     Args:
+        path: ``(3, points)`` x, y, yaw.
+        valid: ``(points,)`` whether each point counts.
+        furthest: How many points of the path are looked at.
         kept: ``(2 or 3, kept steps, blocks, samples)`` x, y and, to compare headings as well, yaw.
         steps: How many of the kept steps count.
-        arc: ``(furthest,)`` length along the path, m.
-        beyond: Index of the path point that stands for lengths beyond the last.
-        targets: ``(4, beyond + 1)`` from :func:`prepare_targets`.
-        slots, per_metre: From :func:`build_slots`.
         defects: Whether Humble's wrong search is copied.
-        rows: ``(8, samples)`` float32 scratch.
-        slot: ``(samples,)`` uint32 scratch.
         scores: ``(blocks, samples)``, written.
     """
-    x, y = kept[0], kept[1]
-    length, previous, sums, counts, found = rows[0], rows[1], rows[2], rows[3], rows[4:]
-    last_slot = np.float32(len(slots) - 1)
+    beyond = furthest if defects else furthest - 1
+    arc, slots = np.empty(furthest, dtype=np.float32), np.empty(SLOTS, dtype=np.int32)
+    targets = np.empty((4, beyond + 1), dtype=np.float32)
+    measure_path(path[0], path[1], arc)
+    prepare_targets(path, valid, arc, beyond, targets)
+    per_metre = build_slots(arc, beyond, slots)
+    x, y, width = kept[0], kept[1], scores.shape[1]
+    length, previous, sums, counts = np.empty((4, width), dtype=np.float32)
+    found, slot = np.empty((4, width), dtype=np.float32), np.empty(width, dtype=np.uint32)
     for b in range(scores.shape[0]):
-        rows[:4] = ZERO
+        for k in range(width):
+            length[k] = previous[k] = sums[k] = counts[k] = ZERO
         for i in range(1, steps):
-            _advance(x, y, i, b, per_metre, last_slot, length, slot)
+            _advance(x, y, i, b, per_metre, np.float32(SLOTS - 1), length, slot)
             _look_up(slots, slot, arc, beyond, length, targets, found)
             if len(kept) > 2:
                 _look_up_yaw(arc, beyond, length, targets, found)
@@ -182,5 +187,5 @@ def score_align(kept, steps, arc, beyond, targets, slots, per_metre, defects, ro
                 _add_poses(x, y, kept[2], i, b, found, sums, counts)
             else:
                 _add_offsets(x, y, i, b, found, sums, counts)
-        for k in range(len(sums)):
+        for k in range(width):
             scores[b, k] = sums[k] / counts[k] if counts[k] > ZERO else ZERO

@@ -8,34 +8,29 @@ from __future__ import annotations
 import numpy as np
 
 from controllers.mppi.kernels.elementary import ZERO
-from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.kernels.jit import inlined, kernel
+
+# Rows of what a sweep collects per sample: speed outside the limits, speed backwards, control effort, contributions of
+# cells, distances from the end of the local path, angles; and one to spare.
+EXCESS, REVERSE, EFFORT, CELLS, DISTANCE, ANGLE, SPARE = range(7)
+COLLECTED_ROWS = 7
 
 
-@kernel
-def _excess(speed, highest, lowest):
-    """How far a speed lies outside ``[lowest, highest]``."""
-    above, below = speed - highest, lowest - speed
-    worse = above if above > below else below
-    return worse if worse > ZERO else ZERO
-
-
-@kernel
-def _add_excess(noise, t, v, highest, lowest, b, excess):
-    for k in range(noise.shape[1]):
-        excess[b, k] += _excess(v + noise[t, k], highest, lowest)
-
-
-@kernel
-def _add_reverse(noise, t, v, b, reverse):
-    for k in range(noise.shape[1]):
-        speed = v + noise[t, k]
-        reverse[b, k] -= speed if speed < ZERO else ZERO
-
-
-@kernel
-def _add_effort(noise_v, noise_w, t, cost_v, cost_w, b, effort):
+@inlined
+def _add_costs(noise_v, noise_w, t, v, highest, lowest, cost_v, cost_w, b, collected):
     for k in range(noise_v.shape[1]):
-        effort[b, k] += cost_v * noise_v[t, k] + cost_w * noise_w[t, k]
+        speed = v + noise_v[t, k]
+        above, below = speed - highest, lowest - speed
+        worse = above if above > below else below
+        collected[EXCESS, b, k] += worse if worse > ZERO else ZERO
+        collected[REVERSE, b, k] -= speed if speed < ZERO else ZERO
+        collected[EFFORT, b, k] += cost_v * noise_v[t, k] + cost_w * noise_w[t, k]
+
+
+@inlined
+def _add_effort(noise_v, noise_w, t, cost_v, cost_w, b, collected):
+    for k in range(noise_v.shape[1]):
+        collected[EFFORT, b, k] += cost_v * noise_v[t, k] + cost_w * noise_w[t, k]
 
 
 @kernel
@@ -45,31 +40,34 @@ def _start_at(value, b, sums):
 
 
 @kernel
-def score_controls(noise_v, noise_w, v, w, v_0, limits, gains, excess, reverse, effort):
-    """Sum up, per sample, what the speeds cost.
+def start_controls(v_0, speeds, b, collected):
+    """Begin the sums of a block with the measured speed ``v_0``."""
+    highest, lowest = np.float32(speeds[0]), np.float32(speeds[1])
+    _start_at(max(max(v_0 - highest, lowest - v_0), ZERO), b, collected[EXCESS])
+    _start_at(max(-v_0, ZERO), b, collected[REVERSE])
+    _start_at(ZERO, b, collected[EFFORT])
+
+
+@inlined
+def add_controls(noise_v, noise_w, t, v, w, speeds, b, collected):
+    """Add what the controls of one step cost.
 
     Args:
-        noise_v, noise_w: ``(blocks, time_steps, samples)`` noise of the controls, m/s and rad/s.
-        v, w: ``(time_steps,)`` control sequence.
-        v_0: Measured speed, m/s.
-        limits: Highest and lowest speed that is not penalised, m/s.
-        gains: gamma / std^2 of v and of w.
-        excess: ``(blocks, samples)`` sum of m/s outside the limits, written.
-        reverse: ``(blocks, samples)`` sum of m/s backwards, written.
-        effort: ``(blocks, samples)`` sum of gain * control * noise, written.
+        noise_v: ``(time_steps, samples)`` noise of the controls, m/s.
+        noise_w: The same, rad/s.
+        t: The step; the last control moves nothing and costs effort only.
+        v: ``(time_steps,)`` control sequence, m/s.
+        w: The same, rad/s.
+        speeds: Highest and lowest speed that costs nothing, m/s; gamma / std^2 of v and of w.
+        b: Block.
+        collected: ``(7, blocks, samples)`` sums.
     """
-    blocks, steps = noise_v.shape[:2]
-    highest, lowest, first = np.float32(limits[0]), np.float32(limits[1]), np.float32(v_0)
-    gain_v, gain_w = np.float32(gains[0]), np.float32(gains[1])
-    for b in range(blocks):
-        _start_at(_excess(first, highest, lowest), b, excess)
-        _start_at(-first if first < ZERO else ZERO, b, reverse)
-        _start_at(ZERO, b, effort)
-        for t in range(steps):
-            if t < steps - 1:
-                _add_excess(noise_v[b], t, v[t], highest, lowest, b, excess)
-                _add_reverse(noise_v[b], t, v[t], b, reverse)
-            _add_effort(noise_v[b], noise_w[b], t, gain_v * v[t], gain_w * w[t], b, effort)
+    effort_v, effort_w = np.float32(speeds[2]) * v[t], np.float32(speeds[3]) * w[t]
+    if t < len(v) - 1:
+        highest, lowest = np.float32(speeds[0]), np.float32(speeds[1])
+        _add_costs(noise_v, noise_w, t, v[t], highest, lowest, effort_v, effort_w, b, collected)
+    else:
+        _add_effort(noise_v, noise_w, t, effort_v, effort_w, b, collected)
 
 
 @kernel
@@ -98,8 +96,9 @@ def add_below(noise, u, u_0, threshold, below):
 
 
 @kernel
-def add_too_tight(noise_v, noise_w, v, w, v_0, w_0, radius, excess):
+def add_too_tight(rollout, v_0, w_0, radius, excess):
     """Add how far each sample's turning radius ``|v| / |w|`` lies below ``radius`` (m) to ``excess``."""
+    _, noise_v, noise_w, v, w = rollout
     blocks, steps, samples = noise_v.shape
     smallest = np.float32(radius)
     for b in range(blocks):

@@ -10,16 +10,18 @@ from gym_mapbench.kernels.jit import kernel
 
 FAR = np.float32(np.inf)
 
+# One sample in so many of the first block guesses how far all of them come.
+GUESS_EVERY = 32
+
 
 @kernel
-def find_valid(x, y, costs, place, unknown_is_free, valid):
+def find_valid(x, y, costs, call, valid):
     """Write whether each path point but the last lies on the map and off obstacles (``setPathCostsIfNotSet``)."""
-    resolution, origin_x, origin_y = place
     rows, cols = costs.shape
     for i in range(len(x) - 1):
-        cell = cell_index(np.float64(x[i]), np.float64(y[i]), origin_x, origin_y, resolution, rows, cols)
+        cell = cell_index(np.float64(x[i]), np.float64(y[i]), call.origin_x, call.origin_y, call.resolution, rows, cols)
         cost = 254 if cell < 0 else int(costs[cell // cols, cell % cols])
-        valid[i] = cost < 253 or (cost == 255 and unknown_is_free)
+        valid[i] = cost < 253 or (cost == 255 and call.unknown_is_free)
     valid[len(x) - 1] = True
 
 
@@ -63,41 +65,56 @@ def _nearer_beyond(path_x, path_y, reached, last, x, y, row, nearest):
 
 
 @kernel
-def _row_bounds(values):
-    """Smallest and largest value of a two-dimensional array."""
-    low, high = values[0, 0], values[0, 0]
-    for row in range(values.shape[0]):
-        for k in range(values.shape[1]):
-            low = min(low, values[row, k])
-            high = max(high, values[row, k])
-    return low, high
+def _bounds(x, y):
+    """Box around all points: left, right, low, high."""
+    left, right, low, high = x[0, 0], x[0, 0], y[0, 0], y[0, 0]
+    for b in range(x.shape[0]):
+        for k in range(x.shape[1]):
+            left = x[b, k] if x[b, k] < left else left
+            right = x[b, k] if x[b, k] > right else right
+            low = y[b, k] if y[b, k] < low else low
+            high = y[b, k] if y[b, k] > high else high
+    return left, right, low, high
 
 
 @kernel
-def furthest_reached(path_x, path_y, x, y, samples, nearest):
+def _is_nearer_beyond(path_x, path_y, reached, last, x, y):
+    """Whether one of the path points after ``reached`` is nearer to a point than ``reached`` is."""
+    dx, dy = path_x[reached] - x, path_y[reached] - y
+    limit = dx * dx + dy * dy
+    for i in range(reached + 1, last + 1):
+        dx, dy = path_x[i] - x, path_y[i] - y
+        if dx * dx + dy * dy < limit:
+            return True
+    return False
+
+
+@kernel
+def furthest_reached(path_x, path_y, x, y, samples):
     """Largest index of the path points nearest to the samples' last points.
 
     Only path points beyond the furthest found so far are compared with all samples; a sample that is nearer to
     one of those than to the furthest itself is then searched in full. So the result is that of a full search.
 
     Args:
-        path_x, path_y: ``(points,)`` m.
-        x, y: ``(blocks, samples)`` last points, m.
+        path_x: ``(points,)`` m.
+        path_y: The same.
+        x: ``(blocks, samples)`` last points, m.
+        y: The same.
         samples: How many of them count.
-        nearest: ``(samples,)`` scratch, one block long.
     """
-    left, right = _row_bounds(x)
-    low, high = _row_bounds(y)
-    last = _last_possible(path_x, path_y, left, right, low, high)
-    reached = nearest_point(path_x, path_y, x[0, 0], y[0, 0])
-    width = x.shape[1]
-    for b in range(x.shape[0]):
-        reached = max(reached, nearest_point(path_x, path_y, x[b, 0], y[b, 0]))
+    last = _last_possible(path_x, path_y, *_bounds(x, y))
+    reached, width = 0, x.shape[1]
+    nearest = np.empty(width, dtype=np.float32)
+    for k in range(0, min(samples, width), GUESS_EVERY):
+        reached = max(reached, nearest_point(path_x, path_y, x[0, k], y[0, k]))
     for b in range(x.shape[0]):
         _nearer_beyond(path_x, path_y, reached, last, x, y, b, nearest)
         for k in range(min(width, samples - b * width)):
             dx, dy = path_x[reached] - x[b, k], path_y[reached] - y[b, k]
-            if nearest[k] < dx * dx + dy * dy:
+            if nearest[k] >= dx * dx + dy * dy:
+                continue
+            if _is_nearer_beyond(path_x, path_y, reached, last, x[b, k], y[b, k]):
                 reached = max(reached, nearest_point(path_x, path_y, x[b, k], y[b, k]))
     return reached
 

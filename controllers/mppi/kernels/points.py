@@ -1,124 +1,125 @@
-"""Scores that look at every point of every trajectory: costmap, distance to the goal, heading.
+"""One pass over all points of all trajectories: controls, costmap, distance to the goal, heading.
 
 The cell under a point is found in fixed point: float32 displacement times a power of two per cell. Where that
-lies within rounding of a cell border it can differ from Nav2's float64 division, so such samples are marked as
-doubtful and :mod:`controllers.mppi.kernels.walk` scores them again exactly, point by point.
+lies within rounding of a cell border it can differ from Nav2's float64 division of the rounded world coordinate,
+and the few points of which this is true are looked up again in that way. Nearer still, the last bit of the fast
+rollout decides, and the sample is rolled out once more with sine and cosine evaluated at every step.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from controllers.mppi.kernels.controls import ANGLE, CELLS, DISTANCE, add_controls, start_controls
 from controllers.mppi.kernels.elementary import ZERO, angle_of
-from controllers.mppi.kernels.rollout import COS, SIN, YAW, X, Y, place, start, step
-from gym_mapbench.kernels.jit import kernel
-
-OFF_MAP = 255
+from controllers.mppi.kernels.rollout import COS, SIN, STATE_ROWS, TURNED, X, Y, retrace, start, step
+from gym_mapbench.kernels.geometry import cell_index
+from gym_mapbench.kernels.jit import inlined, kernel
 
 # Points are gathered four steps at a time.
 RING = 4
+# A point is near a cell border if its fixed-point fraction, moved by 2 units, is below this.
+NEAR = 5
+# Within this distance of one (m), the last bits of the rollout can decide.
+LAST_BITS = 1e-6
+
+# What the sweep can look at besides controls and cells.
+NOTHING, HEADING, BEARING = range(3)
 
 
-@kernel
-def open_window(costs, row_0, col_0, rows, cols, stride_bits, contribution, window):
-    """Translate a part of a costmap into contributions, with a border of points off the map around it.
+@inlined
+def _locate(rows, grid, scale, ring, i, border):
+    """Cell of every sample's point into ``ring[i]``, and whether it lies near a border into ``border``.
 
-    Args:
-        costs: ``(rows, cols)`` uint8 of the whole costmap.
-        row_0, col_0: First cell of the part.
-        rows, cols: Size of the part.
-        stride_bits: The window's rows are ``2**stride_bits`` apart.
-        contribution: ``(256,)`` float32, what a point on a cell of that cost adds to a trajectory's sum.
-        window: Flat float32, written.
+    Returns:
+        Whether any point does.
     """
-    off_map = contribution[OFF_MAP]
-    for row in range(rows + 2):
-        base = row << stride_bits
-        if 0 < row <= rows:
-            window[base] = off_map
-            window[base + cols + 1] = off_map
-            for col in range(cols):
-                window[base + 1 + col] = contribution[costs[row_0 + row - 1, col_0 + col]]
-        else:
-            for col in range(cols + 2):
-                window[base + col] = off_map
-
-
-@kernel
-def _locate(rows, scale, start_x, start_y, offset_x, offset_y, last_x, last_y, bits, stride_bits, ring, i, b, doubt):
-    """Cell of every sample's point into ``ring[i]``; ``doubt`` keeps the smallest distance from a cell border."""
-    mask = np.int32((1 << bits) - 1)
-    shift, stride = np.uint32(bits), np.uint32(stride_bits)
+    bits, stride_bits = np.uint32(grid[0]), np.uint32(grid[1])
+    offset_x, offset_y, last_x, last_y = np.int32(grid[2]), np.int32(grid[3]), np.uint32(grid[4]), np.uint32(grid[5])
+    units, start_x, start_y = np.float32(scale[0]), np.float32(scale[1]), np.float32(scale[2])
+    mask, near, any_near = np.int32((1 << grid[0]) - 1), np.int32(NEAR), np.int32(0)
     for k in range(rows.shape[1]):
-        x = np.int32(np.int32(rows[X, k] * scale + start_x) + offset_x)
-        y = np.int32(np.int32(rows[Y, k] * scale + start_y) + offset_y)
-        near_x, near_y = np.int32(x & mask), np.int32(y & mask)
-        near = near_x if near_x < near_y else near_y
-        doubt[b, k] = near if near < doubt[b, k] else doubt[b, k]
+        x = np.int32(np.int32(rows[X, k] * units + start_x) + offset_x)
+        y = np.int32(np.int32(rows[Y, k] * units + start_y) + offset_y)
+        fraction_x, fraction_y = np.int32(x & mask), np.int32(y & mask)
+        nearer = fraction_x if fraction_x < fraction_y else fraction_y
+        is_near = np.int32(1 if nearer < near else 0)
+        border[k] = is_near
+        any_near = np.int32(any_near | is_near)
         ux, uy = np.uint32(x), np.uint32(y)
         ux = ux if ux < last_x else last_x
         uy = uy if uy < last_y else last_y
-        ring[i, k] = ((uy >> shift) << stride) + (ux >> shift)
+        ring[i, k] = np.uint32((uy >> bits) << stride_bits) + (ux >> bits)
+    return any_near != 0
 
 
 @kernel
-def _gather_four(ring, window, b, sums):
-    for k in range(ring.shape[1]):
-        pair = window[ring[0, k]] + window[ring[1, k]]
-        sums[b, k] += pair + (window[ring[2, k]] + window[ring[3, k]])
+def _off_border(offset, resolution):
+    """Distance of a coordinate, m from the map's origin, from the nearest cell border, m."""
+    cells = offset / resolution
+    return abs(cells - np.rint(cells)) * resolution
 
 
 @kernel
-def _gather_one(ring, i, window, b, sums):
-    for k in range(ring.shape[1]):
-        sums[b, k] += window[ring[i, k]]
+def _locate_exactly(rows, noise_v, noise_w, t, v, w, dt, call, grid, shape, ring, border):
+    """Look up the points near a border as Nav2 does, in the whole costmap of ``shape``."""
+    yaw_0, v_0, w_0 = np.float32(call.yaw), np.float32(call.v), np.float32(call.w)
+    resolution, origin_x, origin_y = call.resolution, call.origin_x, call.origin_y
+    for k in range(rows.shape[1]):
+        if border[k] == 0:
+            continue
+        x, y = np.float32(call.x + rows[X, k]), np.float32(call.y + rows[Y, k])
+        if min(_off_border(x - origin_x, resolution), _off_border(y - origin_y, resolution)) < LAST_BITS:
+            dx, dy = retrace(noise_v, noise_w, k, t, v, w, v_0, w_0, yaw_0, dt)
+            x, y = np.float32(call.x + dx), np.float32(call.y + dy)
+        cell = cell_index(np.float64(x), np.float64(y), origin_x, origin_y, resolution, shape[0], shape[1])
+        row, col = cell // shape[1] - grid[6] + 1, cell % shape[1] - grid[7] + 1
+        ring[t % RING, k] = 0 if cell < 0 else np.uint32((row << grid[1]) + col)
 
 
-@kernel
-def _scan(rows, t, steps, grid, scale, ring, window, b, sums, doubt):
-    """Find the cells of step ``t``; add up contributions whenever the ring is full or the steps end."""
-    bits, stride_bits, offset_x, offset_y, last_x, last_y = grid
-    i = t % RING
-    _locate(
-        rows, np.float32(scale[0]), np.float32(scale[1]), np.float32(scale[2]), np.int32(offset_x),
-        np.int32(offset_y), np.uint32(last_x), np.uint32(last_y), bits, stride_bits, ring, i, b, doubt,
-    )  # fmt: skip
-    if i == RING - 1:
-        _gather_four(ring, window, b, sums)
+@inlined
+def _gather(t, steps, ring, window, b, collected):
+    """Add up contributions whenever the ring is full or the steps end."""
+    if t % RING == RING - 1:
+        for k in range(ring.shape[1]):
+            pair = window[ring[0, k]] + window[ring[1, k]]
+            collected[CELLS, b, k] += pair + (window[ring[2, k]] + window[ring[3, k]])
     elif t == steps - 1:
-        for j in range(i + 1):
-            _gather_one(ring, j, window, b, sums)
+        for i in range(t % RING + 1):
+            for k in range(ring.shape[1]):
+                collected[CELLS, b, k] += window[ring[i, k]]
 
 
-@kernel
-def _keep(rows, x_0, y_0, b, kept, i):
-    place(rows, X, x_0, kept[0, i, b])
-    place(rows, Y, y_0, kept[1, i, b])
+@inlined
+def _keep(rows, call, b, kept, i):
+    for k in range(rows.shape[1]):
+        kept[0, i, b, k] = np.float32(call.x + rows[X, k])
+        kept[1, i, b, k] = np.float32(call.y + rows[Y, k])
     if len(kept) > 2:
         for k in range(rows.shape[1]):
-            kept[2, i, b, k] = rows[YAW, k]
+            kept[2, i, b, k] = rows[TURNED, k] + np.float32(call.yaw)
 
 
 @kernel
-def _add_distance(rows, goal_x, goal_y, b, sums):
+def _add_distance(rows, goal_x, goal_y, b, collected):
     for k in range(rows.shape[1]):
         dx = rows[X, k] - goal_x
         dy = rows[Y, k] - goal_y
-        sums[b, k] += np.sqrt(dx * dx + dy * dy)
+        collected[DISTANCE, b, k] += np.sqrt(dx * dx + dy * dy)
 
 
 @kernel
-def _add_angle(rows, cos, sin, either_way, b, sums):
+def _add_heading(rows, cos, sin, either_way, b, collected):
     """Add the angle between each sample's heading and one direction; ``either_way``: or its opposite, if nearer."""
     for k in range(rows.shape[1]):
         cross = rows[COS, k] * sin - rows[SIN, k] * cos
         dot = rows[COS, k] * cos + rows[SIN, k] * sin
         forward = -dot if dot < ZERO else dot
-        sums[b, k] += angle_of(forward if either_way else dot, -cross if cross < ZERO else cross)
+        collected[ANGLE, b, k] += angle_of(forward if either_way else dot, -cross if cross < ZERO else cross)
 
 
 @kernel
-def _add_bearing(rows, target_x, target_y, either_way, b, sums):
+def _add_bearing(rows, target_x, target_y, either_way, b, collected):
     """Add the angle between each sample's heading and the bearing of one point from it."""
     for k in range(rows.shape[1]):
         dx = target_x - rows[X, k]
@@ -126,62 +127,69 @@ def _add_bearing(rows, target_x, target_y, either_way, b, sums):
         cross = rows[COS, k] * dy - rows[SIN, k] * dx
         dot = rows[COS, k] * dx + rows[SIN, k] * dy
         forward = -dot if dot < ZERO else dot
-        sums[b, k] += angle_of(forward if either_way else dot, -cross if cross < ZERO else cross)
+        collected[ANGLE, b, k] += angle_of(forward if either_way else dot, -cross if cross < ZERO else cross)
+
+
+@kernel
+def _look(rows, look, target, either_way, b, collected):
+    """Add what a sweep is asked to look at."""
+    if look == HEADING:
+        _add_heading(rows, np.float32(target[0]), np.float32(target[1]), either_way, b, collected)
+    elif look == BEARING:
+        _add_bearing(rows, np.float32(target[0]), np.float32(target[1]), either_way, b, collected)
 
 
 @kernel
 def sweep(
-    noise_v, noise_w, v, w, state, dt, refresh_every, rows, keep, kept,
-    scan, grid, scale, ring, window, sums, doubt, wanted, goal, distance, angle,
+    call, dt, refresh_every, noise_v, noise_w, v, w, speeds, keep, kept,
+    scan, grid, scale, shape, window, measure, look, target, either_way, collected,
 ):  # fmt: skip
     """Roll out all samples once and score them on the way.
 
     Args:
-        noise_v, noise_w: ``(blocks, time_steps, samples)`` noise of the controls, m/s and rad/s.
-        v, w: ``(time_steps,)`` control sequence.
-        state: ``(x, y, yaw, v, w)`` at the start.
+        call: Record of the call.
         dt: Period, s.
         refresh_every: Steps between two evaluations of sine and cosine.
-        rows: ``(7, samples)`` scratch; see :mod:`controllers.mppi.kernels.rollout`.
+        noise_v: ``(blocks, time_steps, samples)`` m/s.
+        noise_w: The same, rad/s.
+        v: ``(time_steps,)`` control sequence, m/s.
+        w: The same, rad/s.
+        speeds: See :func:`~controllers.mppi.kernels.controls.add_controls`.
         keep: ``(time_steps,)`` row of ``kept`` that takes a step's points, or -1.
         kept: ``(2 or 3, kept steps, blocks, samples)`` world x, y and perhaps yaw, written.
         scan: Whether to sum up the contributions of the cells.
-        grid: ``(bits, stride_bits, offset_x, offset_y, last_x, last_y)`` of the fixed-point grid.
+        grid: ``(bits, stride_bits, offset_x, offset_y, last_x, last_y, first_row, first_col)`` of the fixed-point grid.
         scale: ``(units per m, units of the start x, of the start y)``.
-        ring: ``(4, samples)`` uint32 scratch.
-        window: From :func:`open_window`.
-        sums, doubt: ``(blocks, samples)`` contributions, and units to the nearest cell border, updated.
-        wanted: Whether to sum up ``distance`` and ``angle``, and whether an angle may count from behind.
-        goal: ``(x, y)`` m from the start, and ``(cos, sin)`` of the heading there.
-        distance, angle: ``(blocks, samples)`` sums over the steps, updated.
+        shape: ``(rows, cols)`` of the costmap.
+        window: Contributions of the cells; see :mod:`controllers.mppi.kernels.window`.
+        measure: Whether to sum up distances from the end of the local path.
+        look: NOTHING; HEADING: angles from the direction ``target`` (cos, sin); BEARING: from the bearing of the point
+            ``target``, m from the start.
+        target: See ``look``.
+        either_way: Whether an angle may count from behind.
+        collected: ``(7, blocks, samples)`` sums over the steps, written.
     """
-    blocks, steps = noise_v.shape[:2]
-    yaw_0, v_0, w_0 = np.float32(state[2]), np.float32(state[3]), np.float32(state[4])
-    period = np.float32(dt)
+    blocks, steps, samples = noise_v.shape
+    rows = np.empty((STATE_ROWS, samples), dtype=np.float32)
+    ring, border = np.empty((RING, samples), dtype=np.uint32), np.empty(samples, dtype=np.int32)
+    yaw_0, v_0, w_0, period = np.float32(call.yaw), np.float32(call.v), np.float32(call.w), np.float32(dt)
+    goal_x, goal_y = np.float32(call.end_x - call.x), np.float32(call.end_y - call.y)
     for b in range(blocks):
+        block_v, block_w = noise_v[b], noise_w[b]
         start(rows, v_0, w_0, yaw_0, period)
+        start_controls(v_0, speeds, b, collected)
+        collected[CELLS:, b] = ZERO
         for t in range(steps):
             if t > 0:
-                step(rows, noise_v[b], noise_w[b], t - 1, v[t - 1], w[t - 1], yaw_0, period, t % refresh_every == 0)
+                step(rows, block_v, block_w, t - 1, v[t - 1], w[t - 1], yaw_0, period, t % refresh_every == 0)
             if keep[t] >= 0:
-                _keep(rows, state[0], state[1], b, kept, keep[t])
+                _keep(rows, call, b, kept, keep[t])
+            add_controls(block_v, block_w, t, v, w, speeds, b, collected)
             if scan:
-                _scan(rows, t, steps, grid, scale, ring, window, b, sums, doubt)
-            if wanted[0]:
-                _add_distance(rows, np.float32(goal[0]), np.float32(goal[1]), b, distance)
-            if wanted[1]:
-                _add_angle(rows, np.float32(goal[2]), np.float32(goal[3]), wanted[2], b, angle)
-
-
-@kernel
-def sweep_bearing(noise_v, noise_w, v, w, state, dt, refresh_every, rows, target, either_way, sums):
-    """Roll out all samples and sum up the angles between heading and bearing of ``target`` (m from the start)."""
-    blocks, steps = noise_v.shape[:2]
-    yaw_0, v_0, w_0 = np.float32(state[2]), np.float32(state[3]), np.float32(state[4])
-    period = np.float32(dt)
-    for b in range(blocks):
-        start(rows, v_0, w_0, yaw_0, period)
-        for t in range(steps):
-            if t > 0:
-                step(rows, noise_v[b], noise_w[b], t - 1, v[t - 1], w[t - 1], yaw_0, period, t % refresh_every == 0)
-            _add_bearing(rows, np.float32(target[0]), np.float32(target[1]), either_way, b, sums)
+                if _locate(rows, grid, scale, ring, t % RING, border):
+                    _locate_exactly(rows, block_v, block_w, t, v, w, period, call, grid, shape, ring, border)
+                _gather(t, steps, ring, window, b, collected)
+            if measure:
+                _add_distance(rows, goal_x, goal_y, b, collected)
+            if look != NOTHING:
+                _look(rows, look, target, either_way, b, collected)

@@ -13,31 +13,24 @@ from __future__ import annotations
 import numpy as np
 
 from controllers.mppi.kernels.elementary import COS_4, HALF, SIN_3, SIN_5, sin_cos
-from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.kernels.jit import inlined, kernel
 
 BLOCK = 512
 # Rows are padded to a multiple of this, so that sums over a row can run in four parts side by side.
 ROW_UNIT = 128
 
-# Rows of the state of a block: displacement from the start (m), turn since the start and heading (rad), the last
-# change of heading, and the heading's cosine and sine.
-X, Y, TURNED, YAW, CHANGE, COS, SIN = range(7)
-STATE_ROWS = 7
+# Rows of the state of a block: displacement from the start (m), turn since the start (rad), and the heading's cosine
+# and sine.
+X, Y, TURNED, COS, SIN = range(5)
+STATE_ROWS = 5
 
 # Rotating by a small angle instead of evaluating sine and cosine: exact to float32 below this change per step.
 SMALL_CHANGE = 0.25
-# Afresh after so many rotations, before rounding adds up.
-REFRESH_EVERY = 8
+# Evaluate them afresh after so many rotations, before rounding adds up.
+REFRESH_EVERY = 16
 
 
-@kernel
-def fill(row, value):
-    """Set a whole row."""
-    for k in range(len(row)):
-        row[k] = value
-
-
-@kernel
+@inlined
 def _move(rows, noise, t, v, dt):
     for k in range(rows.shape[1]):
         speed = v + noise[t, k]
@@ -45,20 +38,12 @@ def _move(rows, noise, t, v, dt):
         rows[Y, k] += (speed * rows[SIN, k]) * dt
 
 
-@kernel
+@inlined
 def _turn(rows, noise, t, w, dt, yaw_0):
     for k in range(rows.shape[1]):
         total = rows[TURNED, k] + (w + noise[t, k]) * dt
-        heading = total + yaw_0
+        a = (total + yaw_0) - (rows[TURNED, k] + yaw_0)
         rows[TURNED, k] = total
-        rows[CHANGE, k] = heading - rows[YAW, k]
-        rows[YAW, k] = heading
-
-
-@kernel
-def _rotate(rows):
-    for k in range(rows.shape[1]):
-        a = rows[CHANGE, k]
         z = a * a
         s = a + (a * z) * (SIN_3 + z * SIN_5)
         c = z * (z * COS_4 - HALF)
@@ -67,40 +52,46 @@ def _rotate(rows):
         rows[SIN, k] = sin + (sin * c + cos * s)
 
 
-@kernel
-def _refresh(rows):
+@inlined
+def _turn_afresh(rows, noise, t, w, dt, yaw_0):
     for k in range(rows.shape[1]):
-        rows[SIN, k], rows[COS, k] = sin_cos(rows[YAW, k])
+        total = rows[TURNED, k] + (w + noise[t, k]) * dt
+        rows[TURNED, k] = total
+        rows[SIN, k], rows[COS, k] = sin_cos(total + yaw_0)
 
 
 @kernel
 def start(rows, v, w, yaw_0, dt):
     """Set ``rows`` to step 0: one period at the measured speeds ``v`` and ``w``, the same for all samples."""
     sin, cos = sin_cos(yaw_0)
-    heading = w * dt + yaw_0
-    sin_1, cos_1 = sin_cos(heading)
+    sin_1, cos_1 = sin_cos(w * dt + yaw_0)
     for k in range(rows.shape[1]):
         rows[X, k] = (v * cos) * dt
         rows[Y, k] = (v * sin) * dt
         rows[TURNED, k] = w * dt
-        rows[YAW, k] = heading
         rows[COS, k] = cos_1
         rows[SIN, k] = sin_1
 
 
-@kernel
+@inlined
 def step(rows, noise_v, noise_w, t, v, w, yaw_0, dt, refresh):
     """Advance ``rows`` by one period with the controls ``v + noise_v[t]`` and ``w + noise_w[t]``."""
     _move(rows, noise_v, t, v, dt)
-    _turn(rows, noise_w, t, w, dt, yaw_0)
     if refresh:
-        _refresh(rows)
+        _turn_afresh(rows, noise_w, t, w, dt, yaw_0)
     else:
-        _rotate(rows)
+        _turn(rows, noise_w, t, w, dt, yaw_0)
 
 
 @kernel
-def place(rows, row, origin, out):
-    """World coordinates of one row as Nav2 rounds them: float64 sum, float32 result."""
-    for k in range(len(out)):
-        out[k] = np.float32(origin + rows[row, k])
+def retrace(noise_v, noise_w, k, end, v, w, v_0, w_0, yaw_0, dt):
+    """Displacement ``(x, y)`` of one sample at step ``end``, sine and cosine evaluated at every step."""
+    sin, cos = sin_cos(yaw_0)
+    x, y, turned = (v_0 * cos) * dt, (v_0 * sin) * dt, w_0 * dt
+    for t in range(end):
+        sin, cos = sin_cos(turned + yaw_0)
+        speed = v[t] + noise_v[t, k]
+        x += (speed * cos) * dt
+        y += (speed * sin) * dt
+        turned += (w[t] + noise_w[t, k]) * dt
+    return x, y

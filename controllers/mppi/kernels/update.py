@@ -15,11 +15,14 @@ SHORTEST_FILTERED = 21
 
 
 @kernel
-def add_scores(scores, factor, power, out, total):
-    """Write ``(factor * scores)^power`` to ``out`` and add it to ``total``; all ``(blocks, samples)``."""
+def add_scores(scores, factor, power, applies, out, total):
+    """Write ``(factor * scores)^power`` to ``out``, or 0, and add it to ``total``; all ``(blocks, samples)``."""
     gain = np.float32(factor)
     width = scores.shape[1]
     for b in range(scores.shape[0]):
+        if not applies:
+            out[b] = ZERO
+            continue
         for k in range(width):
             out[b, k] = gain * scores[b, k]
         for _ in range(power - 1):
@@ -86,21 +89,24 @@ def _sum_lanes(lanes):
 
 
 @kernel
-def add_mean_noise(noise_v, noise_w, weights, total, lanes, v, w):
+def add_mean_noise(noise_v, noise_w, weights, total, v, w):
     """Add the weighted mean of the noise to the control sequence.
 
     Args:
-        noise_v, noise_w: ``(blocks, time_steps, samples)`` m/s and rad/s.
+        noise_v: ``(blocks, time_steps, samples)`` m/s.
+        noise_w: The same, rad/s.
         weights: ``(blocks, samples)``.
         total: Sum of the weights.
-        lanes: ``(2, samples / 4)`` scratch.
-        v, w: ``(time_steps,)`` control sequence, updated.
+        v: ``(time_steps,)`` control sequence, m/s, updated.
+        w: The same, rad/s.
     """
-    lanes_v, lanes_w = lanes[0], lanes[1]
+    quarter = noise_v.shape[2] // 4
+    lanes_v, lanes_w = np.empty(quarter, dtype=np.float32), np.empty(quarter, dtype=np.float32)
     for t in range(len(v)):
-        lanes[:] = ZERO
+        lanes_v[:] = ZERO
+        lanes_w[:] = ZERO
         for b in range(noise_v.shape[0]):
-            _add_quarters(weights, noise_v, noise_w, b, t, lanes.shape[1], lanes_v, lanes_w)
+            _add_quarters(weights, noise_v, noise_w, b, t, quarter, lanes_v, lanes_w)
         v[t] += np.float32(_sum_lanes(lanes_v) / total)
         w[t] += np.float32(_sum_lanes(lanes_w) / total)
 
@@ -141,17 +147,21 @@ def filter_controls(u, history):
 
 
 @kernel
-def remember(u, sent, history):
-    """Append the control that is sent, ``u[sent]``, to the history."""
-    if len(u) < SHORTEST_FILTERED:
-        return
-    for i in range(HALF_WINDOW - 1):
-        history[i] = history[i + 1]
-    history[HALF_WINDOW - 1] = u[sent]
+def smooth(v, w, history_v, history_w):
+    """Filter both axes of the control sequence; see :func:`filter_controls`."""
+    filter_controls(v, history_v)
+    filter_controls(w, history_w)
 
 
 @kernel
-def shift(u):
-    """Move the sequence one period on; the last value stays."""
-    for t in range(len(u) - 1):
-        u[t] = u[t + 1]
+def send(u, history, shifts):
+    """Return the control that is sent; remember it, and move the sequence on by a period if it ``shifts``."""
+    sent = u[1] if shifts else u[0]
+    if len(u) >= SHORTEST_FILTERED:
+        for i in range(HALF_WINDOW - 1):
+            history[i] = history[i + 1]
+        history[HALF_WINDOW - 1] = sent
+    if shifts:
+        for t in range(len(u) - 1):
+            u[t] = u[t + 1]
+    return sent

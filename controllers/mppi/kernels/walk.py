@@ -1,8 +1,8 @@
-"""Scores that follow single trajectories point by point, exactly as Nav2's critics do.
+"""Scores that follow single trajectories point by point, as Nav2's critics do.
 
-Slower than a sweep over all samples, and needed for few: those that pass within rounding of a cell border, those
-whose footprint has to be looked at, and the whole batch for the Obstacles critic. The chosen samples are rolled
-out again by the same kernels, so their points are the same to the last bit.
+Slower than a sweep over all samples, and needed for few: those whose footprint has to be looked at, and the whole
+batch for the Obstacles critic. The chosen samples are rolled out again by the same kernels, so their points are the
+same to the last bit.
 """
 
 from __future__ import annotations
@@ -11,41 +11,22 @@ import math
 
 import numpy as np
 
-from controllers.mppi.kernels.rollout import YAW, X, Y, start, step
+from controllers.mppi.kernels.rollout import STATE_ROWS, TURNED, X, Y, start, step
+from controllers.mppi.kernels.window import INSCRIBED, LETHAL, MARKED
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import kernel
 
-INSCRIBED, LETHAL, NO_INFORMATION = 253, 254, 255
-
-# Within so many fixed-point units of a cell border, the point may lie on either side of it.
-DOUBTFUL = 4
+NO_INFORMATION = 255
+NEVER = 256.0
 
 
 @kernel
-def pick(noise, chosen, out):
-    """Copy the noise of the ``chosen`` samples, ``(time_steps, len(chosen))``; columns beyond them become 0."""
-    samples = noise.shape[2]
-    for t in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            k = chosen[j] if j < len(chosen) else -1
-            out[t, j] = noise[k // samples, t, k % samples] if k >= 0 else np.float32(0.0)
-
-
-@kernel
-def centre_cost(costs, place, x, y):
-    """Cost of the cell under a point; 255 off the map."""
-    resolution, origin_x, origin_y = place
-    rows, cols = costs.shape
-    cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
-    return NO_INFORMATION if cell < 0 else int(costs[cell // cols, cell % cols])
-
-
-@kernel
-def outline_cost(costs, place, corners, x, y, yaw):
-    """Largest cost under the outline of the footprint at a pose; 254 if it reaches off the map."""
-    resolution, origin_x, origin_y = place
-    return int(footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners))
+def footprint_threshold(consider_footprint, circumscribed_cost):
+    """Cost of the centre from which on the outline of the footprint is looked at."""
+    if not consider_footprint:
+        return NEVER
+    return circumscribed_cost if circumscribed_cost >= 1.0 else 0.0
 
 
 @kernel
@@ -57,135 +38,172 @@ def collides(cost, unknown_is_free, inscribed_is_free):
 
 
 @kernel
-def _walk_cost_row(rows, x_0, y_0, costs, place, corners, threshold, free, near_goal, critical_cost, value, hit):
-    for j in range(len(value)):
-        if hit[j]:
-            continue
-        x, y = np.float64(np.float32(x_0 + rows[X, j])), np.float64(np.float32(y_0 + rows[Y, j]))
-        centre = centre_cost(costs, place, x, y)
-        if centre < 1:
-            continue
-        worst = centre
-        if centre >= threshold:
-            worst = outline_cost(costs, place, corners, x, y, np.float64(rows[YAW, j]))
-        if collides(worst, free[0], free[1]):
-            hit[j] = True
-        elif centre >= INSCRIBED:
-            value[j] += critical_cost
-        elif not near_goal:
-            value[j] += np.float32(centre)
+def _centre_cost(costs, call, x, y):
+    """Cost of the cell under a point; 255 off the map."""
+    rows, cols = costs.shape
+    cell = cell_index(x, y, call.origin_x, call.origin_y, call.resolution, rows, cols)
+    return NO_INFORMATION if cell < 0 else int(costs[cell // cols, cell % cols])
 
 
 @kernel
-def walk_cost(
-    noise_v, noise_w, v, w, state, dt, refresh_every, rows,
-    costs, place, corners, threshold, free, near_goal, critical_cost, value, hit,
-):  # fmt: skip
-    """Sum up the Cost critic's points of a few samples, until each ends or collides.
-
-    Args:
-        noise_v, noise_w: ``(time_steps, samples)`` noise of the chosen samples.
-        v, w: ``(time_steps,)`` control sequence.
-        state: ``(x, y, yaw, v, w)`` at the start.
-        dt: Period, s.
-        refresh_every: Steps between two evaluations of sine and cosine, the same as in the sweep.
-        rows: ``(7, samples)`` scratch.
-        costs: ``(rows, cols)`` uint8 costmap.
-        place: ``(resolution, origin_x, origin_y)`` of the costmap.
-        corners: ``(n, 2)`` footprint.
-        threshold: Cost of the centre from which on the outline is looked at; 256 for never.
-        free: Whether unknown and whether inscribed cells are no collision.
-        near_goal: Whether cells below the inscribed cost are left out.
-        critical_cost: What an inscribed cell adds.
-        value, hit: ``(samples,)`` float32 sum and whether it collided; set to 0 and False before.
-    """
-    yaw_0, v_0, w_0 = np.float32(state[2]), np.float32(state[3]), np.float32(state[4])
-    period, critical = np.float32(dt), np.float32(critical_cost)
-    start(rows, v_0, w_0, yaw_0, period)
-    for t in range(noise_v.shape[0]):
-        if t > 0:
-            step(rows, noise_v, noise_w, t - 1, v[t - 1], w[t - 1], yaw_0, period, t % refresh_every == 0)
-        _walk_cost_row(
-            rows, state[0], state[1], costs, place, corners, threshold, free, near_goal, critical, value, hit
-        )
+def _outline_cost(costs, call, corners, x, y, yaw):
+    """Largest cost under the outline of the footprint at a pose; 254 if it reaches off the map."""
+    return int(footprint_cost(costs, call.resolution, call.origin_x, call.origin_y, x, y, yaw, corners))
 
 
 @kernel
-def _walk_obstacles_row(
-    rows, x_0, y_0, costs, place, corners, threshold, free, near_goal, layer, collision_cost, repulsion, critical, hit
-):
-    decay, inflation_radius, inscribed_radius, margin = layer
+def _pose(rows, call, j):
+    """Pose of one sample as Nav2 rounds it."""
+    x, y = np.float32(call.x + rows[X, j]), np.float32(call.y + rows[Y, j])
+    return np.float64(x), np.float64(y), np.float64(rows[TURNED, j] + np.float32(call.yaw))
+
+
+@kernel
+def _add_costs(rows, call, costs, corners, own, near_goal, threshold, value, hit):
+    """Add the points of one step to the Cost critic's sums."""
     for j in range(len(hit)):
         if hit[j]:
             continue
-        x, y = np.float64(np.float32(x_0 + rows[X, j])), np.float64(np.float32(y_0 + rows[Y, j]))
-        cost = centre_cost(costs, place, x, y)
-        by_footprint = cost >= threshold
-        if by_footprint:
-            cost = outline_cost(costs, place, corners, x, y, np.float64(rows[YAW, j]))
+        x, y, yaw = _pose(rows, call, j)
+        cost = _centre_cost(costs, call, x, y)
         if cost < 1:
             continue
-        if collides(cost, free[0], free[1]):
+        worst = _outline_cost(costs, call, corners, x, y, yaw) if cost >= threshold else cost
+        if collides(worst, call.unknown_is_free, own.consider_footprint):
             hit[j] = True
-            critical[j] = collision_cost
-            continue
-        distance = (math.log(253.0) - math.log(cost)) / decay + (inscribed_radius if by_footprint else 0.0)
-        if distance < margin:
-            critical[j] += np.float32(margin - distance)
+            value[j] = own.collision_cost
+        elif cost >= INSCRIBED:
+            value[j] += np.float32(own.critical_cost)
         elif not near_goal:
-            repulsion[j] += np.float32(inflation_radius - distance)
+            value[j] += np.float32(cost)
 
 
 @kernel
-def walk_obstacles(
-    noise_v, noise_w, v, w, state, dt, refresh_every, rows,
-    costs, place, corners, threshold, free, near_goal, layer, collision_cost, repulsion, critical, hit,
-):  # fmt: skip
-    """Sum up the Obstacles critic's two terms.
-
-    Args:
-        noise_v, noise_w, v, w, state, dt, refresh_every, rows, costs, place, corners, threshold, free, near_goal:
-            As in :func:`walk_cost`.
-        layer: ``(cost_scaling_factor 1/m, inflation_radius m, inscribed radius m, collision margin m)``.
-        collision_cost: What replaces the critical term on collision.
-        repulsion, critical, hit: ``(samples,)`` results; set to 0, 0 and False before.
-    """
-    yaw_0, v_0, w_0 = np.float32(state[2]), np.float32(state[3]), np.float32(state[4])
-    period, contact = np.float32(dt), np.float32(collision_cost)
-    start(rows, v_0, w_0, yaw_0, period)
-    for t in range(noise_v.shape[0]):
-        if t > 0:
-            step(rows, noise_v, noise_w, t - 1, v[t - 1], w[t - 1], yaw_0, period, t % refresh_every == 0)
-        _walk_obstacles_row(
-            rows, state[0], state[1], costs, place, corners, threshold, free, near_goal,
-            layer, contact, repulsion, critical, hit,
-        )  # fmt: skip
+def _add_distances(rows, call, costs, corners, own, near_goal, threshold, inscribed_radius, repulsion, critical, hit):
+    """Add the points of one step to the Obstacles critic's two sums."""
+    for j in range(len(hit)):
+        if hit[j]:
+            continue
+        x, y, yaw = _pose(rows, call, j)
+        cost = _centre_cost(costs, call, x, y)
+        by_footprint = cost >= threshold
+        if by_footprint:
+            cost = _outline_cost(costs, call, corners, x, y, yaw)
+        if cost < 1:
+            continue
+        if collides(cost, call.unknown_is_free, own.consider_footprint):
+            hit[j] = True
+            critical[j] = own.collision_cost
+            continue
+        if own.cost_scaling_factor == 0.0 or own.inflation_radius == 0.0:
+            continue
+        distance = (math.log(253.0) - math.log(cost)) / own.cost_scaling_factor
+        distance += inscribed_radius if by_footprint else 0.0
+        if distance < own.collision_margin_distance:
+            critical[j] += np.float32(own.collision_margin_distance - distance)
+        elif not near_goal:
+            repulsion[j] += np.float32(own.inflation_radius - distance)
 
 
 @kernel
-def settle_sums(sums, doubt, samples, marked, collision_cost, look_closer, chosen):
-    """Turn the sums of a sweep into values of the Cost critic.
+def _pick(noise, chosen, out):
+    """Copy the noise of the ``chosen`` samples to ``(time_steps, len(chosen))``."""
+    samples = noise.shape[2]
+    for t in range(out.shape[0]):
+        for j in range(len(chosen)):
+            out[t, j] = noise[chosen[j] // samples, t, chosen[j] % samples]
+
+
+@kernel
+def _walk(call, dt, rollout, chosen, costs, corners, cost, obstacles, radius, near, sums):
+    """Walk some samples for the Cost critic (``obstacles`` False) or the Obstacles critic.
 
     Args:
-        sums: ``(blocks, samples)``, updated: a sum that contains a mark becomes ``collision_cost``.
-        doubt: ``(blocks, samples)`` fixed-point units to the nearest cell border, plus 2.
-        samples: How many samples count.
-        marked: Sums from here on contain a mark.
-        collision_cost: Value of a trajectory that collides.
-        look_closer: Whether marks stand for points whose footprint decides.
-        chosen: Indices of the samples to walk, written.
+        call: The call.
+        dt: Period, s.
+        rollout: ``(refresh_every, noise_v, noise_w, v, w)``, as in the sweep.
+        chosen: Indices of the samples.
+        costs: ``(rows, cols)`` uint8 costmap.
+        corners: ``(n, 2)`` footprint.
+        cost: Parameters of the Cost critic.
+        obstacles: Parameters of the Obstacles critic.
+        radius: Inscribed radius, m; negative for the Cost critic.
+        near: ``(near_goal, threshold)``: whether the robot is near the end of the local path, and the cost of the
+            centre from which on the outline is looked at.
+        sums: ``(2, len(chosen))`` results, 0 before: value, or repulsion and critical term.
 
     Returns:
-        How many samples were chosen, and how many of the others collide.
+        ``(len(chosen),)`` whether each collided.
     """
-    count, hits, width = 0, 0, sums.shape[1]
+    refresh_every, noise_v, noise_w, v, w = rollout
+    count, steps = len(chosen), noise_v.shape[1]
+    part_v, part_w = np.empty((steps, count), dtype=np.float32), np.empty((steps, count), dtype=np.float32)
+    _pick(noise_v, chosen, part_v)
+    _pick(noise_w, chosen, part_w)
+    rows, hit = np.empty((STATE_ROWS, count), dtype=np.float32), np.zeros(count, dtype=np.bool_)
+    yaw_0, period = np.float32(call.yaw), np.float32(dt)
+    start(rows, np.float32(call.v), np.float32(call.w), yaw_0, period)
+    for t in range(steps):
+        if t > 0:
+            step(rows, part_v, part_w, t - 1, v[t - 1], w[t - 1], yaw_0, period, t % refresh_every == 0)
+        if radius < 0.0:
+            _add_costs(rows, call, costs, corners, cost, near[0], near[1], sums[0], hit)
+        else:
+            _add_distances(rows, call, costs, corners, obstacles, near[0], near[1], radius, sums[0], sums[1], hit)
+    return hit
+
+
+@kernel
+def score_cost(tuning, call, rollout, costs, corners, near_goal, sums):
+    """Turn the sums of a sweep into values of the Cost critic; return how many trajectories collide.
+
+    Args:
+        tuning: Parameters.
+        call: The call.
+        rollout: ``(refresh_every, noise_v, noise_w, v, w)``, as in the sweep.
+        costs: ``(rows, cols)`` uint8 costmap.
+        corners: ``(n, 2)`` footprint.
+        near_goal: Whether the robot is near the end of the local path.
+        sums: ``(blocks, samples)``, updated.
+    """
+    own, width, hits = tuning.CostCritic, sums.shape[1], 0
+    threshold = footprint_threshold(own.consider_footprint, tuning.circumscribed_cost)
     for b in range(sums.shape[0]):
-        for k in range(min(width, samples - b * width)):
-            is_marked = sums[b, k] >= marked
-            if doubt[b, k] <= DOUBTFUL or (is_marked and look_closer):
-                chosen[count] = b * width + k
-                count += 1
-            elif is_marked:
-                sums[b, k] = collision_cost
-                hits += 1
-    return count, hits
+        count = min(width, tuning.batch_size - b * width)
+        chosen = np.flatnonzero(sums[b, :count] >= MARKED)
+        if own.consider_footprint and len(chosen) > 0:
+            value = np.zeros((2, len(chosen)), dtype=np.float32)
+            hit = _walk(
+                call, tuning.model_dt, rollout, chosen + b * width,
+                costs, corners, own, tuning.ObstaclesCritic, -1.0, (near_goal, threshold), value,
+            )  # fmt: skip
+            for j in range(len(chosen)):
+                sums[b, chosen[j]] = value[0, j]
+            hits += hit.sum()
+        else:
+            for k in chosen:
+                sums[b, k] = own.collision_cost
+            hits += len(chosen)
+    return hits
+
+
+@kernel
+def score_obstacles(tuning, call, rollout, costs, corners, near_goal, scores):
+    """Write the weighted sum of the Obstacles critic's two terms; return how many trajectories collide.
+
+    Arguments as in :func:`score_cost`.
+    """
+    own, width, hits = tuning.ObstaclesCritic, scores.shape[1], 0
+    threshold = footprint_threshold(own.consider_footprint, tuning.circumscribed_cost)
+    per_step = np.float32(own.repulsion_weight / tuning.time_steps)
+    for b in range(scores.shape[0]):
+        count = min(width, tuning.batch_size - b * width)
+        sums = np.zeros((2, count), dtype=np.float32)
+        hit = _walk(
+            call, tuning.model_dt, rollout, np.arange(count) + b * width,
+            costs, corners, tuning.CostCritic, own, tuning.inscribed_radius, (near_goal, threshold), sums,
+        )  # fmt: skip
+        for k in range(count):
+            scores[b, k] = np.float32(own.critical_weight) * sums[1, k] + per_step * sums[0, k]
+        hits += hit.sum()
+    return hits

@@ -1,0 +1,109 @@
+"""The part of the costmap that trajectories can reach, and a fixed-point grid over it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gym_mapbench.kernels.jit import kernel
+
+OFF_MAP, LETHAL, INSCRIBED = 255, 254, 253
+
+# Contribution of a cell that ends a trajectory or needs a look at the footprint; a sum from here on contains one.
+MARKED = np.float32(1e30)
+# Bits of the fraction of a fixed-point cell coordinate, at most.
+MOST_BITS = 16
+# Moves fractions by so many units, so that those of points near a cell border are the smallest.
+CENTRED = 2.0
+
+
+@kernel
+def write_contributions(near_goal, critical_cost, consider_footprint, threshold, unknown_is_free, table):
+    """Write what a point on a cell of each cost adds to the Cost critic's sum; MARKED where it may collide."""
+    for cost in range(256):
+        table[cost] = critical_cost if cost >= INSCRIBED else (0 if near_goal else cost)
+        marked = cost == LETHAL or cost >= max(threshold, 1)
+        marked |= cost == INSCRIBED and not consider_footprint
+        marked |= cost == OFF_MAP and not unknown_is_free
+        if marked:
+            table[cost] = MARKED
+
+
+@kernel
+def clip_span(centre, reach, size):
+    """Cut a map of ``size`` cells to those within ``reach`` (cells) of a cell.
+
+    Returns:
+        First cell, number of cells, and where ``centre`` lies in the window, whose border is cell 0.
+    """
+    cells = int(math.ceil(reach)) + 2
+    first = min(max(centre - cells, 0), size)
+    count = max(min(centre + cells + 1, size) - first, 0)
+    return first, count, min(max(centre - first + 1, -cells), count + cells + 1)
+
+
+@kernel
+def exact_bits(coordinate, reach, resolution):
+    """Bits of a fixed-point cell coordinate whose error, against Nav2's arithmetic, is at most one unit.
+
+    Nav2 rounds world coordinates to float32; here the displacement is scaled and shifted in float32.
+    """
+    world = 2.0 ** (math.floor(math.log2(max(coordinate, 1e-6))) - 24)
+    scaled = reach * 3 * 2.0**-24
+    return max(1, min(MOST_BITS, int(math.floor(math.log2(resolution / (world + scaled))))))
+
+
+@kernel
+def stride_bits_of(cols):
+    """Bits of the distance between two rows of a window with ``cols`` columns and a border."""
+    bits = 0
+    while (1 << bits) < cols + 2:
+        bits += 1
+    return bits
+
+
+@kernel
+def open_window(costs, row_0, col_0, rows, cols, stride_bits, table, window):
+    """Translate a part of a costmap into contributions, with a border of points off the map around it.
+
+    Args:
+        costs: ``(rows, cols)`` uint8 of the whole costmap.
+        row_0: First row of the part.
+        col_0: First column.
+        rows: Number of rows.
+        cols: Number of columns.
+        stride_bits: The window's rows are ``2**stride_bits`` apart.
+        table: ``(256,)`` contribution of each cost.
+        window: Flat float32, written.
+    """
+    off_map = table[OFF_MAP]
+    for row in range(rows + 2):
+        base = row << stride_bits
+        if 0 < row <= rows:
+            window[base] = off_map
+            window[base + cols + 1] = off_map
+            for col in range(cols):
+                window[base + 1 + col] = table[costs[row_0 + row - 1, col_0 + col]]
+        else:
+            for col in range(cols + 2):
+                window[base + col] = off_map
+
+
+@kernel
+def lay_grid(call, reach, shape):
+    """Choose a window around the robot and a fixed-point grid over it.
+
+    Returns:
+        ``(rows, cols)`` of the window, the grid and the scale that ``sweep`` takes.
+    """
+    x, y = (call.x - call.origin_x) / call.resolution, (call.y - call.origin_y) / call.resolution
+    col, row = int(math.floor(x)), int(math.floor(y))
+    row_0, rows, at_row = clip_span(row, reach / call.resolution, shape[0])
+    col_0, cols, at_col = clip_span(col, reach / call.resolution, shape[1])
+    bits = exact_bits(max(abs(call.x), abs(call.y)) + reach, reach, call.resolution)
+    unit = 1 << bits
+    grid = (
+        bits, stride_bits_of(cols), at_col * unit, at_row * unit, (cols + 1) * unit, (rows + 1) * unit, row_0, col_0
+    )  # fmt: skip
+    return (rows, cols), grid, (unit / call.resolution, (x - col) * unit + CENTRED, (y - row) * unit + CENTRED)

@@ -1,0 +1,88 @@
+"""Parameters and the state of a call as records, which is how kernels take many named values."""
+
+from __future__ import annotations
+
+import math
+import types
+from typing import Any, get_args, get_origin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import FollowerSetup
+from controllers.mppi.params import MppiParams
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.settings import Settings
+
+Record = NDArray[np.void]
+
+
+def _record_of(settings: type[Settings], *more: tuple[str, type]) -> np.dtype[np.void]:
+    """Build the record of all numbers, switches and groups of some settings; texts and options are left out."""
+    fields: list[tuple[Any, ...]] = []
+    for name, field in settings.model_fields.items():
+        kind = field.annotation
+        if isinstance(kind, type) and not isinstance(kind, types.GenericAlias) and issubclass(kind, Settings):
+            fields.append((name, _record_of(kind)))
+        elif kind in (bool, int, float):
+            fields.append((name, np.dtype(kind)))
+        elif get_origin(kind) is tuple and set(get_args(kind)) == {float}:
+            fields.append((name, np.float64, (len(get_args(kind)),)))
+    return np.dtype([*fields, *more], align=True)
+
+
+TUNING = _record_of(
+    MppiParams,
+    ("ackermann", np.bool_),
+    ("highest_speed", np.float64),
+    ("lowest_speed", np.float64),
+    ("fastest_turn", np.float64),
+    ("control_period", np.float64),
+    ("xy_goal_tolerance", np.float64),
+    ("inscribed_radius", np.float64),
+    ("circumscribed_cost", np.float64),
+)
+"""MPPI's parameters under their own names, critics as groups, and what the run adds: the limits in force (m/s, rad/s),
+the goal checker's tolerance (m), the footprint's inscribed radius (m) and the cost at its circumscribed radius."""
+
+CALL = np.dtype(
+    [
+        *((name, np.float64) for name in ("x", "y", "yaw", "v", "w")),
+        *((name, np.float64) for name in ("end_x", "end_y", "end_yaw", "squared_distance")),
+        *((name, np.float64) for name in ("resolution", "origin_x", "origin_y")),
+        ("unknown_is_free", np.bool_),
+        ("failed", np.bool_),
+        ("furthest", np.int64),
+    ],
+    align=True,
+)
+"""One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; last point of the local path (m, rad) and its squared
+distance; place of the costmap (m); whether all trajectories collide; furthest path point reached, -1 until known."""
+
+
+def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:
+    """Return the ``(1,)`` record of a run."""
+    tuning = np.zeros(1, dtype=TUNING)
+    _fill(tuning, params)
+    tuning["ackermann"] = params.motion_model == "Ackermann"
+    tuning["control_period"] = setup.control_period
+    tuning["xy_goal_tolerance"] = setup.xy_goal_tolerance
+    tuning["inscribed_radius"] = setup.footprint.inscribed_radius
+    tuning["circumscribed_cost"] = _circumscribed_cost(setup.footprint, setup.cost_scaling_factor)
+    return tuning
+
+
+def _fill(record: Record, settings: Settings) -> None:
+    """Copy the fields of settings that the record has."""
+    for name in record.dtype.names or ():
+        value = getattr(settings, name, None)
+        if isinstance(value, Settings):
+            _fill(record[name], value)
+        elif value is not None:
+            record[name] = value
+
+
+def _circumscribed_cost(footprint: Footprint, cost_scaling_factor: float) -> float:
+    """Cost at which the footprint can begin to touch something (``findCircumscribedCost``)."""
+    beyond = footprint.circumscribed_radius - footprint.inscribed_radius
+    return float(int(252.0 * math.exp(-cost_scaling_factor * beyond))) if beyond > 0 else 253.0
