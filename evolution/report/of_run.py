@@ -45,8 +45,23 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap]) -> Report:
         tables=[_times_table(run), _generations_table(run)],
         figures=figures_of(run),
         downloads=_downloads(run),
-        missing=[] if run.finished else [_unfinished(run)],
+        missing=[*([] if run.finished else [_unfinished(run)]), *_changed_replays(run, driven)],
     )
+
+
+def _changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
+    """Replays that do not end as the search recorded: the code or a library changed since, or the machine is another."""
+    recorded = {entry["name"]: entry["runs"] for entry in run.best_results["maps"]}
+    lines = []
+    for one in driven:
+        for episode in one.episodes:
+            was = recorded[one.name][episode.controller][0]
+            if (episode.outcome, episode.time) != (was["outcome"], was["time_s"]):
+                lines.append(
+                    f"The replay of {episode.controller} on {one.name} ends with {episode.outcome} after "
+                    f"{episode.time:.2f} s; the search recorded {was['outcome']} after {was['time_s']:.2f} s."
+                )
+    return lines
 
 
 def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[ReplayedMap]:

@@ -16,7 +16,7 @@ from evolution.study.comparisons import QUANTITIES, Comparison, compare
 from evolution.study.figures import BestSet, StudyFigure
 from evolution.study.results import StudyResults, StudyRun
 from evolution.study.settings import load_study, study_names
-from evolution.study.tables import map_rows, pair_rows, rank_rows, repeat_rows, summary_rows, test_rows
+from evolution.study.tables import map_rows, measure_rows, pair_rows, rank_rows, repeat_rows, summary_rows, test_rows
 from evolution.study.verdict import verdict_of
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
 
@@ -131,7 +131,7 @@ def _tables(results: StudyResults, best_sets: Sequence[BestSet]) -> list[Table]:
     if any(run.fresh is not None for run in results.runs):
         note = "Fitness on fresh seeds minus the fitness the search saw; share of fresh seeds with the maps' order."
         tables.append(table_of("Winner's curse", REPEATS, repeat_rows(results), note))
-    tables += [_best_set_table(best.run) for best in best_sets if best.run.fresh is not None]
+    tables += [table for best in best_sets if best.run.fresh is not None for table in _best_set_tables(best.run)]
     if results.runs:
         tables.append(table_of("Every run", RUNS, results.rows()))
     return tables
@@ -156,9 +156,18 @@ def _comparison_tables(comparison: Comparison) -> list[Table]:
     return tables
 
 
-def _best_set_table(run: StudyRun) -> Table:
-    caption = f"Best set of {run.configuration.name} (seed {run.seed}) on fresh seeds (thesis, Tables 5.3 and 5.4)"
-    return table_of(caption, MAPS, map_rows(run), "Times of the runs that reached the goal.")
+def _best_set_tables(run: StudyRun) -> list[Table]:
+    """Times and other measures of the best set of a configuration."""
+    what = f"Best set of {run.configuration.name} (seed {run.seed}) on fresh seeds"
+    measures = measure_rows(run)
+    names = dict.fromkeys(name for row in measures for name in row if name not in ("configuration", "seed"))
+    rows = [{name: row.get(name) for name in names} for row in measures]
+    return [
+        table_of(f"{what} (thesis, Tables 5.3 and 5.4)", MAPS, map_rows(run), "Of the runs that reached the goal."),
+        table_of(
+            f"{what}: other measures", {name: name for name in names}, rows, "Means over the same runs; SI units."
+        ),
+    ]
 
 
 def _replayed(best: BestSet) -> list[ReplayedMap]:
