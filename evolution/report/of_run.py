@@ -50,7 +50,7 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap]) -> Report:
 
 
 def _changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
-    """Replays that do not end as the search recorded: the code or a library changed since, or the machine is another."""
+    """Replays that do not end as the search recorded: the code, a library or the machine is another."""
     recorded = {entry["name"]: entry["runs"] for entry in run.best_results["maps"]}
     lines = []
     for one in driven:
