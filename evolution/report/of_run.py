@@ -45,11 +45,11 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap]) -> Report:
         tables=[_times_table(run), _generations_table(run)],
         figures=figures_of(run),
         downloads=_downloads(run),
-        missing=[*([] if run.finished else [_unfinished(run)]), *_changed_replays(run, driven)],
+        missing=[*([] if run.finished else [_unfinished(run)]), *changed_replays(run, driven)],
     )
 
 
-def _changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
+def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
     """Replays that do not end as the search recorded: the code, a library or the machine is another."""
     recorded = {entry["name"]: entry["runs"] for entry in run.best_results["maps"]}
     lines = []

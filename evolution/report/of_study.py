@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 import yaml
 
 from evolution.records import Row
+from evolution.report.of_run import changed_replays
 from evolution.report.page import Attachment, Report, Table
 from evolution.report.replays import ReplayedMap
 from evolution.rundir import csv_of
@@ -116,7 +117,7 @@ def report_of_study(
         tables=_tables(results, best_sets),
         figures=[Attachment(figure.caption, "image/png", figure.png.read_bytes()) for figure in figures],
         downloads=_downloads(results, best_sets),
-        missing=list(results.missing),
+        missing=[*results.missing, *[line for best in best_sets for line in _changed(best)]],
     )
 
 
@@ -177,6 +178,10 @@ def _replayed(best: BestSet) -> list[ReplayedMap]:
     return [
         ReplayedMap(f"{one.name} ({one.reading})", one.episodes, radius, group) for one in best.maps if one.episodes
     ]
+
+
+def _changed(best: BestSet) -> list[str]:
+    return [f"{best.run.configuration.name}: {line}" for line in changed_replays(best.loaded, best.maps)]
 
 
 def _command(results: StudyResults) -> str:

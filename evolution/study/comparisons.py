@@ -25,23 +25,10 @@ from evolution.statistics import (
     summarize,
 )
 from evolution.study.results import StudyResults, StudyRun
+from evolution.study.settings import JUDGES
 
 Quantity = Literal["fitness", "fresh_fitness"]
 QUANTITIES: dict[Quantity, str] = {"fitness": "as the search saw it", "fresh_fitness": "on fresh seeds"}
-JUDGES = (
-    "fitness",
-    "metric",
-    "failures",
-    "maps_per_set",
-    "cluster_scale",
-    "base_cost",
-    "timeout_cost",
-    "pattern_weight",
-    "unevenness_weight",
-    "epsilon",
-    "timeout_outcomes",
-)
-"""Options of a search that decide what a fitness value means."""
 BOOTSTRAP_SEED = 0
 Groups = dict[str, list[StudyRun]]
 

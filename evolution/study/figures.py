@@ -95,15 +95,7 @@ def _judge_figures(folder: Path, judge: str, groups: Groups, comparisons: Sequen
             box_figure(boxes, highest=highest),
         ),
     ]
-    fresh = {name: [run for run in runs if run.fresh is not None] for name, runs in groups.items()}
-    points = {
-        name: ([run.fitness for run in runs], [run.fresh.fitness_as_searched for run in runs if run.fresh])
-        for name, runs in fresh.items()
-        if runs
-    }
-    if points:
-        caption = f"What the search saw and what fresh seeds show; above the line it was luck ({judge})"
-        figures.append(_save(folder / f"curse_{name}", caption, curse_figure(points, highest)))
+    figures += _curse_figures(folder / f"curse_{name}", judge, groups, highest)
     for one in comparisons:
         if one.ranking is not None:
             ranking = one.ranking
@@ -111,6 +103,17 @@ def _judge_figures(folder: Path, judge: str, groups: Groups, comparisons: Sequen
             caption = f"Mean ranks over {len(ranking.seeds)} seeds, {QUANTITIES[one.quantity]} ({judge})"
             figures.append(_save(folder / f"ranks_{one.quantity}_{name}", caption, drawn))
     return figures
+
+
+def _curse_figures(stem: Path, judge: str, groups: Groups, highest: float) -> list[StudyFigure]:
+    """What was seen against what fresh seeds show, where anything was driven again."""
+    points = {}
+    for name, runs in groups.items():
+        if again := [run for run in runs if run.fresh is not None]:
+            fresh = [run.fresh.fitness_as_searched for run in again if run.fresh]
+            points[name] = [run.fitness for run in again], fresh
+    caption = f"What the search saw and what fresh seeds show; above the line it was luck ({judge})"
+    return [_save(stem, caption, curse_figure(points, highest))] if points else []
 
 
 def _curve(runs: Sequence[StudyRun]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

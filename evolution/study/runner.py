@@ -14,7 +14,7 @@ from evolution.runner import Progress
 from evolution.store import ResultStore
 from evolution.study.directory import StudyDir
 from evolution.study.engine import NAV2, Engine
-from evolution.study.methods import run_task
+from evolution.study.methods import opened, run_task
 from evolution.study.reevaluation import reevaluate, write_reevaluation
 from evolution.study.results import StudyResults, load_results
 from evolution.study.settings import Configuration, StudySettings
@@ -134,6 +134,7 @@ class _Study:
         self._check_parent(task)
         path = self.directory.reevaluation_path(name, seed)
         if is_finished(self.directory, name, seed) and (path.is_file() or task.fresh is None):
+            opened(self.directory.run_path(name, seed), task.experiment)  # refuses one of another experiment
             self.meter.skip(task)
             return
         run_task(task, self.directory, self.evaluator, lambda progress: self.meter.search(task, progress))

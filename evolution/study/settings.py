@@ -30,6 +30,20 @@ Document = dict[str, JsonValue]
 
 SEARCHES = ("ga", "random", "cellular")
 """Methods that drive what they sample."""
+JUDGES = (
+    "fitness",
+    "metric",
+    "failures",
+    "maps_per_set",
+    "cluster_scale",
+    "base_cost",
+    "timeout_cost",
+    "pattern_weight",
+    "unevenness_weight",
+    "epsilon",
+    "timeout_outcomes",
+)
+"""Options of a search that decide what a fitness value means."""
 MAX_SEED = 2**31
 
 
@@ -66,9 +80,21 @@ class Configuration(Settings):
     def _consistent(self) -> Configuration:
         if (self.method == "best_triple") != (self.of is not None):
             raise ConfigError(f"of: expected with method best_triple and with no other, got {self.of!r}")
+        if self.method == "best_triple":
+            self._check_judging_only()
         if self.method in ("ga", "random") and "algorithm" in search_of(self.experiment):
             raise ConfigError(f"experiment.search.algorithm: expected none beside method {self.method}")
         return self
+
+    def _check_judging_only(self) -> None:
+        """Maps that were driven can be judged otherwise, but not driven otherwise."""
+        other = [name for name in self.experiment if name != "search"]
+        other += [f"search.{name}" for name in search_of(self.experiment) if name not in (*JUDGES, "aggregate")]
+        if other or self.pop_size_from:
+            what = f"experiment.{other[0]}" if other else "pop_size_from"
+            raise ConfigError(
+                f"{what}: best_triple judges maps that were driven before; expected only {', '.join(JUDGES)}"
+            )
 
     @property
     def needs(self) -> tuple[str, ...]:

@@ -32,6 +32,7 @@ def write_tables(results: StudyResults) -> list[Path]:
         "pairs": lambda: [row for one in comparisons for row in pair_rows(one)],
         "ranks": lambda: [row for one in comparisons for row in rank_rows(one)],
         "maps": lambda: [row for run in results.runs for row in map_rows(run)],
+        "measures": lambda: [row for run in results.runs for row in measure_rows(run)],
         "repeats": lambda: repeat_rows(results),
     }
     for name, rows in tables.items():
@@ -133,6 +134,30 @@ def map_rows(run: StudyRun) -> list[Row]:
         for entry, of_map in zip(run.seen["maps"], run.fresh.results, strict=True)
         for name, results in zip(names, of_map, strict=True)
     ]
+
+
+def measure_rows(run: StudyRun) -> list[Row]:
+    """Everything else that was measured on fresh seeds: the mean over the runs that reached the goal."""
+    if run.fresh is None:
+        return []
+    return [
+        {
+            "configuration": run.configuration.name,
+            "seed": run.seed,
+            "map": entry["name"],
+            "controller": name,
+            "path_length": _mean([one.path_length_m for one in results if one.success]),
+            **{key: _mean([one.metrics[key] for one in results if one.success]) for key in _metrics(results)},
+        }
+        for entry, of_map in zip(run.seen["maps"], run.fresh.results, strict=True)
+        for name, results in zip(run.experiment.plan.names, of_map, strict=True)
+    ]
+
+
+def _metrics(results: Sequence[RunResult]) -> list[str]:
+    """Names of the metrics that all successful runs have."""
+    good = [one.metrics for one in results if one.success]
+    return [name for name in good[0] if all(name in metrics for metrics in good)] if good else []
 
 
 def times_row(results: Sequence[RunResult]) -> Row:

@@ -277,6 +277,14 @@ def bad_configurations(**second):
         ({"configurations": [{"name": "a"}, {"name": "a"}]}, "expected different names, got 'a' twice"),
         ({"configurations": bad_configurations(method="ga", of="a")}, "expected with method best_triple and with no"),
         ({"configurations": bad_configurations(method="best_triple")}, "expected with method best_triple"),
+        (
+            {"configurations": bad_configurations(method="best_triple", of="a", experiment={"controllers": ["dwb"]})},
+            "experiment.controllers: best_triple judges maps that were driven before",
+        ),
+        (
+            {"configurations": bad_configurations(method="best_triple", of="a", experiment={"search": {"repeats": 2}})},
+            r"experiment\.search\.repeats: best_triple judges maps",
+        ),
         ({"configurations": bad_configurations(method="bets_triple")}, "method: expected 'ga', 'random'"),
         ({"configurations": bad_configurations(pop_size_from=["c"])}, "b: unknown earlier configuration 'c'"),
         ({"configurations": bad_configurations(experiment={"serch": {}})}, "unknown section 'serch'; did you mean"),
@@ -306,7 +314,8 @@ def test_bad_studies_are_one_line(options, message):
 def test_bad_experiments_are_refused_before_anything_runs(tmp_path, second, message):
     first = {"name": "a", "experiment": {"search": {"pop_size": 6}}}
     merged = {"experiment": {"search": {"pop_size": 6}}, **second}
-    merged["experiment"] = {"search": {"pop_size": 6, **merged["experiment"]["search"]}}
+    if "of" not in second:
+        merged["experiment"] = {"search": {"pop_size": 6, **merged["experiment"]["search"]}}
     study = small_study(configurations=[first, {"name": "b", **merged}])
     with pytest.raises(ConfigError, match=message):
         run_study(study, tmp_path / "s", engine=ENGINE)

@@ -238,7 +238,7 @@ def test_a_study_is_written_as_tidy_tables(study_path):
     results = load_results(study_path, ENGINE)
     files = {path.stem: path for path in write_tables(results)}
     assert set(files) == {
-        "runs", "reevaluation", "generations", "summary", "tests", "pairs", "ranks", "maps", "repeats"
+        "runs", "reevaluation", "generations", "summary", "tests", "pairs", "ranks", "maps", "measures", "repeats"
     }  # fmt: skip
     read = {name: list(csv.DictReader(io.StringIO(path.read_text()))) for name, path in files.items()}
     assert len(read["runs"]) == 14
