@@ -83,7 +83,7 @@ def map_set_figure(groups: Sequence[Sequence[Episode]], titles: Sequence[str], n
         titles: One title a map: the fitness' reading of it.
         names: All controllers, which fixes their colours.
     """
-    figure, columns = new_figure(len(groups), width=4.6 * len(groups), height=5.2)
+    figure, columns = new_figure(len(groups), width=4.6 * len(groups), height=4.9 + 0.22 * len(names))
     for axes, episodes, title in zip(columns, groups, titles, strict=True):
         draw_map(axes, episodes[0].scenario)
         draw_trajectories(axes, episodes, names)
@@ -125,7 +125,8 @@ def spread_figure(
             axes.errorbar(x, mean, spread, color=colour, marker="D", capsize=4, label=label)
         else:
             axes.plot(x, mean, color=colour, label=label)
-            axes.fill_between(np.asarray(x), mean - spread, mean + spread, color=colour, alpha=0.18, linewidth=0)
+            alpha = 0.18 if len(groups) <= 3 else 0.07  # more bands than three hide each other
+            axes.fill_between(np.asarray(x), mean - spread, mean + spread, color=colour, alpha=alpha, linewidth=0)
         shown += [edge[mean <= highest] for edge in (mean - spread, np.minimum(mean + spread, highest))]
     _limit(axes, np.concatenate([*shown, []]))
     axes.set_xlabel(xlabel)

@@ -10,7 +10,7 @@ import yaml
 
 from evolution.experiments import SECTIONS
 from evolution.figures import FIGURES, DrivenMap
-from evolution.report.page import Attachment, Report, Table
+from evolution.report.page import Attachment, Report, Table, picture
 from evolution.report.replays import ReplayedMap
 from evolution.rundir import LoadedRun
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
@@ -74,7 +74,7 @@ def figures_of(run: LoadedRun) -> list[Attachment]:
     """The run's figures that exist, as pictures inside the page."""
     folder = run.path / FIGURES
     return [
-        Attachment(caption, "image/png", (folder / f"{name}.png").read_bytes())
+        picture(caption, (folder / f"{name}.png").read_bytes())
         for name, caption in CAPTIONS.items()
         if (folder / f"{name}.png").is_file()
     ]

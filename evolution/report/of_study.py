@@ -10,7 +10,7 @@ import yaml
 
 from evolution.records import Row
 from evolution.report.of_run import changed_replays
-from evolution.report.page import Attachment, Report, Table
+from evolution.report.page import Attachment, Report, Table, picture
 from evolution.report.replays import ReplayedMap
 from evolution.rundir import csv_of
 from evolution.study.comparisons import QUANTITIES, Comparison, compare
@@ -115,7 +115,7 @@ def report_of_study(
         configuration=_configuration(results),
         maps=[shown for best in best_sets for shown in _replayed(best)],
         tables=_tables(results, best_sets),
-        figures=[Attachment(figure.caption, "image/png", figure.png.read_bytes()) for figure in figures],
+        figures=[picture(figure.caption, figure.png.read_bytes()) for figure in figures],
         downloads=_downloads(results, best_sets),
         missing=[*results.missing, *[line for best in best_sets for line in _changed(best)]],
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import struct
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from typing import Any
 import jinja2
 import numpy as np
 from markupsafe import Markup
+from PIL import Image
 
 from evolution.report.replays import ReplayedMap, replays_of
 
@@ -63,6 +65,14 @@ class Attachment:
     def uri(self) -> str:
         """The content as a data URI."""
         return f"data:{self.media_type};base64,{base64.b64encode(self.content).decode()}"
+
+
+def picture(caption: str, png: bytes) -> Attachment:
+    """Return a PNG to show, with 256 colours at most: a third of the bytes, and a figure needs no more."""
+    content = io.BytesIO()
+    few = Image.open(io.BytesIO(png)).convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    few.save(content, "png", optimize=True)
+    return Attachment(caption, "image/png", content.getvalue())
 
 
 @dataclass(frozen=True)

@@ -71,49 +71,78 @@ def write_study_figures(results: StudyResults, best_sets: Sequence[BestSet]) -> 
     figures = []
     for judge, groups in by_judge(results).items():
         comparisons = [one for one in compare(results) if one.judge == judge]
-        figures += _judge_figures(folder, judge, groups, comparisons)
+        figures += _Judged(folder, judge, groups, comparisons).draw()
     for best in best_sets:
         figures += _best_set_figures(folder, best)
     return figures
 
 
-def _judge_figures(folder: Path, judge: str, groups: Groups, comparisons: Sequence[Comparison]) -> list[StudyFigure]:
-    """Figures over all runs that one fitness judged."""
-    name = re.sub(r"[^A-Za-z0-9]+", "_", judge).strip("_")
-    highest = next(iter(groups.values()))[0].experiment.search.base_cost
-    curves = {name: _curve(runs) for name, runs in groups.items()}
-    boxes = {QUANTITIES[one.quantity]: one.values for one in comparisons}
-    figures = [
-        _save(
-            folder / f"progress_{name}",
-            f"Best fitness so far over the budget, mean and SD over runs ({judge}; thesis, figures 5.1 and 5.4)",
-            spread_figure(curves, "map sets evaluated", highest),
-        ),
-        _save(
-            folder / f"final_{name}",
-            f"Fitness of the best set of every run ({judge}; thesis, figure 5.2)",
-            box_figure(boxes, highest=highest),
-        ),
-    ]
-    figures += _curse_figures(folder / f"curse_{name}", judge, groups, highest)
-    for one in comparisons:
-        if one.ranking is not None:
-            ranking = one.ranking
-            drawn = critical_difference_figure(ranking.names, ranking.ranks, ranking.critical_difference)
-            caption = f"Mean ranks over {len(ranking.seeds)} seeds, {QUANTITIES[one.quantity]} ({judge})"
-            figures.append(_save(folder / f"ranks_{one.quantity}_{name}", caption, drawn))
-    return figures
+@dataclass(frozen=True)
+class _Judged:
+    """All runs that one fitness judged, and the figures over them."""
 
+    folder: Path
+    judge: str
+    groups: Groups
+    comparisons: Sequence[Comparison]
 
-def _curse_figures(stem: Path, judge: str, groups: Groups, highest: float) -> list[StudyFigure]:
-    """What was seen against what fresh seeds show, where anything was driven again."""
-    points = {}
-    for name, runs in groups.items():
-        if again := [run for run in runs if run.fresh is not None]:
-            fresh = [run.fresh.fitness_as_searched for run in again if run.fresh]
-            points[name] = [run.fitness for run in again], fresh
-    caption = f"What the search saw and what fresh seeds show; above the line it was luck ({judge})"
-    return [_save(stem, caption, curse_figure(points, highest))] if points else []
+    def draw(self) -> list[StudyFigure]:
+        """Draw them all."""
+        return [*self.populations(), self.progress(), self.final(), *self.curse(), *self.ranks()]
+
+    def populations(self) -> list[StudyFigure]:
+        """Figure 5.1, for every group that differs in its population only."""
+        caption = f"Best fitness so far for different populations, mean and SD over runs ({self.judge}; thesis, 5.1)"
+        return [
+            self._save(f"populations_{number}", caption, self._curves(test.groups))
+            for number, test in enumerate(self.comparisons[0].populations, start=1)
+        ]
+
+    def progress(self) -> StudyFigure:
+        """Convergence of all methods, baselines included (for one method: figure 5.4)."""
+        caption = f"Best fitness so far over the budget, mean and SD over runs ({self.judge}; thesis, 5.4)"
+        return self._save("progress", caption, self._curves(list(self.groups)))
+
+    def final(self) -> StudyFigure:
+        """Figure 5.2, as seen and on fresh seeds."""
+        boxes = {QUANTITIES[one.quantity]: one.values for one in self.comparisons}
+        caption = f"Fitness of the best set of every run ({self.judge}; thesis, 5.2)"
+        return self._save("final", caption, box_figure(boxes, highest=self._highest))
+
+    def curse(self) -> list[StudyFigure]:
+        """What was seen against what fresh seeds show, where anything was driven again."""
+        points = {}
+        for name, runs in self.groups.items():
+            if again := [run for run in runs if run.fresh is not None]:
+                fresh = [run.fresh.fitness_as_searched for run in again if run.fresh]
+                points[name] = [run.fitness for run in again], fresh
+        caption = f"What the search saw and what fresh seeds show; above the line it was luck ({self.judge})"
+        return [self._save("curse", caption, curse_figure(points, self._highest))] if points else []
+
+    def ranks(self) -> list[StudyFigure]:
+        """Critical-difference diagrams."""
+        found = [(one.quantity, one.ranking) for one in self.comparisons if one.ranking is not None]
+        return [
+            self._save(
+                f"ranks_{quantity}",
+                f"Mean ranks over {len(ranking.seeds)} seeds, {QUANTITIES[quantity]} ({self.judge})",
+                critical_difference_figure(ranking.names, ranking.ranks, ranking.critical_difference),
+            )
+            for quantity, ranking in found
+        ]
+
+    @property
+    def _highest(self) -> float:
+        """Fitness from which on a set is out of the question: its failures alone cost that much."""
+        return float(next(iter(self.groups.values()))[0].experiment.search.base_cost)
+
+    def _curves(self, names: Sequence[str]) -> Figure:
+        curves = {name: _curve(self.groups[name]) for name in names}
+        return spread_figure(curves, "map sets evaluated", self._highest)
+
+    def _save(self, what: str, caption: str, figure: Figure) -> StudyFigure:
+        name = re.sub(r"[^A-Za-z0-9]+", "_", self.judge).strip("_")
+        return _save(self.folder / f"{what}_{name}", caption, figure)
 
 
 def _curve(runs: Sequence[StudyRun]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
