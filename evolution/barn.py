@@ -58,7 +58,11 @@ def refined(grid: GridMap, factor: int) -> GridMap:
 
 
 def barn_settings(settings: DriveSettings) -> DriveSettings:
-    """Lay BARN's rules over some settings: Jackal, any contact ends the run, goal within 1 m at any heading."""
+    """Lay BARN's rules over some settings: Jackal, any contact ends the run, goal within 1 m at any heading.
+
+    The env judges the goal. Nav2's own checker keeps its tolerance: RPP would turn on the spot for ever where
+    that is larger than its lookahead distance.
+    """
     environment = settings.environment.replace(
         robot=make_robot("jackal"),
         time_limit=TIME_LIMIT,
@@ -66,14 +70,11 @@ def barn_settings(settings: DriveSettings) -> DriveSettings:
         xy_goal_tolerance=GOAL_RADIUS,
         yaw_goal_tolerance=math.pi,
     )
-    server = settings.navigation.controller_server
-    checker = server.goal_checker.replace(xy_goal_tolerance=GOAL_RADIUS, yaw_goal_tolerance=math.pi)
     navigation = settings.navigation.replace(
-        controller_server=server.replace(goal_checker=checker),
         local_costmap=_costmap(settings.navigation.local_costmap),
         global_costmap=_costmap(settings.navigation.global_costmap),
     )
-    return settings.replace(environment=environment, navigation=navigation)
+    return settings.replace(environment=environment, navigation=navigation, own_goal_check=False)
 
 
 def score_runs(runs: Sequence[BenchRun], source: str, low: float) -> list[BarnScore]:

@@ -23,10 +23,12 @@ class DriveSettings(Settings):
     Args:
         environment: The env: robot, rates, time limit, noise, what a collision does.
         navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``.
+        own_goal_check: Whether Nav2's own goal checker says when the goal is reached; False: the env's does.
     """
 
     environment: EnvConfig = EnvConfig()
     navigation: NavigationParams
+    own_goal_check: bool = True
 
     @field_validator("navigation", mode="before")
     @classmethod
@@ -59,7 +61,7 @@ def drive(job: Job) -> Episode:
     if not isinstance(job.settings, DriveSettings):
         raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
     controller = build_controller(job.controller, job.settings)
-    env = environment_for(job.settings.environment, controller)
+    env = environment_for(job.settings.environment, controller, own_goal_check=job.settings.own_goal_check)
     return run_episode(
         env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed
     )

@@ -15,15 +15,19 @@ from gym_mapbench.episode import Episode, Event, Outcome
 from gym_mapbench.scenario import Scenario
 
 
-def environment_for(config: EnvConfig, controller: Controller) -> MapBenchEnv:
+def environment_for(config: EnvConfig, controller: Controller, *, own_goal_check: bool = True) -> MapBenchEnv:
     """Build the env a controller needs: what it observes, in SI units, and who decides that the goal is reached.
 
-    Nav2 decides that itself (its goal checker forgets at every new path, an env's does not), so an
-    env under a controller with ``decides_goal`` leaves the goal to it. A controller with a
-    ``scan_rate`` gets its scans at that rate, and nobody pays for those in between.
+    A controller with a ``scan_rate`` gets its scans at that rate, and nobody pays for those in between.
+
+    Args:
+        config: The env without regard to the controller.
+        controller: Who will drive.
+        own_goal_check: Whether a controller with ``decides_goal`` does so. Nav2's goal checker forgets at every
+            new path, an env's does not, so an env under such a controller leaves the goal to it.
     """
     changes: dict[str, Any] = {"observation": tuple(controller.observation_keys), "action": "physical"}
-    if getattr(controller, "decides_goal", False):
+    if own_goal_check and getattr(controller, "decides_goal", False):
         changes["goal_ends_episode"] = False
     scan_rate = getattr(controller, "scan_rate", None)
     if scan_rate is not None and config.lidar.scan_rate is None:

@@ -29,8 +29,8 @@ def test_rules():
     assert settings.environment.robot.name == "jackal"
     assert settings.environment.time_limit == 100.0
     assert settings.environment.collision_ends_episode
-    checker = settings.navigation.controller_server.goal_checker
-    assert (checker.xy_goal_tolerance, checker.yaw_goal_tolerance) == (1.0, math.pi)
+    assert (settings.environment.xy_goal_tolerance, settings.environment.yaw_goal_tolerance) == (1.0, math.pi)
+    assert not settings.own_goal_check
     footprint = settings.navigation.local_costmap.make_footprint(settings.environment.robot)
     assert footprint.inscribed_radius == pytest.approx(0.165 + 0.1)
 
