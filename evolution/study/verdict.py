@@ -28,7 +28,7 @@ def verdict_of(results: StudyResults) -> list[str]:
         sentences += [_population(test, one) for one in mine for test in one.populations]
         again = [run for runs in groups.values() for run in runs if run.fresh is not None]
         if again:
-            sentences.append(_curse(judge, again))
+            sentences.append(_curse(judge, again, results.settings.reevaluation.noise))
     return sentences + _repeats(results)
 
 
@@ -76,17 +76,18 @@ def _population(test: TestResult, comparison: Comparison) -> str:
     )
 
 
-def _curse(judge: str, runs: Sequence[StudyRun]) -> str:
+def _curse(judge: str, runs: Sequence[StudyRun], noise: object) -> str:
     """How much of what the searches saw was luck."""
     curses = np.array([run.winners_curse for run in runs])
     low, high = bootstrap_interval(curses, np.random.default_rng(BOOTSTRAP_SEED), np.median)
     interval = f"95 % interval {low:.2f} to {high:.2f}, " if len(runs) > 1 else ""
+    added = "" if noise is None else f" and {noise if isinstance(noise, str) else 'other'} noise"
     seen = float(np.median([run.fitness for run in runs]))
     kept = [run.fresh.order_kept for run in runs if run.fresh is not None and not np.isnan(run.fresh.order_kept)]
     order = f" The maps of a set kept their order on {100 * np.mean(kept):.0f} % of the fresh seeds." if kept else ""
     return (
-        f"Winner's curse ({judge}): the searches saw a median of {seen:.2f}; driven again with fresh seeds the same "
-        f"sets are worse by {np.median(curses):.2f} in the median ({interval}n = {len(runs)}).{order}"
+        f"Winner's curse ({judge}): the searches saw a median of {seen:.2f}; driven again with fresh seeds{added} "
+        f"the same sets are worse by {np.median(curses):.2f} in the median ({interval}n = {len(runs)}).{order}"
     )
 
 

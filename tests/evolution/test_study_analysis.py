@@ -193,8 +193,8 @@ def test_no_difference_is_said_as_well():
 def test_luck_is_said_with_its_interval():
     study = made_study(*[made_run("ga", s, -8.0, -6.0) for s in range(6)])
     assert verdict_of(study)[1] == (
-        "Winner's curse (gini fitness): the searches saw a median of -8.00; driven again with fresh seeds the same "
-        "sets are worse by 2.00 in the median (95 % interval 2.00 to 2.00, n = 6). The maps of a set kept their order "
+        "Winner's curse (gini fitness): the searches saw a median of -8.00; driven again with fresh seeds and "
+        "nominal noise the same sets are worse by 2.00 in the median (95 % interval 2.00 to 2.00, n = 6). The maps of a set kept their order "
         "on 100 % of the fresh seeds."
     )
 
