@@ -5,15 +5,33 @@ Source: nav2_mppi_controller/src/optimizer.cpp (Humble).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import ControllerAbort, FollowerSetup, Twist
-from controllers.mppi.kernels.critics import CRITICS
-from controllers.mppi.kernels.cycle import optimize
+from controllers.mppi.kernels.align import score_align
+from controllers.mppi.kernels.controls import (
+    ALIGNED,
+    BEARINGS,
+    CELLS,
+    CLOSENESS,
+    COLLECTED_ROWS,
+    DEADBANDS,
+    EXCESS,
+    TURNING,
+    add_too_tight,
+    score_deadband,
+    score_turning,
+)
+from controllers.mppi.kernels.critics import CRITICS, judge
+from controllers.mppi.kernels.cycle import finish, prepare
+from controllers.mppi.kernels.points import sweep, sweep_bearings
 from controllers.mppi.kernels.update import send, smooth
+from controllers.mppi.kernels.walk import walk_cost, walk_obstacles
 from controllers.mppi.noise import Layout, Noise, NoiseSource
-from controllers.mppi.params import MppiParams
+from controllers.mppi.params import MppiParams, WeightedParams
 from controllers.mppi.records import CALL, make_tuning
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
@@ -23,6 +41,7 @@ SAME_PERIOD = 1e-6
 HISTORY = 4
 
 Array = NDArray[np.float32]
+Rollout = tuple[int, Array, Array, Array, Array]
 
 
 class Optimizer:
@@ -57,10 +76,21 @@ class Optimizer:
         self._tuning, self._call = make_tuning(params, setup), np.zeros(1, dtype=CALL)
         self._corners = np.array(setup.footprint.corners, dtype=np.float64)
         self.critics = tuple(name for name in params.critics if params.critic(name).enabled)
-        self._order = np.array([CRITICS.index(name) for name in self.critics], dtype=np.int64)
+        self._rows = np.array([CRITICS[name] for name in self.critics], dtype=np.int64)
+        self._scan = CELLS in self._rows
+        self._factors = np.array([_factor(name, params) for name in self.critics])
+        self._powers = np.array([params.critic(name).cost_power for name in self.critics], dtype=np.int64)
         layout = Layout(params.batch_size, params.time_steps)
-        self.critic_costs = np.zeros((len(self.critics), layout.blocks, layout.samples), dtype=np.float32)
-        self.total = np.zeros((layout.blocks, layout.samples), dtype=np.float32)
+        shape = (layout.blocks, layout.samples)
+        self.critic_costs = np.zeros((len(self.critics), *shape), dtype=np.float32)
+        self.total = np.zeros(shape, dtype=np.float32)
+        self._collected = np.zeros((COLLECTED_ROWS, *shape), dtype=np.float32)
+        self._keep = _kept_steps(params)
+        axes = 3 if params.PathAlignCritic.use_path_orientations else 2
+        self._kept = np.zeros((axes, self._keep.max() + 1, *shape), dtype=np.float32)
+        self._speeds = _speeds(params)
+        self._aligned = len(range(0, params.time_steps, params.PathAlignCritic.trajectory_point_step))
+        self._humble = params.PathAlignCritic.humble_search
         self.v, self.w = np.zeros((2, params.time_steps), dtype=np.float32)
         self._history_v, self._history_w = np.zeros((2, HISTORY), dtype=np.float32)
         self.reset()
@@ -121,10 +151,53 @@ class Optimizer:
         for _ in range(self._params.iteration_count):
             if self._params.regenerate_noises:
                 self._noise = self._source.draw()
-            optimize(
-                self._tuning, self._call, self._order, points, costmap.costs, self._corners,
-                *self._noise, self.v, self.w, self.critic_costs, self.total,
-            )  # fmt: skip
+            self._iterate(points, costmap.costs)
+
+    def _iterate(self, points: Array, costs: NDArray[np.uint8]) -> None:
+        """Roll out, score and update once."""
+        tuning, call, noise, params = self._tuning, self._call, self._noise, self._params
+        refresh_every, grid, scale, window, measure, look = prepare(
+            tuning, call, self._scan, costs, noise.longest, noise.fastest, self.v, self.w
+        )
+        rollout = (refresh_every, noise.v, noise.w, self.v, self.w)
+        sweep(
+            call, params.model_dt, rollout, self._speeds, self._keep, self._kept, self._scan, grid, scale, costs.shape,
+            window, measure, look, params.GoalAngleCritic.symmetric_yaw_tolerance, self._collected,
+        )  # fmt: skip
+        self._walk(rollout, costs)
+        rows, valid = self._rows.copy(), np.empty(points.shape[1], dtype=np.bool_)
+        judge(tuning, call, points, costs, self._kept, valid, self._collected, rows)
+        self._look_closer(rollout, points, valid, rows)
+        finish(tuning, rollout, self._collected, rows, self._factors, self._powers, self.critic_costs, self.total)
+
+    def _walk(self, rollout: Rollout, costs: NDArray[np.uint8]) -> None:
+        """Follow trajectories point by point where footprints or the Obstacles critic ask for it."""
+        params, where = self._params, (rollout, costs, self._corners)
+        if self._scan and params.CostCritic.consider_footprint:
+            near = self._is_near(params.CostCritic.near_goal_distance)
+            walk_cost(self._tuning, self._call, *where, near, self._collected)
+        if CLOSENESS in self._rows:
+            near = self._is_near(params.ObstaclesCritic.near_goal_distance)
+            walk_obstacles(self._tuning, self._call, *where, near, self._collected)
+
+    def _look_closer(self, rollout: Rollout, points: Array, valid: NDArray[np.bool_], rows: NDArray[np.int64]) -> None:
+        """Let the critics score that apply and need a look of their own."""
+        tuning, call, collected = self._tuning, self._call, self._collected
+        for row in rows:
+            if row == ALIGNED:
+                score_align(points, valid, self.furthest, self._kept, self._aligned, self._humble, collected)
+            elif row == BEARINGS:
+                sweep_bearings(tuning, call, rollout, collected)
+            elif row == TURNING:
+                score_turning(call, rollout, collected)
+            elif row == DEADBANDS:
+                score_deadband(tuning, call, rollout, collected)
+            elif row == EXCESS and self._params.motion_model == "Ackermann":
+                add_too_tight(tuning, call, rollout, collected)
+
+    def _is_near(self, distance: float) -> bool:
+        """Whether the robot is nearer than ``distance`` (m) to the end of the local path."""
+        return bool(self._call["squared_distance"][0] < distance * distance)
 
     def smooth(self) -> None:
         """Apply the Savitzky-Golay filter to the control sequence."""
@@ -141,5 +214,35 @@ class Optimizer:
         squared_distance = (x - end_x) ** 2 + (y - end_y) ** 2
         self._call[0] = (
             x, y, yaw, *velocity, end_x, end_y, end_yaw, squared_distance,
-            costmap.resolution, costmap.origin_x, costmap.origin_y, costmap.track_unknown_space, False, -1,
+            costmap.resolution, costmap.origin_x, costmap.origin_y, costmap.track_unknown_space, False, 0, -1, 0.0, 0.0,
         )  # fmt: skip
+
+
+def _kept_steps(params: MppiParams) -> NDArray[np.int64]:
+    """Number the steps whose points PathAlign and PathFollow look at, -1 for the others."""
+    keep = np.full(params.time_steps, -1)
+    steps = sorted({*range(0, params.time_steps, params.PathAlignCritic.trajectory_point_step), params.time_steps - 1})
+    keep[steps] = range(len(steps))
+    return keep
+
+
+def _speeds(params: MppiParams) -> tuple[float, float, float, float]:
+    """Limits that Constraint lets pass (``vy_max`` counts, for DiffDrive too; m/s), and weights of the effort."""
+    highest, lowest = math.hypot(params.vx_max, params.vy_max), math.hypot(params.vx_min, params.vy_max)
+    lowest = lowest if params.vx_min > 0 else -lowest
+    return highest, lowest, params.gamma / params.vx_std**2, params.gamma / params.wz_std**2
+
+
+def _factor(name: str, params: MppiParams) -> float:
+    """Return what a critic's scores are multiplied with: sums over the steps become means, or integrals over time."""
+    critic, steps = params.critic(name), params.time_steps
+    if not isinstance(critic, WeightedParams):
+        return 1.0
+    weight = critic.cost_weight
+    if name in ("ConstraintCritic", "PreferForwardCritic", "VelocityDeadbandCritic"):
+        return weight * params.model_dt
+    if name in ("GoalCritic", "GoalAngleCritic", "PathAngleCritic", "TwirlingCritic"):
+        return weight / steps
+    if name == "CostCritic":
+        return weight / 254.0 / steps
+    return weight

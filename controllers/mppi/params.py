@@ -77,15 +77,23 @@ class CriticParams(Settings):
     Args:
         enabled: Whether it scores.
         cost_power: Power to which its weighted score is raised.
-        cost_weight: Its weight.
     """
 
     enabled: bool = True
     cost_power: Power = 1
+
+
+class WeightedParams(CriticParams):
+    """What all but Obstacles take.
+
+    Args:
+        cost_weight: Its weight.
+    """
+
     cost_weight: NonNegative = 1.0
 
 
-class ConstraintParams(CriticParams):
+class ConstraintParams(WeightedParams):
     """Speeds beyond the limits, which sampled controls may have.
 
     Humble's limits are ``hypot(vx_max, vy_max)`` and ``-hypot(vx_min, vy_max)``, for DiffDrive too: set ``vy_max`` to 0
@@ -95,7 +103,7 @@ class ConstraintParams(CriticParams):
     cost_weight: NonNegative = 4.0
 
 
-class CostParams(CriticParams):
+class CostParams(WeightedParams):
     """Cost: what the costmap says.
 
     Args:
@@ -114,7 +122,7 @@ class CostParams(CriticParams):
 
 
 class ObstaclesParams(CriticParams):
-    """Obstacles: distances, won back from the costs; has two weights of its own and no ``cost_weight``.
+    """Obstacles: distances, won back from the costs, with a weight each for near and for very near.
 
     Args:
         repulsion_weight: Weight of being within the inflation radius.
@@ -127,7 +135,6 @@ class ObstaclesParams(CriticParams):
         inflation_radius: In Humble the critic's own; set it to the inflation layer's, m.
     """
 
-    cost_weight: NonNegative = Field(default=1.0, exclude=True)
     repulsion_weight: NonNegative = 1.5
     critical_weight: NonNegative = 20.0
     collision_cost: NonNegative = 1e4
@@ -138,7 +145,7 @@ class ObstaclesParams(CriticParams):
     inflation_radius: NonNegative = 0.55
 
 
-class GoalParams(CriticParams):
+class GoalParams(WeightedParams):
     """Mean distance from the end of the local path.
 
     Args:
@@ -149,7 +156,7 @@ class GoalParams(CriticParams):
     threshold_to_consider: NonNegative = 1.4
 
 
-class GoalAngleParams(CriticParams):
+class GoalAngleParams(WeightedParams):
     """Mean difference from the heading at the end of the local path.
 
     Args:
@@ -162,7 +169,7 @@ class GoalAngleParams(CriticParams):
     symmetric_yaw_tolerance: bool = False
 
 
-class PathAlignParams(CriticParams):
+class PathAlignParams(WeightedParams):
     """Mean distance from the path points as far along the path as the trajectory is long.
 
     Args:
@@ -184,7 +191,7 @@ class PathAlignParams(CriticParams):
     humble_search: bool = True
 
 
-class PathFollowParams(CriticParams):
+class PathFollowParams(WeightedParams):
     """Distance of the last point from a path point ahead of what the trajectories reach.
 
     Args:
@@ -197,7 +204,7 @@ class PathFollowParams(CriticParams):
     offset_from_furthest: Index = 6
 
 
-class PathAngleParams(CriticParams):
+class PathAngleParams(WeightedParams):
     """Mean angle between heading and bearing of a path point ahead, when the robot looks elsewhere.
 
     Args:
@@ -214,7 +221,7 @@ class PathAngleParams(CriticParams):
     forward_preference: bool = True
 
 
-class PreferForwardParams(CriticParams):
+class PreferForwardParams(WeightedParams):
     """Distance driven backwards.
 
     Args:
@@ -225,13 +232,13 @@ class PreferForwardParams(CriticParams):
     threshold_to_consider: NonNegative = 0.5
 
 
-class TwirlingParams(CriticParams):
+class TwirlingParams(WeightedParams):
     """Mean turn rate, until the goal checker's distance is reached."""
 
     cost_weight: NonNegative = 10.0
 
 
-class VelocityDeadbandParams(CriticParams):
+class VelocityDeadbandParams(WeightedParams):
     """Speeds too low for the base.
 
     Args:

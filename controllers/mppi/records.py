@@ -34,16 +34,16 @@ def _record_of(settings: type[Settings], *more: tuple[str, type]) -> np.dtype[np
 TUNING = _record_of(
     MppiParams,
     ("ackermann", np.bool_),
+    ("either_way", np.bool_),
     ("highest_speed", np.float64),
     ("lowest_speed", np.float64),
     ("fastest_turn", np.float64),
-    ("control_period", np.float64),
     ("xy_goal_tolerance", np.float64),
     ("inscribed_radius", np.float64),
     ("circumscribed_cost", np.float64),
 )
-"""MPPI's parameters under their own names, critics as groups, and what the run adds: the limits in force (m/s, rad/s),
-the goal checker's tolerance (m), the footprint's inscribed radius (m) and the cost at its circumscribed radius."""
+"""MPPI's parameters under their own names, critics as groups, and what the run adds: whether PathAngle
+accepts looking backwards, the limits in force (m/s, rad/s), the goal checker's tolerance (m), the footprint's inscribed radius (m) and the cost at its circumscribed radius."""
 
 CALL = np.dtype(
     [
@@ -52,12 +52,16 @@ CALL = np.dtype(
         *((name, np.float64) for name in ("resolution", "origin_x", "origin_y")),
         ("unknown_is_free", np.bool_),
         ("failed", np.bool_),
+        ("obstacle_hits", np.int64),
         ("furthest", np.int64),
+        ("target_x", np.float64),
+        ("target_y", np.float64),
     ],
     align=True,
 )
 """One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; last point of the local path (m, rad) and its squared
-distance; place of the costmap (m); whether all trajectories collide; furthest path point reached, -1 until known."""
+distance; place of the costmap (m). Found out on the way: whether all trajectories collide, how many do for the Obstacles
+critic, the furthest path point reached (-1 until known), and the point PathAngle looks at, m from the robot."""
 
 
 def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:
@@ -65,7 +69,7 @@ def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:
     tuning = np.zeros(1, dtype=TUNING)
     _fill(tuning, params)
     tuning["ackermann"] = params.motion_model == "Ackermann"
-    tuning["control_period"] = setup.control_period
+    tuning["either_way"] = abs(params.vx_min) >= 1e-6 and not params.PathAngleCritic.forward_preference
     tuning["xy_goal_tolerance"] = setup.xy_goal_tolerance
     tuning["inscribed_radius"] = setup.footprint.inscribed_radius
     tuning["circumscribed_cost"] = _circumscribed_cost(setup.footprint, setup.cost_scaling_factor)

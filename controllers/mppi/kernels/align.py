@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from controllers.mppi.kernels.controls import ALIGNED
 from controllers.mppi.kernels.elementary import ONE, TWO, ZERO
 from gym_mapbench.kernels.geometry import normalize_angle
-from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.kernels.jit import inlined, kernel
 
 FAR = np.float32(np.inf)
 
@@ -90,7 +91,7 @@ def prepare_targets(path, valid, arc, beyond, targets):
         targets[3, i] = path[2, i]
 
 
-@kernel
+@inlined
 def _advance(x, y, i, b, per_metre, last_slot, length, slot):
     """Add the way between two kept steps to each sample's length, and find its slot."""
     for k in range(len(length)):
@@ -100,7 +101,7 @@ def _advance(x, y, i, b, per_metre, last_slot, length, slot):
         slot[k] = np.uint32(np.int32(at if at < last_slot else last_slot))
 
 
-@kernel
+@inlined
 def _look_up(slots, slot, arc, beyond, length, targets, found):
     """Read x, y and length along the path of every sample's closest path point."""
     for k in range(len(length)):
@@ -119,7 +120,7 @@ def _look_up_yaw(arc, beyond, length, targets, found):
         found[3, k] = targets[3, closest_by_length(arc, length[k], 0, beyond)]
 
 
-@kernel
+@inlined
 def _restart(length, targets, previous, found):
     """Humble's defect: a sample that is not past the point found last is compared with the first point instead."""
     first_x, first_y, first_yaw = targets[0, 0], targets[1, 0], targets[3, 0]
@@ -131,7 +132,7 @@ def _restart(length, targets, previous, found):
         previous[k] = ZERO if again else found[2, k]
 
 
-@kernel
+@inlined
 def _add_offsets(x, y, i, b, found, sums, counts):
     for k in range(len(sums)):
         dx, dy = found[0, k] - x[i, b, k], found[1, k] - y[i, b, k]
@@ -152,7 +153,7 @@ def _add_poses(x, y, yaw, i, b, found, sums, counts):
 
 
 @kernel
-def score_align(path, valid, furthest, kept, steps, defects, scores):
+def score_align(path, valid, furthest, kept, steps, defects, collected):
     """Write each sample's mean distance from the path point as far along the path as it has come itself.
 
     Args:
@@ -162,7 +163,7 @@ def score_align(path, valid, furthest, kept, steps, defects, scores):
         kept: ``(2 or 3, kept steps, blocks, samples)`` x, y and, to compare headings as well, yaw.
         steps: How many of the kept steps count.
         defects: Whether Humble's wrong search is copied.
-        scores: ``(blocks, samples)``, written.
+        collected: ``(12, blocks, samples)``; row ALIGNED is written.
     """
     beyond = furthest if defects else furthest - 1
     arc, slots = np.empty(furthest, dtype=np.float32), np.empty(SLOTS, dtype=np.int32)
@@ -170,10 +171,11 @@ def score_align(path, valid, furthest, kept, steps, defects, scores):
     measure_path(path[0], path[1], arc)
     prepare_targets(path, valid, arc, beyond, targets)
     per_metre = build_slots(arc, beyond, slots)
-    x, y, width = kept[0], kept[1], scores.shape[1]
-    length, previous, sums, counts = np.empty((4, width), dtype=np.float32)
+    x, y, width = kept[0], kept[1], collected.shape[2]
+    state = np.empty((4, width), dtype=np.float32)
+    length, previous, sums, counts = state[0], state[1], state[2], state[3]
     found, slot = np.empty((4, width), dtype=np.float32), np.empty(width, dtype=np.uint32)
-    for b in range(scores.shape[0]):
+    for b in range(collected.shape[1]):
         for k in range(width):
             length[k] = previous[k] = sums[k] = counts[k] = ZERO
         for i in range(1, steps):
@@ -188,4 +190,4 @@ def score_align(path, valid, furthest, kept, steps, defects, scores):
             else:
                 _add_offsets(x, y, i, b, found, sums, counts)
         for k in range(width):
-            scores[b, k] = sums[k] / counts[k] if counts[k] > ZERO else ZERO
+            collected[ALIGNED, b, k] = sums[k] / counts[k] if counts[k] > ZERO else ZERO

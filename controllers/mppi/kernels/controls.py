@@ -10,10 +10,11 @@ import numpy as np
 from controllers.mppi.kernels.elementary import ZERO
 from gym_mapbench.kernels.jit import inlined, kernel
 
-# Rows of what a sweep collects per sample: speed outside the limits, speed backwards, control effort, contributions of
-# cells, distances from the end of the local path, angles; and one to spare.
-EXCESS, REVERSE, EFFORT, CELLS, DISTANCE, ANGLE, SPARE = range(7)
-COLLECTED_ROWS = 7
+# Rows of what is collected per sample: speed outside the limits, speed backwards, control effort, contributions of
+# cells, distance from the end of the local path, angle from the heading there, angle from a bearing, closeness to
+# obstacles, distance from the path and from a point on it, turn rate, and what speeds lack to the deadband.
+EXCESS, REVERSE, EFFORT, CELLS, DISTANCE, ANGLE, BEARINGS, CLOSENESS, ALIGNED, FOLLOWED, TURNING, DEADBANDS = range(12)
+COLLECTED_ROWS = 12
 
 
 @inlined
@@ -34,18 +35,19 @@ def _add_effort(noise_v, noise_w, t, cost_v, cost_w, b, collected):
 
 
 @kernel
-def _start_at(value, b, sums):
-    for k in range(sums.shape[1]):
-        sums[b, k] = value
+def start_at(value, b, collected, row):
+    """Begin the sums of one row of a block with ``value``."""
+    for k in range(collected.shape[2]):
+        collected[row, b, k] = value
 
 
-@kernel
+@inlined
 def start_controls(v_0, speeds, b, collected):
     """Begin the sums of a block with the measured speed ``v_0``."""
     highest, lowest = np.float32(speeds[0]), np.float32(speeds[1])
-    _start_at(max(max(v_0 - highest, lowest - v_0), ZERO), b, collected[EXCESS])
-    _start_at(max(-v_0, ZERO), b, collected[REVERSE])
-    _start_at(ZERO, b, collected[EFFORT])
+    start_at(max(max(v_0 - highest, lowest - v_0), ZERO), b, collected, EXCESS)
+    start_at(max(-v_0, ZERO), b, collected, REVERSE)
+    start_at(ZERO, b, collected, EFFORT)
 
 
 @inlined
@@ -60,7 +62,7 @@ def add_controls(noise_v, noise_w, t, v, w, speeds, b, collected):
         w: The same, rad/s.
         speeds: Highest and lowest speed that costs nothing, m/s; gamma / std^2 of v and of w.
         b: Block.
-        collected: ``(7, blocks, samples)`` sums.
+        collected: ``(12, blocks, samples)`` sums.
     """
     effort_v, effort_w = np.float32(speeds[2]) * v[t], np.float32(speeds[3]) * w[t]
     if t < len(v) - 1:
@@ -71,40 +73,49 @@ def add_controls(noise_v, noise_w, t, v, w, speeds, b, collected):
 
 
 @kernel
-def add_turning(noise_w, w, w_0, turning):
-    """Write each sample's sum of ``|w|`` over the steps."""
+def score_turning(call_of, rollout, collected):
+    """Write each sample's sum of ``|w|`` over the steps (Twirling)."""
+    _, noise_v, noise_w, v, w = rollout
     blocks, steps, samples = noise_w.shape
     for b in range(blocks):
-        _start_at(np.float32(abs(w_0)), b, turning)
+        start_at(np.float32(abs(call_of[0].w)), b, collected, TURNING)
         for t in range(steps - 1):
             for k in range(samples):
-                turning[b, k] += abs(w[t] + noise_w[b, t, k])
+                collected[TURNING, b, k] += abs(w[t] + noise_w[b, t, k])
 
 
 @kernel
-def add_below(noise, u, u_0, threshold, below):
-    """Add each sample's sum of how far ``|u|`` lies below ``threshold`` to ``below``."""
+def _add_below(noise, u, u_0, limit, collected):
+    """Add how far ``|u|`` lies below ``limit``, summed up over the steps."""
     blocks, steps, samples = noise.shape
-    limit, first = np.float32(threshold), np.float32(abs(u_0))
-    for b in range(blocks):
-        for k in range(samples):
-            below[b, k] += limit - first if first < limit else ZERO
-        for t in range(steps - 1):
-            for k in range(samples):
-                lacking = limit - abs(u[t] + noise[b, t, k])
-                below[b, k] += lacking if lacking > ZERO else ZERO
-
-
-@kernel
-def add_too_tight(rollout, v_0, w_0, radius, excess):
-    """Add how far each sample's turning radius ``|v| / |w|`` lies below ``radius`` (m) to ``excess``."""
-    _, noise_v, noise_w, v, w = rollout
-    blocks, steps, samples = noise_v.shape
-    smallest = np.float32(radius)
     for b in range(blocks):
         for t in range(steps):
             for k in range(samples):
-                speed = np.float32(v_0) if t == 0 else v[t - 1] + noise_v[b, t - 1, k]
-                turn = np.float32(w_0) if t == 0 else w[t - 1] + noise_w[b, t - 1, k]
+                lacking = limit - abs(u_0 if t == 0 else u[t - 1] + noise[b, t - 1, k])
+                collected[DEADBANDS, b, k] += lacking if lacking > ZERO else ZERO
+
+
+@kernel
+def score_deadband(tuning_of, call_of, rollout, collected):
+    """Write what each sample's speeds lack to those the base can drive (VelocityDeadband)."""
+    call, limits = call_of[0], tuning_of[0].VelocityDeadbandCritic.deadband_velocities
+    _, noise_v, noise_w, v, w = rollout
+    for b in range(noise_v.shape[0]):
+        start_at(ZERO, b, collected, DEADBANDS)
+    _add_below(noise_v, v, np.float32(call.v), np.float32(abs(limits[0])), collected)
+    _add_below(noise_w, w, np.float32(call.w), np.float32(abs(limits[2])), collected)
+
+
+@kernel
+def add_too_tight(tuning_of, call_of, rollout, collected):
+    """Add how far each sample's turning radius ``|v| / |w|`` lies below Ackermann's to its excess (Constraint)."""
+    smallest, call = np.float32(tuning_of[0].AckermannConstraints.min_turning_r), call_of[0]
+    _, noise_v, noise_w, v, w = rollout
+    blocks, steps, samples = noise_v.shape
+    for b in range(blocks):
+        for t in range(steps):
+            for k in range(samples):
+                speed = np.float32(call.v) if t == 0 else v[t - 1] + noise_v[b, t - 1, k]
+                turn = np.float32(call.w) if t == 0 else w[t - 1] + noise_w[b, t - 1, k]
                 lacking = smallest - abs(speed) / abs(turn)
-                excess[b, k] += lacking if lacking > ZERO else ZERO
+                collected[EXCESS, b, k] += lacking if lacking > ZERO else ZERO

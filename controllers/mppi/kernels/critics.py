@@ -1,7 +1,8 @@
-"""The critics, in the words of Nav2: each adds ``(weight * score)^cost_power`` to the costs, or nothing.
+"""Which critics apply to a call, in the words of Nav2's own.
 
-Source: nav2_mppi_controller/src/critics (Humble). ``tuning`` and ``call`` are records of
-:mod:`controllers.mppi.records`; a critic's own parameters are a group of ``tuning``.
+Source: nav2_mppi_controller/src/critics (Humble). A critic adds ``(factor * scores)^cost_power`` to the costs; its
+scores are a row of what is collected per sample. Critics that a sweep collects for are done here; those that need a
+look of their own are told to look by their row.
 """
 
 from __future__ import annotations
@@ -10,41 +11,39 @@ import math
 
 import numpy as np
 
-from controllers.mppi.kernels.align import score_align, too_many_invalid
+from controllers.mppi.kernels.align import too_many_invalid
 from controllers.mppi.kernels.controls import (
+    ALIGNED,
     ANGLE,
+    BEARINGS,
     CELLS,
-    COLLECTED_ROWS,
+    CLOSENESS,
+    DEADBANDS,
     DISTANCE,
     EXCESS,
+    FOLLOWED,
     REVERSE,
-    SPARE,
-    add_below,
-    add_too_tight,
-    add_turning,
+    TURNING,
 )
-from controllers.mppi.kernels.path import furthest_reached, nearest_point, score_follow
-from controllers.mppi.kernels.points import BEARING, sweep
-from controllers.mppi.kernels.walk import score_cost, score_obstacles
+from controllers.mppi.kernels.path import find_valid, furthest_reached, nearest_point, score_follow
+from controllers.mppi.kernels.window import MARKED
 from gym_mapbench.kernels.geometry import normalize_angle
 from gym_mapbench.kernels.jit import kernel
 
-CRITICS = (
-    "ConstraintCritic",
-    "CostCritic",
-    "ObstaclesCritic",
-    "GoalCritic",
-    "GoalAngleCritic",
-    "PathAlignCritic",
-    "PathFollowCritic",
-    "PathAngleCritic",
-    "PreferForwardCritic",
-    "TwirlingCritic",
-    "VelocityDeadbandCritic",
-)
-(
-    CONSTRAINT, COST, OBSTACLES, GOAL, GOAL_ANGLE, PATH_ALIGN, PATH_FOLLOW, PATH_ANGLE, PREFER_FORWARD, TWIRLING, DEADBAND,
-) = range(len(CRITICS))  # fmt: skip
+# A critic's number is its place here, and its row the one beside it.
+CRITICS = {
+    "ConstraintCritic": EXCESS,
+    "CostCritic": CELLS,
+    "ObstaclesCritic": CLOSENESS,
+    "GoalCritic": DISTANCE,
+    "GoalAngleCritic": ANGLE,
+    "PathAlignCritic": ALIGNED,
+    "PathFollowCritic": FOLLOWED,
+    "PathAngleCritic": BEARINGS,
+    "PreferForwardCritic": REVERSE,
+    "TwirlingCritic": TURNING,
+    "VelocityDeadbandCritic": DEADBANDS,
+}
 
 
 @kernel
@@ -54,176 +53,107 @@ def near(call, distance):
 
 
 @kernel
-def asks_for(order, critic):
-    """Whether a critic is among those in ``order``."""
-    for each in order:
-        if each == critic:
-            return True
-    return False
+def is_near(row, tuning, call):
+    """Whether the robot is near the end of the local path, by the measure of one critic."""
+    if row == DISTANCE:
+        return near(call, tuning.GoalCritic.threshold_to_consider)
+    if row == ANGLE:
+        return near(call, tuning.GoalAngleCritic.threshold_to_consider)
+    if row == ALIGNED:
+        return near(call, tuning.PathAlignCritic.threshold_to_consider)
+    if row == FOLLOWED:
+        return near(call, tuning.PathFollowCritic.threshold_to_consider)
+    if row == BEARINGS:
+        return near(call, tuning.PathAngleCritic.threshold_to_consider)
+    if row == REVERSE:
+        return near(call, tuning.PreferForwardCritic.threshold_to_consider)
+    return row == TURNING and near(call, tuning.xy_goal_tolerance)
 
 
 @kernel
-def weight_of(critic, tuning):
-    """Factor and power of a critic's score. Sums over the steps become means or integrals here."""
-    mean, dt = 1.0 / tuning.time_steps, tuning.model_dt
-    if critic == CONSTRAINT:
-        return tuning.ConstraintCritic.cost_weight * dt, tuning.ConstraintCritic.cost_power
-    if critic == COST:
-        return tuning.CostCritic.cost_weight / 254.0 * mean, tuning.CostCritic.cost_power
-    if critic == OBSTACLES:
-        return 1.0, tuning.ObstaclesCritic.cost_power
-    if critic == GOAL:
-        return tuning.GoalCritic.cost_weight * mean, tuning.GoalCritic.cost_power
-    if critic == GOAL_ANGLE:
-        return tuning.GoalAngleCritic.cost_weight * mean, tuning.GoalAngleCritic.cost_power
-    if critic == PATH_ALIGN:
-        return tuning.PathAlignCritic.cost_weight, tuning.PathAlignCritic.cost_power
-    if critic == PATH_FOLLOW:
-        return tuning.PathFollowCritic.cost_weight, tuning.PathFollowCritic.cost_power
-    if critic == PATH_ANGLE:
-        return tuning.PathAngleCritic.cost_weight * mean, tuning.PathAngleCritic.cost_power
-    if critic == PREFER_FORWARD:
-        return tuning.PreferForwardCritic.cost_weight * dt, tuning.PreferForwardCritic.cost_power
-    if critic == TWIRLING:
-        return tuning.TwirlingCritic.cost_weight * mean, tuning.TwirlingCritic.cost_power
-    return tuning.VelocityDeadbandCritic.cost_weight * dt, tuning.VelocityDeadbandCritic.cost_power
+def _settle_cells(tuning, collected):
+    """Replace the sums of colliding trajectories by the collision cost; return how many there are."""
+    hits, samples = 0, collected.shape[2]
+    for k in range(tuning.batch_size):
+        if collected[CELLS, k // samples, k % samples] >= MARKED:
+            collected[CELLS, k // samples, k % samples] = tuning.CostCritic.collision_cost
+            hits += 1
+    return hits
 
 
 @kernel
-def free_speeds(tuning):
-    """Highest and lowest speed that Constraint lets pass; ``vy_max`` counts, for DiffDrive too (m/s)."""
-    lowest = math.hypot(tuning.vx_min, tuning.vy_max)
-    return math.hypot(tuning.vx_max, tuning.vy_max), lowest if tuning.vx_min > 0.0 else -lowest
+def _choose_rows(tuning, call, rows, collected):
+    """Drop the critics that do not apply near the end of the path, or far from it, and those after a failure."""
+    failed = False
+    for i in range(len(rows)):
+        row = rows[i]
+        wants_near = row in (DISTANCE, ANGLE)
+        if failed or is_near(row, tuning, call) != wants_near:
+            rows[i] = -1
+        elif row == CELLS:
+            failed = _settle_cells(tuning, collected) == tuning.batch_size
+        elif row == CLOSENESS:
+            failed = call.obstacle_hits == tuning.batch_size
+    call.failed = failed
 
 
 @kernel
-def find_furthest(tuning, call, path, kept):
-    """Find the furthest path point a trajectory reaches, once per call."""
-    if call.furthest < 0:
-        last = kept.shape[1] - 1
-        call.furthest = furthest_reached(path[0], path[1], kept[0, last], kept[1, last], tuning.batch_size)
-    return call.furthest
-
-
-@kernel
-def score_path_follow(tuning, call, path, valid, kept, scores):
-    """Distance of the last points from a path point ahead; returns whether it applies."""
-    own, points = tuning.PathFollowCritic, path.shape[1]
-    if points < 2 or near(call, own.threshold_to_consider):
-        return False
-    target = min(find_furthest(tuning, call, path, kept) + own.offset_from_furthest, points - 1)
-    while target < points - 2 and not valid[target]:
-        target += 1
-    last = kept.shape[1] - 1
-    score_follow(kept[0, last], kept[1, last], path[0, target], path[1, target], scores)
-    return True
-
-
-@kernel
-def score_path_align(tuning, call, path, valid, kept, scores):
-    """Mean distance from the path points as far along; returns whether it applies."""
-    own = tuning.PathAlignCritic
-    if near(call, own.threshold_to_consider):
-        return False
-    furthest = find_furthest(tuning, call, path, kept)
+def _can_align(tuning, call, path, valid, kept):
+    """Whether the path is long and free enough to be followed."""
+    own, furthest = tuning.PathAlignCritic, call.furthest
     if furthest < max(own.offset_from_furthest, 1):
         return False
     first = nearest_point(path[0], path[1], kept[0, 0, 0, 0], kept[1, 0, 0, 0])
-    if too_many_invalid(valid, first, furthest, np.float32(own.max_path_occupancy_ratio)):
-        return False
-    steps = (tuning.time_steps + own.trajectory_point_step - 1) // own.trajectory_point_step
-    score_align(path, valid, furthest, kept, steps, own.humble_search, scores)
-    return True
+    return not too_many_invalid(valid, first, furthest, np.float32(own.max_path_occupancy_ratio))
 
 
 @kernel
-def _collect_bearings(tuning, call, rollout, target, either_way, scores):
-    """Roll out once more and sum up the angles between heading and bearing of ``target`` (m from the start)."""
-    refresh_every, noise_v, noise_w, v, w = rollout
-    blocks, steps, samples = noise_v.shape
-    collected = np.empty((COLLECTED_ROWS, blocks, samples), dtype=np.float32)
-    keep, kept = np.full(steps, -1), np.empty((2, 0, blocks, samples), dtype=np.float32)
-    window = np.empty(0, dtype=np.float32)
-    sweep(
-        call, tuning.model_dt, refresh_every, noise_v, noise_w, v, w, (0.0, 0.0, 0.0, 0.0), keep, kept,
-        False, (0, 0, 0, 0, 0, 0, 0, 0), (0.0, 0.0, 0.0), (0, 0), window, False, BEARING, target, either_way, collected,
-    )  # fmt: skip
-    scores[:] = collected[ANGLE]
-
-
-@kernel
-def score_deadband(tuning, call, rollout, scores):
-    """Sum up how much the speeds lack to those the base can drive."""
-    _, noise_v, noise_w, v, w = rollout
-    scores[:] = np.float32(0.0)
-    add_below(noise_v, v, call.v, abs(tuning.VelocityDeadbandCritic.deadband_velocities[0]), scores)
-    add_below(noise_w, w, call.w, abs(tuning.VelocityDeadbandCritic.deadband_velocities[2]), scores)
-
-
-@kernel
-def score_path_angle(tuning, call, rollout, path, kept, scores):
-    """Angles between heading and bearing of a path point ahead, if the robot looks away; returns whether it applies."""
+def _looks_away(tuning, call, path):
+    """Whether the robot looks away from a path point ahead, which is written to the call."""
     own = tuning.PathAngleCritic
-    if near(call, own.threshold_to_consider):
-        return False
-    target = min(find_furthest(tuning, call, path, kept) + own.offset_from_furthest, path.shape[1] - 1)
-    dx, dy = path[0, target] - call.x, path[1, target] - call.y
-    either_way = abs(tuning.vx_min) >= 1e-6 and not own.forward_preference
-    angle = abs(normalize_angle(call.yaw - math.atan2(dy, dx)))
-    if (min(angle, math.pi - angle) if either_way else angle) < own.max_angle_to_furthest:
-        return False
-    _collect_bearings(tuning, call, rollout, (dx, dy), either_way, scores)
-    return True
+    target = min(call.furthest + own.offset_from_furthest, path.shape[1] - 1)
+    call.target_x, call.target_y = path[0, target] - call.x, path[1, target] - call.y
+    angle = abs(normalize_angle(call.yaw - math.atan2(call.target_y, call.target_x)))
+    return (min(angle, math.pi - angle) if tuning.either_way else angle) >= own.max_angle_to_furthest
 
 
 @kernel
-def score(critic, tuning, call, rollout, path, valid, costs, corners, kept, collected):
-    """Score all samples by one critic.
+def _follow(tuning, call, path, valid, kept, scores):
+    """Score the distance of the last points from a free path point ahead."""
+    points, last = path.shape[1], kept.shape[1] - 1
+    target = min(call.furthest + tuning.PathFollowCritic.offset_from_furthest, points - 1)
+    while target < points - 2 and not valid[target]:
+        target += 1
+    score_follow(kept[0, last], kept[1, last], path[0, target], path[1, target], scores)
+
+
+@kernel
+def judge(tuning_of, call_of, path, costs, kept, valid, collected, rows):
+    """Find out which critics apply, and score those for which the sweep has collected enough.
 
     Args:
-        critic: Its number in CRITICS.
-        tuning: Parameters.
-        call: The call.
-        rollout: ``(refresh_every, noise_v, noise_w, v, w)``, as in the sweep.
+        tuning_of: ``(1,)`` record of the parameters.
+        call_of: ``(1,)`` record of the call; ``failed``, ``furthest`` and ``target`` are written.
         path: ``(3, points)`` local path, float32.
-        valid: ``(points,)`` whether each point is free.
         costs: ``(rows, cols)`` uint8 costmap.
-        corners: ``(n, 2)`` footprint.
         kept: Points kept by the sweep.
-        collected: Sums collected by the sweep; the last row takes other scores.
-
-    Returns:
-        Row of ``collected`` that holds the scores, -1 if the critic does not apply now.
+        valid: ``(points,)`` whether each point of the path is free, written.
+        collected: ``(rows, blocks, samples)`` what the sweep collected; rows CELLS and FOLLOWED are written.
+        rows: ``(critics,)`` rows of the critics in their order; those that do not apply become -1.
     """
-    applies, row = True, SPARE
-    if critic == CONSTRAINT:
-        if tuning.ackermann:
-            add_too_tight(rollout, call.v, call.w, tuning.AckermannConstraints.min_turning_r, collected[EXCESS])
-        row = EXCESS
-    elif critic == COST:
-        near_goal = near(call, tuning.CostCritic.near_goal_distance)
-        hits = score_cost(tuning, call, rollout, costs, corners, near_goal, collected[CELLS])
-        call.failed = hits == tuning.batch_size
-        row = CELLS
-    elif critic == OBSTACLES:
-        near_goal = near(call, tuning.ObstaclesCritic.near_goal_distance)
-        hits = score_obstacles(tuning, call, rollout, costs, corners, near_goal, collected[SPARE])
-        call.failed = hits == tuning.batch_size
-    elif critic == GOAL:
-        applies, row = near(call, tuning.GoalCritic.threshold_to_consider), DISTANCE
-    elif critic == GOAL_ANGLE:
-        applies, row = near(call, tuning.GoalAngleCritic.threshold_to_consider), ANGLE
-    elif critic == PATH_ALIGN:
-        applies = score_path_align(tuning, call, path, valid, kept, collected[SPARE])
-    elif critic == PATH_FOLLOW:
-        applies = score_path_follow(tuning, call, path, valid, kept, collected[SPARE])
-    elif critic == PATH_ANGLE:
-        applies = score_path_angle(tuning, call, rollout, path, kept, collected[SPARE])
-    elif critic == PREFER_FORWARD:
-        applies, row = not near(call, tuning.PreferForwardCritic.threshold_to_consider), REVERSE
-    elif critic == TWIRLING:
-        applies = not near(call, tuning.xy_goal_tolerance)
-        add_turning(rollout[2], rollout[4], call.w, collected[SPARE])
-    elif critic == DEADBAND:
-        score_deadband(tuning, call, rollout, collected[SPARE])
-    return row if applies else -1
+    tuning, call = tuning_of[0], call_of[0]
+    _choose_rows(tuning, call, rows, collected)
+    find_valid(path[0], path[1], costs, call, valid)
+    for i in range(len(rows)):
+        row = rows[i]
+        if row == FOLLOWED and path.shape[1] < 2:
+            rows[i] = row = -1
+        if row not in (ALIGNED, FOLLOWED, BEARINGS):
+            continue
+        if call.furthest < 0:
+            last = kept.shape[1] - 1
+            call.furthest = furthest_reached(path[0], path[1], kept[0, last], kept[1, last], tuning.batch_size)
+        if row == FOLLOWED:
+            _follow(tuning, call, path, valid, kept, collected[FOLLOWED])
+        elif not (_looks_away(tuning, call, path) if row == BEARINGS else _can_align(tuning, call, path, valid, kept)):
+            rows[i] = -1

@@ -103,7 +103,8 @@ def furthest_reached(path_x, path_y, x, y, samples):
         y: The same.
         samples: How many of them count.
     """
-    last = _last_possible(path_x, path_y, *_bounds(x, y))
+    left, right, low, high = _bounds(x, y)
+    last = _last_possible(path_x, path_y, left, right, low, high)
     reached, width = 0, x.shape[1]
     nearest = np.empty(width, dtype=np.float32)
     for k in range(0, min(samples, width), GUESS_EVERY):

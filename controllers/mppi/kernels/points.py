@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controllers.mppi.kernels.controls import ANGLE, CELLS, DISTANCE, add_controls, start_controls
+from controllers.mppi.kernels.controls import ANGLE, BEARINGS, CELLS, DISTANCE, add_controls, start_at, start_controls
 from controllers.mppi.kernels.elementary import ZERO, angle_of
 from controllers.mppi.kernels.rollout import COS, SIN, STATE_ROWS, TURNED, X, Y, retrace, start, step
 from gym_mapbench.kernels.geometry import cell_index
@@ -22,9 +22,6 @@ RING = 4
 NEAR = 5
 # Within this distance of one (m), the last bits of the rollout can decide.
 LAST_BITS = 1e-6
-
-# What the sweep can look at besides controls and cells.
-NOTHING, HEADING, BEARING = range(3)
 
 
 @inlined
@@ -60,7 +57,7 @@ def _off_border(offset, resolution):
     return abs(cells - np.rint(cells)) * resolution
 
 
-@kernel
+@inlined
 def _locate_exactly(rows, noise_v, noise_w, t, v, w, dt, call, grid, shape, ring, border):
     """Look up the points near a border as Nav2 does, in the whole costmap of ``shape``."""
     yaw_0, v_0, w_0 = np.float32(call.yaw), np.float32(call.v), np.float32(call.w)
@@ -100,7 +97,7 @@ def _keep(rows, call, b, kept, i):
             kept[2, i, b, k] = rows[TURNED, k] + np.float32(call.yaw)
 
 
-@kernel
+@inlined
 def _add_distance(rows, goal_x, goal_y, b, collected):
     for k in range(rows.shape[1]):
         dx = rows[X, k] - goal_x
@@ -108,7 +105,7 @@ def _add_distance(rows, goal_x, goal_y, b, collected):
         collected[DISTANCE, b, k] += np.sqrt(dx * dx + dy * dy)
 
 
-@kernel
+@inlined
 def _add_heading(rows, cos, sin, either_way, b, collected):
     """Add the angle between each sample's heading and one direction; ``either_way``: or its opposite, if nearer."""
     for k in range(rows.shape[1]):
@@ -118,7 +115,7 @@ def _add_heading(rows, cos, sin, either_way, b, collected):
         collected[ANGLE, b, k] += angle_of(forward if either_way else dot, -cross if cross < ZERO else cross)
 
 
-@kernel
+@inlined
 def _add_bearing(rows, target_x, target_y, either_way, b, collected):
     """Add the angle between each sample's heading and the bearing of one point from it."""
     for k in range(rows.shape[1]):
@@ -127,33 +124,20 @@ def _add_bearing(rows, target_x, target_y, either_way, b, collected):
         cross = rows[COS, k] * dy - rows[SIN, k] * dx
         dot = rows[COS, k] * dx + rows[SIN, k] * dy
         forward = -dot if dot < ZERO else dot
-        collected[ANGLE, b, k] += angle_of(forward if either_way else dot, -cross if cross < ZERO else cross)
-
-
-@kernel
-def _look(rows, look, target, either_way, b, collected):
-    """Add what a sweep is asked to look at."""
-    if look == HEADING:
-        _add_heading(rows, np.float32(target[0]), np.float32(target[1]), either_way, b, collected)
-    elif look == BEARING:
-        _add_bearing(rows, np.float32(target[0]), np.float32(target[1]), either_way, b, collected)
+        collected[BEARINGS, b, k] += angle_of(forward if either_way else dot, -cross if cross < ZERO else cross)
 
 
 @kernel
 def sweep(
-    call, dt, refresh_every, noise_v, noise_w, v, w, speeds, keep, kept,
-    scan, grid, scale, shape, window, measure, look, target, either_way, collected,
-):  # fmt: skip
+    call_of, dt, rollout, speeds, keep, kept, scan, grid, scale, shape, window, measure, look, either_way, collected
+):
     """Roll out all samples once and score them on the way.
 
     Args:
-        call: Record of the call.
+        call_of: ``(1,)`` record of the call.
         dt: Period, s.
-        refresh_every: Steps between two evaluations of sine and cosine.
-        noise_v: ``(blocks, time_steps, samples)`` m/s.
-        noise_w: The same, rad/s.
-        v: ``(time_steps,)`` control sequence, m/s.
-        w: The same, rad/s.
+        rollout: ``(refresh_every, noise_v, noise_w, v, w)``: steps between two evaluations of sine and cosine;
+            ``(blocks, time_steps, samples)`` noise, m/s and rad/s; ``(time_steps,)`` control sequence, the same.
         speeds: See :func:`~controllers.mppi.kernels.controls.add_controls`.
         keep: ``(time_steps,)`` row of ``kept`` that takes a step's points, or -1.
         kept: ``(2 or 3, kept steps, blocks, samples)`` world x, y and perhaps yaw, written.
@@ -163,22 +147,23 @@ def sweep(
         shape: ``(rows, cols)`` of the costmap.
         window: Contributions of the cells; see :mod:`controllers.mppi.kernels.window`.
         measure: Whether to sum up distances from the end of the local path.
-        look: NOTHING; HEADING: angles from the direction ``target`` (cos, sin); BEARING: from the bearing of the point
-            ``target``, m from the start.
-        target: See ``look``.
+        look: Whether to sum up angles from the heading there.
         either_way: Whether an angle may count from behind.
-        collected: ``(7, blocks, samples)`` sums over the steps, written.
+        collected: ``(12, blocks, samples)`` sums over the steps, written.
     """
+    call, (refresh_every, noise_v, noise_w, v, w) = call_of[0], rollout
     blocks, steps, samples = noise_v.shape
     rows = np.empty((STATE_ROWS, samples), dtype=np.float32)
     ring, border = np.empty((RING, samples), dtype=np.uint32), np.empty(samples, dtype=np.int32)
     yaw_0, v_0, w_0, period = np.float32(call.yaw), np.float32(call.v), np.float32(call.w), np.float32(dt)
     goal_x, goal_y = np.float32(call.end_x - call.x), np.float32(call.end_y - call.y)
+    cos, sin = np.float32(np.cos(call.end_yaw)), np.float32(np.sin(call.end_yaw))
     for b in range(blocks):
         block_v, block_w = noise_v[b], noise_w[b]
         start(rows, v_0, w_0, yaw_0, period)
         start_controls(v_0, speeds, b, collected)
-        collected[CELLS:, b] = ZERO
+        for row in (CELLS, DISTANCE, ANGLE):
+            start_at(ZERO, b, collected, row)
         for t in range(steps):
             if t > 0:
                 step(rows, block_v, block_w, t - 1, v[t - 1], w[t - 1], yaw_0, period, t % refresh_every == 0)
@@ -191,5 +176,22 @@ def sweep(
                 _gather(t, steps, ring, window, b, collected)
             if measure:
                 _add_distance(rows, goal_x, goal_y, b, collected)
-            if look != NOTHING:
-                _look(rows, look, target, either_way, b, collected)
+            if look:
+                _add_heading(rows, cos, sin, either_way, b, collected)
+
+
+@kernel
+def sweep_bearings(tuning_of, call_of, rollout, collected):
+    """Roll out all samples and sum up the angles between heading and bearing of the call's target (PathAngle)."""
+    tuning, call, (refresh_every, noise_v, noise_w, v, w) = tuning_of[0], call_of[0], rollout
+    blocks, steps, samples = noise_v.shape
+    rows, period = np.empty((STATE_ROWS, samples), dtype=np.float32), np.float32(tuning.model_dt)
+    yaw_0, v_0, w_0 = np.float32(call.yaw), np.float32(call.v), np.float32(call.w)
+    target_x, target_y = np.float32(call.target_x), np.float32(call.target_y)
+    for b in range(blocks):
+        start(rows, v_0, w_0, yaw_0, period)
+        start_at(ZERO, b, collected, BEARINGS)
+        for t in range(steps):
+            if t > 0:
+                step(rows, noise_v[b], noise_w[b], t - 1, v[t - 1], w[t - 1], yaw_0, period, t % refresh_every == 0)
+            _add_bearing(rows, target_x, target_y, tuning.either_way, b, collected)

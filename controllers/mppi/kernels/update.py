@@ -21,7 +21,8 @@ def add_scores(scores, factor, power, applies, out, total):
     width = scores.shape[1]
     for b in range(scores.shape[0]):
         if not applies:
-            out[b] = ZERO
+            for k in range(width):
+                out[b, k] = ZERO
             continue
         for k in range(width):
             out[b, k] = gain * scores[b, k]
@@ -103,8 +104,8 @@ def add_mean_noise(noise_v, noise_w, weights, total, v, w):
     quarter = noise_v.shape[2] // 4
     lanes_v, lanes_w = np.empty(quarter, dtype=np.float32), np.empty(quarter, dtype=np.float32)
     for t in range(len(v)):
-        lanes_v[:] = ZERO
-        lanes_w[:] = ZERO
+        for k in range(quarter):
+            lanes_v[k] = lanes_w[k] = ZERO
         for b in range(noise_v.shape[0]):
             _add_quarters(weights, noise_v, noise_w, b, t, quarter, lanes_v, lanes_w)
         v[t] += np.float32(_sum_lanes(lanes_v) / total)

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from controllers.mppi.kernels.controls import CELLS, CLOSENESS
 from controllers.mppi.kernels.rollout import STATE_ROWS, TURNED, X, Y, start, step
 from controllers.mppi.kernels.window import INSCRIBED, LETHAL, MARKED
 from gym_mapbench.kernels.footprint import footprint_cost
@@ -71,7 +72,6 @@ def _add_costs(rows, call, costs, corners, own, near_goal, threshold, value, hit
         worst = _outline_cost(costs, call, corners, x, y, yaw) if cost >= threshold else cost
         if collides(worst, call.unknown_is_free, own.consider_footprint):
             hit[j] = True
-            value[j] = own.collision_cost
         elif cost >= INSCRIBED:
             value[j] += np.float32(own.critical_cost)
         elif not near_goal:
@@ -106,23 +106,34 @@ def _add_distances(rows, call, costs, corners, own, near_goal, threshold, inscri
 
 
 @kernel
-def _pick(noise, chosen, out):
-    """Copy the noise of the ``chosen`` samples to ``(time_steps, len(chosen))``."""
-    samples = noise.shape[2]
+def _pick(noise, b, chosen, out):
+    """Copy the noise of the ``chosen`` samples of a block to ``(time_steps, len(chosen))``."""
     for t in range(out.shape[0]):
         for j in range(len(chosen)):
-            out[t, j] = noise[chosen[j] // samples, t, chosen[j] % samples]
+            out[t, j] = noise[b, t, chosen[j]]
 
 
 @kernel
-def _walk(call, dt, rollout, chosen, costs, corners, cost, obstacles, radius, near, sums):
+def _marked(sums, b, count):
+    """Indices of the first ``count`` samples of a block whose sum contains a mark."""
+    marked, found = np.empty(count, dtype=np.int64), 0
+    for k in range(count):
+        if sums[b, k] >= MARKED:
+            marked[found] = k
+            found += 1
+    return marked[:found]
+
+
+@kernel
+def _walk(call, dt, rollout, chosen, b, costs, corners, cost, obstacles, radius, near, sums, hit):
     """Walk some samples for the Cost critic (``obstacles`` False) or the Obstacles critic.
 
     Args:
         call: The call.
         dt: Period, s.
         rollout: ``(refresh_every, noise_v, noise_w, v, w)``, as in the sweep.
-        chosen: Indices of the samples.
+        chosen: Indices of the samples in their block.
+        b: The block.
         costs: ``(rows, cols)`` uint8 costmap.
         corners: ``(n, 2)`` footprint.
         cost: Parameters of the Cost critic.
@@ -131,16 +142,16 @@ def _walk(call, dt, rollout, chosen, costs, corners, cost, obstacles, radius, ne
         near: ``(near_goal, threshold)``: whether the robot is near the end of the local path, and the cost of the
             centre from which on the outline is looked at.
         sums: ``(2, len(chosen))`` results, 0 before: value, or repulsion and critical term.
-
-    Returns:
-        ``(len(chosen),)`` whether each collided.
+        hit: ``(len(chosen),)`` whether each collided, written.
     """
     refresh_every, noise_v, noise_w, v, w = rollout
     count, steps = len(chosen), noise_v.shape[1]
     part_v, part_w = np.empty((steps, count), dtype=np.float32), np.empty((steps, count), dtype=np.float32)
-    _pick(noise_v, chosen, part_v)
-    _pick(noise_w, chosen, part_w)
-    rows, hit = np.empty((STATE_ROWS, count), dtype=np.float32), np.zeros(count, dtype=np.bool_)
+    _pick(noise_v, b, chosen, part_v)
+    _pick(noise_w, b, chosen, part_w)
+    rows = np.empty((STATE_ROWS, count), dtype=np.float32)
+    for j in range(count):
+        hit[j] = False
     yaw_0, period = np.float32(call.yaw), np.float32(dt)
     start(rows, np.float32(call.v), np.float32(call.w), yaw_0, period)
     for t in range(steps):
@@ -150,60 +161,53 @@ def _walk(call, dt, rollout, chosen, costs, corners, cost, obstacles, radius, ne
             _add_costs(rows, call, costs, corners, cost, near[0], near[1], sums[0], hit)
         else:
             _add_distances(rows, call, costs, corners, obstacles, near[0], near[1], radius, sums[0], sums[1], hit)
-    return hit
 
 
 @kernel
-def score_cost(tuning, call, rollout, costs, corners, near_goal, sums):
-    """Turn the sums of a sweep into values of the Cost critic; return how many trajectories collide.
+def walk_cost(tuning_of, call_of, rollout, costs, corners, near_goal, collected):
+    """Look at the footprints of the marked trajectories: sum up their points anew, or mark them as colliding.
 
     Args:
-        tuning: Parameters.
-        call: The call.
+        tuning_of: ``(1,)`` record of the parameters.
+        call_of: ``(1,)`` record of the call.
         rollout: ``(refresh_every, noise_v, noise_w, v, w)``, as in the sweep.
         costs: ``(rows, cols)`` uint8 costmap.
         corners: ``(n, 2)`` footprint.
         near_goal: Whether the robot is near the end of the local path.
-        sums: ``(blocks, samples)``, updated.
+        collected: ``(12, blocks, samples)``; row CELLS is updated.
     """
-    own, width, hits = tuning.CostCritic, sums.shape[1], 0
+    tuning, call = tuning_of[0], call_of[0]
+    own, width, sums = tuning.CostCritic, collected.shape[2], collected[CELLS]
     threshold = footprint_threshold(own.consider_footprint, tuning.circumscribed_cost)
-    for b in range(sums.shape[0]):
-        count = min(width, tuning.batch_size - b * width)
-        chosen = np.flatnonzero(sums[b, :count] >= MARKED)
-        if own.consider_footprint and len(chosen) > 0:
-            value = np.zeros((2, len(chosen)), dtype=np.float32)
-            hit = _walk(
-                call, tuning.model_dt, rollout, chosen + b * width,
-                costs, corners, own, tuning.ObstaclesCritic, -1.0, (near_goal, threshold), value,
-            )  # fmt: skip
-            for j in range(len(chosen)):
-                sums[b, chosen[j]] = value[0, j]
-            hits += hit.sum()
-        else:
-            for k in chosen:
-                sums[b, k] = own.collision_cost
-            hits += len(chosen)
-    return hits
+    for b in range(collected.shape[1]):
+        chosen = _marked(sums, b, min(width, tuning.batch_size - b * width))
+        value, hit = np.zeros((2, len(chosen)), dtype=np.float32), np.empty(len(chosen), dtype=np.bool_)
+        _walk(
+            call, tuning.model_dt, rollout, chosen, b, costs, corners,
+            own, tuning.ObstaclesCritic, -1.0, (near_goal, threshold), value, hit,
+        )  # fmt: skip
+        for j in range(len(chosen)):
+            sums[b, chosen[j]] = MARKED if hit[j] else value[0, j]
 
 
 @kernel
-def score_obstacles(tuning, call, rollout, costs, corners, near_goal, scores):
-    """Write the weighted sum of the Obstacles critic's two terms; return how many trajectories collide.
+def walk_obstacles(tuning_of, call_of, rollout, costs, corners, near_goal, collected):
+    """Write the weighted sum of the Obstacles critic's two terms, and to the call how many trajectories collide.
 
-    Arguments as in :func:`score_cost`.
+    Arguments as in :func:`walk_cost`; row CLOSENESS is written.
     """
-    own, width, hits = tuning.ObstaclesCritic, scores.shape[1], 0
+    tuning, call = tuning_of[0], call_of[0]
+    own, width = tuning.ObstaclesCritic, collected.shape[2]
     threshold = footprint_threshold(own.consider_footprint, tuning.circumscribed_cost)
-    per_step = np.float32(own.repulsion_weight / tuning.time_steps)
-    for b in range(scores.shape[0]):
+    critical, repulsion = np.float32(own.critical_weight), np.float32(own.repulsion_weight / tuning.time_steps)
+    call.obstacle_hits = 0
+    for b in range(collected.shape[1]):
         count = min(width, tuning.batch_size - b * width)
-        sums = np.zeros((2, count), dtype=np.float32)
-        hit = _walk(
-            call, tuning.model_dt, rollout, np.arange(count) + b * width,
-            costs, corners, tuning.CostCritic, own, tuning.inscribed_radius, (near_goal, threshold), sums,
+        sums, hit = np.zeros((2, count), dtype=np.float32), np.empty(count, dtype=np.bool_)
+        _walk(
+            call, tuning.model_dt, rollout, np.arange(count), b, costs, corners,
+            tuning.CostCritic, own, tuning.inscribed_radius, (near_goal, threshold), sums, hit,
         )  # fmt: skip
         for k in range(count):
-            scores[b, k] = np.float32(own.critical_weight) * sums[1, k] + per_step * sums[0, k]
-        hits += hit.sum()
-    return hits
+            collected[CLOSENESS, b, k] = critical * sums[1, k] + repulsion * sums[0, k]
+            call.obstacle_hits += 1 if hit[k] else 0
