@@ -11,8 +11,9 @@ import pytest
 from evolution.cli import main
 from evolution.validation.closed_loop import DrivenRun, RunTask, closed_loop_measures, drive_again
 from evolution.validation.measures import Cases
+from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
-from evolution.validation.units import costmap_measures, navfn_measures
+from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, rpp_measures
 from gym_mapbench.errors import MapFormatError
 from tests.oracle_data import ORACLE, needs_oracle
 
@@ -108,6 +109,18 @@ def test_costmaps_and_plans_are_the_recorded_ones():
     assert (costmaps.value, costmaps.count) == (1.0, 40 * 150 * 150)
     assert potentials.value < 1e-6
     assert paths.value < 1e-3
+
+
+@needs_oracle
+def test_single_calls_are_the_recorded_ones():
+    oracle = Oracle(ORACLE)
+    measures = by_key([*rpp_measures(oracle), *dwb_measures(oracle), *mppi_measures(oracle)])
+    assert measures["rpp_cmd_abs_err_max"].value < 1e-6
+    assert measures["dwb_choice_agreement"].value == 1.0
+    assert measures["dwb_score_rel_err_max"].value < 1e-6
+    assert measures["mppi_cost_rel_err_max"].value < 1e-4
+    assert measures["mppi_cmd_within_1e-4"].value >= 0.95
+    assert measures["mppi_cmd_abs_err_max"].value < 0.026
 
 
 @needs_oracle
