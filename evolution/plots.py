@@ -207,7 +207,7 @@ def critical_difference_figure(names: Sequence[str], ranks: ArrayLike, differenc
     axes.xaxis.set_ticks_position("top")
     axes.set_yticks([])
     axes.spines[:].set_visible(False)
-    axes.set_title(f"mean rank over the seeds; ranks closer than {difference:.2f} do not differ", fontsize=10)
+    axes.set_title(f"mean rank over the seeds; ranks closer than {difference:.2f} cannot be told apart", fontsize=10)
     return figure
 
 

@@ -70,7 +70,8 @@ class Attachment:
 def picture(caption: str, png: bytes) -> Attachment:
     """Return a PNG to show, with 256 colours at most: a third of the bytes, and a figure needs no more."""
     content = io.BytesIO()
-    few = Image.open(io.BytesIO(png)).convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    whole = Image.open(io.BytesIO(png)).convert("RGB")
+    few = whole.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE)
     few.save(content, "png", optimize=True)
     return Attachment(caption, "image/png", content.getvalue())
 

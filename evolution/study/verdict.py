@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -24,7 +25,7 @@ def verdict_of(results: StudyResults) -> list[str]:
     sentences = []
     for judge, groups in by_judge(results).items():
         mine = [one for one in comparisons if one.judge == judge]
-        sentences.append(_winner(mine[-1]))
+        sentences += _winner(mine[-1])
         sentences += [_population(test, one) for one in mine for test in one.populations]
         again = [run for runs in groups.values() for run in runs if run.fresh is not None]
         if again:
@@ -32,25 +33,31 @@ def verdict_of(results: StudyResults) -> list[str]:
     return sentences + _repeats(results)
 
 
-def _winner(comparison: Comparison) -> str:
+def _winner(comparison: Comparison) -> list[str]:
     """Which configuration is best, against which others that shows, and against which it does not."""
     best, *others = comparison.order
     one, title = comparison.summaries[best], _capital(comparison.title)
     interval = f", 95 % interval {one.ci_low:.2f} to {one.ci_high:.2f}" if one.n > 1 else ""
     figures = f"{one.median:.2f} (mean {one.mean:.2f}{interval}, n = {one.n}; lower is better)"
     if not others:
-        return f"{title}: {best} has a median of {figures}. There is nothing to compare it with."
-    opening = f"{title}: {best} has the best median, {figures}."
+        return [f"{title}: {best} has a median of {figures}. There is nothing to compare it with."]
     pairs = {name: _pair(comparison, best, name) for name in others}
-    beaten = [name for name in others if pairs[name].p_value < ALPHA]
-    equal = [name for name in others if name not in beaten]
-    parts = [opening]
-    if beaten:
-        parts.append(f"It beats {_list([_against(comparison, best, name, pairs[name]) for name in beaten])}.")
-    if equal:
-        shown = _list([_against(comparison, best, name, pairs[name]) for name in equal])
-        parts.append(f"No difference could be shown to {shown}.")
-    return " ".join(parts)
+    shown = {name: _against(comparison, best, name, pairs[name]) for name in others}
+    beaten = [text for name, text in shown.items() if pairs[name].p_value < ALPHA]
+    equal = [text for name, text in shown.items() if pairs[name].p_value >= ALPHA]
+    sentences = [f"{title}: {best} has the best median, {figures}."]
+    sentences += [f"{best} beats {_list(beaten)}."] if beaten else []
+    sentences += (
+        [f"No difference could be shown between {best} and {_list(equal)}.{_too_few(comparison)}"] if equal else []
+    )
+    return sentences
+
+
+def _too_few(comparison: Comparison) -> str:
+    """Say so where even complete separation would not be significant: 2 in C(n + m, n), times the pairs (Holm)."""
+    n, m = max(pair.n for pair in comparison.pairs)
+    smallest = 2 / math.comb(n + m, n) * len(comparison.pairs)
+    return " With so few runs none could have been shown." if smallest >= ALPHA else ""
 
 
 def _pair(comparison: Comparison, first: str, second: str) -> TestResult:

@@ -130,7 +130,7 @@ def test_a_partial_study_says_what_is_missing(study_path, tmp_path):
     written = write_report(path, engine=ENGINE)
     assert written == path / "report.html"
     text = Page(written.read_text()).text
-    assert "This report is partial." in text
+    assert "Missing or changed:" in text
     assert "random: none of its 2 runs was begun" in text
     assert "gini_6, seed 0: not re-evaluated yet" in text
     assert "There is nothing to compare it with." in text
