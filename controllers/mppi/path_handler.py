@@ -33,6 +33,8 @@ class PathHandler:
 
     def __init__(self, params: MppiParams) -> None:
         self._params = params
+        self._ahead: Path = np.empty((0, 3))
+        self._cusp = 0
         self.set_plan(np.empty((0, 3)))
 
     def set_plan(self, path: Path) -> None:
@@ -63,9 +65,8 @@ class PathHandler:
         return window
 
     def _search_distance(self, costmap: Costmap) -> float:
-        if self._params.max_robot_pose_search_dist is not None:
-            return self._params.max_robot_pose_search_dist
-        return max(costmap.costs.shape) * costmap.resolution / 2
+        given = self._params.max_robot_pose_search_dist
+        return max(costmap.costs.shape) * costmap.resolution / 2 if given is None else float(given)
 
     def _cut_at_cusp(self) -> None:
         """Keep the plan up to its first cusp; 0 stands for none."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import types
-from typing import Any, get_args, get_origin
+from typing import Any, cast, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ def _record_of(settings: type[Settings], *more: tuple[str, type]) -> np.dtype[np
         if isinstance(kind, type) and not isinstance(kind, types.GenericAlias) and issubclass(kind, Settings):
             fields.append((name, _record_of(kind)))
         elif kind in (bool, int, float):
-            fields.append((name, np.dtype(kind)))
+            fields.append((name, np.dtype(cast(Any, kind))))
         elif get_origin(kind) is tuple and set(get_args(kind)) == {float}:
             fields.append((name, np.float64, (len(get_args(kind)),)))
     return np.dtype([*fields, *more], align=True)
@@ -43,7 +43,8 @@ TUNING = _record_of(
     ("circumscribed_cost", np.float64),
 )
 """MPPI's parameters under their own names, critics as groups, and what the run adds: whether PathAngle
-accepts looking backwards, the limits in force (m/s, rad/s), the goal checker's tolerance (m), the footprint's inscribed radius (m) and the cost at its circumscribed radius."""
+accepts looking backwards, the limits in force (m/s, rad/s), the goal checker's tolerance (m), the footprint's
+inscribed radius (m) and the cost at its circumscribed radius."""
 
 CALL = np.dtype(
     [
@@ -59,9 +60,10 @@ CALL = np.dtype(
     ],
     align=True,
 )
-"""One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; last point of the local path (m, rad) and its squared
-distance; place of the costmap (m). Found out on the way: whether all trajectories collide, how many do for the Obstacles
-critic, the furthest path point reached (-1 until known), and the point PathAngle looks at, m from the robot."""
+"""One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; last point of the local path (m, rad) and its
+squared distance; place of the costmap (m). Found out on the way: whether all trajectories collide, how many do
+for the Obstacles critic, the furthest path point reached (-1 until known), and the point PathAngle looks at, m
+from the robot."""
 
 
 def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:

@@ -45,7 +45,7 @@ def start_at(value, b, collected, row):
 def start_controls(v_0, speeds, b, collected):
     """Begin the sums of a block with the measured speed ``v_0``."""
     highest, lowest = np.float32(speeds[0]), np.float32(speeds[1])
-    start_at(max(max(v_0 - highest, lowest - v_0), ZERO), b, collected, EXCESS)
+    start_at(max(v_0 - highest, lowest - v_0, ZERO), b, collected, EXCESS)
     start_at(max(-v_0, ZERO), b, collected, REVERSE)
     start_at(ZERO, b, collected, EFFORT)
 
@@ -75,7 +75,7 @@ def add_controls(noise_v, noise_w, t, v, w, speeds, b, collected):
 @kernel
 def score_turning(call_of, rollout, collected):
     """Write each sample's sum of ``|w|`` over the steps (Twirling)."""
-    _, noise_v, noise_w, v, w = rollout
+    _, _, noise_w, _, w = rollout
     blocks, steps, samples = noise_w.shape
     for b in range(blocks):
         start_at(np.float32(abs(call_of[0].w)), b, collected, TURNING)

@@ -75,8 +75,7 @@ def angle_of(x, y):
     p = ATAN_9 + z * (ATAN_11 + z * (ATAN_13 + z * (ATAN_15 + z * ATAN_17)))
     r = q + q * (z * (ATAN_3 + z * (ATAN_5 + z * (ATAN_7 + z * p))))
     r = HALF_PI - r if y > a else r
-    r = PI - r if x < ZERO else r
-    return r
+    return PI - r if x < ZERO else r
 
 
 @inlined

@@ -35,7 +35,8 @@ def find_window(path, x, y, search, prune, place, shape):
 
     Args:
         path: ``(n, 3)`` plan.
-        x, y: Robot, m.
+        x: Robot, m.
+        y: Robot, m.
         search: Length of path in which the nearest pose is sought, m.
         prune: Length of the local path, m.
         place: ``(resolution, origin_x, origin_y)`` of the costmap.

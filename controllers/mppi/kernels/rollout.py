@@ -10,8 +10,6 @@ start pose is added last (``Optimizer::integrateStateVelocities``).
 
 from __future__ import annotations
 
-import numpy as np
-
 from controllers.mppi.kernels.elementary import COS_4, HALF, SIN_3, SIN_5, sin_cos
 from gym_mapbench.kernels.jit import inlined, kernel
 
