@@ -26,7 +26,7 @@ from controllers.mppi.kernels.controls import (
     score_turning,
 )
 from controllers.mppi.kernels.critics import CRITICS, judge
-from controllers.mppi.kernels.cycle import finish, prepare
+from controllers.mppi.kernels.cycle import begin, finish, prepare
 from controllers.mppi.kernels.points import sweep, sweep_bearings
 from controllers.mppi.kernels.update import send, smooth
 from controllers.mppi.kernels.walk import walk_cost, walk_obstacles
@@ -77,7 +77,7 @@ class Optimizer:
         self._corners = np.array(setup.footprint.corners, dtype=np.float64)
         self.critics = tuple(name for name in params.critics if params.critic(name).enabled)
         self._rows = np.array([CRITICS[name] for name in self.critics], dtype=np.int64)
-        self._scan = CELLS in self._rows
+        self._scan, self._repels = CELLS in self._rows, CLOSENESS in self._rows
         self._factors = np.array([_factor(name, params) for name in self.critics])
         self._powers = np.array([params.critic(name).cost_power for name in self.critics], dtype=np.int64)
         layout = Layout(params.batch_size, params.time_steps)
@@ -146,7 +146,8 @@ class Optimizer:
             costmap: Local costmap.
         """
         points = np.ascontiguousarray(path.T, dtype=np.float32)
-        self._begin_call(pose, velocity, points, costmap)
+        place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
+        begin(self._call, tuple(pose), tuple(velocity), points, place, costmap.track_unknown_space)
         self.total[:] = 0.0
         for _ in range(self._params.iteration_count):
             if self._params.regenerate_noises:
@@ -176,16 +177,16 @@ class Optimizer:
         if self._scan and params.CostCritic.consider_footprint:
             near = self._is_near(params.CostCritic.near_goal_distance)
             walk_cost(self._tuning, self._call, *where, near, self._collected)
-        if CLOSENESS in self._rows:
+        if self._repels:
             near = self._is_near(params.ObstaclesCritic.near_goal_distance)
             walk_obstacles(self._tuning, self._call, *where, near, self._collected)
 
     def _look_closer(self, rollout: Rollout, points: Array, valid: NDArray[np.bool_], rows: NDArray[np.int64]) -> None:
         """Let the critics score that apply and need a look of their own."""
         tuning, call, collected = self._tuning, self._call, self._collected
-        for row in rows:
+        for row in rows.tolist():
             if row == ALIGNED:
-                score_align(points, valid, self.furthest, self._kept, self._aligned, self._humble, collected)
+                score_align(call, points, valid, self._kept, self._aligned, self._humble, collected)
             elif row == BEARINGS:
                 sweep_bearings(tuning, call, rollout, collected)
             elif row == TURNING:
@@ -206,16 +207,6 @@ class Optimizer:
     def send(self) -> Twist:
         """Return the next command and move the control sequence on by a period."""
         return Twist(send(self.v, self._history_v, self._shifts), send(self.w, self._history_w, self._shifts))
-
-    def _begin_call(self, pose: Pose, velocity: Twist, points: Array, costmap: Costmap) -> None:
-        """Write down what a call is about; what MPPI calls the goal is the end of the local path."""
-        end_x, end_y, end_yaw = points[:, -1].tolist()
-        x, y, yaw = pose
-        squared_distance = (x - end_x) ** 2 + (y - end_y) ** 2
-        self._call[0] = (
-            x, y, yaw, *velocity, end_x, end_y, end_yaw, squared_distance,
-            costmap.resolution, costmap.origin_x, costmap.origin_y, costmap.track_unknown_space, False, 0, -1, 0.0, 0.0,
-        )  # fmt: skip
 
 
 def _kept_steps(params: MppiParams) -> NDArray[np.int64]:

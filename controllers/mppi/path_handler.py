@@ -31,16 +31,19 @@ class PathHandler:
         params: MPPI's parameters.
     """
 
+    _plan: Path
+    _ahead: Path
+    _steps: NDArray[np.float64]
+    _cusp: int
+
     def __init__(self, params: MppiParams) -> None:
         self._params = params
-        self._ahead: Path = np.empty((0, 3))
-        self._cusp = 0
         self.set_plan(np.empty((0, 3)))
 
     def set_plan(self, path: Path) -> None:
         """Take a new plan, ``(n, 3)`` x, y in m and yaw in rad."""
-        self._plan = np.ascontiguousarray(path, dtype=np.float64)
-        self._cut_at_cusp()
+        self._plan = np.array(path, dtype=np.float64, order="C")
+        self._look_ahead()
 
     def local_path(self, pose: Pose, costmap: Costmap) -> Path:
         """Return the poses ahead, ``(m, 3)``; poses passed are forgotten.
@@ -51,34 +54,33 @@ class PathHandler:
         if len(self._ahead) == 0:
             raise ControllerAbort("Received plan with zero length")
         place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
-        first, end = find_window(
-            self._ahead, pose.x, pose.y, self._search_distance(costmap), self._params.prune_distance, place,
-            costmap.costs.shape,
-        )  # fmt: skip
+        search, prune = self._search_distance(costmap), self._params.prune_distance
+        first, end = find_window(self._ahead, self._steps, pose.x, pose.y, search, prune, place, costmap.costs.shape)
         window = self._ahead[first:end]
-        self._ahead = self._ahead[first:]
+        self._ahead, self._steps = self._ahead[first:], self._steps[first:]
         if self._cusp and self._at_cusp(pose):
             self._plan = self._plan[self._cusp :]
-            self._cut_at_cusp()
+            self._look_ahead()
         if len(window) == 0:
             raise ControllerAbort("Resulting plan has 0 poses in it.")
         return window
 
     def _search_distance(self, costmap: Costmap) -> float:
-        given = self._params.max_robot_pose_search_dist
-        return max(costmap.costs.shape) * costmap.resolution / 2 if given is None else float(given)
+        if self._params.max_robot_pose_search_dist is not None:
+            return self._params.max_robot_pose_search_dist
+        return max(costmap.costs.shape) * costmap.resolution / 2
 
-    def _cut_at_cusp(self) -> None:
-        """Keep the plan up to its first cusp; 0 stands for none."""
+    def _look_ahead(self) -> None:
+        """Begin the plan anew, up to its first cusp if inversions are enforced; ``_cusp`` is 0 without one."""
         self._cusp = 0
         if self._params.enforce_path_inversion and len(self._plan) >= 3:
             cusp = first_cusp(self._plan)
             self._cusp = cusp if cusp < len(self._plan) else 0
         self._ahead = self._plan[: self._cusp] if self._cusp else self._plan
+        self._steps = np.hypot(*np.diff(self._ahead[:, :2], axis=0).T)
 
     def _at_cusp(self, pose: Pose) -> bool:
         """Whether the robot is where the path turns back, within both tolerances."""
-        x, y, yaw = self._ahead[-1]
+        x, y, yaw = self._ahead[-1].tolist()
         near = math.hypot(pose.x - x, pose.y - y) <= self._params.inversion_xy_tolerance
-        turn = abs(normalize_angle(float(yaw) - pose.yaw))
-        return near and turn <= self._params.inversion_yaw_tolerance
+        return near and abs(normalize_angle(yaw - pose.yaw)) <= self._params.inversion_yaw_tolerance

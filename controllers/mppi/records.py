@@ -16,6 +16,8 @@ from gym_mapbench.settings import Settings
 
 Record = NDArray[np.void]
 
+NUMBERS: dict[Any, type[np.generic]] = {bool: np.bool_, int: np.int64, float: np.float64}
+
 
 def _record_of(settings: type[Settings], *more: tuple[str, type]) -> np.dtype[np.void]:
     """Build the record of all numbers, switches and groups of some settings; texts and options are left out."""
@@ -24,7 +26,7 @@ def _record_of(settings: type[Settings], *more: tuple[str, type]) -> np.dtype[np
         kind = field.annotation
         if isinstance(kind, type) and not isinstance(kind, types.GenericAlias) and issubclass(kind, Settings):
             fields.append((name, _record_of(kind)))
-        elif kind in (bool, int, float):
+        elif kind in NUMBERS:
             fields.append((name, np.dtype(cast(Any, kind))))
         elif get_origin(kind) is tuple and set(get_args(kind)) == {float}:
             fields.append((name, np.float64, (len(get_args(kind)),)))
@@ -42,9 +44,9 @@ TUNING = _record_of(
     ("inscribed_radius", np.float64),
     ("circumscribed_cost", np.float64),
 )
-"""MPPI's parameters under their own names, critics as groups, and what the run adds: whether PathAngle
-accepts looking backwards, the limits in force (m/s, rad/s), the goal checker's tolerance (m), the footprint's
-inscribed radius (m) and the cost at its circumscribed radius."""
+"""MPPI's parameters under their own names, critics as groups, and what the run adds: whether PathAngle accepts looking
+backwards, the limits in force (m/s, rad/s), the goal checker's tolerance (m), the footprint's inscribed radius (m) and
+the cost at its circumscribed radius."""
 
 CALL = np.dtype(
     [
@@ -60,10 +62,9 @@ CALL = np.dtype(
     ],
     align=True,
 )
-"""One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; last point of the local path (m, rad) and its
-squared distance; place of the costmap (m). Found out on the way: whether all trajectories collide, how many do
-for the Obstacles critic, the furthest path point reached (-1 until known), and the point PathAngle looks at, m
-from the robot."""
+"""One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; last point of the local path (m, rad) and its squared
+distance; place of the costmap (m). Found out on the way: whether all trajectories collide, how many do for the
+Obstacles critic, the furthest path point reached (-1 until known), and the point PathAngle looks at, m from the robot."""
 
 
 def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:

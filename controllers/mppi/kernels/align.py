@@ -153,18 +153,19 @@ def _add_poses(x, y, yaw, i, b, found, sums, counts):
 
 
 @kernel
-def score_align(path, valid, furthest, kept, steps, defects, collected):
+def score_align(call_of, path, valid, kept, steps, defects, collected):
     """Write each sample's mean distance from the path point as far along the path as it has come itself.
 
     Args:
+        call_of: ``(1,)`` record of the call; points of the path up to ``furthest`` are looked at.
         path: ``(3, points)`` x, y, yaw.
         valid: ``(points,)`` whether each point counts.
-        furthest: How many points of the path are looked at.
         kept: ``(2 or 3, kept steps, blocks, samples)`` x, y and, to compare headings as well, yaw.
         steps: How many of the kept steps count.
         defects: Whether Humble's wrong search is copied.
         collected: ``(12, blocks, samples)``; row ALIGNED is written.
     """
+    furthest = call_of[0].furthest
     beyond = furthest if defects else furthest - 1
     arc, slots = np.empty(furthest, dtype=np.float32), np.empty(SLOTS, dtype=np.int32)
     targets = np.empty((4, beyond + 1), dtype=np.float32)

@@ -55,29 +55,33 @@ def near(call, distance):
 @kernel
 def is_near(row, tuning, call):
     """Whether the robot is near the end of the local path, by the measure of one critic."""
+    distance = 0.0
     if row == DISTANCE:
-        return near(call, tuning.GoalCritic.threshold_to_consider)
-    if row == ANGLE:
-        return near(call, tuning.GoalAngleCritic.threshold_to_consider)
-    if row == ALIGNED:
-        return near(call, tuning.PathAlignCritic.threshold_to_consider)
-    if row == FOLLOWED:
-        return near(call, tuning.PathFollowCritic.threshold_to_consider)
-    if row == BEARINGS:
-        return near(call, tuning.PathAngleCritic.threshold_to_consider)
-    if row == REVERSE:
-        return near(call, tuning.PreferForwardCritic.threshold_to_consider)
-    return row == TURNING and near(call, tuning.xy_goal_tolerance)
+        distance = tuning.GoalCritic.threshold_to_consider
+    elif row == ANGLE:
+        distance = tuning.GoalAngleCritic.threshold_to_consider
+    elif row == ALIGNED:
+        distance = tuning.PathAlignCritic.threshold_to_consider
+    elif row == FOLLOWED:
+        distance = tuning.PathFollowCritic.threshold_to_consider
+    elif row == BEARINGS:
+        distance = tuning.PathAngleCritic.threshold_to_consider
+    elif row == REVERSE:
+        distance = tuning.PreferForwardCritic.threshold_to_consider
+    elif row == TURNING:
+        distance = tuning.xy_goal_tolerance
+    return near(call, distance)
 
 
 @kernel
 def _settle_cells(tuning, collected):
     """Replace the sums of colliding trajectories by the collision cost; return how many there are."""
     hits, samples = 0, collected.shape[2]
-    for k in range(tuning.batch_size):
-        if collected[CELLS, k // samples, k % samples] >= MARKED:
-            collected[CELLS, k // samples, k % samples] = tuning.CostCritic.collision_cost
-            hits += 1
+    for b in range(collected.shape[1]):
+        for k in range(min(samples, tuning.batch_size - b * samples)):
+            if collected[CELLS, b, k] >= MARKED:
+                collected[CELLS, b, k] = tuning.CostCritic.collision_cost
+                hits += 1
     return hits
 
 

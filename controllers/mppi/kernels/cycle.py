@@ -28,6 +28,28 @@ def _reach_and_turn(call, longest, fastest, v, w):
 
 
 @kernel
+def begin(call_of, pose, velocity, path, place, unknown_is_free):
+    """Write down what a call is about.
+
+    Args:
+        call_of: ``(1,)`` record, written.
+        pose: Robot, m and rad.
+        velocity: Measured speeds, m/s and rad/s.
+        path: ``(3, points)`` local path, float32; its end is what MPPI calls the goal.
+        place: ``(resolution, origin_x, origin_y)`` of the costmap, m.
+        unknown_is_free: Whether the costmap tracks unknown space.
+    """
+    call, last = call_of[0], path.shape[1] - 1
+    call.x, call.y, call.yaw = pose
+    call.v, call.w = velocity
+    call.end_x, call.end_y, call.end_yaw = path[0, last], path[1, last], path[2, last]
+    call.squared_distance = (call.x - call.end_x) ** 2 + (call.y - call.end_y) ** 2
+    call.resolution, call.origin_x, call.origin_y = place
+    call.unknown_is_free = unknown_is_free
+    call.failed, call.obstacle_hits, call.furthest = False, 0, -1
+
+
+@kernel
 def prepare(tuning_of, call_of, scan, costs, longest, fastest, v, w):
     """Say what the sweep has to do.
 

@@ -9,32 +9,23 @@ from gym_mapbench.kernels.jit import kernel
 
 
 @kernel
-def _first_beyond(path, begin, length):
+def _first_beyond(steps, begin, length):
     """Index of the first pose whose distance along the path from pose ``begin`` exceeds ``length``; else the end."""
     travelled = 0.0
-    for i in range(begin, len(path) - 1):
-        travelled += math.hypot(path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1])
+    for i in range(begin, len(steps)):
+        travelled += steps[i]
         if travelled > length:
             return i + 1
-    return len(path)
+    return len(steps) + 1
 
 
 @kernel
-def _nearest(path, end, x, y):
-    best, nearest = math.inf, 0
-    for i in range(end):
-        distance = math.hypot(path[i, 0] - x, path[i, 1] - y)
-        if distance < best:
-            best, nearest = distance, i
-    return nearest
-
-
-@kernel
-def find_window(path, x, y, search, prune, place, shape):
+def find_window(path, steps, x, y, search, prune, place, shape):
     """Return ``(first, end)`` of the local path: from the nearest pose on, as far as ``prune`` and the costmap reach.
 
     Args:
         path: ``(n, 3)`` plan.
+        steps: ``(n - 1,)`` distances between its poses, m.
         x: Robot, m.
         y: Robot, m.
         search: Length of path in which the nearest pose is sought, m.
@@ -42,8 +33,12 @@ def find_window(path, x, y, search, prune, place, shape):
         place: ``(resolution, origin_x, origin_y)`` of the costmap.
         shape: ``(rows, cols)`` of the costmap.
     """
-    first = _nearest(path, _first_beyond(path, 0, search), x, y)
-    end = _first_beyond(path, first, prune)
+    best, first = math.inf, 0
+    for i in range(_first_beyond(steps, 0, search)):
+        distance = math.hypot(path[i, 0] - x, path[i, 1] - y)
+        if distance < best:
+            best, first = distance, i
+    end = _first_beyond(steps, first, prune)
     for i in range(first, end):
         if cell_index(path[i, 0], path[i, 1], place[1], place[2], place[0], shape[0], shape[1]) < 0:
             return first, i

@@ -17,10 +17,10 @@ BLOCK = 512
 # Rows are padded to a multiple of this, so that sums over a row can run in four parts side by side.
 ROW_UNIT = 128
 
-# Rows of the state of a block: displacement from the start (m), turn since the start (rad), and the heading's cosine
-# and sine.
-X, Y, TURNED, COS, SIN = range(5)
-STATE_ROWS = 5
+# Rows of the state of a block: displacement from the start (m), turn since the start and its last change (rad), and the
+# heading's cosine and sine.
+X, Y, TURNED, CHANGE, COS, SIN = range(6)
+STATE_ROWS = 6
 
 # Rotating by a small angle instead of evaluating sine and cosine: exact to float32 below this change per step.
 SMALL_CHANGE = 0.25
@@ -40,8 +40,14 @@ def _move(rows, noise, t, v, dt):
 def _turn(rows, noise, t, w, dt, yaw_0):
     for k in range(rows.shape[1]):
         total = rows[TURNED, k] + (w + noise[t, k]) * dt
-        a = (total + yaw_0) - (rows[TURNED, k] + yaw_0)
+        rows[CHANGE, k] = (total + yaw_0) - (rows[TURNED, k] + yaw_0)
         rows[TURNED, k] = total
+
+
+@inlined
+def _rotate(rows):
+    for k in range(rows.shape[1]):
+        a = rows[CHANGE, k]
         z = a * a
         s = a + (a * z) * (SIN_3 + z * SIN_5)
         c = z * (z * COS_4 - HALF)
@@ -51,11 +57,9 @@ def _turn(rows, noise, t, w, dt, yaw_0):
 
 
 @inlined
-def _turn_afresh(rows, noise, t, w, dt, yaw_0):
+def _refresh(rows, yaw_0):
     for k in range(rows.shape[1]):
-        total = rows[TURNED, k] + (w + noise[t, k]) * dt
-        rows[TURNED, k] = total
-        rows[SIN, k], rows[COS, k] = sin_cos(total + yaw_0)
+        rows[SIN, k], rows[COS, k] = sin_cos(rows[TURNED, k] + yaw_0)
 
 
 @kernel
@@ -75,10 +79,11 @@ def start(rows, v, w, yaw_0, dt):
 def step(rows, noise_v, noise_w, t, v, w, yaw_0, dt, refresh):
     """Advance ``rows`` by one period with the controls ``v + noise_v[t]`` and ``w + noise_w[t]``."""
     _move(rows, noise_v, t, v, dt)
+    _turn(rows, noise_w, t, w, dt, yaw_0)
     if refresh:
-        _turn_afresh(rows, noise_w, t, w, dt, yaw_0)
+        _refresh(rows, yaw_0)
     else:
-        _turn(rows, noise_w, t, w, dt, yaw_0)
+        _rotate(rows)
 
 
 @kernel

@@ -37,7 +37,7 @@ def clip_span(centre, reach, size):
     Returns:
         First cell, number of cells, and where ``centre`` lies in the window, whose border is cell 0.
     """
-    cells = int(math.ceil(reach)) + 2
+    cells = math.ceil(reach) + 2
     first = min(max(centre - cells, 0), size)
     count = max(min(centre + cells + 1, size) - first, 0)
     return first, count, min(max(centre - first + 1, -cells), count + cells + 1)
@@ -51,7 +51,7 @@ def exact_bits(coordinate, reach, resolution):
     """
     world = 2.0 ** (math.floor(math.log2(max(coordinate, 1e-6))) - 24)
     scaled = reach * 3 * 2.0**-24
-    return max(1, min(MOST_BITS, int(math.floor(math.log2(resolution / (world + scaled))))))
+    return max(1, min(MOST_BITS, math.floor(math.log2(resolution / (world + scaled)))))
 
 
 @kernel
@@ -98,7 +98,7 @@ def lay_grid(call, reach, shape):
         ``(rows, cols)`` of the window, the grid and the scale that ``sweep`` takes.
     """
     x, y = (call.x - call.origin_x) / call.resolution, (call.y - call.origin_y) / call.resolution
-    col, row = int(math.floor(x)), int(math.floor(y))
+    col, row = math.floor(x), math.floor(y)
     row_0, rows, at_row = clip_span(row, reach / call.resolution, shape[0])
     col_0, cols, at_col = clip_span(col, reach / call.resolution, shape[1])
     bits = exact_bits(max(abs(call.x), abs(call.y)) + reach, reach, call.resolution)
