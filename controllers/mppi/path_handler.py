@@ -66,9 +66,8 @@ class PathHandler:
         return window
 
     def _search_distance(self, costmap: Costmap) -> float:
-        if self._params.max_robot_pose_search_dist is not None:
-            return self._params.max_robot_pose_search_dist
-        return max(costmap.costs.shape) * costmap.resolution / 2
+        given = self._params.max_robot_pose_search_dist
+        return max(costmap.costs.shape) * costmap.resolution / 2 if given is None else float(given)
 
     def _look_ahead(self) -> None:
         """Begin the plan anew, up to its first cusp if inversions are enforced; ``_cusp`` is 0 without one."""

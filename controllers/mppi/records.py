@@ -64,7 +64,8 @@ CALL = np.dtype(
 )
 """One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; last point of the local path (m, rad) and its squared
 distance; place of the costmap (m). Found out on the way: whether all trajectories collide, how many do for the
-Obstacles critic, the furthest path point reached (-1 until known), and the point PathAngle looks at, m from the robot."""
+Obstacles critic, the furthest path point reached (-1 until known), and the point PathAngle looks at (m, from the
+robot)."""
 
 
 def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:
