@@ -145,16 +145,17 @@ class Optimizer:
             path: ``(m, 3)`` local path, x, y in m and yaw in rad.
             costmap: Local costmap.
         """
-        points = np.ascontiguousarray(path.T, dtype=np.float32)
         place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
-        begin(self._call, tuple(pose), tuple(velocity), points, place, costmap.track_unknown_space)
-        self.total[:] = 0.0
+        points, valid = begin(
+            self._call, (pose[0], pose[1], pose[2]), (velocity[0], velocity[1]), path, costmap.costs, place,
+            costmap.track_unknown_space, self.total,
+        )  # fmt: skip
         for _ in range(self._params.iteration_count):
             if self._params.regenerate_noises:
                 self._noise = self._source.draw()
-            self._iterate(points, costmap.costs)
+            self._iterate(points, valid, costmap.costs)
 
-    def _iterate(self, points: Array, costs: NDArray[np.uint8]) -> None:
+    def _iterate(self, points: Array, valid: NDArray[np.bool_], costs: NDArray[np.uint8]) -> None:
         """Roll out, score and update once."""
         tuning, call, noise, params = self._tuning, self._call, self._noise, self._params
         refresh_every, grid, scale, window, measure, look = prepare(
@@ -166,8 +167,7 @@ class Optimizer:
             window, measure, look, params.GoalAngleCritic.symmetric_yaw_tolerance, self._collected,
         )  # fmt: skip
         self._walk(rollout, costs)
-        rows, valid = self._rows.copy(), np.empty(points.shape[1], dtype=np.bool_)
-        judge(tuning, call, points, costs, self._kept, valid, self._collected, rows)
+        rows = judge(tuning, call, self._rows, points, valid, self._kept, self._collected)
         self._look_closer(rollout, points, valid, rows)
         finish(tuning, rollout, self._collected, rows, self._factors, self._powers, self.critic_costs, self.total)
 

@@ -35,6 +35,7 @@ class PathHandler:
     _ahead: Path
     _steps: NDArray[np.float64]
     _cusp: int
+    _passed: int
 
     def __init__(self, params: MppiParams) -> None:
         self._params = params
@@ -55,9 +56,10 @@ class PathHandler:
             raise ControllerAbort("Received plan with zero length")
         place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
         search, prune = self._search_distance(costmap), self._params.prune_distance
-        first, end = find_window(self._ahead, self._steps, pose.x, pose.y, search, prune, place, costmap.costs.shape)
-        window = self._ahead[first:end]
-        self._ahead, self._steps = self._ahead[first:], self._steps[first:]
+        self._passed, end = find_window(
+            self._ahead, self._steps, self._passed, pose.x, pose.y, search, prune, place, costmap.costs.shape
+        )
+        window = self._ahead[self._passed : end]
         if self._cusp and self._at_cusp(pose):
             self._plan = self._plan[self._cusp :]
             self._look_ahead()
@@ -71,7 +73,7 @@ class PathHandler:
 
     def _look_ahead(self) -> None:
         """Begin the plan anew, up to its first cusp if inversions are enforced; ``_cusp`` is 0 without one."""
-        self._cusp = 0
+        self._cusp = self._passed = 0
         if self._params.enforce_path_inversion and len(self._plan) >= 3:
             cusp = first_cusp(self._plan)
             self._cusp = cusp if cusp < len(self._plan) else 0
@@ -81,5 +83,6 @@ class PathHandler:
     def _at_cusp(self, pose: Pose) -> bool:
         """Whether the robot is where the path turns back, within both tolerances."""
         x, y, yaw = self._ahead[-1].tolist()
+        turn = abs(float(normalize_angle(yaw - pose.yaw)))
         near = math.hypot(pose.x - x, pose.y - y) <= self._params.inversion_xy_tolerance
-        return near and abs(normalize_angle(yaw - pose.yaw)) <= self._params.inversion_yaw_tolerance
+        return near and turn <= self._params.inversion_yaw_tolerance

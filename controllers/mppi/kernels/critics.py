@@ -25,7 +25,7 @@ from controllers.mppi.kernels.controls import (
     REVERSE,
     TURNING,
 )
-from controllers.mppi.kernels.path import find_valid, furthest_reached, nearest_point, score_follow
+from controllers.mppi.kernels.path import furthest_reached, nearest_point, score_follow
 from controllers.mppi.kernels.window import MARKED
 from gym_mapbench.kernels.geometry import normalize_angle
 from gym_mapbench.kernels.jit import kernel
@@ -132,22 +132,23 @@ def _follow(tuning, call, path, valid, kept, scores):
 
 
 @kernel
-def judge(tuning_of, call_of, path, costs, kept, valid, collected, rows):
+def judge(tuning_of, call_of, critics, path, valid, kept, collected):
     """Find out which critics apply, and score those for which the sweep has collected enough.
 
     Args:
         tuning_of: ``(1,)`` record of the parameters.
         call_of: ``(1,)`` record of the call; ``failed``, ``furthest`` and ``target`` are written.
+        critics: ``(critics,)`` rows of the critics, in their order.
         path: ``(3, points)`` local path, float32.
-        costs: ``(rows, cols)`` uint8 costmap.
+        valid: ``(points,)`` whether each point of the path is free.
         kept: Points kept by the sweep.
-        valid: ``(points,)`` whether each point of the path is free, written.
         collected: ``(rows, blocks, samples)`` what the sweep collected; rows CELLS and FOLLOWED are written.
-        rows: ``(critics,)`` rows of the critics in their order; those that do not apply become -1.
+
+    Returns:
+        The rows again, -1 for critics that do not apply.
     """
-    tuning, call = tuning_of[0], call_of[0]
+    tuning, call, rows = tuning_of[0], call_of[0], critics.copy()
     _choose_rows(tuning, call, rows, collected)
-    find_valid(path[0], path[1], costs, call, valid)
     for i in range(len(rows)):
         row = rows[i]
         if row == FOLLOWED and path.shape[1] < 2:
@@ -161,3 +162,4 @@ def judge(tuning_of, call_of, path, costs, kept, valid, collected, rows):
             _follow(tuning, call, path, valid, kept, collected[FOLLOWED])
         elif not (_looks_away(tuning, call, path) if row == BEARINGS else _can_align(tuning, call, path, valid, kept)):
             rows[i] = -1
+    return rows

@@ -10,6 +10,7 @@ import numpy as np
 
 from controllers.mppi.kernels.controls import ANGLE, DISTANCE, EFFORT
 from controllers.mppi.kernels.critics import is_near, near
+from controllers.mppi.kernels.path import find_valid
 from controllers.mppi.kernels.rollout import REFRESH_EVERY, SMALL_CHANGE
 from controllers.mppi.kernels.update import add_mean_noise, add_scores, clip_controls, soft_max
 from controllers.mppi.kernels.walk import footprint_threshold
@@ -28,25 +29,38 @@ def _reach_and_turn(call, longest, fastest, v, w):
 
 
 @kernel
-def begin(call_of, pose, velocity, path, place, unknown_is_free):
+def begin(call_of, pose, velocity, path, costs, place, unknown_is_free, total):
     """Write down what a call is about.
 
     Args:
         call_of: ``(1,)`` record, written.
         pose: Robot, m and rad.
         velocity: Measured speeds, m/s and rad/s.
-        path: ``(3, points)`` local path, float32; its end is what MPPI calls the goal.
+        path: ``(points, 3)`` local path; its end is what MPPI calls the goal.
+        costs: ``(rows, cols)`` uint8 costmap.
         place: ``(resolution, origin_x, origin_y)`` of the costmap, m.
         unknown_is_free: Whether the costmap tracks unknown space.
+        total: ``(blocks, samples)`` costs, set to 0.
+
+    Returns:
+        The path as ``(3, points)`` float32, and ``(points,)`` whether each of its points is free.
     """
-    call, last = call_of[0], path.shape[1] - 1
+    call, count = call_of[0], len(path)
+    points, valid = np.empty((3, count), dtype=np.float32), np.empty(count, dtype=np.bool_)
+    for i in range(count):
+        points[0, i], points[1, i], points[2, i] = path[i, 0], path[i, 1], path[i, 2]
     call.x, call.y, call.yaw = pose
     call.v, call.w = velocity
-    call.end_x, call.end_y, call.end_yaw = path[0, last], path[1, last], path[2, last]
+    call.end_x, call.end_y, call.end_yaw = points[0, count - 1], points[1, count - 1], points[2, count - 1]
     call.squared_distance = (call.x - call.end_x) ** 2 + (call.y - call.end_y) ** 2
     call.resolution, call.origin_x, call.origin_y = place
     call.unknown_is_free = unknown_is_free
     call.failed, call.obstacle_hits, call.furthest = False, 0, -1
+    find_valid(points[0], points[1], costs, call, valid)
+    for b in range(total.shape[0]):
+        for k in range(total.shape[1]):
+            total[b, k] = 0.0
+    return points, valid
 
 
 @kernel

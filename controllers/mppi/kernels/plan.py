@@ -20,12 +20,13 @@ def _first_beyond(steps, begin, length):
 
 
 @kernel
-def find_window(path, steps, x, y, search, prune, place, shape):
+def find_window(path, steps, passed, x, y, search, prune, place, shape):
     """Return ``(first, end)`` of the local path: from the nearest pose on, as far as ``prune`` and the costmap reach.
 
     Args:
         path: ``(n, 3)`` plan.
         steps: ``(n - 1,)`` distances between its poses, m.
+        passed: Poses of the plan that lie behind.
         x: Robot, m.
         y: Robot, m.
         search: Length of path in which the nearest pose is sought, m.
@@ -33,8 +34,8 @@ def find_window(path, steps, x, y, search, prune, place, shape):
         place: ``(resolution, origin_x, origin_y)`` of the costmap.
         shape: ``(rows, cols)`` of the costmap.
     """
-    best, first = math.inf, 0
-    for i in range(_first_beyond(steps, 0, search)):
+    best, first = math.inf, passed
+    for i in range(passed, _first_beyond(steps, passed, search)):
         distance = math.hypot(path[i, 0] - x, path[i, 1] - y)
         if distance < best:
             best, first = distance, i
