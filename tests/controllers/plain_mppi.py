@@ -1,0 +1,282 @@
+"""MPPI once more, slowly and one trajectory at a time, as the specification tells it: the twin of the kernels."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+f4 = np.float32
+FILTER = np.array([-21, 14, 39, 54, 59, 54, 39, 14, -21], dtype=f4) / f4(231)
+
+
+def norm(angle):
+    wrapped = math.fmod(angle + math.pi, 2 * math.pi)
+    return wrapped + math.pi if wrapped <= 0 else wrapped - math.pi
+
+
+def bresenham(x0, y0, x1, y1):
+    dx, dy = abs(x1 - x0), abs(y1 - y0)
+    sx, sy = (1 if x1 >= x0 else -1), (1 if y1 >= y0 else -1)
+    long, short = max(dx, dy), min(dx, dy)
+    error, x, y = long // 2, x0, y0
+    for _ in range(long + 1):
+        yield x, y
+        error += short
+        if dx >= dy:
+            x += sx
+        else:
+            y += sy
+        if error >= long:
+            error -= long
+            if dx >= dy:
+                y += sy
+            else:
+                x += sx
+
+
+class PlainMppi:
+    """One call; after :meth:`run` it has ``costs`` by critic, ``total``, ``furthest``, ``failed``, ``v`` and ``w``."""
+
+    def __init__(self, params, setup, pose, velocity, path, costmap, controls, noise):
+        self.p, self.setup, self.pose, self.costmap = params, setup, pose, costmap
+        self.px, self.py, self.pyaw = np.asarray(path).T.astype(f4)
+        self.v, self.w = (u.astype(f4) for u in controls)
+        self.noise_v, self.noise_w = noise
+        self.K, self.N = self.noise_v.shape
+        self.furthest, self.failed = -1, False
+        self.roll_out(velocity)
+
+    def roll_out(self, velocity):
+        dt = f4(self.p.model_dt)
+        cv, cw = self.v + self.noise_v, self.w + self.noise_w
+        self.vx, self.wz = np.empty_like(cv), np.empty_like(cw)
+        self.vx[:, 0], self.wz[:, 0] = velocity
+        self.vx[:, 1:], self.wz[:, 1:] = cv[:, :-1], cw[:, :-1]
+        self.yaw = np.cumsum(self.wz * dt, axis=1, dtype=f4) + f4(self.pose.yaw)
+        heading = np.empty_like(self.yaw)
+        heading[:, 0], heading[:, 1:] = f4(self.pose.yaw), self.yaw[:, :-1]
+        cos, sin = (f(heading.astype(float)).astype(f4) for f in (np.cos, np.sin))
+        self.x = (np.cumsum(self.vx * cos * dt, axis=1, dtype=f4) + np.float64(self.pose.x)).astype(f4)
+        self.y = (np.cumsum(self.vx * sin * dt, axis=1, dtype=f4) + np.float64(self.pose.y)).astype(f4)
+
+    def run(self):
+        self.costs = {}
+        for name in self.p.critics:
+            own = self.p.critic(name)
+            if not own.enabled:
+                continue
+            scores = np.zeros(self.K) if self.failed else getattr(self, name)(own) ** own.cost_power
+            self.costs[name] = np.broadcast_to(scores, (self.K,))
+        effort_v = self.p.gamma / self.p.vx_std**2 * (self.v * self.noise_v).sum(axis=1)
+        effort_w = self.p.gamma / self.p.wz_std**2 * (self.w * self.noise_w).sum(axis=1)
+        self.total = sum(self.costs.values()) + effort_v + effort_w
+        weights = np.exp(-(self.total - self.total.min()) / self.p.temperature)
+        weights /= weights.sum()
+        self.v = np.clip(weights @ (self.v + self.noise_v), self.p.vx_min, self.p.vx_max)
+        self.w = np.clip(weights @ (self.w + self.noise_w), -self.p.wz_max, self.p.wz_max)
+        if self.p.motion_model == "Ackermann":
+            radius = self.p.AckermannConstraints.min_turning_r
+            tight = np.abs(self.v) < radius * np.abs(self.w)
+            self.w = np.where(tight, np.sign(self.w) * np.abs(self.v) / radius, self.w)
+        return self
+
+    def near(self, distance):
+        return (self.pose.x - self.px[-1]) ** 2 + (self.pose.y - self.py[-1]) ** 2 < distance**2
+
+    def cell(self, x, y):
+        if x < self.costmap.origin_x or y < self.costmap.origin_y:
+            return None
+        col = int((x - self.costmap.origin_x) / self.costmap.resolution)
+        row = int((y - self.costmap.origin_y) / self.costmap.resolution)
+        rows, cols = self.costmap.costs.shape
+        return (row, col) if row < rows and col < cols else None
+
+    def cost_at(self, x, y):
+        cell = self.cell(float(x), float(y))
+        return 255 if cell is None else int(self.costmap.costs[cell])
+
+    def outline(self, x, y, yaw):
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        corners = [(x + a * cos - b * sin, y + a * sin + b * cos) for a, b in self.setup.footprint.corners]
+        cells = [self.cell(*corner) for corner in corners]
+        if None in cells:
+            return 254
+        worst = 0
+        for (r0, c0), (r1, c1) in zip(cells, cells[1:] + cells[:1], strict=True):
+            for col, row in bresenham(c0, r0, c1, r1):
+                worst = max(worst, int(self.costmap.costs[row, col]))
+                if worst == 254:
+                    return 254
+        return worst
+
+    def threshold(self):
+        footprint = self.setup.footprint
+        beyond = footprint.circumscribed_radius - footprint.inscribed_radius
+        return int(252 * math.exp(-self.setup.cost_scaling_factor * beyond))
+
+    def collides(self, cost, own):
+        if cost == 255:
+            return not self.costmap.track_unknown_space
+        return cost == 254 or (cost == 253 and not own.consider_footprint)
+
+    def ConstraintCritic(self, own):
+        p = self.p
+        highest, lowest = math.hypot(p.vx_max, p.vy_max), -math.hypot(p.vx_min, p.vy_max)
+        out = np.maximum(self.vx - highest, 0) + np.maximum(lowest - self.vx, 0)
+        if p.motion_model == "Ackermann":
+            out = out + np.maximum(p.AckermannConstraints.min_turning_r - np.abs(self.vx) / np.abs(self.wz), 0)
+        return own.cost_weight * p.model_dt * out.sum(axis=1)
+
+    def CostCritic(self, own):
+        values, hits = np.zeros(self.K), 0
+        near = self.near(own.near_goal_distance)
+        for k in range(self.K):
+            for t in range(self.N):
+                x, y, yaw = self.x[k, t], self.y[k, t], self.yaw[k, t]
+                cost = self.cost_at(x, y)
+                if cost < 1:
+                    continue
+                look = own.consider_footprint and cost >= self.threshold()
+                if self.collides(self.outline(float(x), float(y), float(yaw)) if look else cost, own):
+                    values[k] = own.collision_cost
+                    hits += 1
+                    break
+                values[k] += own.critical_cost if cost >= 253 else (0 if near else cost)
+        self.failed = hits == self.K
+        return own.cost_weight / 254 * values / self.N
+
+    def ObstaclesCritic(self, own):
+        critical, repulsion, hits = np.zeros(self.K), np.zeros(self.K), 0
+        near = self.near(own.near_goal_distance)
+        for k in range(self.K):
+            for t in range(self.N):
+                x, y, yaw = float(self.x[k, t]), float(self.y[k, t]), float(self.yaw[k, t])
+                cost = self.cost_at(x, y)
+                look = own.consider_footprint and cost >= self.threshold()
+                cost = self.outline(x, y, yaw) if look else cost
+                if cost < 1:
+                    continue
+                if self.collides(cost, own):
+                    critical[k] = own.collision_cost
+                    hits += 1
+                    break
+                distance = (math.log(253) - math.log(cost)) / own.cost_scaling_factor
+                distance += self.setup.footprint.inscribed_radius if look else 0
+                if distance < own.collision_margin_distance:
+                    critical[k] += own.collision_margin_distance - distance
+                elif not near:
+                    repulsion[k] += own.inflation_radius - distance
+        self.failed = hits == self.K
+        return own.critical_weight * critical + own.repulsion_weight * repulsion / self.N
+
+    def GoalCritic(self, own):
+        if not self.near(own.threshold_to_consider):
+            return np.zeros(self.K)
+        return own.cost_weight * np.hypot(self.x - self.px[-1], self.y - self.py[-1]).mean(axis=1)
+
+    def angles(self, wanted, either_way):
+        off = np.abs(np.vectorize(norm)(np.float64(wanted) - self.yaw))
+        return (np.minimum(off, math.pi - off) if either_way else off).mean(axis=1)
+
+    def GoalAngleCritic(self, own):
+        if not self.near(own.threshold_to_consider):
+            return np.zeros(self.K)
+        return own.cost_weight * self.angles(self.pyaw[-1], own.symmetric_yaw_tolerance)
+
+    def PreferForwardCritic(self, own):
+        if self.near(own.threshold_to_consider):
+            return np.zeros(self.K)
+        return own.cost_weight * self.p.model_dt * np.maximum(-self.vx, 0).sum(axis=1)
+
+    def TwirlingCritic(self, own):
+        if self.near(self.setup.xy_goal_tolerance):
+            return np.zeros(self.K)
+        return own.cost_weight * np.abs(self.wz).mean(axis=1)
+
+    def VelocityDeadbandCritic(self, own):
+        x, _, yaw = own.deadband_velocities
+        lacking = np.maximum(abs(x) - np.abs(self.vx), 0) + np.maximum(abs(yaw) - np.abs(self.wz), 0)
+        return own.cost_weight * self.p.model_dt * lacking.sum(axis=1)
+
+    def reached(self):
+        dx, dy = self.px - self.x[:, -1:], self.py - self.y[:, -1:]
+        self.furthest = int((dx * dx + dy * dy).argmin(axis=1).max())
+        return self.furthest
+
+    def valid(self, i):
+        if i >= len(self.px) - 1:
+            return True
+        cell = self.cell(float(self.px[i]), float(self.py[i]))
+        cost = 254 if cell is None else self.costmap.costs[cell]
+        return cost < 253 or (cost == 255 and self.costmap.track_unknown_space)
+
+    def PathFollowCritic(self, own):
+        count = len(self.px)
+        if count < 2 or self.near(own.threshold_to_consider):
+            return np.zeros(self.K)
+        j = min(self.reached() + own.offset_from_furthest, count - 1)
+        while j < count - 2 and not self.valid(j):
+            j += 1
+        return own.cost_weight * np.hypot(self.x[:, -1] - self.px[j], self.y[:, -1] - self.py[j])
+
+    def PathAngleCritic(self, own):
+        if self.near(own.threshold_to_consider):
+            return np.zeros(self.K)
+        j = min(self.reached() + own.offset_from_furthest, len(self.px) - 1)
+        either_way = self.p.vx_min != 0 and not own.forward_preference
+        off = abs(norm(self.pose.yaw - math.atan2(self.py[j] - self.pose.y, self.px[j] - self.pose.x)))
+        if (min(off, math.pi - off) if either_way else off) < own.max_angle_to_furthest:
+            return np.zeros(self.K)
+        bearing = np.arctan2(self.py[j] - self.y, self.px[j] - self.x)
+        return own.cost_weight * self.angles(bearing, either_way)
+
+    def PathAlignCritic(self, own):
+        if self.near(own.threshold_to_consider):
+            return np.zeros(self.K)
+        furthest = self.reached()
+        if furthest < max(own.offset_from_furthest, 1):
+            return np.zeros(self.K)
+        first = int(((self.px - self.x[0, 0]) ** 2 + (self.py - self.y[0, 0]) ** 2).argmin())
+        invalid = 0
+        for i in range(first, furthest):
+            invalid += not self.valid(i)
+            if invalid > 2 and invalid / (furthest - first) > own.max_path_occupancy_ratio:
+                return np.zeros(self.K)
+        steps = np.hypot(np.diff(self.px), np.diff(self.py))
+        arc = np.concatenate([[0], np.cumsum(steps, dtype=f4)])[:furthest].astype(f4)
+        return own.cost_weight * np.array([self.offset(k, arc, own) for k in range(self.K)])
+
+    def offset(self, k, arc, own):
+        length, j, total, count = f4(0), 0, 0.0, 0
+        x, y, step = self.x[k], self.y[k], own.trajectory_point_step
+        for t in range(step, self.N, step):
+            length += np.sqrt((x[t] - x[t - step]) ** 2 + (y[t] - y[t - step]) ** 2)
+            j = closest(arc, length, j, own.humble_search)
+            if self.valid(j):
+                turn = norm(float(self.yaw[k, t] - self.pyaw[j])) if own.use_path_orientations else 0.0
+                total += math.sqrt((self.px[j] - x[t]) ** 2 + (self.py[j] - y[t]) ** 2 + turn**2)
+                count += 1
+        return total / count if count else 0.0
+
+
+def closest(arc, length, start, humble):
+    start = start if humble else 0
+    bound = next((i for i in range(start, len(arc)) if arc[i] >= length), len(arc))
+    if bound == start and humble:
+        return 0
+    if bound == len(arc):
+        return len(arc) if humble else len(arc) - 1
+    return bound - 1 if bound > 0 and length - arc[bound - 1] < arc[bound] - length else bound
+
+
+def smooth(u, history):
+    """Savitzky-Golay in place, left to right, all but the value five before the end."""
+    u, count = u.astype(f4), len(u)
+    if count - 1 < 20:
+        return u
+    for i in range(count):
+        if i != count - 5:
+            window = [history[4 + j] if j < 0 else u[min(j, count - 1)] for j in range(i - 4, i + 5)]
+            u[i] = sum(c * value for c, value in zip(FILTER, window, strict=True))
+    return u
