@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.mppi.kernels.rollout import BLOCK, ROW_UNIT
+from controllers.mppi.kernels.rollout import BLOCK
 from controllers.mppi.params import MppiParams
 
 BANK_SIZE = 8
@@ -53,13 +53,12 @@ class Layout:
         time_steps: Points of each.
 
     Attributes:
-        blocks, samples: Their number and width; the last block may be padded.
+        blocks, samples: Their number and width; the last block is padded.
     """
 
     def __init__(self, batch_size: int, time_steps: int) -> None:
         self.batch_size, self.time_steps = batch_size, time_steps
-        self.blocks = -(-batch_size // BLOCK)
-        self.samples = -(-batch_size // (self.blocks * ROW_UNIT)) * ROW_UNIT
+        self.blocks, self.samples = -(-batch_size // BLOCK), BLOCK
 
     def pack(self, v: NDArray[np.float32], w: NDArray[np.float32]) -> Noise:
         """Turn two ``(batch_size, time_steps)`` arrays into a set; padding is 0."""

@@ -163,8 +163,8 @@ class Optimizer:
         )
         rollout = (refresh_every, noise.v, noise.w, self.v, self.w)
         sweep(
-            call, params.model_dt, rollout, self._speeds, self._keep, self._kept, self._scan, grid, scale, costs.shape,
-            window, measure, look, params.GoalAngleCritic.symmetric_yaw_tolerance, self._collected,
+            call, params.model_dt, rollout, self._speeds, self._keep, self._kept, self._scan, grid, scale, window,
+            measure, look, params.GoalAngleCritic.symmetric_yaw_tolerance, self._collected,
         )  # fmt: skip
         self._walk(rollout, costs)
         rows = judge(tuning, call, self._rows, points, valid, self._kept, self._collected)
@@ -217,11 +217,12 @@ def _kept_steps(params: MppiParams) -> NDArray[np.int64]:
     return keep
 
 
-def _speeds(params: MppiParams) -> tuple[float, float, float, float]:
+def _speeds(params: MppiParams) -> tuple[np.float32, ...]:
     """Limits that Constraint lets pass (``vy_max`` counts, for DiffDrive too; m/s), and weights of the effort."""
     highest, lowest = math.hypot(params.vx_max, params.vy_max), math.hypot(params.vx_min, params.vy_max)
     lowest = lowest if params.vx_min > 0 else -lowest
-    return highest, lowest, params.gamma / params.vx_std**2, params.gamma / params.wz_std**2
+    speeds = (highest, lowest, params.gamma / params.vx_std**2, params.gamma / params.wz_std**2)
+    return tuple(np.float32(speed) for speed in speeds)
 
 
 def _factor(name: str, params: MppiParams) -> float:

@@ -18,8 +18,8 @@ from controllers.mppi.kernels import elementary
 from controllers.mppi.kernels.align import build_slots, closest_by_length
 from controllers.mppi.kernels.elementary import ONE
 from controllers.mppi.kernels.path import furthest_reached
-from controllers.mppi.kernels.points import _locate
-from controllers.mppi.kernels.rollout import step
+from controllers.mppi.kernels.points import ROWS_SIZE, step_and_locate
+from controllers.mppi.kernels.rollout import BLOCK
 from controllers.mppi.kernels.update import filter_controls
 from controllers.mppi.noise import Layout, Nav2Noise, NoiseBank, NumpyNoise
 from controllers.mppi.params import CRITIC_NAMES, NEWER_ONLY_KEYS, RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
@@ -290,21 +290,21 @@ def test_furthest_reached_is_that_of_a_full_search(seed, points, samples):
 
 
 @numba.njit(error_model="numpy")
-def _one_step(rows, noise, grid, scale, ring, border):
-    step(rows, noise, noise, 0, ONE, ONE, ONE, ONE, False)
-    return _locate(rows, grid, scale, ring, 0, border)
+def _one_step(rows, noise, cells):
+    limits, scale = (ONE, -ONE, ONE, ONE), (ONE, ONE, ONE)
+    last = (np.uint32(1 << 20), np.uint32(1 << 20), np.uint32(16))
+    return step_and_locate(rows, noise, noise, (ONE, ONE), ONE, ONE, limits, scale, last, np.int32(5), cells)
 
 
-def test_the_loops_of_the_rollout_are_vector_code():
-    rows, noise, ring = np.zeros((6, 128), np.float32), np.zeros((1, 128), np.float32), np.zeros((4, 128), np.uint32)
-    _one_step(rows, noise, (15, 7, 0, 0, 1 << 21, 1 << 21, 0, 0), (1.0, 0.0, 0.0), ring, np.zeros(128, np.int32))
+def test_the_loop_of_the_rollout_is_vector_code():
+    _one_step(np.zeros(ROWS_SIZE, np.float32), np.zeros(BLOCK, np.float32), np.zeros(BLOCK, np.uint32))
     if not _one_step.signatures:
         pytest.skip("kernels are switched off")
     text = "".join(_one_step.inspect_asm().values())
     packed, scalar = (len(re.findall(rf"\bv?mul{kind}\b", text)) for kind in ("ps", "ss"))
     if packed + scalar == 0:
         pytest.skip("not an x86 processor")
-    # Every multiplication of the two loops, and once more for what is left over of a row.
+    # Every multiplication of the loop, which is there once more, for rows that overlap.
     assert packed >= 15, (packed, scalar)
     assert re.search(r"\bv?cvttps2dq\b", text)
 

@@ -9,13 +9,21 @@ import numpy as np
 
 from controllers.mppi.kernels.controls import ALIGNED
 from controllers.mppi.kernels.elementary import ONE, TWO, ZERO
+from controllers.mppi.kernels.rollout import BLOCK
 from gym_mapbench.kernels.geometry import normalize_angle
 from gym_mapbench.kernels.jit import inlined, kernel
 
 FAR = np.float32(np.inf)
 
-# Slots of the arc-length index: the share of lengths that need a search falls with their number.
+# Slots of the arc-length index: the share of lengths that need a search falls with their number. One more, the last,
+# stands for the path's first point.
 SLOTS = 4096
+LAST_SLOT, FIRST_POINT = np.float32(SLOTS - 1), np.float32(SLOTS)
+
+# Rows of a block: length of each trajectory so far and of the path up to the point found last, the point found, sum and
+# number of the distances.
+LENGTH, PREVIOUS, FOUND_X, FOUND_Y, SUM, COUNT = (BLOCK * row for row in range(6))
+ROWS_SIZE = 6 * BLOCK
 
 
 @kernel
@@ -91,65 +99,67 @@ def prepare_targets(path, valid, arc, beyond, targets):
         targets[3, i] = path[2, i]
 
 
+@kernel
+def _start(rows, previous):
+    """Begin a block: nothing driven, nothing found."""
+    for k in range(BLOCK):
+        rows[LENGTH + k] = rows[SUM + k] = rows[COUNT + k] = ZERO
+        rows[PREVIOUS + k] = previous
+
+
 @inlined
-def _advance(x, y, i, b, per_metre, last_slot, length, slot):
-    """Add the way between two kept steps to each sample's length, and find its slot."""
-    for k in range(len(length)):
+def _advance(x, y, i, b, per_metre, rows, slot):
+    """Add the way between two kept steps to each sample's length, and find its slot.
+
+    Humble's defect: a sample not past the point found last (``rows[PREVIOUS]``) is compared with the first point.
+    """
+    for k in range(BLOCK):
         dx, dy = x[i, b, k] - x[i - 1, b, k], y[i, b, k] - y[i - 1, b, k]
-        length[k] += np.sqrt(dx * dx + dy * dy)
-        at = length[k] * per_metre
-        slot[k] = np.uint32(np.int32(at if at < last_slot else last_slot))
+        length = rows[LENGTH + k] + np.sqrt(dx * dx + dy * dy)
+        at = length * per_metre
+        at = at if at < LAST_SLOT else LAST_SLOT
+        slot[k] = np.uint32(np.int32(at if length > rows[PREVIOUS + k] else FIRST_POINT))
+        rows[LENGTH + k] = length
 
 
 @inlined
-def _look_up(slots, slot, arc, beyond, length, targets, found):
-    """Read x, y and length along the path of every sample's closest path point."""
-    for k in range(len(length)):
+def _look_up(slots, slot, arc, beyond, targets, rows, found):
+    """Find every sample's closest path point; write its x and y, and its length along the path."""
+    for k in range(BLOCK):
         j = slots[slot[k]]
         if j < 0:
-            j = np.int32(closest_by_length(arc, length[k], ~j, beyond))
+            j = np.int32(closest_by_length(arc, rows[LENGTH + k], ~j, beyond))
         at = np.uint32(j)
-        found[0, k] = targets[0, at]
-        found[1, k] = targets[1, at]
-        found[2, k] = targets[2, at]
-
-
-@kernel
-def _look_up_yaw(arc, beyond, length, targets, found):
-    for k in range(len(length)):
-        found[3, k] = targets[3, closest_by_length(arc, length[k], 0, beyond)]
+        found[k] = at
+        rows[FOUND_X + k] = targets[0, at]
+        rows[FOUND_Y + k] = targets[1, at]
 
 
 @inlined
-def _restart(length, targets, previous, found):
-    """Humble's defect: a sample that is not past the point found last is compared with the first point instead."""
-    first_x, first_y, first_yaw = targets[0, 0], targets[1, 0], targets[3, 0]
-    for k in range(len(length)):
-        again = length[k] <= previous[k]
-        found[0, k] = first_x if again else found[0, k]
-        found[1, k] = first_y if again else found[1, k]
-        found[3, k] = first_yaw if again else found[3, k]
-        previous[k] = ZERO if again else found[2, k]
+def _remember(arc, found, rows):
+    """Remember the length along the path of the points found."""
+    for k in range(BLOCK):
+        rows[PREVIOUS + k] = arc[found[k]]
 
 
 @inlined
-def _add_offsets(x, y, i, b, found, sums, counts):
-    for k in range(len(sums)):
-        dx, dy = found[0, k] - x[i, b, k], found[1, k] - y[i, b, k]
+def _add_offsets(x, y, i, b, rows):
+    for k in range(BLOCK):
+        dx, dy = rows[FOUND_X + k] - x[i, b, k], rows[FOUND_Y + k] - y[i, b, k]
         distance = np.sqrt(dx * dx + dy * dy)
         counted = distance < FAR
-        sums[k] += distance if counted else ZERO
-        counts[k] += ONE if counted else ZERO
+        rows[SUM + k] += distance if counted else ZERO
+        rows[COUNT + k] += ONE if counted else ZERO
 
 
 @kernel
-def _add_poses(x, y, yaw, i, b, found, sums, counts):
-    for k in range(len(sums)):
-        if found[0, k] < FAR:
-            dx, dy = found[0, k] - x[i, b, k], found[1, k] - y[i, b, k]
-            turn = np.float32(normalize_angle(np.float64(yaw[i, b, k] - found[3, k])))
-            sums[k] += np.sqrt(dx * dx + dy * dy + turn * turn)
-            counts[k] += ONE
+def _add_poses(x, y, yaw, i, b, targets, found, rows):
+    for k in range(BLOCK):
+        if rows[FOUND_X + k] < FAR:
+            dx, dy = rows[FOUND_X + k] - x[i, b, k], rows[FOUND_Y + k] - y[i, b, k]
+            turn = np.float32(normalize_angle(np.float64(yaw[i, b, k] - targets[3, found[k]])))
+            rows[SUM + k] += np.sqrt(dx * dx + dy * dy + turn * turn)
+            rows[COUNT + k] += ONE
 
 
 @kernel
@@ -167,28 +177,25 @@ def score_align(call_of, path, valid, kept, steps, defects, collected):
     """
     furthest = call_of[0].furthest
     beyond = furthest if defects else furthest - 1
-    arc, slots = np.empty(furthest, dtype=np.float32), np.empty(SLOTS, dtype=np.int32)
+    arc, slots = np.empty(furthest, dtype=np.float32), np.empty(SLOTS + 1, dtype=np.int32)
     targets = np.empty((4, beyond + 1), dtype=np.float32)
     measure_path(path[0], path[1], arc)
     prepare_targets(path, valid, arc, beyond, targets)
-    per_metre = build_slots(arc, beyond, slots)
-    x, y, width = kept[0], kept[1], collected.shape[2]
-    state = np.empty((4, width), dtype=np.float32)
-    length, previous, sums, counts = state[0], state[1], state[2], state[3]
-    found, slot = np.empty((4, width), dtype=np.float32), np.empty(width, dtype=np.uint32)
+    per_metre = build_slots(arc, beyond, slots[:SLOTS])
+    slots[SLOTS] = 0
+    x, y = kept[0], kept[1]
+    rows, slot, found = np.empty(ROWS_SIZE, dtype=np.float32), np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.uint32)
     for b in range(collected.shape[1]):
-        for k in range(width):
-            length[k] = previous[k] = sums[k] = counts[k] = ZERO
+        _start(rows, ZERO if defects else -ONE)
         for i in range(1, steps):
-            _advance(x, y, i, b, per_metre, np.float32(SLOTS - 1), length, slot)
-            _look_up(slots, slot, arc, beyond, length, targets, found)
-            if len(kept) > 2:
-                _look_up_yaw(arc, beyond, length, targets, found)
+            _advance(x, y, i, b, per_metre, rows, slot)
+            _look_up(slots, slot, arc, beyond, targets, rows, found)
             if defects:
-                _restart(length, targets, previous, found)
+                _remember(targets[2], found, rows)
             if len(kept) > 2:
-                _add_poses(x, y, kept[2], i, b, found, sums, counts)
+                _add_poses(x, y, kept[2], i, b, targets, found, rows)
             else:
-                _add_offsets(x, y, i, b, found, sums, counts)
-        for k in range(width):
-            collected[ALIGNED, b, k] = sums[k] / counts[k] if counts[k] > ZERO else ZERO
+                _add_offsets(x, y, i, b, rows)
+        for k in range(BLOCK):
+            counted = rows[COUNT + k]
+            collected[ALIGNED, b, k] = rows[SUM + k] / counted if counted > ZERO else ZERO

@@ -18,20 +18,17 @@ COLLECTED_ROWS = 12
 
 
 @inlined
-def _add_costs(noise_v, noise_w, t, v, highest, lowest, cost_v, cost_w, b, collected):
-    for k in range(noise_v.shape[1]):
-        speed = v + noise_v[t, k]
-        above, below = speed - highest, lowest - speed
-        worse = above if above > below else below
-        collected[EXCESS, b, k] += worse if worse > ZERO else ZERO
-        collected[REVERSE, b, k] -= speed if speed < ZERO else ZERO
-        collected[EFFORT, b, k] += cost_v * noise_v[t, k] + cost_w * noise_w[t, k]
+def above_or_below(speed, highest, lowest):
+    """How far a speed lies outside its limits."""
+    above, below = speed - highest, lowest - speed
+    worse = above if above > below else below
+    return worse if worse > ZERO else ZERO
 
 
 @inlined
-def _add_effort(noise_v, noise_w, t, cost_v, cost_w, b, collected):
-    for k in range(noise_v.shape[1]):
-        collected[EFFORT, b, k] += cost_v * noise_v[t, k] + cost_w * noise_w[t, k]
+def backwards(speed):
+    """How fast a speed leads backwards."""
+    return -speed if speed < ZERO else ZERO
 
 
 @kernel
@@ -39,37 +36,6 @@ def start_at(value, b, collected, row):
     """Begin the sums of one row of a block with ``value``."""
     for k in range(collected.shape[2]):
         collected[row, b, k] = value
-
-
-@inlined
-def start_controls(v_0, speeds, b, collected):
-    """Begin the sums of a block with the measured speed ``v_0``."""
-    highest, lowest = np.float32(speeds[0]), np.float32(speeds[1])
-    start_at(max(v_0 - highest, lowest - v_0, ZERO), b, collected, EXCESS)
-    start_at(max(-v_0, ZERO), b, collected, REVERSE)
-    start_at(ZERO, b, collected, EFFORT)
-
-
-@inlined
-def add_controls(noise_v, noise_w, t, v, w, speeds, b, collected):
-    """Add what the controls of one step cost.
-
-    Args:
-        noise_v: ``(time_steps, samples)`` noise of the controls, m/s.
-        noise_w: The same, rad/s.
-        t: The step; the last control moves nothing and costs effort only.
-        v: ``(time_steps,)`` control sequence, m/s.
-        w: The same, rad/s.
-        speeds: Highest and lowest speed that costs nothing, m/s; gamma / std^2 of v and of w.
-        b: Block.
-        collected: ``(12, blocks, samples)`` sums.
-    """
-    effort_v, effort_w = np.float32(speeds[2]) * v[t], np.float32(speeds[3]) * w[t]
-    if t < len(v) - 1:
-        highest, lowest = np.float32(speeds[0]), np.float32(speeds[1])
-        _add_costs(noise_v, noise_w, t, v[t], highest, lowest, effort_v, effort_w, b, collected)
-    else:
-        _add_effort(noise_v, noise_w, t, effort_v, effort_w, b, collected)
 
 
 @kernel

@@ -14,7 +14,7 @@ from controllers.mppi.kernels.path import find_valid
 from controllers.mppi.kernels.rollout import REFRESH_EVERY, SMALL_CHANGE
 from controllers.mppi.kernels.update import add_mean_noise, add_scores, clip_controls, soft_max
 from controllers.mppi.kernels.walk import footprint_threshold
-from controllers.mppi.kernels.window import lay_grid, open_window, stride_bits_of, write_contributions
+from controllers.mppi.kernels.window import lay_grid, open_window, write_contributions
 from gym_mapbench.kernels.jit import kernel
 
 
@@ -85,7 +85,7 @@ def prepare(tuning_of, call_of, scan, costs, longest, fastest, v, w):
     reach, turn = _reach_and_turn(call, longest, fastest, v, w)
     (rows, cols), grid, scale = lay_grid(call, reach * tuning.model_dt, costs.shape)
     own = tuning.CostCritic
-    window = np.empty((rows + 2) << stride_bits_of(cols) if scan else 0, dtype=np.float32)
+    window = np.empty((rows + 2) * (cols + 2) if scan else 0, dtype=np.float32)
     if scan:
         table = np.empty(256, dtype=np.float32)
         threshold = footprint_threshold(own.consider_footprint, tuning.circumscribed_cost)
@@ -93,7 +93,7 @@ def prepare(tuning_of, call_of, scan, costs, longest, fastest, v, w):
             near(call, own.near_goal_distance), own.critical_cost, own.consider_footprint, threshold,
             call.unknown_is_free, table,
         )  # fmt: skip
-        open_window(costs, grid[6], grid[7], rows, cols, grid[1], table, window)
+        open_window(costs, grid[4], grid[5], rows, cols, table, window)
     refresh_every = REFRESH_EVERY if turn * tuning.model_dt < SMALL_CHANGE else 1
     return refresh_every, grid, scale, window, is_near(DISTANCE, tuning, call), is_near(ANGLE, tuning, call)
 

@@ -1,8 +1,8 @@
-"""Rolling out a batch of trajectories, row by row: one time step of many samples at once.
+"""Rolling out a batch of trajectories: one time step of a block of samples at once.
 
 Layout is what makes this fast. Arrays are ``(blocks, time_steps, samples)`` with the samples innermost, and a
-block of samples is carried through time with its state in rows that stay in the first cache level. Every loop
-below runs over one such row, has no indirect load beside a store and no call, so that LLVM vectorises it.
+block of samples is carried through time in one flat array whose rows are a constant apart, so that LLVM sees
+that they do not overlap and vectorises loops over them.
 
 The arithmetic follows Nav2's order of float32 operations: displacement and turn are summed up from zero and the
 start pose is added last (``Optimizer::integrateStateVelocities``).
@@ -14,13 +14,12 @@ from controllers.mppi.kernels.elementary import COS_4, HALF, SIN_3, SIN_5, sin_c
 from gym_mapbench.kernels.jit import inlined, kernel
 
 BLOCK = 512
-# Rows are padded to a multiple of this, so that sums over a row can run in four parts side by side.
-ROW_UNIT = 128
+"""Samples of a block."""
 
-# Rows of the state of a block: displacement from the start (m), turn since the start and its last change (rad), and the
-# heading's cosine and sine.
-X, Y, TURNED, CHANGE, COS, SIN = range(6)
-STATE_ROWS = 6
+# Where the rows of a block's state begin: displacement from the start (m), turn since the start (rad), cosine and sine
+# of the heading.
+X, Y, TURNED, COS, SIN = (BLOCK * row for row in range(5))
+STATE_SIZE = 5 * BLOCK
 
 # Rotating by a small angle instead of evaluating sine and cosine: exact to float32 below this change per step.
 SMALL_CHANGE = 0.25
@@ -29,72 +28,65 @@ REFRESH_EVERY = 16
 
 
 @inlined
-def _move(rows, noise, t, v, dt):
-    for k in range(rows.shape[1]):
-        speed = v + noise[t, k]
-        rows[X, k] += (speed * rows[COS, k]) * dt
-        rows[Y, k] += (speed * rows[SIN, k]) * dt
+def advance(x, y, turned, cos, sin, v, w, yaw_0, dt):
+    """State of one sample a period later at the speeds ``v`` (m/s) and ``w`` (rad/s), its heading rotated."""
+    total = turned + w * dt
+    a = (total + yaw_0) - (turned + yaw_0)
+    z = a * a
+    s = a + (a * z) * (SIN_3 + z * SIN_5)
+    c = z * (z * COS_4 - HALF)
+    moved_x, moved_y = x + (v * cos) * dt, y + (v * sin) * dt
+    return moved_x, moved_y, total, cos + (cos * c - sin * s), sin + (sin * c + cos * s)
 
 
-@inlined
-def _turn(rows, noise, t, w, dt, yaw_0):
-    for k in range(rows.shape[1]):
-        total = rows[TURNED, k] + (w + noise[t, k]) * dt
-        rows[CHANGE, k] = (total + yaw_0) - (rows[TURNED, k] + yaw_0)
-        rows[TURNED, k] = total
+@kernel
+def first_state(v, w, yaw_0, dt):
+    """State at step 0: one period at the measured speeds, the same for all samples."""
+    sin, cos = sin_cos(yaw_0)
+    sin_1, cos_1 = sin_cos(w * dt + yaw_0)
+    return (v * cos) * dt, (v * sin) * dt, w * dt, cos_1, sin_1
 
 
-@inlined
-def _rotate(rows):
-    for k in range(rows.shape[1]):
-        a = rows[CHANGE, k]
-        z = a * a
-        s = a + (a * z) * (SIN_3 + z * SIN_5)
-        c = z * (z * COS_4 - HALF)
-        cos, sin = rows[COS, k], rows[SIN, k]
-        rows[COS, k] = cos + (cos * c - sin * s)
-        rows[SIN, k] = sin + (sin * c + cos * s)
-
-
-@inlined
-def _refresh(rows, yaw_0):
-    for k in range(rows.shape[1]):
-        rows[SIN, k], rows[COS, k] = sin_cos(rows[TURNED, k] + yaw_0)
+@kernel
+def next_state(state, v, w, yaw_0, dt, refresh):
+    """State of one sample a period later; ``refresh``: sine and cosine evaluated afresh."""
+    x, y, turned, cos, sin = state
+    x, y, turned, cos, sin = advance(x, y, turned, cos, sin, v, w, yaw_0, dt)
+    if refresh:
+        sin, cos = sin_cos(turned + yaw_0)
+    return x, y, turned, cos, sin
 
 
 @kernel
 def start(rows, v, w, yaw_0, dt):
-    """Set ``rows`` to step 0: one period at the measured speeds ``v`` and ``w``, the same for all samples."""
-    sin, cos = sin_cos(yaw_0)
-    sin_1, cos_1 = sin_cos(w * dt + yaw_0)
-    for k in range(rows.shape[1]):
-        rows[X, k] = (v * cos) * dt
-        rows[Y, k] = (v * sin) * dt
-        rows[TURNED, k] = w * dt
-        rows[COS, k] = cos_1
-        rows[SIN, k] = sin_1
+    """Set a block to step 0; see :func:`first_state`."""
+    x, y, turned, cos, sin = first_state(v, w, yaw_0, dt)
+    for k in range(BLOCK):
+        rows[X + k], rows[Y + k], rows[TURNED + k], rows[COS + k], rows[SIN + k] = x, y, turned, cos, sin
 
 
-@inlined
-def step(rows, noise_v, noise_w, t, v, w, yaw_0, dt, refresh):
-    """Advance ``rows`` by one period with the controls ``v + noise_v[t]`` and ``w + noise_w[t]``."""
-    _move(rows, noise_v, t, v, dt)
-    _turn(rows, noise_w, t, w, dt, yaw_0)
-    if refresh:
-        _refresh(rows, yaw_0)
-    else:
-        _rotate(rows)
+@kernel
+def step(rows, noise_v, noise_w, v, w, yaw_0, dt):
+    """Advance a block by one period with the controls ``v + noise_v`` and ``w + noise_w``."""
+    for k in range(BLOCK):
+        x, y, turned, cos, sin = advance(
+            rows[X + k], rows[Y + k], rows[TURNED + k], rows[COS + k], rows[SIN + k], v + noise_v[k], w + noise_w[k],
+            yaw_0, dt,
+        )  # fmt: skip
+        rows[X + k], rows[Y + k], rows[TURNED + k], rows[COS + k], rows[SIN + k] = x, y, turned, cos, sin
+
+
+@kernel
+def refresh(rows, yaw_0):
+    """Evaluate sine and cosine of a block's headings afresh."""
+    for k in range(BLOCK):
+        rows[SIN + k], rows[COS + k] = sin_cos(rows[TURNED + k] + yaw_0)
 
 
 @kernel
 def retrace(noise_v, noise_w, k, end, v, w, v_0, w_0, yaw_0, dt):
     """Displacement ``(x, y)`` of one sample at step ``end``, sine and cosine evaluated at every step."""
-    sin, cos = sin_cos(yaw_0)
-    x, y, turned = (v_0 * cos) * dt, (v_0 * sin) * dt, w_0 * dt
+    state = first_state(v_0, w_0, yaw_0, dt)
     for t in range(end):
-        sin, cos = sin_cos(turned + yaw_0)
-        speed = v[t] + noise_v[t, k]
-        x += (speed * cos) * dt
-        y += (speed * sin) * dt
-        turned += (w[t] + noise_w[t, k]) * dt
-    return x, y
+        state = next_state(state, v[t] + noise_v[t, k], w[t] + noise_w[t, k], yaw_0, dt, True)
+    return state[0], state[1]

@@ -12,10 +12,13 @@ OFF_MAP, LETHAL, INSCRIBED = 255, 254, 253
 
 # Contribution of a cell that ends a trajectory or needs a look at the footprint; a sum from here on contains one.
 MARKED = np.float32(1e30)
-# Bits of the fraction of a fixed-point cell coordinate, at most.
-MOST_BITS = 16
-# Moves fractions by so many units, so that those of points near a cell border are the smallest.
-CENTRED = 2.0
+# Bits of the fraction of a fixed-point cell coordinate, and their mask. Constants, for shifts by a variable number take
+# twice the time.
+FRACTION_BITS = np.uint32(16)
+FRACTION = np.int32(0xFFFF)
+UNIT = 65536
+# Rounding errors of a fixed-point coordinate before it is cut to an integer, in units of the last place.
+ROUNDINGS = 4
 
 
 @kernel
@@ -44,27 +47,18 @@ def clip_span(centre, reach, size):
 
 
 @kernel
-def exact_bits(coordinate, reach, resolution):
-    """Bits of a fixed-point cell coordinate whose error, against Nav2's arithmetic, is at most one unit.
+def rounding_error(coordinate, span, resolution):
+    """Bound of the error of a fixed-point cell coordinate against Nav2's arithmetic, in its units.
 
-    Nav2 rounds world coordinates to float32; here the displacement is scaled and shifted in float32.
+    Nav2 rounds world coordinates (up to ``coordinate``, m) to float32; here the displacement is scaled and shifted
+    within a window of ``span`` (m) in float32.
     """
     world = 2.0 ** (math.floor(math.log2(max(coordinate, 1e-6))) - 24)
-    scaled = reach * 3 * 2.0**-24
-    return max(1, min(MOST_BITS, math.floor(math.log2(resolution / (world + scaled)))))
+    return math.ceil((world + span * ROUNDINGS * 2.0**-24) / resolution * UNIT) + 1
 
 
 @kernel
-def stride_bits_of(cols):
-    """Bits of the distance between two rows of a window with ``cols`` columns and a border."""
-    bits = 0
-    while (1 << bits) < cols + 2:
-        bits += 1
-    return bits
-
-
-@kernel
-def open_window(costs, row_0, col_0, rows, cols, stride_bits, table, window):
+def open_window(costs, row_0, col_0, rows, cols, table, window):
     """Translate a part of a costmap into contributions, with a border of points off the map around it.
 
     Args:
@@ -73,20 +67,19 @@ def open_window(costs, row_0, col_0, rows, cols, stride_bits, table, window):
         col_0: First column.
         rows: Number of rows.
         cols: Number of columns.
-        stride_bits: The window's rows are ``2**stride_bits`` apart.
         table: ``(256,)`` contribution of each cost.
-        window: Flat float32, written.
+        window: ``((rows + 2) * (cols + 2),)`` float32, written.
     """
-    off_map = table[OFF_MAP]
+    off_map, stride = table[OFF_MAP], cols + 2
     for row in range(rows + 2):
-        base = row << stride_bits
+        base = row * stride
         if 0 < row <= rows:
             window[base] = off_map
             window[base + cols + 1] = off_map
             for col in range(cols):
                 window[base + 1 + col] = table[costs[row_0 + row - 1, col_0 + col]]
         else:
-            for col in range(cols + 2):
+            for col in range(stride):
                 window[base + col] = off_map
 
 
@@ -94,16 +87,17 @@ def open_window(costs, row_0, col_0, rows, cols, stride_bits, table, window):
 def lay_grid(call, reach, shape):
     """Choose a window around the robot and a fixed-point grid over it.
 
+    Coordinates are moved a little, so that the fractions of points near a cell border are the smallest.
+
     Returns:
-        ``(rows, cols)`` of the window, the grid and the scale that ``sweep`` takes.
+        ``(rows, cols)`` of the window, and the grid and the scale that ``sweep`` takes.
     """
     x, y = (call.x - call.origin_x) / call.resolution, (call.y - call.origin_y) / call.resolution
     col, row = math.floor(x), math.floor(y)
     row_0, rows, at_row = clip_span(row, reach / call.resolution, shape[0])
     col_0, cols, at_col = clip_span(col, reach / call.resolution, shape[1])
-    bits = exact_bits(max(abs(call.x), abs(call.y)) + reach, reach, call.resolution)
-    unit = 1 << bits
-    grid = (
-        bits, stride_bits_of(cols), at_col * unit, at_row * unit, (cols + 1) * unit, (rows + 1) * unit, row_0, col_0
-    )  # fmt: skip
-    return (rows, cols), grid, (unit / call.resolution, (x - col) * unit + CENTRED, (y - row) * unit + CENTRED)
+    span = (max(rows, cols) + 2) * call.resolution
+    moved = rounding_error(max(abs(call.x), abs(call.y)) + reach, span, call.resolution)
+    start_x, start_y = (x - col + at_col) * UNIT + moved, (y - row + at_row) * UNIT + moved
+    grid = ((cols + 1) * UNIT, (rows + 1) * UNIT, cols + 2, 2 * moved + 1, row_0, col_0, shape[0], shape[1])
+    return (rows, cols), grid, (UNIT / call.resolution, start_x, start_y)
