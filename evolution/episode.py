@@ -58,18 +58,8 @@ def run_episode(
         The recorded run.
     """
     observation, info = env.reset(seed=seed if noise_seed is None else noise_seed, options={"scenario": scenario})
-    period = 1.0 / env.config.control_hz
-    controller.reset(
-        Context(
-            robot=env.config.robot,
-            grid=scenario.map,
-            start=scenario.start,
-            goal=scenario.goal,
-            control_period=period,
-            rng=np.random.default_rng(seed),
-            lidar=env.config.lidar,
-        )
-    )
+    context = _context(env.config, scenario, seed)
+    controller.reset(context)
     log = _Log(info)
     while info["outcome"] == "running":
         began = time.perf_counter()
@@ -87,7 +77,7 @@ def run_episode(
         outcome=outcome,
         reason=reason,
         time=float(info["time"]),
-        control_period=period,
+        control_period=context.control_period,
         trajectory=np.array(log.states),
         commands=np.array(log.commands, dtype=np.float64).reshape(-1, 2),
         path=np.asarray(getattr(controller, "first_path", np.empty((0, 3)))),
@@ -95,6 +85,19 @@ def run_episode(
         events=_events(controller, log),
         controller_seconds=log.controller_seconds,
         robot=env.robot,
+    )
+
+
+def _context(config: EnvConfig, scenario: Scenario, seed: int) -> Context:
+    """What a controller is told before a run."""
+    return Context(
+        robot=config.robot,
+        grid=scenario.map,
+        start=scenario.start,
+        goal=scenario.goal,
+        control_period=1.0 / config.control_hz,
+        rng=np.random.default_rng(seed),
+        lidar=config.lidar,
     )
 
 

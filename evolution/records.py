@@ -8,16 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
+from evolution.files import Row
 from evolution.jobs import Job, JobPlan, RunResult
 from evolution.problem import Evaluation
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import MapSet
-
-Row = dict[str, Any]
 
 
 @dataclass

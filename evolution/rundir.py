@@ -7,23 +7,32 @@ same, byte by byte, whenever the same experiment is run.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-import os
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from evolution.jobs import PACKAGE_VERSION
+from evolution.files import (
+    Row,
+    csv_of,
+    differences,
+    make_directory,
+    npz_of,
+    read_csv,
+    read_json,
+    read_json_lines,
+    refuse_used,
+    write_bytes,
+    write_json,
+    write_text,
+)
+from evolution.header import header, read_header, refuse_version
 from evolution.problem import Evaluation
-from evolution.records import Record, Row, named, results_document
+from evolution.records import Record, named, results_document
 from evolution.settings import Experiment
 from gym_mapbench.errors import ConfigError, MapFormatError, RunError
 from gym_mapbench.gridmap import GridMap
@@ -36,7 +45,6 @@ FORMAT_VERSION = 1
 CONFIG, CHECKPOINT, README = "config.json", "checkpoint.json", "README.txt"
 GENERATIONS, INDIVIDUALS, RUNS = "generations.csv", "individuals.csv", "runs.csv"
 BEST_RESULTS, MAPS, TIMING, STORE = "best_results.json", "maps", "timing.jsonl", "results.sqlite"
-LIBRARIES = ("numpy", "scipy", "numba", "Box2D", "gymnasium", "pymoo")
 
 README_TEXT = """One run of mapbench. All lengths are m, times s, angles rad; smaller fitness is better.
 
@@ -78,13 +86,7 @@ class RunDir:
         """
         path = Path(path)
         refuse_used(path, CONFIG, "run")
-        config = {
-            "format": FORMAT,
-            "format_version": FORMAT_VERSION,
-            "version": PACKAGE_VERSION,
-            "libraries": {name: version(name) for name in LIBRARIES},
-            **experiment.document(),
-        }
+        config = {**header(FORMAT, FORMAT_VERSION), **experiment.document()}
         make_directory(path)
         write_json(path / CONFIG, config)
         return cls(path, config)
@@ -99,11 +101,7 @@ class RunDir:
         path = Path(path)
         if not (path / CONFIG).is_file():
             raise RunError(f"{path}: not a run directory (no {CONFIG})")
-        config = read_json(path / CONFIG)
-        if config.get("format") != FORMAT or config.get("format_version") != FORMAT_VERSION:
-            found = f"{config.get('format')} {config.get('format_version')}"
-            raise RunError(f"{path / CONFIG}: expected {FORMAT} {FORMAT_VERSION}, got {found}")
-        return cls(path, config)
+        return cls(path, read_header(path / CONFIG, FORMAT, FORMAT_VERSION))
 
     @property
     def store_path(self) -> Path:
@@ -122,9 +120,7 @@ class RunDir:
             ConfigError: If an option differs, naming it.
             RunError: If another version of this package wrote the directory.
         """
-        if self.config.get("version") != PACKAGE_VERSION:
-            came = self.config.get("version")
-            raise RunError(f"{self.path}: written by version {came}; version {PACKAGE_VERSION} cannot continue it")
+        refuse_version(self.config, self.path)
         wanted = json.loads(json.dumps(experiment.document()))
         for name, was, now in differences({key: self.config.get(key) for key in wanted}, wanted):
             raise ConfigError(f"{self.path}: {name} was {was!r} when the run began, got {now!r}")
@@ -224,134 +220,3 @@ def load_run(path: str | Path) -> LoadedRun:
         read_json(rundir.path / BEST_RESULTS),
         read_json_lines(rundir.path / TIMING),
     )
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file in one step: it is either as before or complete.
-
-    Raises:
-        RunError: If it cannot be written.
-    """
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        partial.write_bytes(content)
-        os.replace(partial, path)
-    except OSError as error:
-        raise RunError(f"{path}: cannot be written ({error.strerror})") from None
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file in one step."""
-    write_bytes(path, text.encode())
-
-
-def write_json(path: Path, document: Mapping[str, Any]) -> None:
-    """Write a JSON file in one step."""
-    write_text(path, json.dumps(document, indent=1) + "\n")
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON object.
-
-    Raises:
-        RunError: If it is missing or something else.
-    """
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise RunError(f"{path}: cannot be read ({' '.join(str(error).split())[:120]})") from None
-    if not isinstance(document, dict):
-        raise RunError(f"{path}: expected a JSON object, got {type(document).__name__}")
-    return document
-
-
-def csv_of(rows: Sequence[Row]) -> str:
-    """Return a table as CSV text; columns in order of their first use, empty where a row has none."""
-    columns = list(dict.fromkeys(name for row in rows for name in row))
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
-
-
-TEXT_COLUMN = re.compile(r"map(_\d+|_set)?|best_map_set|controller|outcome|reason")
-
-
-def read_csv(path: Path) -> list[Row]:
-    """Read what :func:`csv_of` wrote: numbers as numbers, None where empty.
-
-    Raises:
-        RunError: If the file is missing or holds something else.
-    """
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            return [{name: _parse(name, text) for name, text in row.items()} for row in csv.DictReader(file)]
-    except (OSError, ValueError, TypeError, csv.Error) as error:
-        raise RunError(f"{path}: cannot be read ({' '.join(str(error).split())[:120]})") from None
-
-
-def npz_of(maps: Mapping[str, GridMap]) -> bytes:
-    """Return maps as the bytes of a compressed ``.npz`` file; equal maps give equal bytes."""
-    content = io.BytesIO()
-    np.savez_compressed(content, allow_pickle=False, **{digest: grid.occupancy for digest, grid in maps.items()})
-    return content.getvalue()
-
-
-def _parse(column: str, text: str) -> Any:
-    if TEXT_COLUMN.fullmatch(column):
-        return text
-    if text == "":
-        return None
-    return int(text) if re.fullmatch(r"-?\d+", text) else float(text)
-
-
-def read_json_lines(path: Path) -> list[Row]:
-    """Read a JSON lines file up to a line that was not written to its end; nothing if there is no file."""
-    rows: list[Row] = []
-    for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else []:
-        try:
-            rows.append(json.loads(line))
-        except ValueError:
-            break
-    return rows
-
-
-def make_directory(path: Path) -> None:
-    """Make a directory and those above it.
-
-    Raises:
-        RunError: If it cannot be made.
-    """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"{path}: cannot be made ({error.strerror})") from None
-
-
-def refuse_used(path: Path, mark: str, what: str) -> None:
-    """Refuse a path that holds something; hidden files (half-written ones among them) do not count.
-
-    Args:
-        path: Where something new is to begin.
-        mark: The file by which one that was begun there before is known.
-        what: What that is.
-
-    Raises:
-        ConfigError: If there is anything.
-    """
-    if path.exists() and not path.is_dir():
-        raise ConfigError(f"{path}: expected a new directory, got a file")
-    if (path / mark).exists():
-        raise ConfigError(f"{path}: already holds a {what}; continue it with --resume, or choose another directory")
-    if path.is_dir() and any(not entry.name.startswith(".") for entry in path.iterdir()):
-        raise ConfigError(f"{path}: expected a new or empty directory, got one that holds other files")
-
-
-def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, Any]]:
-    """Name every leaf in which two JSON documents differ, with its two values."""
-    if isinstance(was, dict) and isinstance(now, dict):
-        for key in {**was, **now}:
-            yield from differences(was.get(key), now.get(key), f"{name}.{key}" if name else key)
-    elif was != now:
-        yield name, was, now

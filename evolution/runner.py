@@ -17,10 +17,11 @@ import numpy as np
 from pymoo.algorithms.soo.nonconvex.ga import GA
 
 from evolution.evaluator import Evaluator, OnRun
+from evolution.files import Row
 from evolution.fitness import Fitness
 from evolution.operators.sampling import DrawMap
 from evolution.problem import Evaluation, MapSetProblem, ask, make_algorithm
-from evolution.records import Record, Row, best_of
+from evolution.records import Record, best_of
 from evolution.rundir import RunDir
 from evolution.settings import Experiment
 from gym_mapbench.errors import RunError

@@ -7,14 +7,12 @@ people run are those of nav2_bringup's example, not these defaults.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
-from controllers.parameters import nest_dotted
-from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.settings import Settings
+from controllers.parameters import CriticSettings, SettingsWithCritics
+from gym_mapbench.errors import ConfigError
 
 NonNegative = Annotated[float, Field(ge=0)]
 NonPositive = Annotated[float, Field(le=0)]
@@ -57,7 +55,7 @@ NEWER_ONLY_KEYS = {
 """Parameters of newer releases that Humble does not have -> what Humble does instead."""
 
 
-class CriticParams(Settings):
+class CriticParams(CriticSettings):
     """What every critic takes.
 
     Args:
@@ -141,7 +139,7 @@ class PreferForwardParams(CriticParams):
     theta_scale: NonNegative = 10.0
 
 
-class DwbParams(Settings):
+class DwbParams(SettingsWithCritics):
     """All of DWB's parameters; dotted keys (``"PathAlign.scale"``) and nested mappings are both understood.
 
     The robots here cannot move sideways: ``min_vel_y`` and ``max_vel_y`` must be 0, and the other
@@ -203,21 +201,6 @@ class DwbParams(Settings):
     RotateToGoal: RotateToGoalParams = RotateToGoalParams()
     Twirling: CriticParams = CriticParams()
 
-    @model_validator(mode="before")
-    @classmethod
-    def _nest(cls, values: Any) -> Any:
-        return nest_dotted(values) if isinstance(values, Mapping) else values
-
-    @field_validator("critics")
-    @classmethod
-    def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if not value:
-            raise ConfigError(f"expected at least one of {', '.join(CRITIC_NAMES)}, got none")
-        for name in value:
-            if name not in CRITIC_NAMES:
-                raise unknown_name("critic", name, CRITIC_NAMES)
-        return value
-
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if self.min_vel_x > self.max_vel_x:
@@ -235,4 +218,4 @@ class DwbParams(Settings):
         return params
 
 
-CRITIC_NAMES = tuple(name for name, field in DwbParams.model_fields.items() if isinstance(field.default, CriticParams))
+CRITIC_NAMES = DwbParams.critic_names()

@@ -6,13 +6,12 @@ are those of the package's README, not these defaults.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from controllers.parameters import nest_dotted
-from gym_mapbench.errors import ConfigError, unknown_name
+from controllers.parameters import CriticSettings, SettingsWithCritics
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.settings import Settings
 
 NonNegative = Annotated[float, Field(ge=0)]
@@ -71,7 +70,7 @@ NEWER_ONLY_KEYS = {
 """Parameters of newer releases that Humble does not have -> what Humble does instead."""
 
 
-class CriticParams(Settings):
+class CriticParams(CriticSettings):
     """What every critic takes.
 
     Args:
@@ -271,7 +270,7 @@ EXAMPLE_CRITICS = (
 )
 
 
-class MppiParams(Settings):
+class MppiParams(SettingsWithCritics):
     """All of MPPI's parameters; dotted keys (``"CostCritic.cost_weight"``) and nested mappings are both understood.
 
     The robots here cannot move sideways: motion model Omni is refused, and ``vy_std`` has no effect.
@@ -337,11 +336,6 @@ class MppiParams(Settings):
     noise: Literal["numpy", "nav2"] = "numpy"
     noise_seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 5489
 
-    @model_validator(mode="before")
-    @classmethod
-    def _nest(cls, values: Any) -> Any:
-        return nest_dotted(values) if isinstance(values, Mapping) else values
-
     @field_validator("motion_model", mode="before")
     @classmethod
     def _not_sideways(cls, value: object) -> object:
@@ -351,12 +345,8 @@ class MppiParams(Settings):
 
     @field_validator("critics")
     @classmethod
-    def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if not value:
-            raise ConfigError(f"expected at least one of {', '.join(CRITIC_NAMES)}, got none")
+    def _distinct(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         for name in value:
-            if name not in CRITIC_NAMES:
-                raise unknown_name("critic", name, CRITIC_NAMES)
             if value.count(name) > 1:
                 raise ConfigError(f"expected each critic once, got {name} more often")
         return value
@@ -376,4 +366,4 @@ class MppiParams(Settings):
         return params
 
 
-CRITIC_NAMES = tuple(name for name, field in MppiParams.model_fields.items() if isinstance(field.default, CriticParams))
+CRITIC_NAMES = MppiParams.critic_names()

@@ -20,8 +20,8 @@ from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, errors
 from evolution.driving import run_job
 from evolution.evaluator import Evaluator
+from evolution.files import write_text
 from evolution.jobs import JobPlan
-from evolution.rundir import write_text
 from evolution.warmup import warm_up
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import load_scenarios

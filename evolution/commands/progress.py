@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Self
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
 from evolution.jobs import Job, RunResult
 from evolution.runner import Progress as Generation
@@ -36,22 +36,20 @@ class RunsPerSecond:
         return self.runs / max(time.perf_counter() - self.began, 1e-9)
 
 
-class WorkBar:
-    """A bar over a known amount of work; ``evaluations`` of a search or runs of a benchmark.
+class Bar:
+    """A bar on standard error while the ``with`` block lasts; nothing where nobody watches.
 
     Args:
         what: Shown before the bar.
         total: Amount of work.
+        columns: Shown after it; the field ``state`` is a text.
     """
 
-    def __init__(self, what: str, total: int) -> None:
-        self.speed = RunsPerSecond()
+    def __init__(self, what: str, total: float, *columns: ProgressColumn) -> None:
         self.bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
-            TextColumn("{task.completed:.0f}/{task.total:.0f}"),
-            TextColumn("{task.fields[state]}"),
-            TimeRemainingColumn(),
+            *columns,
             console=errors,
             disable=not errors.is_terminal,
         )
@@ -65,6 +63,20 @@ class WorkBar:
         self, _type: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
     ) -> None:
         self.bar.stop()
+
+
+class WorkBar(Bar):
+    """A bar over a known amount of work; ``evaluations`` of a search or runs of a benchmark.
+
+    Args:
+        what: Shown before the bar.
+        total: Amount of work.
+    """
+
+    def __init__(self, what: str, total: int) -> None:
+        self.speed = RunsPerSecond()
+        state = TextColumn("{task.fields[state]}")
+        super().__init__(what, total, TextColumn("{task.completed:.0f}/{task.total:.0f}"), state, TimeRemainingColumn())
 
     def on_generation(self, generation: Generation) -> None:
         """Show one generation of a search."""

@@ -5,14 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.progress import TaskProgressColumn, TextColumn
 from rich.table import Table
 
 from evolution.commands import options
-from evolution.commands.progress import console, errors
+from evolution.commands.progress import Bar, console, errors
 from evolution.report.writing import write_report
 from evolution.study.comparisons import compare
 from evolution.study.directory import StudyDir, is_study
@@ -100,28 +98,11 @@ def _cell(value: object) -> str:
     return "-" if math.isnan(value) else f"{value:.2f}"
 
 
-class StudyBar:
+class StudyBar(Bar):
     """Progress over the whole study: a bar where somebody watches, a line a run where output is kept."""
 
     def __init__(self, name: str) -> None:
-        self.bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TaskProgressColumn(),
-            TextColumn("{task.fields[state]}"),
-            console=errors,
-            disable=not errors.is_terminal,
-        )
-        self.task = self.bar.add_task(name, total=1.0, state="")
-
-    def __enter__(self) -> Self:
-        self.bar.start()
-        return self
-
-    def __exit__(
-        self, _type: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
-    ) -> None:
-        self.bar.stop()
+        super().__init__(name, 1.0, TaskProgressColumn(), TextColumn("{task.fields[state]}"))
 
     def show(self, progress: StudyProgress) -> None:
         """Show where the study stands."""

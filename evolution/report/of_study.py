@@ -8,11 +8,10 @@ from collections.abc import Mapping, Sequence
 
 import yaml
 
-from evolution.records import Row
+from evolution.files import Row, csv_of
 from evolution.report.of_run import changed_replays
 from evolution.report.page import Attachment, Report, Table, picture
 from evolution.report.replays import ReplayedMap
-from evolution.rundir import csv_of
 from evolution.study.comparisons import QUANTITIES, Comparison, compare
 from evolution.study.figures import BestSet, StudyFigure
 from evolution.study.results import StudyResults, StudyRun

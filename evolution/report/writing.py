@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from evolution.figures import drive_best, write_run_figures
+from evolution.files import write_text
 from evolution.report.of_run import report_of_run
 from evolution.report.of_study import report_of_study
 from evolution.report.page import Report, render_page
-from evolution.rundir import CONFIG, load_run, write_text
+from evolution.rundir import CONFIG, load_run
 from evolution.study.directory import STUDY, is_study
 from evolution.study.engine import NAV2, Engine
 from evolution.study.figures import drive_best_sets, write_study_figures

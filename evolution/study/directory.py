@@ -15,12 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from evolution.jobs import PACKAGE_VERSION
-from evolution.rundir import LIBRARIES, STORE, differences, make_directory, read_json, refuse_used, write_json
+from evolution.files import differences, make_directory, read_json, refuse_used, write_json
+from evolution.header import header, read_header, refuse_version
+from evolution.rundir import STORE
 from evolution.study.settings import StudySettings
 from gym_mapbench.errors import ConfigError, RunError
 
@@ -53,13 +53,7 @@ class StudyDir:
         """
         path = Path(path)
         refuse_used(path, STUDY, "study")
-        config = {
-            "format": FORMAT,
-            "format_version": FORMAT_VERSION,
-            "version": PACKAGE_VERSION,
-            "libraries": {name: version(name) for name in LIBRARIES},
-            "study": settings.model_dump(mode="json"),
-        }
+        config = {**header(FORMAT, FORMAT_VERSION), "study": settings.model_dump(mode="json")}
         make_directory(path)
         write_json(path / STUDY, config)
         return cls(path, settings, config)
@@ -74,10 +68,7 @@ class StudyDir:
         path = Path(path)
         if not is_study(path):
             raise RunError(f"{path}: not a study directory (no {STUDY})")
-        config = read_json(path / STUDY)
-        if config.get("format") != FORMAT or config.get("format_version") != FORMAT_VERSION:
-            found = f"{config.get('format')} {config.get('format_version')}"
-            raise RunError(f"{path / STUDY}: expected {FORMAT} {FORMAT_VERSION}, got {found}")
+        config = read_header(path / STUDY, FORMAT, FORMAT_VERSION)
         try:
             settings = StudySettings.from_mapping(config.get("study"), str(path / STUDY))
         except ConfigError as error:
@@ -91,9 +82,7 @@ class StudyDir:
             ConfigError: If an option differs, naming it.
             RunError: If another version of this package wrote the directory.
         """
-        came = self.config.get("version")
-        if came != PACKAGE_VERSION:
-            raise RunError(f"{self.path}: written by version {came}; version {PACKAGE_VERSION} cannot continue it")
+        refuse_version(self.config, self.path)
         for name, was, now in differences(_by_name(self.settings), _by_name(settings)):
             raise ConfigError(f"{self.path}: {name} was {was!r} when the study began, got {now!r}")
 

@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 
 from evolution.evaluator import Evaluator, OnRun
+from evolution.files import make_directory, read_json, write_json
 from evolution.fitness import Fitness, FitnessBreakdown
 from evolution.jobs import SetResults
 from evolution.problem import Evaluation
 from evolution.records import results_document
-from evolution.rundir import LoadedRun, make_directory, read_json, write_json
+from evolution.rundir import LoadedRun
 from evolution.settings import Experiment
 from evolution.study.driven import results_in
 from gym_mapbench.errors import RunError

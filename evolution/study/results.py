@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from evolution.records import Row
-from evolution.rundir import BEST_RESULTS, CONFIG, GENERATIONS, TIMING, RunDir, read_csv, read_json, read_json_lines
+from evolution.files import Row, read_csv, read_json, read_json_lines
+from evolution.rundir import BEST_RESULTS, CONFIG, GENERATIONS, TIMING, RunDir
 from evolution.settings import Experiment
 from evolution.study.directory import StudyDir
 from evolution.study.engine import NAV2, Engine

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from evolution.files import Row, csv_of, make_directory, write_text
 from evolution.jobs import RunResult
-from evolution.records import Row
-from evolution.rundir import csv_of, make_directory, write_text
 from evolution.statistics import TestResult, cliffs_delta
 from evolution.study.comparisons import Comparison, compare
 from evolution.study.results import StudyResults, StudyRun

@@ -9,8 +9,9 @@ from statistics import fmean
 from typing import Any
 
 from controllers.nav2_params.presets import overlay
+from evolution.files import read_json
 from evolution.fitness import Fitness, calibrate_scale
-from evolution.rundir import BEST_RESULTS, CHECKPOINT, load_run, read_json
+from evolution.rundir import BEST_RESULTS, CHECKPOINT, load_run
 from evolution.settings import Experiment
 from evolution.study.best_set import MAX_MAPS
 from evolution.study.directory import StudyDir

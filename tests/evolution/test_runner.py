@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from evolution.evaluator import Evaluator
+from evolution.files import write_text
 from evolution.jobs import ControllerSpec, RunResult
-from evolution.rundir import CHECKPOINT, CONFIG, STORE, TIMING, RunDir, load_run, write_text
+from evolution.rundir import CHECKPOINT, CONFIG, STORE, TIMING, RunDir, load_run
 from evolution.runner import evolve
 from evolution.settings import EvolveSettings, Experiment
 from evolution.store import ResultStore
