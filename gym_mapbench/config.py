@@ -12,13 +12,12 @@ from pydantic import Field, field_validator, model_validator
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import ShapeSettings, default_task
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, RewardSettings
 from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.noise import NoiseSettings, make_noise
-from gym_mapbench.observation import OBSERVATION_KEYS, CostmapWindow, PathWindow
 from gym_mapbench.robot import RobotSpec, make_robot
 from gym_mapbench.scenario import MapSet, Pose, Scenario
 from gym_mapbench.settings import Settings, read_yaml
-from gym_mapbench.task import RewardSettings
 
 ROW_CHARACTERS = frozenset("#.? ")
 MAX_TICK_TRAVEL = 0.05

@@ -8,55 +8,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
-from pydantic import Field
 
+from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import NO_INFORMATION, Costmap, CostmapParams, InflationLayer, build_static_costmap
+from gym_mapbench.groups import PathWindow
 from gym_mapbench.kernels.path import see_path
 from gym_mapbench.lidar import Lidar
 from gym_mapbench.noise import disturb_pose, disturb_ranges, disturb_velocity
 from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose, Scenario, wrap_angle
-from gym_mapbench.settings import Settings
 
-if TYPE_CHECKING:
-    from gym_mapbench.config import EnvConfig
-
-OBSERVATION_KEYS = ("pose", "velocity", "goal", "scan", "path", "costmap")
 FAR = 1e8
 """Bound of every coordinate, m; beyond what maps in UTM coordinates hold. The spaces must be finite."""
 FAST = 1e3
 """Bound of every speed, m/s and rad/s."""
-
-
-class PathWindow(Settings):
-    """The next points of the global path, which NavFn plans at reset.
-
-    Args:
-        points: How many points.
-        spacing: Distance between two of them along the path, m.
-    """
-
-    points: Annotated[int, Field(ge=1, le=10_000)] = 20
-    spacing: Annotated[float, Field(gt=0)] = 0.1
-
-
-class CostmapWindow(Settings):
-    """The costmap around the robot, aligned with the map; also what the global path is planned on.
-
-    Args:
-        cells: Rows and columns of the window; 60 are Nav2's 3 m at 0.05 m a cell.
-        inflation_radius: Of Nav2's inflation layer, m.
-        cost_scaling_factor: Of Nav2's inflation layer, 1/m.
-    """
-
-    cells: Annotated[int, Field(ge=1, le=4000)] = 60
-    inflation_radius: Annotated[float, Field(ge=0)] = 0.55
-    cost_scaling_factor: Annotated[float, Field(ge=0)] = 3.0
 
 
 def observation_space(config: EnvConfig) -> spaces.Dict:

@@ -4,41 +4,21 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
+from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.groups import RewardSettings
 from gym_mapbench.kernels.distance import geodesic_distance, squared_distance
 from gym_mapbench.kernels.field import fill_unreached, interpolate
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, Scenario, wrap_angle
-from gym_mapbench.settings import Settings
-
-if TYPE_CHECKING:
-    from gym_mapbench.config import EnvConfig
 
 StepOutcome = Literal["running", "goal", "collision", "timeout"]
 REWARD_TERMS = ("progress", "time", "collision", "goal")
-Weight = Annotated[float, Field(ge=-1e6, le=1e6)]
-
-
-class RewardSettings(Settings):
-    """Weights of the reward's terms.
-
-    Args:
-        progress: Per metre that the geodesic distance to the goal shrinks; 0 saves computing it.
-        time: Taken off per simulated second.
-        collision: Taken off whenever a contact begins.
-        goal: Given once, on reaching the goal.
-    """
-
-    progress: Weight = 1.0
-    time: Weight = 0.05
-    collision: Weight = 10.0
-    goal: Weight = 10.0
 
 
 def reward_terms(

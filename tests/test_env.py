@@ -21,7 +21,7 @@ from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.errors import ConfigError, NoPathError
 from gym_mapbench.generator import ShapeSettings, sample_map
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.observation import OBSERVATION_KEYS
+from gym_mapbench.groups import OBSERVATION_KEYS
 from gym_mapbench.scenario import MapSet, Pose, Scenario
 from tests.worlds import ROOM, ROOM_GOAL, ROOM_OPTIONS, ROOM_START
 

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.groups import RewardSettings
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, Scenario
-from gym_mapbench.task import DistanceToGoal, GoalCheck, RewardSettings, Task, decide_outcome, open_cells, reward_terms
+from gym_mapbench.task import DistanceToGoal, GoalCheck, Task, decide_outcome, open_cells, reward_terms
 from tests.worlds import ROOM, ROOM_GOAL, ROOM_START
 
 SMALL = RobotSpec(radius=0.05)

@@ -16,7 +16,7 @@ from gym_mapbench.config import EnvConfig
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.observation import OBSERVATION_KEYS
+from gym_mapbench.groups import OBSERVATION_KEYS
 from gym_mapbench.scenario import Pose, Scenario
 
 NAMES = controller_names()

@@ -1,0 +1,54 @@
+"""Groups of options of the env: what is observed, and what is rewarded."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from gym_mapbench.settings import Settings
+
+OBSERVATION_KEYS = ("pose", "velocity", "goal", "scan", "path", "costmap")
+Weight = Annotated[float, Field(ge=-1e6, le=1e6)]
+
+
+class PathWindow(Settings):
+    """The next points of the global path, which NavFn plans at reset.
+
+    Args:
+        points: How many points.
+        spacing: Distance between two of them along the path, m.
+    """
+
+    points: Annotated[int, Field(ge=1, le=10_000)] = 20
+    spacing: Annotated[float, Field(gt=0)] = 0.1
+
+
+class CostmapWindow(Settings):
+    """The costmap around the robot, aligned with the map; also what the global path is planned on.
+
+    Args:
+        cells: Rows and columns of the window; 60 are Nav2's 3 m at 0.05 m a cell.
+        inflation_radius: Of Nav2's inflation layer, m.
+        cost_scaling_factor: Of Nav2's inflation layer, 1/m.
+    """
+
+    cells: Annotated[int, Field(ge=1, le=4000)] = 60
+    inflation_radius: Annotated[float, Field(ge=0)] = 0.55
+    cost_scaling_factor: Annotated[float, Field(ge=0)] = 3.0
+
+
+class RewardSettings(Settings):
+    """Weights of the reward's terms.
+
+    Args:
+        progress: Per metre that the geodesic distance to the goal shrinks; 0 saves computing it.
+        time: Taken off per simulated second.
+        collision: Taken off whenever a contact begins.
+        goal: Given once, on reaching the goal.
+    """
+
+    progress: Weight = 1.0
+    time: Weight = 0.05
+    collision: Weight = 10.0
+    goal: Weight = 10.0
