@@ -7,6 +7,8 @@ import io
 import json
 import os
 import re
+import zipfile
+import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,18 +22,35 @@ Row = dict[str, Any]
 """A line of a table, by column."""
 
 
+class WriteError(RunError):
+    """A file or directory that cannot be written: a disk that is full or closed to us."""
+
+
 def write_bytes(path: Path, content: bytes) -> None:
     """Write a file in one step: it is either as before or complete.
 
     Raises:
-        RunError: If it cannot be written.
+        WriteError: If it cannot be written.
     """
     partial = path.with_name(f".{path.name}.partial")
     try:
         partial.write_bytes(content)
         os.replace(partial, path)
     except OSError as error:
-        raise RunError(f"{path}: cannot be written ({error.strerror})") from None
+        raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def append_line(path: Path, text: str) -> None:
+    """Add a line to a text file.
+
+    Raises:
+        WriteError: If it cannot be written.
+    """
+    try:
+        with path.open("a", encoding="utf-8") as file:
+            file.write(text + "\n")
+    except OSError as error:
+        raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
 
 
 def write_text(path: Path, text: str) -> None:
@@ -51,9 +70,9 @@ def read_json(path: Path) -> dict[str, Any]:
         RunError: If it is missing or something else.
     """
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise RunError(f"{path}: cannot be read ({' '.join(str(error).split())[:120]})") from None
+        document = json.loads(_read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise _unreadable(path, error) from None
     if not isinstance(document, dict):
         raise RunError(f"{path}: expected a JSON object, got {type(document).__name__}")
     return document
@@ -82,7 +101,7 @@ def read_csv(path: Path) -> list[Row]:
         with path.open(encoding="utf-8", newline="") as file:
             return [{name: _parse(name, text) for name, text in row.items()} for row in csv.DictReader(file)]
     except (OSError, ValueError, TypeError, csv.Error) as error:
-        raise RunError(f"{path}: cannot be read ({' '.join(str(error).split())[:120]})") from None
+        raise _unreadable(path, error) from None
 
 
 def npz_of(maps: Mapping[str, GridMap]) -> bytes:
@@ -90,6 +109,23 @@ def npz_of(maps: Mapping[str, GridMap]) -> bytes:
     content = io.BytesIO()
     np.savez_compressed(content, allow_pickle=False, **{digest: grid.occupancy for digest, grid in maps.items()})
     return content.getvalue()
+
+
+def read_npz(path: Path, resolution: float) -> dict[str, GridMap]:
+    """Read what :func:`npz_of` returned.
+
+    Args:
+        path: The file.
+        resolution: Side of a cell, m.
+
+    Raises:
+        RunError: If it is missing or holds something else.
+    """
+    try:
+        with np.load(path) as arrays:
+            return {digest: GridMap(arrays[digest], resolution) for digest in arrays.files}
+    except (OSError, ValueError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
+        raise _unreadable(path, error) from None
 
 
 def _parse(column: str, text: str) -> Any:
@@ -101,9 +137,13 @@ def _parse(column: str, text: str) -> Any:
 
 
 def read_json_lines(path: Path) -> list[Row]:
-    """Read a JSON lines file up to a line that was not written to its end; nothing if there is no file."""
+    """Read a JSON lines file up to a line that was not written to its end; nothing if there is no file.
+
+    Raises:
+        RunError: If it is not a text file.
+    """
     rows: list[Row] = []
-    for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else []:
+    for line in _read_text(path).splitlines() if path.is_file() else []:
         try:
             rows.append(json.loads(line))
         except ValueError:
@@ -111,16 +151,27 @@ def read_json_lines(path: Path) -> list[Row]:
     return rows
 
 
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from None
+
+
+def _unreadable(path: Path, error: Exception) -> RunError:
+    return RunError(f"{path}: cannot be read ({' '.join(str(error).split())[:120]})")
+
+
 def make_directory(path: Path) -> None:
     """Make a directory and those above it.
 
     Raises:
-        RunError: If it cannot be made.
+        WriteError: If it cannot be made.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RunError(f"{path}: cannot be made ({error.strerror})") from None
+        raise WriteError(f"{path}: cannot be made ({error.strerror})") from None
 
 
 def refuse_used(path: Path, mark: str, what: str) -> None:

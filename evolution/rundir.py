@@ -8,16 +8,28 @@ same, byte by byte, whenever the same experiment is run.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from evolution.documents import (
+    Checkpoint,
+    Document,
+    GenerationRow,
+    IndividualRow,
+    RunConfig,
+    RunRow,
+    TimingRow,
+    check,
+    check_driven,
+    check_results,
+    check_rows,
+)
 from evolution.files import (
     Row,
+    append_line,
     csv_of,
     differences,
     make_directory,
@@ -25,6 +37,7 @@ from evolution.files import (
     read_csv,
     read_json,
     read_json_lines,
+    read_npz,
     refuse_used,
     write_bytes,
     write_json,
@@ -34,7 +47,7 @@ from evolution.header import header, read_header, refuse_version
 from evolution.problem import Evaluation
 from evolution.records import Record, named, results_document
 from evolution.settings import Experiment
-from gym_mapbench.errors import ConfigError, MapFormatError, RunError
+from gym_mapbench.errors import ConfigError, MapBenchError, RunError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.bundle import BEST_MAP_SET, bundle_document, read_bundle
 from gym_mapbench.mapio.tasked_map import group_scenarios
@@ -96,12 +109,14 @@ class RunDir:
         """Open the directory of a run, finished or not.
 
         Raises:
-            RunError: If it is not a run directory, or of another format.
+            RunError: If it is not a run directory, of another format, or damaged.
         """
         path = Path(path)
         if not (path / CONFIG).is_file():
             raise RunError(f"{path}: not a run directory (no {CONFIG})")
-        return cls(path, read_header(path / CONFIG, FORMAT, FORMAT_VERSION))
+        config = read_header(path / CONFIG, FORMAT, FORMAT_VERSION)
+        check(RunConfig, config, path / CONFIG)
+        return cls(path, config)
 
     @property
     def store_path(self) -> Path:
@@ -111,7 +126,91 @@ class RunDir:
     @property
     def checkpoint(self) -> Mapping[str, Any] | None:
         """What ``checkpoint.json`` says, None before the end of the first generation."""
-        return read_json(self.path / CHECKPOINT) if (self.path / CHECKPOINT).is_file() else None
+        path = self.path / CHECKPOINT
+        if not path.is_file():
+            return None
+        checkpoint = read_json(path)
+        check(Checkpoint, checkpoint, path)
+        return checkpoint
+
+    @property
+    def finished(self) -> bool:
+        """Whether the search came to its end."""
+        return bool((self.checkpoint or {}).get("finished"))
+
+    @property
+    def generation(self) -> int:
+        """Number of the last generation that is complete."""
+        return int((self.checkpoint or {"generation": 0})["generation"])
+
+    @property
+    def controllers(self) -> tuple[str, ...]:
+        """Names of the compared controllers, in order."""
+        return controllers_in(self.config)
+
+    def read_generations(self) -> list[Row]:
+        """Read ``generations.csv``; raises ``RunError`` if it is missing, damaged, or ends before the checkpoint."""
+        return self._read_table(GENERATIONS, GenerationRow)
+
+    def read_individuals(self) -> list[Row]:
+        """Read ``individuals.csv``; raises ``RunError`` if it is missing, damaged, or ends before the checkpoint."""
+        return self._read_table(INDIVIDUALS, IndividualRow)
+
+    def read_runs(self, individuals: Sequence[Row]) -> list[Row]:
+        """Read ``runs.csv``.
+
+        Args:
+            individuals: ``individuals.csv``: whose maps must have been driven, up to the checkpoint.
+
+        Raises:
+            RunError: If it is missing or damaged, or a run is not there.
+        """
+        rows, search = read_csv(self.path / RUNS), self.config["search"]
+        check_rows(RunRow, rows, self.path / RUNS)
+        maps = [f"map_{number}" for number in range(1, search["maps_per_set"] + 1)]
+        wanted = [row[name] for row in individuals if row["generation"] <= self.generation for name in maps]
+        check_driven(rows, wanted, self.controllers, search["repeats"], self.path / RUNS)
+        return rows
+
+    def read_best_results(self) -> Mapping[str, Any]:
+        """Read ``best_results.json``; raises ``RunError`` if it is missing or damaged."""
+        path, search = self.path / BEST_RESULTS, self.config["search"]
+        results = read_json(path)
+        check_results(results, path, self.controllers, search["maps_per_set"], search["repeats"])
+        return results
+
+    def read_best(self, digest: str) -> MapSet:
+        """Read ``best_map_set.json``.
+
+        Args:
+            digest: Of the map set that ``best_results.json`` tells of.
+
+        Raises:
+            RunError: If it is missing, damaged, or holds another map set.
+        """
+        path = self.path / BEST_MAP_SET
+        try:
+            best = MapSet(tuple(scenario for tasked in read_bundle(path) for scenario in tasked.scenarios()))
+        except MapBenchError as error:
+            raise RunError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
+        if best.digest != digest:
+            raise RunError(f"{path}: expected the map set of {BEST_RESULTS} ({digest}), got {best.digest}")
+        return best
+
+    def read_timing(self) -> list[Row]:
+        """Read ``timing.jsonl``, if there is one, without a torn last line; raises ``RunError`` if it is damaged."""
+        rows = read_json_lines(self.path / TIMING)
+        check_rows(TimingRow, rows, self.path / TIMING)
+        return rows
+
+    def _read_table(self, name: str, model: type[Document]) -> list[Row]:
+        """Read a table that grows with every generation."""
+        rows = read_csv(self.path / name)
+        check_rows(model, rows, self.path / name)
+        last = rows[-1]["generation"] if rows else 0
+        if last < self.generation:
+            raise RunError(f"{self.path / name}: expected {self.generation} generations, got {last}")
+        return rows
 
     def check_experiment(self, experiment: Experiment) -> None:
         """Refuse to go on with anything but the experiment this directory was made for.
@@ -144,8 +243,7 @@ class RunDir:
 
     def append_timing(self, row: Mapping[str, Any]) -> None:
         """Add a line to ``timing.jsonl``."""
-        with (self.path / TIMING).open("a", encoding="utf-8") as file:
-            file.write(json.dumps(row) + "\n")
+        append_line(self.path / TIMING, json.dumps(row))
 
 
 @dataclass(frozen=True)
@@ -182,17 +280,27 @@ class LoadedRun:
     @property
     def controllers(self) -> tuple[str, ...]:
         """Names of the compared controllers, in order."""
-        return tuple(spec["name"] for spec in self.config["controllers"])
+        return controllers_in(self.config)
 
     @cached_property
     def maps(self) -> Mapping[str, GridMap]:
-        """All maps that were driven, by digest; read when first asked for."""
+        """All maps that were driven, by digest; read when first asked for.
+
+        Raises:
+            RunError: If a file is damaged, or a map is missing.
+        """
         resolution = float(self.config["search"]["shapes"]["resolution"])
         found: dict[str, GridMap] = {}
         for path in sorted((self.path / MAPS).glob("*.npz")):
-            with np.load(path) as arrays:
-                found.update((digest, GridMap(arrays[digest], resolution)) for digest in arrays.files)
+            found |= read_npz(path, resolution)
+        if missing := {row["map"] for row in self.runs} - set(found):
+            raise RunError(f"{self.path / MAPS}: {len(missing)} of the driven maps are missing")
         return found
+
+
+def controllers_in(config: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the compared controllers in a ``config.json``, in order."""
+    return tuple(spec["name"] for spec in config["controllers"])
 
 
 def load_run(path: str | Path) -> LoadedRun:
@@ -205,18 +313,16 @@ def load_run(path: str | Path) -> LoadedRun:
     checkpoint = rundir.checkpoint
     if checkpoint is None:
         raise RunError(f"{path}: no generation was finished; continue it with --resume")
-    try:
-        scenarios = [scenario for tasked in read_bundle(rundir.path / BEST_MAP_SET) for scenario in tasked.scenarios()]
-    except MapFormatError as error:
-        raise RunError(str(error)) from None
+    individuals = rundir.read_individuals()
+    best_results = rundir.read_best_results()
     return LoadedRun(
         rundir.path,
         rundir.config,
         checkpoint,
-        read_csv(rundir.path / GENERATIONS),
-        read_csv(rundir.path / INDIVIDUALS),
-        read_csv(rundir.path / RUNS),
-        MapSet(tuple(scenarios)),
-        read_json(rundir.path / BEST_RESULTS),
-        read_json_lines(rundir.path / TIMING),
+        rundir.read_generations(),
+        individuals,
+        rundir.read_runs(individuals),
+        rundir.read_best(best_results["map_set"]),
+        best_results,
+        rundir.read_timing(),
     )
