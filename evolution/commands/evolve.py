@@ -11,7 +11,7 @@ from rich.table import Table
 from controllers.nav2_params.presets import overlay
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console
-from evolution.driving import build_controller, run_job
+from evolution.driving import run_job
 from evolution.evaluator import Evaluator
 from evolution.experiments import experiment_of, load_preset, preset_names, read_document
 from evolution.figures import write_run_figures
@@ -19,6 +19,7 @@ from evolution.rundir import LoadedRun, RunDir, load_run
 from evolution.runner import evolve
 from evolution.settings import Experiment
 from evolution.store import ResultStore
+from evolution.study.engine import check_controllers
 from evolution.warmup import warm_up
 from gym_mapbench.errors import ConfigError
 
@@ -94,9 +95,9 @@ def _experiment(args: argparse.Namespace) -> Experiment:
         document["controllers"] = [spec.model_dump() for spec in options.controllers_of(args.controllers)]
     experiment = experiment_of(document)
     settings = options.drive_settings(args, experiment.run)  # type: ignore[arg-type]
-    for spec in experiment.controllers:
-        build_controller(spec, settings)
-    return Experiment(experiment.search, experiment.controllers, settings)
+    experiment = Experiment(experiment.search, experiment.controllers, settings)
+    check_controllers(experiment)
+    return experiment
 
 
 def _print_summary(loaded: LoadedRun) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from evolution.driving import drive, run_job
+from evolution.driving import build_controller, drive, run_job
 from evolution.evaluator import RunJob
 from evolution.experiments import experiment_of
 from evolution.jobs import Job, RunResult
@@ -15,6 +15,16 @@ from evolution.settings import Experiment
 from evolution.study.path_length import PLANNER, plan_job
 from evolution.warmup import warm_up
 from gym_mapbench.episode import Episode
+
+
+def check_controllers(experiment: Experiment) -> None:
+    """Make every controller once, so that a wrong name, parameter or model is said before anything is driven.
+
+    Raises:
+        ConfigError: Naming the first that cannot be made.
+    """
+    for spec in experiment.controllers:
+        build_controller(spec, experiment.run)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -27,6 +37,7 @@ class Engine:
         plan_job: Answers a job of the global planner there.
         drive: Drives a job in this process and records everything.
         warm_up: Called once in every new worker.
+        check_experiment: Refuses an experiment whose runs could only fail.
     """
 
     read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of
@@ -34,6 +45,7 @@ class Engine:
     plan_job: RunJob = plan_job
     drive: Callable[[Job], Episode] = drive
     warm_up: Callable[[], object] | None = warm_up
+    check_experiment: Callable[[Experiment], object] = check_controllers
 
     @property
     def answer_job(self) -> RunJob:

@@ -10,7 +10,7 @@ from evolution.jobs import ControllerSpec, Job, RunResult
 from evolution.settings import Experiment
 from evolution.study import Engine, StudySettings
 from gym_mapbench.episode import Episode, Event
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings
 from tests.evolution.fake_runs import CONTROLLERS, SMALL
 
@@ -84,7 +84,15 @@ def drive(job: Job) -> Episode:
     )
 
 
-ENGINE = Engine(read_experiment, run_job, plan_job, drive, warm_up=None)
+def check_experiment(experiment: Experiment) -> None:
+    """There are three controllers."""
+    known = {spec.name for spec in CONTROLLERS}
+    for spec in experiment.controllers:
+        if spec.registered_name not in known:
+            raise unknown_name("controller", spec.registered_name, known)
+
+
+ENGINE = Engine(read_experiment, run_job, plan_job, drive, warm_up=None, check_experiment=check_experiment)
 
 
 def small_study(**changes) -> StudySettings:
