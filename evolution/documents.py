@@ -152,7 +152,7 @@ class TimingRow(Document):
 class Taken(Document):
     """An entry of ``resolved.json``: what a configuration took from earlier ones, and from which seeds."""
 
-    search: dict[str, Any]
+    search: dict[str, FiniteFloat]
     seeds: list[int]
 
 

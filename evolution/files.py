@@ -122,7 +122,7 @@ def read_npz(path: Path, resolution: float) -> dict[str, GridMap]:
         RunError: If it is missing or holds something else.
     """
     try:
-        with np.load(path) as arrays:
+        with np.load(io.BytesIO(path.read_bytes())) as arrays:
             return {digest: GridMap(arrays[digest], resolution) for digest in arrays.files}
     except (OSError, ValueError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
         raise _unreadable(path, error) from None

@@ -148,6 +148,16 @@ class RunDir:
         """Names of the compared controllers, in order."""
         return controllers_in(self.config)
 
+    def check_files(self) -> None:
+        """Refuse a run of which a file is missing that only some readers look into.
+
+        Raises:
+            RunError: Naming the first.
+        """
+        for name in (INDIVIDUALS, RUNS, BEST_MAP_SET):
+            if not (self.path / name).is_file():
+                raise RunError(f"{self.path / name}: is missing")
+
     def read_generations(self) -> list[Row]:
         """Read ``generations.csv``; raises ``RunError`` if it is missing, damaged, or ends before the checkpoint."""
         return self._read_table(GENERATIONS, GenerationRow)

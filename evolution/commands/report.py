@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from evolution.commands import options
-from evolution.commands.progress import console
+from evolution.commands.progress import console, note
 from evolution.rundir import LoadedRun, load_run
 from evolution.study.directory import is_study
 from gym_mapbench.errors import ConfigError, RunError
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError(f"--{given[0]}: expected only with --gif or --mp4")
     from evolution.report.writing import write_report
 
-    page = write_report(args.path, args.out)
+    page = write_report(args.path, args.out, on_step=note)
     console.print(f"wrote {page} ({page.stat().st_size / 1e6:.1f} MB); open it in any browser", highlight=False)
     return 0
 
@@ -79,7 +79,7 @@ def _run_of(path: Path, configuration: str | None) -> LoadedRun:
         if configuration is not None:
             raise ConfigError(f"--configuration: expected only with a study, got {path}")
         return load_run(path)
-    from evolution.study.results import load_results
+    from evolution.study.loading import load_results
 
     results = load_results(path)
     if configuration is not None:

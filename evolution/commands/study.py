@@ -10,7 +10,7 @@ from rich.progress import TaskProgressColumn, TextColumn
 from rich.table import Table
 
 from evolution.commands import options
-from evolution.commands.progress import Bar, console, errors
+from evolution.commands.progress import Bar, console, errors, note
 from evolution.report.writing import write_report
 from evolution.study.comparisons import compare
 from evolution.study.directory import StudyDir, is_study
@@ -19,7 +19,7 @@ from evolution.study.runner import StudyProgress, run_study
 from evolution.study.settings import StudySettings, load_study, study_names
 from evolution.study.tables import summary_rows
 from evolution.study.verdict import verdict_of
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, RunError
 
 EXAMPLES = """  mapbench study quick                             a few minutes, every method once
   mapbench study thesis --out runs/thesis          chapter 5, and beyond
@@ -60,9 +60,11 @@ def run(args: argparse.Namespace) -> int:
             workers=options.workers_of(args),
             on_progress=bar.show,
         )
-    page = write_report(directory)
+    page = write_report(directory, results=results, on_step=note)
     _print(results)
     console.print(f"Look at {page}, and at {directory / 'tables'} and {directory / 'figures'}.", highlight=False)
+    if results.failed:
+        raise RunError(f"{results.failed} runs could not be made (see missing, above); --resume tries them again")
     return 0
 
 

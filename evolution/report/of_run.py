@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import yaml
 
+from evolution.documents import written_elsewhere
 from evolution.experiments import SECTIONS
 from evolution.figures import FIGURES, DrivenMap
 from evolution.report.page import Attachment, Report, Table, picture
 from evolution.report.replays import ReplayedMap
 from evolution.rundir import LoadedRun
+from evolution.study.driven import errors_in, results_in
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
 
 CAPTIONS = {
@@ -45,7 +47,7 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap]) -> Report:
         tables=[_times_table(run), _generations_table(run)],
         figures=figures_of(run),
         downloads=_downloads(run),
-        missing=[*([] if run.finished else [_unfinished(run)]), *changed_replays(run, driven)],
+        missing=[*written_elsewhere(run.config), *_unfinished(run), *_errors(run), *changed_replays(run, driven)],
     )
 
 
@@ -140,6 +142,12 @@ def _download(run: LoadedRun, name: str, media_type: str) -> Attachment:
     return Attachment(name, media_type, (run.path / name).read_bytes())
 
 
-def _unfinished(run: LoadedRun) -> str:
-    done, wanted = run.checkpoint["evaluations"], run.config["search"]["evaluations"]
-    return f"The search stopped after {done} of {wanted} evaluations; mapbench evolve --resume {run.path} finishes it."
+def _unfinished(run: LoadedRun) -> list[str]:
+    if run.finished:
+        return []
+    stopped = f"The search stopped after {run.checkpoint['evaluations']} of {run.config['search']['evaluations']}"
+    return [f"{stopped} evaluations; mapbench evolve --resume {run.path} finishes it."]
+
+
+def _errors(run: LoadedRun) -> list[str]:
+    return errors_in(results_in(run.best_results, run.controllers), run.controllers, "in the search")

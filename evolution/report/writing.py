@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from evolution.figures import drive_best, write_run_figures
@@ -13,20 +14,30 @@ from evolution.rundir import CONFIG, load_run
 from evolution.study.directory import STUDY, is_study
 from evolution.study.engine import NAV2, Engine
 from evolution.study.figures import drive_best_sets, write_study_figures
-from evolution.study.results import load_results
+from evolution.study.loading import load_results
+from evolution.study.results import StudyResults
 from evolution.study.tables import write_tables
 from gym_mapbench.errors import ConfigError, RunError
 
 REPORT = "report.html"
 
 
-def write_report(path: str | Path, out: str | Path | None = None, engine: Engine = NAV2) -> Path:
+def write_report(
+    path: str | Path,
+    out: str | Path | None = None,
+    engine: Engine = NAV2,
+    *,
+    results: StudyResults | None = None,
+    on_step: Callable[[str], object] = lambda _: None,
+) -> Path:
     """Write the report of a run or a study as one HTML file that needs no network.
 
     Args:
         path: Directory of a run or of a study, finished or not.
         out: The file; ``report.html`` in the directory if None, which is written anew every time.
         engine: How the best maps are driven again.
+        results: Of a study: its results, if they are there already.
+        on_step: Called with a line about what takes long, before it begins.
 
     Returns:
         The file.
@@ -44,21 +55,22 @@ def write_report(path: str | Path, out: str | Path | None = None, engine: Engine
         raise ConfigError(f"{target}: exists already; nothing is overwritten")
     if not target.parent.is_dir():
         raise ConfigError(f"{target}: there is no directory {target.parent}")
-    write_text(target, render_page(_report(path, engine)))
+    write_text(target, render_page(_report(path, engine, results, on_step)))
     return target
 
 
-def _report(path: Path, engine: Engine) -> Report:
+def _report(path: Path, engine: Engine, results: StudyResults | None, on_step: Callable[[str], object]) -> Report:
     if is_study(path):
-        return _study_report(path, engine)
+        return _study_report(results or load_results(path, engine), engine, on_step)
     run = load_run(path)
+    on_step("driving the best map set again for the replays")
     driven = drive_best(run, engine.read_experiment, engine.drive)
     write_run_figures(run, driven)
     return report_of_run(run, driven)
 
 
-def _study_report(path: Path, engine: Engine) -> Report:
-    results = load_results(path, engine)
+def _study_report(results: StudyResults, engine: Engine, on_step: Callable[[str], object]) -> Report:
     write_tables(results)
+    on_step(f"driving the best map set of {len(results.by_configuration)} configurations again for the replays")
     best_sets = drive_best_sets(results, engine)
     return report_of_study(results, best_sets, write_study_figures(results, best_sets))

@@ -12,7 +12,8 @@
 from __future__ import annotations
 
 from evolution.study.engine import Engine
-from evolution.study.results import StudyResults, StudyRun, load_results
+from evolution.study.loading import load_results
+from evolution.study.results import StudyResults, StudyRun
 from evolution.study.runner import StudyProgress, run_study
 from evolution.study.settings import Configuration, ReevaluationSettings, StudySettings, load_study, study_names
 

@@ -18,9 +18,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from evolution.documents import Taken, check
 from evolution.files import differences, make_directory, read_json, refuse_used, write_json
 from evolution.header import header, read_header, refuse_version
-from evolution.rundir import STORE
+from evolution.rundir import CONFIG, STORE, RunDir
 from evolution.study.settings import StudySettings
 from gym_mapbench.errors import ConfigError, RunError
 
@@ -80,9 +81,10 @@ class StudyDir:
 
         Raises:
             ConfigError: If an option differs, naming it.
-            RunError: If another version of this package wrote the directory.
+            RunError: If another version of this package wrote the directory, or ``resolved.json`` is damaged.
         """
         refuse_version(self.config, self.path)
+        self.read_resolved()
         for name, was, now in differences(_by_name(self.settings), _by_name(settings)):
             raise ConfigError(f"{self.path}: {name} was {was!r} when the study began, got {now!r}")
 
@@ -103,14 +105,35 @@ class StudyDir:
         """File with the re-evaluation of one run."""
         return self.path / "reevaluation" / configuration / f"seed-{seed:04d}.json"
 
-    @property
-    def resolved(self) -> dict[str, Any]:
-        """By configuration, what it took from earlier ones."""
-        return read_json(self.path / RESOLVED) if (self.path / RESOLVED).is_file() else {}
+    def is_finished(self, configuration: str, seed: int) -> bool:
+        """Whether a run came to its end.
+
+        Raises:
+            RunError: If its directory is damaged.
+        """
+        path = self.run_path(configuration, seed)
+        return (path / CONFIG).is_file() and RunDir.open(path).finished
+
+    def read_resolved(self) -> dict[str, Any]:
+        """Read by configuration what it took from earlier ones, and from which seeds.
+
+        Raises:
+            RunError: If the file is damaged.
+        """
+        path = self.path / RESOLVED
+        if not path.is_file():
+            return {}
+        try:
+            entries = read_json(path)
+            for name, entry in entries.items():
+                check(Taken, entry, f"{path}: {name}")
+        except RunError as error:
+            raise RunError(f"{error}; delete it: --resume takes it from the earlier runs again") from None
+        return entries
 
     def write_resolved(self, configuration: str, resolved: Mapping[str, Any]) -> None:
         """Keep what a configuration took from earlier ones."""
-        write_json(self.path / RESOLVED, {**self.resolved, configuration: dict(resolved)})
+        write_json(self.path / RESOLVED, {**self.read_resolved(), configuration: dict(resolved)})
 
 
 def _by_name(settings: StudySettings) -> dict[str, Any]:

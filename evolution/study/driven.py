@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from evolution.jobs import RunResult
@@ -30,11 +30,30 @@ def driven_maps(run: LoadedRun, until: int | None = None) -> dict[str, MapResult
 
 
 def results_in(document: Mapping[str, Any], controllers: tuple[str, ...]) -> tuple[MapResults, ...]:
-    """Return the results in what :func:`evolution.records.results_document` made, map by map."""
+    """Return the results in what :func:`evolution.records.results_document` made and was checked, map by map."""
     return tuple(
         tuple(tuple(RunResult(**one) for one in entry["runs"][name]) for name in controllers)
         for entry in document["maps"]
     )
+
+
+def errors_in(results: Sequence[MapResults], controllers: Sequence[str], when: str) -> list[str]:
+    """Say how many runs on a map set could not be driven to an end, and why the first of them; one line, or none.
+
+    Args:
+        results: Of its maps.
+        controllers: Names of those that drove, in order.
+        when: When it was driven, in words.
+    """
+    runs = [(name, one) for of_map in results for name, some in zip(controllers, of_map, strict=True) for one in some]
+    failed = [(name, one) for name, one in runs if one.outcome == "error"]
+    if not failed:
+        return []
+    name, first = failed[0]
+    return [
+        f"{len(failed)} of {len(runs)} runs on the best set {when} ended in an error, the first of {name}: "
+        f"{first.reason or 'no reason given'}"
+    ]
 
 
 def _result(row: Mapping[str, Any]) -> RunResult:

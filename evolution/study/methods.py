@@ -54,14 +54,14 @@ def run_task(task: Task, directory: StudyDir, evaluator: Evaluator, on_generatio
 def search(path: Path, experiment: Experiment, evaluator: Evaluator, on_generation: OnGeneration, **hooks: Any) -> None:
     """Begin or continue a search in its run directory; ``hooks`` as those of :func:`evolution.runner.evolve`."""
     rundir = opened(path, experiment)
-    if not finished(rundir):
+    if not rundir.finished:
         evolve(experiment, evaluator, rundir, on_generation=on_generation, **hooks)
 
 
 def choose_best_triple(task: Task, directory: StudyDir) -> None:
     """Record the exact best set of the maps another run had driven by each of its generations."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
-    if finished(rundir):
+    if rundir.finished:
         return
     parent = load_run(directory.run_path(str(task.configuration.of), task.seed))
     search, results = task.experiment.search, driven_maps(parent)
@@ -78,7 +78,7 @@ def choose_best_triple(task: Task, directory: StudyDir) -> None:
 def search_by_path_length(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
     """Search for long paths, then drive the best set with all controllers, once."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
-    if finished(rundir):
+    if rundir.finished:
         return
     path, without = directory.search_path(task.configuration.name, task.seed), planned(task.experiment)
     time_limit = task.experiment.run.time_limit
@@ -102,11 +102,6 @@ def opened(path: Path, experiment: Experiment) -> RunDir:
     rundir = RunDir.open(path)
     rundir.check_experiment(experiment)
     return rundir
-
-
-def finished(rundir: RunDir) -> bool:
-    """Whether a run came to its end."""
-    return bool((rundir.checkpoint or {}).get("finished"))
 
 
 def record_sets(

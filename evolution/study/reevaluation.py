@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from evolution.documents import check_results
 from evolution.evaluator import Evaluator, OnRun
 from evolution.files import make_directory, read_json, write_json
 from evolution.fitness import Fitness, FitnessBreakdown
@@ -96,24 +97,23 @@ def write_reevaluation(path: Path, document: Mapping[str, Any]) -> None:
     write_json(path, document)
 
 
-def read_reevaluation(path: Path, seen: Mapping[str, Any], experiment: Experiment) -> Reevaluation:
+def read_reevaluation(path: Path, seen: Mapping[str, Any], experiment: Experiment, seeds: int) -> Reevaluation:
     """Read a re-evaluation and judge it as the search would have.
 
     Args:
         path: Its file.
         seen: ``best_results.json`` of the run.
         experiment: What the search was run with.
+        seeds: Runs of every controller on every map.
 
     Raises:
-        RunError: If the file is damaged, or of another map set.
+        RunError: If the file is missing or damaged, or of another map set.
     """
-    document = read_json(path)
-    if document.get("map_set") != seen["map_set"]:
+    document, names = read_json(path), experiment.plan.names
+    check_results(document, path, names, len(seen["maps"]), seeds)
+    if document["map_set"] != seen["map_set"]:
         raise RunError(f"{path}: of another map set than the run's best")
-    try:
-        results = results_in(document, experiment.plan.names)
-    except (KeyError, TypeError) as error:
-        raise RunError(f"{path}: not a re-evaluation of these controllers ({type(error).__name__}: {error})") from None
+    results = results_in(document, names)
     fitness = fitness_of(experiment, seen["cluster_scale"])
     readings = tuple(entry["reading"] for entry in seen["maps"])
     as_searched = judge(results, fitness, experiment.search.repeats)

@@ -1,21 +1,18 @@
-"""The results of a study read back: as far as it has come, with words for what is missing."""
+"""The results of a study: its finished runs, their tables, and words for what is missing."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from evolution.files import Row, read_csv, read_json, read_json_lines
-from evolution.rundir import BEST_RESULTS, CONFIG, GENERATIONS, TIMING, RunDir
+from evolution.files import Row
 from evolution.settings import Experiment
-from evolution.study.directory import StudyDir
-from evolution.study.engine import NAV2, Engine
-from evolution.study.reevaluation import Reevaluation, read_reevaluation
+from evolution.study.reevaluation import Reevaluation
 from evolution.study.settings import Configuration, StudySettings
-from gym_mapbench.errors import MapBenchError, RunError, unknown_name
+from gym_mapbench.errors import unknown_name
 
 if TYPE_CHECKING:
     import pandas
@@ -94,7 +91,8 @@ class StudyResults:
         libraries: Versions of the libraries it was run with.
         resolved: By configuration, what it took from earlier ones.
         runs: The finished runs, in order of configurations and seeds.
-        missing: What is not there, a line each.
+        missing: What is not there, or wrong, a line each.
+        failed: Number of runs that were to be made just now and could not be.
     """
 
     path: Path
@@ -104,6 +102,7 @@ class StudyResults:
     resolved: Mapping[str, Any]
     runs: tuple[StudyRun, ...]
     missing: tuple[str, ...]
+    failed: int = 0
 
     def of(self, configuration: str) -> list[StudyRun]:
         """The finished runs of one configuration, by seed."""
@@ -134,69 +133,6 @@ class StudyResults:
         import pandas
 
         return pandas.DataFrame(self.rows(table))
-
-
-def load_results(path: str | Path, engine: Engine = NAV2) -> StudyResults:
-    """Read a study back, whatever there is of it.
-
-    Raises:
-        RunError: If the directory is not a study, or of another format.
-    """
-    directory = StudyDir.open(path)
-    runs: list[StudyRun] = []
-    missing: list[str] = []
-    for configuration in directory.settings.configurations:
-        absent = []
-        for seed in directory.settings.seeds:
-            if not (directory.run_path(configuration.name, seed) / CONFIG).is_file():
-                absent.append(seed)
-                continue
-            try:
-                runs.append(_load_run(directory, configuration, seed, engine))
-                runs[-1] = _with_fresh(runs[-1], directory)
-            except MapBenchError as error:
-                missing.append(f"{configuration.name}, seed {seed}: {error}")
-        missing += _absent(configuration.name, absent, directory.settings.runs)
-    config = directory.config
-    return StudyResults(
-        directory.path,
-        directory.settings,
-        str(config.get("version")),
-        dict(config.get("libraries", {})),
-        directory.resolved,
-        tuple(runs),
-        tuple(missing),
-    )
-
-
-def _load_run(directory: StudyDir, configuration: Configuration, seed: int, engine: Engine) -> StudyRun:
-    path = directory.run_path(configuration.name, seed)
-    rundir = RunDir.open(path)
-    checkpoint = rundir.checkpoint or {"evaluations": 0}
-    experiment = engine.read_experiment(rundir.config, str(path))
-    if not checkpoint.get("finished"):
-        budget = experiment.search.evaluations
-        raise RunError(f"stopped after {checkpoint['evaluations']} of {budget} evaluations")
-    seen, generations = read_json(path / BEST_RESULTS), read_csv(path / GENERATIONS)
-    return StudyRun(configuration, seed, path, experiment, generations, seen, read_json_lines(path / TIMING))
-
-
-def _with_fresh(run: StudyRun, directory: StudyDir) -> StudyRun:
-    """Add the re-evaluation of a run."""
-    if directory.settings.reevaluation.seeds == 0:
-        return run
-    path = directory.reevaluation_path(run.configuration.name, run.seed)
-    if not path.is_file():
-        raise RunError("not re-evaluated yet")
-    return replace(run, fresh=read_reevaluation(path, run.seen, run.experiment))
-
-
-def _absent(name: str, seeds: Sequence[int], runs: int) -> list[str]:
-    if not seeds:
-        return []
-    if len(seeds) == runs:
-        return [f"{name}: none of its {runs} runs was begun"]
-    return [f"{name}: {len(seeds)} of {runs} runs were not begun (seeds {', '.join(map(str, seeds))})"]
 
 
 def _run_rows(run: StudyRun) -> list[Row]:

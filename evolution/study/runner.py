@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from evolution.evaluator import Evaluator
+from evolution.evaluator import Evaluator, OnRun
+from evolution.files import WriteError
+from evolution.jobs import Job, RunResult
 from evolution.rundir import load_run
 from evolution.runner import Progress
 from evolution.store import ResultStore
 from evolution.study.directory import StudyDir
 from evolution.study.engine import NAV2, Engine
+from evolution.study.loading import load_results
 from evolution.study.methods import opened, run_task
-from evolution.study.reevaluation import reevaluate, write_reevaluation
-from evolution.study.results import StudyResults, load_results
+from evolution.study.reevaluation import read_reevaluation, reevaluate, write_reevaluation
+from evolution.study.results import StudyResults
 from evolution.study.settings import Configuration, StudySettings
-from evolution.study.tasks import Task, check_study, is_finished, make_task, take_from_earlier
-from gym_mapbench.errors import ConfigError
+from evolution.study.tasks import Task, check_study, make_task, take_from_earlier
+from gym_mapbench.errors import MapBenchError, RunError
 
 PLAN_COST = 0.01
 """Work of planning a path, in driven runs."""
@@ -65,7 +69,8 @@ def run_study(
     """Run or continue a study.
 
     Every run is a run directory of its own and can be killed at any moment; all of them share one
-    store of driven runs.
+    store of driven runs. A run that cannot be made costs itself and the runs that build on it: they are
+    counted in ``failed``, with the reasons in ``missing``, and the others go on.
 
     Args:
         settings: The study.
@@ -79,27 +84,28 @@ def run_study(
 
     Raises:
         ConfigError: If an option cannot be used, or the directory holds another study, or something else.
-        RunError: If the directory is of another version or damaged, or no worker starts.
+        RunError: If the directory is of another version, the study's own files are damaged, no worker starts,
+            or nothing can be written.
     """
     tasks = check_study(settings, engine)
-    chosen = _chosen(settings, only)
+    chosen = _chosen(settings, tasks, only)
     seeds = settings.seeds[: settings.runs if runs is None else runs]
     directory = _directory(path, settings, resume)
     with (
         ResultStore(directory.store_path) as store,
-        Evaluator(engine.answer_job, store, workers=workers, warm_up=engine.warm_up) as evaluator,
+        _StudyEvaluator(engine.answer_job, store, workers=workers, warm_up=engine.warm_up) as evaluator,
     ):
-        work = len(seeds) * sum(work_of(task) for task in tasks if task.configuration in chosen)
+        work = len(seeds) * sum(map(work_of, chosen))
         study = _Study(directory, engine, evaluator, _Meter(evaluator, work, on_progress))
-        for configuration in chosen:
-            study.run(configuration, seeds)
-    return load_results(directory.path, engine)
+        for first in chosen:
+            study.run(first, seeds)
+    return study.results()
 
 
-def _chosen(settings: StudySettings, only: Sequence[str] | None) -> list[Configuration]:
-    """The configurations to run, in the study's order."""
-    wanted = None if only is None else [settings.configuration(name).name for name in only]
-    return [one for one in settings.configurations if wanted is None or one.name in wanted]
+def _chosen(settings: StudySettings, tasks: Sequence[Task], only: Sequence[str] | None) -> list[Task]:
+    """The first task of each configuration to run, in the study's order."""
+    wanted = settings.names if only is None else [settings.configuration(name).name for name in only]
+    return [task for task in tasks if task.configuration.name in wanted]
 
 
 def _directory(path: str | Path, settings: StudySettings, resume: bool) -> StudyDir:
@@ -110,43 +116,99 @@ def _directory(path: str | Path, settings: StudySettings, resume: bool) -> Study
     return directory
 
 
-@dataclass(frozen=True)
+class _StudyStoppedError(RunError):
+    """Nothing can be driven any more, so that going on with other runs is of no use."""
+
+
+class _StudyEvaluator(Evaluator):
+    """An evaluator whose own failures (workers, store) stop the study."""
+
+    def run(self, jobs: Sequence[Job], on_run: OnRun | None = None) -> list[RunResult]:
+        """Return the results of ``jobs``; raises ``_StudyStoppedError`` where an evaluator raises ``RunError``."""
+        try:
+            return super().run(jobs, on_run)
+        except RunError as error:
+            raise _StudyStoppedError(str(error)) from None
+
+
+@dataclass
 class _Study:
-    """A study being run."""
+    """A study being run; ``reasons`` and ``failed`` say which runs could not be made."""
 
     directory: StudyDir
     engine: Engine
     evaluator: Evaluator
     meter: _Meter
+    reasons: list[str] = field(default_factory=list)
+    failed: int = 0
 
-    def run(self, configuration: Configuration, seeds: Sequence[int]) -> None:
-        """Run one configuration with every seed."""
-        settings = self.directory.settings
+    def run(self, first: Task, seeds: Sequence[int]) -> None:
+        """Run one configuration, of which ``first`` is a task, with every seed."""
+        name = first.configuration.name
+        tasks: list[Task] = []
+        with self._costing(name, first, len(seeds)):
+            tasks = self._tasks(first.configuration, seeds)
+        for task in tasks:
+            with self._costing(f"{name}, seed {task.seed}", task, 1):
+                self._run(task)
+
+    def results(self) -> StudyResults:
+        """What there is now, with the reasons for what could not be made; none is said twice."""
+        results = load_results(self.directory.path, self.engine)
+        reasons = [one for one in self.reasons if not any(line.startswith(one) for line in results.missing)]
+        return replace(results, missing=(*reasons, *results.missing), failed=self.failed)
+
+    @contextmanager
+    def _costing(self, who: str, task: Task, runs: int) -> Iterator[None]:
+        """Let an error cost some runs like ``task``, unless it would cost all others too."""
+        try:
+            yield
+        except (WriteError, _StudyStoppedError):
+            raise
+        except MapBenchError as error:
+            self.reasons.append(f"{who}: {error}")
+            self.failed += runs
+            self.meter.skip(task, runs)
+
+    def _tasks(self, configuration: Configuration, seeds: Sequence[int]) -> list[Task]:
+        """One task a seed, with what is taken from earlier runs."""
         if configuration.pop_size_from or configuration.cluster_scale_from:
             take_from_earlier(configuration, self.directory, seeds, self.engine)
-        taken = {name: entry["search"] for name, entry in self.directory.resolved.items()}
-        for seed in seeds:
-            self._run(make_task(settings, configuration, seed, taken, self.engine))
+        taken = {name: entry["search"] for name, entry in self.directory.read_resolved().items()}
+        settings = self.directory.settings
+        return [make_task(settings, configuration, seed, taken, self.engine) for seed in seeds]
 
     def _run(self, task: Task) -> None:
         """Run one task and re-evaluate what it found."""
         name, seed = task.configuration.name, task.seed
         self._check_parent(task)
-        path = self.directory.reevaluation_path(name, seed)
-        if is_finished(self.directory, name, seed) and (path.is_file() or task.fresh is None):
-            opened(self.directory.run_path(name, seed), task.experiment)  # refuses one of another experiment
+        if self.directory.is_finished(name, seed) and self._is_reevaluated(task):
             self.meter.skip(task)
             return
         run_task(task, self.directory, self.evaluator, lambda progress: self.meter.search(task, progress))
         run = load_run(self.directory.run_path(name, seed))
         if task.fresh is not None:
-            write_reevaluation(path, reevaluate(run, task.experiment, task.fresh, self.evaluator))
+            document = reevaluate(run, task.experiment, task.fresh, self.evaluator)
+            write_reevaluation(self.directory.reevaluation_path(name, seed), document)
         self.meter.done(task, run.best_results["fitness"])
+
+    def _is_reevaluated(self, task: Task) -> bool:
+        """Whether the best set of a finished run was driven again; refuses a run of another experiment."""
+        name, seed = task.configuration.name, task.seed
+        rundir = opened(self.directory.run_path(name, seed), task.experiment)
+        if task.fresh is None:
+            return True
+        path, seen = self.directory.reevaluation_path(name, seed), rundir.read_best_results()
+        try:
+            read_reevaluation(path, seen, task.experiment, task.fresh.search.repeats)
+        except RunError:
+            return False
+        return True
 
     def _check_parent(self, task: Task) -> None:
         parent = task.configuration.of
-        if parent is not None and not is_finished(self.directory, parent, task.seed):
-            raise ConfigError(f"{task.configuration.name}: builds on {parent}, whose run {task.seed} is not finished")
+        if parent is not None and not self.directory.is_finished(parent, task.seed):
+            raise RunError(f"builds on {parent}, whose run {task.seed} is not finished")
 
 
 class _Meter:
@@ -160,10 +222,10 @@ class _Meter:
         self.skipped = 0.0
         self.began = time.perf_counter()
 
-    def skip(self, task: Task) -> None:
-        """Count a task that was done before."""
-        self.skipped += work_of(task)
-        self.finished += work_of(task)
+    def skip(self, task: Task, runs: int = 1) -> None:
+        """Count runs like ``task`` that need not or cannot be made."""
+        self.skipped += work_of(task) * runs
+        self.finished += work_of(task) * runs
 
     def search(self, task: Task, progress: Progress) -> None:
         """Report a generation of a search."""

@@ -9,16 +9,15 @@ from statistics import fmean
 from typing import Any
 
 from controllers.nav2_params.presets import overlay
-from evolution.files import read_json
 from evolution.fitness import Fitness, calibrate_scale
-from evolution.rundir import BEST_RESULTS, CHECKPOINT, load_run
+from evolution.rundir import RunDir, load_run
 from evolution.settings import Experiment
 from evolution.study.best_set import MAX_MAPS
 from evolution.study.directory import StudyDir
 from evolution.study.driven import driven_maps
 from evolution.study.engine import Engine
 from evolution.study.settings import MAX_SEED, Configuration, StudySettings
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, RunError
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ def make_task(
     Raises:
         ConfigError: If an option cannot be used, naming the configuration.
     """
-    where = f"{settings.name}: {configuration.name}"
+    where = _where(settings, configuration)
     experiment = engine.read_experiment(settings.document(configuration, seed, taken), where)
     _check(configuration, experiment, where)
     return Task(configuration, seed, experiment, _fresh(settings, experiment, engine, where))
@@ -79,7 +78,16 @@ def check_study(settings: StudySettings, engine: Engine) -> list[Task]:
             (first,) = [one for one in tasks if one.configuration.name == configuration.pop_size_from[0]]
             taken[configuration.name] = {"pop_size": first.experiment.search.pop_size}
         tasks.append(make_task(settings, configuration, settings.first_seed, taken, engine))
+        try:
+            engine.check_experiment(tasks[-1].experiment)
+        except ConfigError as error:
+            raise ConfigError(f"{_where(settings, configuration)}: {error}") from None
     return tasks
+
+
+def _where(settings: StudySettings, configuration: Configuration) -> str:
+    """What opens the error messages about a configuration."""
+    return f"{settings.name}: {configuration.name}"
 
 
 def _check(configuration: Configuration, experiment: Experiment, where: str) -> None:
@@ -104,12 +112,6 @@ def _fresh(settings: StudySettings, experiment: Experiment, engine: Engine, wher
     return replace(fresh, search=fresh.search.replace(seed=MAX_SEED, repeats=options.seeds))
 
 
-def is_finished(directory: StudyDir, name: str, seed: int) -> bool:
-    """Whether a run came to its end."""
-    path = directory.run_path(name, seed) / CHECKPOINT
-    return path.is_file() and bool(read_json(path).get("finished"))
-
-
 def take_from_earlier(
     configuration: Configuration, directory: StudyDir, seeds: Iterable[int], engine: Engine
 ) -> dict[str, Any]:
@@ -119,10 +121,9 @@ def take_from_earlier(
         Options of its search.
 
     Raises:
-        ConfigError: If runs it builds on are not finished.
-        RunError: If the earlier runs do not give a scale.
+        RunError: If runs it builds on are not finished or damaged, or do not give a scale.
     """
-    kept = directory.resolved.get(configuration.name)
+    kept = directory.read_resolved().get(configuration.name)
     if kept is None:
         seeds = list(seeds)
         _need_finished(configuration, directory, seeds)
@@ -135,11 +136,9 @@ def take_from_earlier(
 
 def _need_finished(configuration: Configuration, directory: StudyDir, seeds: Sequence[int]) -> None:
     for name in configuration.needs:
-        missing = [seed for seed in seeds if not is_finished(directory, name, seed)]
+        missing = [seed for seed in seeds if not directory.is_finished(name, seed)]
         if missing:
-            raise ConfigError(
-                f"{configuration.name}: builds on {name}, of which {len(missing)} of {len(seeds)} runs are not finished"
-            )
+            raise RunError(f"builds on {name}, of which {len(missing)} of {len(seeds)} runs are not finished")
 
 
 def _taken(configuration: Configuration, directory: StudyDir, seeds: Sequence[int], engine: Engine) -> dict[str, Any]:
@@ -154,7 +153,8 @@ def _taken(configuration: Configuration, directory: StudyDir, seeds: Sequence[in
 
 
 def _mean_fitness(directory: StudyDir, name: str, seeds: Sequence[int]) -> float:
-    return fmean(read_json(directory.run_path(name, seed) / BEST_RESULTS)["fitness"] for seed in seeds)
+    runs = [RunDir.open(directory.run_path(name, seed)) for seed in seeds]
+    return fmean(run.read_best_results()["fitness"] for run in runs)
 
 
 def _times(path: Path, engine: Engine) -> list[tuple[float, ...]]:

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import textwrap
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from evolution.study.engine import NAV2
 from evolution.study.settings import MAX_SEED
 from evolution.study.tasks import check_study
 from gym_mapbench.errors import ConfigError, RunError
+from tests.evolution.fake_runs import broken_warm_up
 from tests.evolution.fake_study import ENGINE, small_study
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -202,17 +204,94 @@ def test_a_part_can_be_run_first(tmp_path):
     part = run_study(study, tmp_path / "s", engine=ENGINE, only=["ga"], runs=1)
     assert [(run.configuration.name, run.seed) for run in part.runs] == [("ga", 0)]
     assert part.missing == ("ga: 1 of 2 runs were not begun (seeds 1)", "best: none of its 2 runs was begun")
-    with pytest.raises(ConfigError, match="best: builds on ga, whose run 1 is not finished"):
-        run_study(study, tmp_path / "s", engine=ENGINE, resume=True, only=["best"])
+    waiting = run_study(study, tmp_path / "s", engine=ENGINE, resume=True, only=["best"])
+    assert waiting.missing[0] == "best, seed 1: builds on ga, whose run 1 is not finished"
+    assert (waiting.failed, len(waiting.runs)) == (1, 2)
     whole = run_study(study, tmp_path / "s", engine=ENGINE, resume=True)
-    assert whole.missing == ()
+    assert (whole.missing, whole.failed) == ((), 0)
     with pytest.raises(ConfigError, match="unknown configuration 'gaa'; did you mean 'ga'"):
         run_study(study, tmp_path / "s", engine=ENGINE, resume=True, only=["gaa"])
 
 
 def test_what_builds_on_others_waits_for_them(tmp_path):
-    with pytest.raises(ConfigError, match="cluster: builds on gini_6, of which 2 of 2 runs are not finished"):
-        run_study(small_study(), tmp_path / "s", engine=ENGINE, only=["cluster"])
+    waiting = run_study(small_study(), tmp_path / "s", engine=ENGINE, only=["cluster"])
+    assert waiting.missing[0] == "cluster: builds on gini_6, of which 2 of 2 runs are not finished"
+    assert (waiting.failed, waiting.runs) == (2, ())
+
+
+ONE_CONTROLLER = {"controllers": [{"name": "dwb"}], "search": {"pop_size": 6}}
+"""No pair of controllers, no gap, no cluster scale."""
+
+
+def test_a_run_that_cannot_be_made_costs_itself_and_what_builds_on_it(tmp_path):
+    study = small_study(
+        configurations=[
+            {"name": "alone", "experiment": {**ONE_CONTROLLER, "search": {"pop_size": 6, "fitness": "cluster"}}},
+            {"name": "best", "method": "best_triple", "of": "alone"},
+            {"name": "like_alone", "experiment": {"search": {"pop_size": 6}}, "pop_size_from": ["alone"]},
+            {"name": "ga", "experiment": {"search": {"pop_size": 6}}},
+        ]
+    )
+    seen = []
+    for resume in (False, True):
+        results = run_study(study, tmp_path / "s", engine=ENGINE, resume=resume, on_progress=seen.append)
+        assert [(run.configuration.name, run.seed) for run in results.runs] == [("ga", 0), ("ga", 1)]
+        why = "cluster_scale: cannot be calibrated from the first population (no map that all controllers solved)"
+        assert [line.split("; give a value")[0] for line in results.missing[:5]] == [
+            f"alone, seed 0: {why}",
+            f"alone, seed 1: {why}",
+            "best, seed 0: builds on alone, whose run 0 is not finished",
+            "best, seed 1: builds on alone, whose run 1 is not finished",
+            "like_alone: builds on alone, of which 2 of 2 runs are not finished",
+        ]
+        assert results.failed == 6
+    assert [one.fraction for one in seen][-1] == pytest.approx(1.0)
+    assert load_results(tmp_path / "s", ENGINE).failed == 0
+
+
+def test_what_would_cost_every_run_stops_the_study(tmp_path):
+    study = small_study(configurations=TWO)
+    with pytest.raises(RunError, match="workers cannot start: ImportError: no LLVM here"):
+        run_study(study, tmp_path / "s", engine=replace(ENGINE, warm_up=broken_warm_up))
+    shutil.rmtree(tmp_path / "s" / "runs")
+    (tmp_path / "s" / "runs").touch()
+    with pytest.raises(RunError, match="runs/ga/seed-0000: cannot be made"):
+        run_study(study, tmp_path / "s", engine=ENGINE, resume=True)
+
+
+def test_controllers_are_made_before_anything_runs(tmp_path):
+    other = {**ONE_CONTROLLER, "controllers": [{"name": "dwp"}]}
+    configurations = [TWO[0], {"name": "other", "experiment": other}]
+    with pytest.raises(ConfigError, match="small: other: unknown controller 'dwp'; did you mean 'dwb'"):
+        run_study(small_study(configurations=configurations), tmp_path / "s", engine=ENGINE)
+    assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize(
+    ("controller", "message"),
+    [
+        ("dwp", "mine: a: unknown controller 'dwp'; did you mean 'dwb'"),
+        ({"name": "rpp", "params": {"lookahead": 1.0}}, "mine: a: .*lookahead"),
+        ({"name": "rl", "kind": "none.zip"}, r"mine: a: .*none\.zip"),
+    ],
+)
+def test_nav2s_controllers_are_made_before_anything_runs(controller, message):
+    document = {"name": "mine", "configurations": [{"name": "a", "experiment": {"controllers": [controller]}}]}
+    with pytest.raises(ConfigError, match=message):
+        check_study(StudySettings(**document), NAV2)
+
+
+def test_what_was_taken_from_few_seeds_is_said_and_can_be_taken_from_all(study_path, tmp_path):
+    run_study(small_study(), tmp_path / "s", engine=ENGINE, runs=1)
+    early = run_study(small_study(), tmp_path / "s", engine=ENGINE, resume=True)
+    (line,) = early.missing
+    what, _, advice = line.partition("; to take it from all: ")
+    assert re.fullmatch(r"cluster: pop_size \d+ and cluster_scale [\d.]+ taken from 1 of 2 seeds", what)
+    remove, go_on = advice.split(" and then ")
+    assert go_on == f"mapbench study {tmp_path / 's'} --resume"
+    subprocess.run(remove.split(), check=True)
+    assert run_study(small_study(), tmp_path / "s", engine=ENGINE, resume=True).missing == ()
+    assert lasting_files(tmp_path / "s") == lasting_files(study_path)
 
 
 def test_only_the_same_study_continues(tmp_path):
@@ -254,10 +333,11 @@ def test_what_is_missing_or_damaged_is_said_and_the_rest_stays(study_path, tmp_p
     assert [re.sub(r"\S*/", "", line) for line in results.missing] == [
         "gini_6, seed 0: stopped after 0 of 24 evaluations",
         "gini_12, seed 1: best_results.json: cannot be read (Expecting property name enclosed in double quotes: "
-        "line 1 column 2 (char 1))",
-        "random: 1 of 2 runs were not begun (seeds 0)",
+        "line 1 column 2 (char 1)); to repeat the run: rm -r seed-0001 and then mapbench study s --resume",
+        "random, seed 0: seed-0000: not a run directory (no config.json); to repeat the run: rm -r seed-0000 and "
+        "then mapbench study s --resume",
         "cellular: none of its 2 runs was begun",
-        "cluster, seed 0: seed-0000.json: of another map set than the run's best",
+        "cluster, seed 0: seed-0000.json: fitness: is missing; mapbench study s --resume drives it again",
         "cluster, seed 1: not re-evaluated yet",
     ]
     assert len(results.runs) == 14 - 5

@@ -46,6 +46,8 @@ STUDY = {
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("command")
     (path / "tiny.yaml").write_text(yaml.safe_dump(STUDY))
+    misspelt = {**STUDY, "experiment": {**STUDY["experiment"], "controllers": ["dwp"]}}
+    (path / "misspelt.yaml").write_text(yaml.safe_dump(misspelt))
     return path
 
 
@@ -57,8 +59,9 @@ def run(folder, capsys, command):
 
 def test_a_study_from_begin_to_page(folder, capsys):
     StudyDir.create(folder / "s", load_study(folder / "tiny.yaml"))  # begun, and interrupted at once
-    code, out, _ = run(folder, capsys, "study {folder}/s --resume --workers 1 --runs 1")
+    code, out, error = run(folder, capsys, "study {folder}/s --resume --workers 1 --runs 1")
     assert code == 0
+    assert error == "driving the best map set of 2 configurations again for the replays\n"
     assert "missing: ga: 1 of 2 runs were not begun (seeds 1)" in out
     assert "Gini fitness" in out
     assert re.search(r"100 % of the work done, \d+\.\d runs/s, about 0 s left", out)
@@ -70,6 +73,20 @@ def test_a_study_from_begin_to_page(folder, capsys):
     page = folder / "s" / "report.html"
     assert 100_000 < page.stat().st_size < 5_000_000
     assert len(list((folder / "s" / "figures").glob("*.svg"))) >= 9
+
+
+def test_runs_that_cannot_be_made_do_not_keep_the_others_from_the_page(folder, capsys):
+    hopeless = {"search": {"fitness": "cluster"}, "run": {"environment": {"time_limit": 0.5}}}
+    configurations = [{"name": "hopeless", "experiment": hopeless}, {"name": "ga"}]
+    (folder / "two.yaml").write_text(yaml.safe_dump({**STUDY, "runs": 1, "configurations": configurations}))
+    code, out, error = run(folder, capsys, "study {folder}/two.yaml --out {folder}/two --workers 1")
+    assert code == 2
+    assert "missing: hopeless, seed 0: cluster_scale: cannot be calibrated" in out
+    assert "Look at " in out
+    assert error.splitlines()[-1] == (
+        "mapbench study: 1 runs could not be made (see missing, above); --resume tries them again"
+    )
+    assert "hopeless, seed 0: cluster_scale" in (folder / "two" / "report.html").read_text()
 
 
 def test_a_replay_becomes_a_film(folder, capsys):
@@ -93,6 +110,7 @@ def test_a_replay_becomes_a_film(folder, capsys):
         ("study {folder}/s --resume --out {folder}/t", "--out: expected none beside the study directory"),
         ("study quick --out {folder}/s --resume", "name was 'tiny' when the study began, got 'quick'"),
         ("study {folder}/tiny.yaml --only gaa --out {folder}/t", "unknown configuration 'gaa'; did you mean 'ga'?"),
+        ("study {folder}/misspelt.yaml --out {folder}/t", "tiny: ga: unknown controller 'dwp'; did you mean 'dwb'?"),
         ("study {folder}/tiny.yaml --runs 0", "expected a whole number of at least 1, got '0'"),
     ],
 )
