@@ -5,7 +5,7 @@ Source of the figure types: thesis figures 5.1 to 5.5.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,13 +19,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Okabe and Ito's palette: told apart by colour-blind readers and in print.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
+# Okabe and Ito's palette without its yellow, too pale on paper: told apart by colour-blind readers and in print.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+MARKERS = ("o", "s", "D", "P", "X")
+HATCHES = ("", "///", "xxx", "...", "|||")
+"""What tells names of one colour apart, where there are more names than colours."""
 
 
 def colour_of(names: Sequence[str], name: str) -> str:
     """Colour of one name among ``names``: by position, so that it is the same in every figure."""
     return COLOURS[list(names).index(name) % len(COLOURS)]
+
+
+def round_of(names: Sequence[str], name: str) -> int:
+    """How often the palette was used up before a name's turn came, as a place in :data:`MARKERS`."""
+    return list(names).index(name) // len(COLOURS) % len(MARKERS)
 
 
 def new_figure(
@@ -95,8 +103,8 @@ def map_set_figure(groups: Sequence[Sequence[Episode]], titles: Sequence[str], n
 def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel: str = "evaluations") -> Figure:
     """Best fitness so far over the budget, one line a run or method; lower is better."""
     figure, (axes,) = new_figure()
-    for position, (name, (x, y)) in enumerate(series.items()):
-        axes.step(x, y, where="post", color=COLOURS[position % len(COLOURS)], label=name)
+    for name, (x, y) in series.items():
+        axes.step(x, y, where="post", color=colour_of(list(series), name), label=name)
     axes.set_xlabel(xlabel)
     axes.set_ylabel("best fitness (lower is better)")
     axes.grid(alpha=0.3)
@@ -105,7 +113,11 @@ def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel
 
 
 def spread_figure(
-    groups: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel: str = "generation", highest: float = np.inf
+    groups: Mapping[str, tuple[ArrayLike, ArrayLike]],
+    xlabel: str = "generation",
+    highest: float = np.inf,
+    names: Sequence[str] = (),
+    baselines: Collection[str] = (),
 ) -> Figure:
     """Figure 5.1: mean and standard deviation over runs of the best fitness.
 
@@ -113,27 +125,50 @@ def spread_figure(
         groups: By name the ``(generations,)`` places on the x axis and the ``(runs, generations)`` fitness; a
             single generation is drawn as a point with a bar.
         xlabel: What the x axis counts.
-        highest: Means above this run off the figure.
+        highest: Means from this on are off the figure, with their bands.
+        names: All names, which fixes their colours; those of ``groups`` if empty.
+        baselines: Names that are drawn dashed.
     """
     figure, (axes,) = new_figure(width=7.4, height=4.8)
     shown: list[NDArray[np.float64]] = []
-    for position, (name, (x, values)) in enumerate(groups.items()):
+    for name, (x, values) in groups.items():
         table = np.atleast_2d(np.asarray(values, dtype=float))
-        mean, spread = table.mean(axis=0), table.std(axis=0)
-        colour, label = COLOURS[position % len(COLOURS)], f"{name} (n = {len(table)})"
+        mean, spread = table.mean(axis=0), _deviation(table)
+        on = mean < highest
+        look = _look(names or list(groups), name)
+        label = f"{name} (n = {len(table)})" + ("" if on.any() else f", {highest:g} or more")
         if table.shape[1] == 1:
-            axes.errorbar(x, mean, spread, color=colour, marker="D", capsize=4, label=label)
+            axes.errorbar(x, np.where(on, mean, np.nan), spread, capsize=4, linestyle="", label=label, **look)
         else:
-            axes.plot(x, mean, color=colour, label=label)
+            line = "--" if name in baselines else "-"
+            every = max(1, table.shape[1] // 8)
+            look |= {} if round_of(names or list(groups), name) else {"marker": ""}
+            axes.plot(x, np.where(on, mean, np.nan), line, markevery=every, label=label, **look)
             alpha = 0.18 if len(groups) <= 3 else 0.07  # more bands than three hide each other
-            axes.fill_between(np.asarray(x), mean - spread, mean + spread, color=colour, alpha=alpha, linewidth=0)
-        shown += [edge[mean <= highest] for edge in (mean - spread, np.minimum(mean + spread, highest))]
+            low, high = mean - spread, np.minimum(mean + spread, highest)
+            axes.fill_between(np.asarray(x), low, high, where=on, color=look["color"], alpha=alpha, linewidth=0)
+        shown += [edge[on] for edge in (mean - spread, np.minimum(mean + spread, highest))]
     _limit(axes, np.concatenate([*shown, []]))
     axes.set_xlabel(xlabel)
     axes.set_ylabel("best fitness, mean and SD (lower is better)")
     axes.grid(alpha=0.3)
-    axes.legend(frameon=False, fontsize=8)
+    _legend_below(figure)
     return figure
+
+
+def _deviation(table: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sample standard deviation over the rows; none for a single row."""
+    return table.std(axis=0, ddof=1) if len(table) > 1 else np.zeros(table.shape[1])
+
+
+def _look(names: Sequence[str], name: str) -> dict[str, Any]:
+    """Colour and marker of a name."""
+    return {"color": colour_of(names, name), "marker": MARKERS[round_of(names, name)]}
+
+
+def _legend_below(figure: Figure) -> None:
+    """A legend that covers nothing, however many names there are."""
+    figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=3)
 
 
 def box_figure(
@@ -144,15 +179,15 @@ def box_figure(
     Args:
         panels: By title, the groups of one panel: one number a run by name.
         ylabel: What the numbers are.
-        highest: Numbers above this are not drawn but counted below the name.
+        highest: Numbers from this on are not drawn but counted below the name.
     """
     widest = max(map(len, panels.values()))
     figure, columns = new_figure(len(panels), width=(1.3 + 0.75 * widest) * len(panels), height=4.8, sharey=True)
     for axes, (title, groups) in zip(columns, panels.items(), strict=True):
         whole = [np.asarray(group, dtype=float) for group in groups.values()]
-        values = [group[group <= highest] for group in whole]
+        values = [group[group < highest] for group in whole]
         labels = [
-            name if len(kept) == len(group) else f"{name}\n({len(group) - len(kept)} above)"
+            name if len(kept) == len(group) else f"{name}\n({len(group) - len(kept)} at {highest:g} or more)"
             for name, kept, group in zip(groups, values, whole, strict=True)
         ]
         axes.boxplot(values, tick_labels=labels, widths=0.5, medianprops={"color": COLOURS[1]}, showfliers=False)
@@ -166,27 +201,33 @@ def box_figure(
     return figure
 
 
-def curse_figure(groups: Mapping[str, tuple[ArrayLike, ArrayLike]], highest: float = np.inf) -> Figure:
-    """Fitness on fresh seeds over the fitness the search saw; above the line it was luck.
+def curse_figure(
+    groups: Mapping[str, tuple[ArrayLike, ArrayLike]], highest: float = np.inf, names: Sequence[str] = ()
+) -> Figure:
+    """Fitness on fresh seeds over the fitness the search saw; above the line: worse than the search saw.
 
     Args:
         groups: By name, ``(runs,)`` seen and fresh.
-        highest: Runs with a greater value are not drawn.
+        highest: Runs with a value from this on are triangles at the edge, counted in the legend.
+        names: All names, which fixes their colours; those of ``groups`` if empty.
     """
-    figure, (axes,) = new_figure(width=5.6, height=5.2)
-    drawn: list[NDArray[np.float64]] = []
-    for position, (name, (seen, fresh)) in enumerate(groups.items()):
-        points = np.column_stack([np.asarray(seen, dtype=float), np.asarray(fresh, dtype=float)])
-        kept = points[(points <= highest).all(axis=1)]
-        axes.plot(*kept.T, "o", color=COLOURS[position % len(COLOURS)], alpha=0.75, label=name)
-        drawn.append(kept.ravel())
-    ends = np.concatenate([*drawn, []])
-    if len(ends):
-        axes.plot([ends.min(), ends.max()], [ends.min(), ends.max()], color="#888888", linewidth=1, linestyle="--")
+    figure, (axes,) = new_figure(width=6.2, height=5.8)
+    points = {name: np.column_stack([np.asarray(one, dtype=float) for one in pair]) for name, pair in groups.items()}
+    on = {name: (of_name < highest).all(axis=1) for name, of_name in points.items()}
+    drawn = np.concatenate([*[points[name][on[name]] for name in points], np.empty((0, 2))])
+    low, high = (drawn.min(), drawn.max()) if len(drawn) else (0.0, 1.0)
+    edge = high + 0.08 * ((high - low) or 1.0)
+    for name, of_name in points.items():
+        look, off = _look(names or list(groups), name), of_name[~on[name]]
+        label = f"{name} ({len(off)} off the scale)" if len(off) else name
+        axes.plot(*of_name[on[name]].T, linestyle="", alpha=0.75, label=label, **look)
+        for marker, beyond in (("^", off[:, 1] >= highest), (">", off[:, 1] < highest)):
+            axes.plot(*np.minimum(off[beyond], edge).T, linestyle="", color=look["color"], marker=marker, alpha=0.75)
+    axes.plot([low, high], [low, high], color="#888888", linewidth=1, linestyle="--")
     axes.set_xlabel("fitness the search saw")
     axes.set_ylabel("median fitness on fresh seeds")
     axes.grid(alpha=0.3)
-    axes.legend(frameon=False, fontsize=8)
+    _legend_below(figure)
     return figure
 
 
@@ -232,10 +273,10 @@ def lorenz_figure(times: Sequence[ArrayLike], titles: Sequence[str]) -> Figure:
     """Figure 4.3: Lorenz curve of the controllers' times on each map; the further from the diagonal the less alike."""
     figure, (axes,) = new_figure(width=4.8, height=4.6)
     axes.plot([0, 1], [0, 1], color="#888888", linewidth=1, linestyle="--")
-    for position, (values, title) in enumerate(zip(times, titles, strict=True)):
+    for values, title in zip(times, titles, strict=True):
         ordered = np.sort(np.asarray(values, dtype=float))
         share = np.concatenate([[0.0], np.cumsum(ordered) / ordered.sum()])
-        axes.plot(np.linspace(0, 1, len(share)), share, "o-", color=COLOURS[position % len(COLOURS)], label=title)
+        axes.plot(np.linspace(0, 1, len(share)), share, linestyle="-", label=title, **_look(titles, title))
     axes.set_xlabel("share of controllers")
     axes.set_ylabel("share of travel time")
     axes.legend(frameon=False)
@@ -244,8 +285,8 @@ def lorenz_figure(times: Sequence[ArrayLike], titles: Sequence[str]) -> Figure:
 
 def times_figure(times: Mapping[str, Sequence[ArrayLike]], maps: Sequence[str]) -> Figure:
     """Travel times per map and controller: every run a dot, the mean a bar."""
-    figure, (axes,) = new_figure(width=1.9 * len(maps) + 2.2)
     names = list(times)
+    figure, (axes,) = new_figure(width=max(1.9, 0.3 * len(names)) * len(maps) + 2.2)
     width = 0.8 / len(names)
     for position, name in enumerate(names):
         for column, values in enumerate(times[name]):
@@ -253,17 +294,21 @@ def times_figure(times: Mapping[str, Sequence[ArrayLike]], maps: Sequence[str]) 
             if len(runs) == 0:
                 continue
             x = column + (position - (len(names) - 1) / 2) * width
-            axes.bar(x, runs.mean(), width * 0.9, color=COLOURS[position], alpha=0.55)
+            axes.bar(x, runs.mean(), width * 0.9, **_filling(names, name))
             axes.plot(np.full(len(runs), x), runs, ".", color="#222222", markersize=4)
     axes.set_xticks(range(len(maps)), maps)
     axes.set_ylabel("travel time, s")
-    axes.legend(
-        handles=[_patch(COLOURS[i], name) for i, name in enumerate(names)], frameon=False, ncols=min(4, len(names))
-    )
+    axes.legend(handles=[_patch(names, name) for name in names], frameon=False, ncols=min(4, len(names)))
     return figure
 
 
-def _patch(colour: str, label: str) -> Any:
+def _filling(names: Sequence[str], name: str) -> dict[str, Any]:
+    """Colour and hatch of a name's bars."""
+    hatch = HATCHES[round_of(names, name)]
+    return {"facecolor": colour_of(names, name), "edgecolor": "#ffffff", "hatch": hatch, "alpha": 0.55}
+
+
+def _patch(names: Sequence[str], name: str) -> Any:
     from matplotlib.patches import Patch
 
-    return Patch(color=colour, alpha=0.55, label=label)
+    return Patch(label=name, **_filling(names, name))
