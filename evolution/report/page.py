@@ -7,7 +7,7 @@ import io
 import json
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import metadata, resources
 from typing import Any
 
@@ -18,9 +18,8 @@ from PIL import Image
 
 from evolution.report.replays import ReplayedMap, replays_of
 
-_SCRIPTS = ("vendor/sortable.min.js", "vendor/sortable.a11y.min.js", "vendor/medium-zoom.min.js", "replay.js")
-
-
+_VENDORED = ("vendor/sortable.min.js", "vendor/sortable.a11y.min.js", "vendor/medium-zoom.min.js")
+_SCRIPTS = (*_VENDORED, "replay.js", "print.js")
 PNG = b"\x89PNG"
 
 
@@ -87,6 +86,7 @@ class Report:
         command: The command that repeats it.
         configuration: The options as used, as text.
         missing: What a partial report lacks, a line each.
+        changed: Replays that are not what the search recorded, a line each.
     """
 
     title: str
@@ -98,7 +98,8 @@ class Report:
     tables: Sequence[Table] = ()
     figures: Sequence[Attachment] = ()
     downloads: Sequence[Attachment] = ()
-    missing: Sequence[str] = field(default=())
+    missing: Sequence[str] = ()
+    changed: Sequence[str] = ()
 
 
 def render_page(report: Report) -> str:

@@ -196,13 +196,28 @@
   scrub.addEventListener("input", () => seek(Number(scrub.value)));
   view.addEventListener("change", layout);
   group.addEventListener("change", () => { setPlaying(false); layout(); seek(end); });
+  /* A key is meant for the replay where nothing else has the focus and the replay is in view. */
+  function isMeant(event) {
+    const section = byId("maps"), place = section.getBoundingClientRect();
+    if (event.defaultPrevented || event.altKey || event.ctrlKey || event.metaKey) { return false; }
+    if (/^(INPUT|SELECT|BUTTON)$/.test(event.target.tagName)) { return false; }
+    if (event.target !== document.body && !section.contains(event.target)) { return false; }
+    return place.top < window.innerHeight && place.bottom > 0;
+  }
+
+  const keys = {
+    " ": () => setPlaying(!playing),
+    ArrowRight: () => seek(now + 0.5),
+    ArrowLeft: () => seek(now - 0.5),
+  };
   document.addEventListener("keydown", (event) => {
-    if (/^(INPUT|SELECT|BUTTON|TH|A|SUMMARY)$/.test(event.target.tagName)) { return; }
-    if (event.key === " ") { event.preventDefault(); setPlaying(!playing); }
-    if (event.key === "ArrowRight") { seek(now + 0.5); }
-    if (event.key === "ArrowLeft") { seek(now - 0.5); }
+    if (!(event.key in keys) || !isMeant(event)) { return; }
+    event.preventDefault();
+    keys[event.key]();
   });
-  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
+  ["(prefers-color-scheme: dark)", "print"].forEach((medium) => {
+    window.matchMedia(medium).addEventListener("change", paint);
+  });
   legend();
   layout();
   seek(end);

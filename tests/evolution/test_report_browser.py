@@ -103,7 +103,21 @@ def test_the_replay_plays_and_pauses(opened):
     assert clock(opened) == now
 
 
+def into_view(browser, selector):
+    found = browser.find_element(By.CSS_SELECTOR, selector)
+    browser.execute_script("arguments[0].scrollIntoView({block: 'start'})", found)
+    return found
+
+
+def press(browser, key, target="document.body", **modifiers):
+    """Press a key on an element; whether the page took it."""
+    event = {"key": key, "bubbles": True, "cancelable": True, **modifiers}
+    script = f"return !{target}.dispatchEvent(new KeyboardEvent('keydown', arguments[0]))"
+    return browser.execute_script(script, event)
+
+
 def test_the_replay_obeys_the_keyboard(opened):
+    into_view(opened, "#maps")
     body = opened.find_element(By.TAG_NAME, "body")
     end = clock(opened)
     body.send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
@@ -116,6 +130,24 @@ def test_the_replay_obeys_the_keyboard(opened):
     until(opened, lambda: opened.find_element(By.ID, "play").text == "Play")
     opened.find_element(By.ID, "scrub").send_keys(Keys.HOME)
     assert clock(opened) == 0.0
+
+
+def test_keys_that_are_meant_for_others_are_left_alone(opened):
+    into_view(opened, "#maps")
+    end = clock(opened)
+    for modifier in ("altKey", "ctrlKey", "metaKey"):
+        assert not press(opened, "ArrowLeft", **{modifier: True})
+    for target in (".scroll", "nav a", "details summary"):
+        assert not press(opened, "ArrowLeft", f"document.querySelector('{target}')")
+        assert not press(opened, " ", f"document.querySelector('{target}')")
+    assert clock(opened) == end
+    assert press(opened, "ArrowLeft")
+    assert press(opened, "ArrowLeft", "document.querySelector('#boards canvas')")
+    assert clock(opened) == pytest.approx(end - 1.0, abs=0.11)
+    into_view(opened, "#repeat")
+    assert not press(opened, " ")
+    assert not press(opened, "ArrowRight")
+    assert opened.find_element(By.ID, "play").get_property("textContent") == "Play"
 
 
 def test_map_sets_and_views_can_be_chosen(opened):
@@ -161,4 +193,14 @@ def test_it_prints_without_its_controls(opened):
     assert not opened.find_element(By.ID, "play").is_displayed()
     assert opened.find_element(By.CSS_SELECTOR, "table.sortable").is_displayed()
     assert len(opened.execute_cdp_cmd("Page.printToPDF", {})["data"]) > 10_000
+    assert opened.find_element(By.CSS_SELECTOR, "caption .hint").is_displayed()
+    assert not opened.find_element(By.CSS_SELECTOR, "#tables > .hint").is_displayed()
+    assert opened.find_element(By.CSS_SELECTOR, ".scroll").value_of_css_property("overflow-x") == "visible"
     opened.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_the_configuration_is_printed_although_it_is_folded(opened):
+    details = opened.find_element(By.TAG_NAME, "details")
+    for event, is_open in (("beforeprint", True), ("afterprint", False)):
+        opened.execute_script(f"window.dispatchEvent(new Event('{event}'))")
+        assert details.get_property("open") is is_open
