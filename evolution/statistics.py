@@ -15,10 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.errors import ConfigError
 
+FEWEST_FOR_INTERVAL = 5
+"""A bootstrap of fewer values has too few different resamples to bound anything."""
+
 
 @dataclass(frozen=True)
 class Summary:
-    """One row of a table like the thesis' Table 5.2; ``std`` is the sample standard deviation, NaN for n = 1."""
+    """One row of a table like the thesis' Table 5.2.
+
+    ``std`` is the sample standard deviation, NaN for n = 1; ``ci_low`` and ``ci_high`` bound the median, NaN for
+    fewer than :data:`FEWEST_FOR_INTERVAL` values.
+    """
 
     n: int
     mean: float
@@ -63,9 +70,9 @@ class TestResult:
 
 
 def summarize(values: ArrayLike, rng: np.random.Generator, confidence: float = 0.95) -> Summary:
-    """Summarise one sample; the interval is a bootstrap interval of the mean."""
+    """Summarise one sample; the interval is a bootstrap interval of the median."""
     sample = np.asarray(values, dtype=float)
-    low, high = bootstrap_interval(sample, rng, confidence=confidence)
+    low, high = median_interval(sample, rng, confidence)
     spread = float(sample.std(ddof=1)) if len(sample) > 1 else np.nan
     return Summary(
         n=len(sample),
@@ -77,6 +84,14 @@ def summarize(values: ArrayLike, rng: np.random.Generator, confidence: float = 0
         ci_low=low,
         ci_high=high,
     )
+
+
+def median_interval(values: ArrayLike, rng: np.random.Generator, confidence: float = 0.95) -> tuple[float, float]:
+    """Bootstrap interval of the median; NaN for fewer than :data:`FEWEST_FOR_INTERVAL` values."""
+    sample = np.asarray(values, dtype=float)
+    if len(sample) < FEWEST_FOR_INTERVAL:
+        return np.nan, np.nan
+    return bootstrap_interval(sample, rng, np.median, confidence)
 
 
 def bootstrap_interval(
@@ -117,11 +132,21 @@ def kruskal_wallis(groups: Mapping[str, ArrayLike]) -> TestResult:
     )
 
 
-def pairwise_mann_whitney(groups: Mapping[str, ArrayLike]) -> list[TestResult]:
-    """Mann-Whitney U of every pair, p-values corrected by Holm, effect size A12."""
+def pairwise_mann_whitney(
+    groups: Mapping[str, ArrayLike], pairs: Sequence[tuple[str, str]] | None = None
+) -> list[TestResult]:
+    """Mann-Whitney U of several pairs, p-values corrected by Holm over all of them.
+
+    The effect size is A12 for values of which the smaller is better: the chance that a value of the first group is
+    smaller than one of the second, ties half.
+
+    Args:
+        groups: Values by name.
+        pairs: Which names are compared; every two if None.
+    """
     from scipy import stats
 
-    pairs = list(itertools.combinations(groups, 2))
+    pairs = list(itertools.combinations(groups, 2)) if pairs is None else pairs
     samples = dict(zip(groups, _samples(groups), strict=True))
     raw = [stats.mannwhitneyu(samples[a], samples[b], alternative="two-sided") for a, b in pairs]
     corrected = holm([float(result.pvalue) for result in raw])
@@ -132,7 +157,7 @@ def pairwise_mann_whitney(groups: Mapping[str, ArrayLike]) -> list[TestResult]:
             (len(samples[a]), len(samples[b])),
             float(result.statistic),
             p_value,
-            vargha_delaney_a12(samples[a], samples[b]),
+            vargha_delaney_a12(samples[b], samples[a]),
             "A12",
         )
         for (a, b), result, p_value in zip(pairs, raw, corrected, strict=True)

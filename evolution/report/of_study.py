@@ -12,11 +12,13 @@ from evolution.files import Row, csv_of
 from evolution.report.of_run import changed_replays
 from evolution.report.page import Attachment, Report, Table, picture
 from evolution.report.replays import ReplayedMap
-from evolution.study.comparisons import QUANTITIES, Comparison, compare
+from evolution.statistics import FEWEST_FOR_INTERVAL
+from evolution.study.comparisons import Comparison, StudyAnalysis, analyse
 from evolution.study.figures import BestSet, StudyFigure
+from evolution.study.fresh import fresh_rows
 from evolution.study.results import StudyResults, StudyRun
 from evolution.study.settings import load_study, study_names
-from evolution.study.tables import map_rows, measure_rows, pair_rows, rank_rows, repeat_rows, summary_rows, test_rows
+from evolution.study.tables import map_rows, measure_rows, pair_rows, rank_rows, summary_rows, test_rows
 from evolution.study.verdict import verdict_of
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
 
@@ -29,20 +31,21 @@ SUMMARY = {
     "mean": "mean",
     "std": "std",
     "median": "median",
+    "ci_low": "median: 95 % from",
+    "ci_high": "to",
     "min": "min",
     "max": "max",
-    "ci_low": "mean: 95 % from",
-    "ci_high": "to",
 }
 PAIRS = {
     "first": "first",
     "second": "second",
     "median_difference": "difference of medians",
     "p_holm": "p (Holm)",
-    "a12": "A12",
+    "a12": "A12: first better",
     "cliffs_delta": "Cliff's delta",
     "n_first": "n first",
     "n_second": "n second",
+    "by_construction": "by construction",
 }
 TESTS = {
     "test": "test",
@@ -53,14 +56,15 @@ TESTS = {
     "effect_name": "which",
     "n": "n",
 }
-REPEATS = {
+FRESH = {
     "configuration": "configuration",
     "repeats": "repeats in the search",
     "n": "n",
     "seen": "seen (median)",
     "fresh": "fresh (median)",
-    "winners_curse": "winner's curse (median)",
-    "order_kept": "order kept",
+    "winners_curse": "fresh minus seen (median)",
+    "solved": "seeds with all maps solved",
+    "order_kept": "order kept on these",
     "fresh_success_rate": "success on fresh seeds",
 }
 MAPS = {
@@ -81,18 +85,21 @@ RUNS = {
     "seed": "seed",
     "pop_size": "population",
     "evaluations": "evaluations",
+    "cluster_scale": "cluster scale",
     "fitness": "fitness seen",
     "fresh_fitness": "on fresh seeds",
-    "winners_curse": "winner's curse",
-    "order_kept": "order kept",
+    "winners_curse": "fresh minus seen",
     "fresh_success_rate": "success on fresh seeds",
-    "driven": "runs driven",
-    "seconds": "seconds",
+    "driven": "newly driven runs",
+    "seconds": "seconds for these",
 }
 
 
 def report_of_study(
-    results: StudyResults, best_sets: Sequence[BestSet] = (), figures: Sequence[StudyFigure] = ()
+    results: StudyResults,
+    best_sets: Sequence[BestSet] = (),
+    figures: Sequence[StudyFigure] = (),
+    analysis: StudyAnalysis | None = None,
 ) -> Report:
     """Collect the report of a study, as far as it has come.
 
@@ -100,23 +107,25 @@ def report_of_study(
         results: The study.
         best_sets: What :func:`evolution.study.figures.drive_best_sets` returned: the replays.
         figures: What :func:`evolution.study.figures.write_study_figures` returned.
+        analysis: The study's comparisons, if they are there already.
     """
-    settings = results.settings
-    controllers = results.runs[0].experiment.plan.names if results.runs else ()
+    settings, analysis = results.settings, analysis or analyse(results)
+    controllers = dict.fromkeys(name for run in results.runs for name in run.experiment.plan.names)
     return Report(
         title=f"Study: {settings.name}",
         subtitle=(
             f"{len(settings.configurations)} configurations x {settings.runs} runs, {settings.budget} map sets "
             f"evaluated in each; controllers {', '.join(controllers) or 'unknown'}; {len(results.runs)} runs finished"
         ),
-        verdict=verdict_of(results),
+        verdict=verdict_of(results, analysis),
         command=_command(results),
         configuration=_configuration(results),
         maps=[shown for best in best_sets for shown in _replayed(best)],
-        tables=_tables(results, best_sets),
+        tables=_tables(analysis, best_sets),
         figures=[picture(figure.caption, figure.png.read_bytes()) for figure in figures],
         downloads=_downloads(results, best_sets),
-        missing=[*results.missing, *[line for best in best_sets for line in _changed(best)]],
+        missing=[*results.missing, *_not_shown(results, best_sets)],
+        changed=[line for best in best_sets for line in _changed(best)],
     )
 
 
@@ -126,26 +135,36 @@ def table_of(caption: str, columns: Mapping[str, str], rows: Sequence[Row], note
     return Table(caption, tuple(columns.values()), cells, note)
 
 
-def _tables(results: StudyResults, best_sets: Sequence[BestSet]) -> list[Table]:
-    tables = [table for one in compare(results) for table in _comparison_tables(one)]
-    if any(run.fresh is not None for run in results.runs):
-        note = "Fitness on fresh seeds minus the fitness the search saw; share of fresh seeds with the maps' order."
-        tables.append(table_of("Winner's curse", REPEATS, repeat_rows(results), note))
+def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table]:
+    results = analysis.results
+    tables = [table for one in analysis.comparisons for table in _comparison_tables(one)]
+    if rows := fresh_rows(results):
+        note = (
+            "Fitness on fresh seeds minus the fitness the search saw: the luck of the selection, and the noise of the "
+            "new runs where the search had none. path_length selected nothing by driven runs. The order is that of "
+            "the maps' readings, on the seeds on which all controllers solved all maps."
+        )
+        tables.append(table_of("Fresh minus seen", FRESH, rows, note))
     tables += [table for best in best_sets if best.run.fresh is not None for table in _best_set_tables(best.run)]
     if results.runs:
-        tables.append(table_of("Every run", RUNS, results.rows()))
+        note = (
+            "All runs of a study share one store of results: what an earlier run had driven is not driven again, so "
+            "the last two columns depend on the order of the runs."
+        )
+        tables.append(table_of("Every run", RUNS, results.rows(), note))
     return tables
 
 
 def _comparison_tables(comparison: Comparison) -> list[Table]:
     """Table 5.2 and the tests behind the verdict."""
-    title = f"{comparison.judge}, {QUANTITIES[comparison.quantity]}"
-    tables = [table_of(f"Best fitness of a run: {title} (thesis, Table 5.2)", SUMMARY, summary_rows(comparison))]
-    if comparison.pairs:
-        note = "Mann-Whitney U, corrected by Holm. A12 is the chance that a run of the first is worse (0.5: no effect)."
-        tables.append(table_of(f"Every two configurations: {title}", PAIRS, pair_rows(comparison), note))
-    if tests := test_rows(comparison):
-        tables.append(table_of(f"Tests over several configurations: {title}", TESTS, tests))
+    title = comparison.title
+    note = f"The interval is of the median (bootstrap), for {FEWEST_FOR_INTERVAL} runs or more."
+    rows = summary_rows(comparison)
+    tables = [table_of(f"Best fitness of a run: {title} (thesis, Table 5.2)", SUMMARY, rows, note)]
+    if rows := pair_rows(comparison):
+        tables.append(table_of(f"Every two configurations: {title}", PAIRS, rows, _pairs_note(comparison)))
+    if rows := test_rows(comparison):
+        tables.append(table_of(f"Tests over several configurations: {title}", TESTS, rows))
     if ranking := comparison.ranking:
         columns = {"configuration": "configuration", "mean_rank": "mean rank"}
         note = (
@@ -154,6 +173,37 @@ def _comparison_tables(comparison: Comparison) -> list[Table]:
         )
         tables.append(table_of(f"Ranks: {title}", columns, rank_rows(comparison), note))
     return tables
+
+
+def _pairs_note(comparison: Comparison) -> str:
+    """How to read the table of pairs."""
+    note = (
+        "The first has the better median. Mann-Whitney U, corrected by Holm. A12 is the share of pairs of runs in "
+        "which the first is better, ties half (0.5: no effect). Runs with one seed share their first population; the "
+        "tests treat them as independent, which positive dependence makes conservative."
+    )
+    if not comparison.by_construction:
+        return note
+    return (
+        f"{note} Pairs by construction are not tested: the first chose afterwards among all maps that the second had "
+        "driven, so in no run it can be worse as the search saw it."
+    )
+
+
+def _not_shown(results: StudyResults, best_sets: Sequence[BestSet]) -> list[str]:
+    """Configurations of which not the best set is shown, or none."""
+    shown = {best.run.configuration.name: best.run for best in best_sets}
+    lines = []
+    for name, runs in results.by_configuration.items():
+        best = min(runs, key=lambda run: run.fitness)
+        if name not in shown:
+            lines.append(f"{name}: no replay, none of its best sets could be loaded and driven again")
+        elif shown[name] is not best:
+            lines.append(
+                f"{name}: the best run (seed {best.seed}) could not be loaded and driven again; seed "
+                f"{shown[name].seed} is shown"
+            )
+    return lines
 
 
 def _best_set_tables(run: StudyRun) -> list[Table]:

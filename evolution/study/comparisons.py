@@ -1,12 +1,13 @@
 """Which configurations of a study differ, and by how much.
 
-Only what was judged by the same fitness is compared: a Gini value says nothing beside a cluster
-value. Smaller fitness is better. Two quantities are compared: ``fitness``, as the search saw it
-(thesis, Table 5.2), and ``fresh_fitness``, of the same sets on fresh seeds, which luck cannot help.
+Only what was judged alike is compared (see :mod:`evolution.study.judges`). Smaller fitness is better.
+Two quantities are compared: ``fitness``, as the search saw it (thesis, Table 5.2), and
+``fresh_fitness``, of the same sets on fresh seeds, which luck cannot help.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -14,7 +15,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from evolution.settings import EvolveSettings
 from evolution.statistics import (
     Summary,
     TestResult,
@@ -24,13 +24,12 @@ from evolution.statistics import (
     pairwise_mann_whitney,
     summarize,
 )
+from evolution.study.judges import Groups, Judge, judges_of
 from evolution.study.results import StudyResults, StudyRun
-from evolution.study.settings import JUDGES
 
 Quantity = Literal["fitness", "fresh_fitness"]
 QUANTITIES: dict[Quantity, str] = {"fitness": "as the search saw it", "fresh_fitness": "on fresh seeds"}
 BOOTSTRAP_SEED = 0
-Groups = dict[str, list[StudyRun]]
 
 
 @dataclass(frozen=True)
@@ -59,10 +58,12 @@ class Comparison:
     Args:
         judge: The fitness in words.
         quantity: What is compared.
-        values: By configuration, one value a run.
-        summaries: By configuration.
+        values: By configuration, one value a run; the best median first.
+        summaries: By configuration, in the same order.
         populations: Kruskal-Wallis over each group that differs in its population only.
-        pairs: Every two configurations; p-values corrected by Holm over all of them.
+        pairs: Every two configurations, the one with the better median first; p-values corrected by Holm over all.
+        by_construction: Pairs that are not tested: the first cannot be worse in any run, because it chose
+            afterwards among all that the second had driven.
         ranking: None where fewer than two seeds are common to all.
     """
 
@@ -72,6 +73,7 @@ class Comparison:
     summaries: Mapping[str, Summary]
     populations: Sequence[TestResult]
     pairs: Sequence[TestResult]
+    by_construction: Sequence[tuple[str, str]]
     ranking: Ranking | None
 
     @property
@@ -82,38 +84,37 @@ class Comparison:
     @property
     def order(self) -> list[str]:
         """Configurations by median, the best first."""
-        return sorted(self.summaries, key=lambda name: self.summaries[name].median)
+        return list(self.summaries)
+
+
+@dataclass(frozen=True)
+class StudyAnalysis:
+    """Everything that is computed about a study, once.
+
+    Args:
+        results: The study.
+        judges: Which configurations are judged alike.
+        comparisons: Of every judge as the searches saw it, then on fresh seeds where there are any.
+    """
+
+    results: StudyResults
+    judges: tuple[Judge, ...]
+    comparisons: tuple[Comparison, ...]
+
+    def of(self, judge: Judge) -> list[Comparison]:
+        """The comparisons of one judge."""
+        return [one for one in self.comparisons if one.judge == judge.name]
+
+
+def analyse(results: StudyResults) -> StudyAnalysis:
+    """Compare all configurations of a study that were judged alike, in both quantities."""
+    judges = tuple(judges_of(results))
+    return StudyAnalysis(results, judges, tuple(one for judge in judges for one in _comparisons(judge)))
 
 
 def compare(results: StudyResults) -> list[Comparison]:
-    """Compare all configurations of a study that were judged by the same fitness, in both quantities."""
-    found = []
-    for judge, groups in by_judge(results).items():
-        for quantity in QUANTITIES:
-            measured = {
-                name: [run for run in runs if quantity == "fitness" or run.fresh is not None]
-                for name, runs in groups.items()
-            }
-            measured = {name: runs for name, runs in measured.items() if runs}
-            if measured:
-                found.append(_comparison(judge, quantity, measured))
-    return found
-
-
-def by_judge(results: StudyResults) -> dict[str, Groups]:
-    """Sort the configurations that have runs by the fitness that judged them."""
-    found: dict[str, Groups] = {}
-    for name, runs in results.by_configuration.items():
-        found.setdefault(judge_of(runs[0].experiment.search), {})[name] = runs
-    return found
-
-
-def judge_of(search: EvolveSettings) -> str:
-    """Say in words what decides about a fitness value; options at their defaults are left out."""
-    usual = EvolveSettings()
-    options = [name for name in JUDGES[1:] if getattr(search, name) != getattr(usual, name)]
-    words = [f"{name} {_short(getattr(search, name))}" for name in options]
-    return f"{search.fitness} fitness" + (f" ({', '.join(words)})" if words else "")
+    """Return the comparisons of :func:`analyse` alone."""
+    return list(analyse(results).comparisons)
 
 
 def value_of(run: StudyRun, quantity: Quantity) -> float:
@@ -129,30 +130,56 @@ def value_of(run: StudyRun, quantity: Quantity) -> float:
     return run.fresh.fitness
 
 
-def _comparison(judge: str, quantity: Quantity, groups: Groups) -> Comparison:
-    values = {name: [value_of(run, quantity) for run in runs] for name, runs in groups.items()}
+def _comparisons(judge: Judge) -> list[Comparison]:
+    found = []
+    for quantity in QUANTITIES:
+        measured = {
+            name: [run for run in runs if quantity == "fitness" or run.fresh is not None]
+            for name, runs in judge.groups.items()
+        }
+        measured = {name: runs for name, runs in measured.items() if runs}
+        if measured:
+            found.append(_comparison(judge, quantity, measured))
+    return found
+
+
+def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
+    """Summaries of all, and tests where all values are on one scale."""
+    unordered = {name: [value_of(run, quantity) for run in runs] for name, runs in groups.items()}
+    values = dict(sorted(unordered.items(), key=lambda item: float(np.median(item[1]))))
     rng = np.random.default_rng(BOOTSTRAP_SEED)
-    several = len(values) > 1
+    nested = _nested(groups) if judge.comparable and quantity == "fitness" else []
+    pairs = [pair for pair in itertools.combinations(values, 2) if judge.comparable and pair not in nested]
+    populations = _populations(groups) if judge.comparable else []
     return Comparison(
-        judge=judge,
+        judge=judge.name,
         quantity=quantity,
         values=values,
         summaries={name: summarize(one, rng) for name, one in values.items()},
-        populations=[kruskal_wallis({name: values[name] for name in names}) for names in _populations(groups)],
-        pairs=pairwise_mann_whitney(values) if several else [],
-        ranking=_ranking(groups, quantity) if several else None,
+        populations=[kruskal_wallis({name: values[name] for name in names}) for names in populations],
+        pairs=pairwise_mann_whitney(values, pairs) if pairs else [],
+        by_construction=nested,
+        ranking=_ranking(groups, quantity) if judge.comparable and len(values) > 1 else None,
     )
 
 
+def _nested(groups: Groups) -> list[tuple[str, str]]:
+    """Pairs of the exact best set of what a configuration drove, and that configuration."""
+    parents = {name: runs[0].configuration.of for name, runs in groups.items()}
+    return [(name, parent) for name, parent in parents.items() if parent in groups]
+
+
 def _populations(groups: Groups) -> list[list[str]]:
-    """Configurations that differ in nothing but their population."""
-    alike: dict[str, list[str]] = {}
+    """Configurations that differ in their population and in nothing else."""
+    alike: dict[str, dict[int, str]] = {}
     for name, runs in groups.items():
-        experiment, method = runs[0].experiment, runs[0].configuration.method
+        experiment, configuration = runs[0].experiment, runs[0].configuration
         document = experiment.document()
-        search = {key: value for key, value in document["search"].items() if key not in ("pop_size", "seed")}
-        alike.setdefault(repr((method, search, document["controllers"], document["run"])), []).append(name)
-    return [names for names in alike.values() if len(names) > 1]
+        for option in ("pop_size", "seed"):
+            del document["search"][option]
+        key = (configuration.method, configuration.of, configuration.cellular, document)
+        alike.setdefault(repr(key), {}).setdefault(experiment.search.pop_size, name)
+    return [list(names.values()) for names in alike.values() if len(names) > 1]
 
 
 def _ranking(groups: Groups, quantity: Quantity) -> Ranking | None:
@@ -164,7 +191,3 @@ def _ranking(groups: Groups, quantity: Quantity) -> Ranking | None:
     ranks, difference = critical_difference(table)
     names = tuple(groups)
     return Ranking(names, seeds, ranks, difference, friedman(table, names) if len(names) > 2 else None)
-
-
-def _short(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,9 +24,11 @@ from evolution.plots import (
     times_figure,
 )
 from evolution.rundir import LoadedRun, load_run
-from evolution.study.comparisons import QUANTITIES, Comparison, Groups, by_judge, compare
+from evolution.study.comparisons import QUANTITIES, Comparison, StudyAnalysis, analyse
 from evolution.study.engine import NAV2, Engine
+from evolution.study.judges import Judge
 from evolution.study.results import StudyResults, StudyRun
+from gym_mapbench.errors import MapBenchError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,43 +59,57 @@ class StudyFigure:
 
 
 def drive_best_sets(results: StudyResults, engine: Engine = NAV2) -> list[BestSet]:
-    """Drive the best set of every configuration again: the trajectories for figures and replays."""
+    """Drive the best set of every configuration again: the trajectories for figures and replays.
+
+    A run that cannot be loaded or driven makes way for the next best; a configuration without any is left out.
+    """
     found = []
     for runs in results.by_configuration.values():
-        best = min(runs, key=lambda run: run.fitness)
-        loaded = load_run(best.path)
-        found.append(BestSet(best, loaded, tuple(drive_best(loaded, engine.read_experiment, engine.drive))))
+        for run in sorted(runs, key=lambda run: run.fitness):
+            with suppress(MapBenchError):
+                found.append(_driven(run, engine))
+                break
     return found
 
 
-def write_study_figures(results: StudyResults, best_sets: Sequence[BestSet]) -> list[StudyFigure]:
-    """Draw every figure of a study into ``figures/``, as PNG and SVG."""
+def _driven(run: StudyRun, engine: Engine) -> BestSet:
+    loaded = load_run(run.path)
+    return BestSet(run, loaded, tuple(drive_best(loaded, engine.read_experiment, engine.drive)))
+
+
+def write_study_figures(
+    results: StudyResults, best_sets: Sequence[BestSet], analysis: StudyAnalysis | None = None
+) -> list[StudyFigure]:
+    """Draw every figure of a study into ``figures/``, as PNG and SVG.
+
+    Args:
+        results: The study.
+        best_sets: What :func:`drive_best_sets` returned.
+        analysis: The study's comparisons, if they are there already.
+    """
     folder = results.path / FIGURES
-    figures = []
-    for judge, groups in by_judge(results).items():
-        comparisons = [one for one in compare(results) if one.judge == judge]
-        figures += _Judged(folder, judge, groups, comparisons).draw()
-    for best in best_sets:
-        figures += _best_set_figures(folder, best)
-    return figures
+    analysis = analysis or analyse(results)
+    figures = [figure for judge in analysis.judges for figure in _Judged(folder, judge, analysis.of(judge)).draw()]
+    return figures + [figure for best in best_sets for figure in _best_set_figures(folder, best)]
 
 
 @dataclass(frozen=True)
 class _Judged:
-    """All runs that one fitness judged, and the figures over them."""
+    """All runs that were judged alike, and the figures over them."""
 
     folder: Path
-    judge: str
-    groups: Groups
+    judge: Judge
     comparisons: Sequence[Comparison]
 
     def draw(self) -> list[StudyFigure]:
-        """Draw them all."""
+        """Draw them all; values on different scales have no place in one figure."""
+        if not self.judge.comparable:
+            return []
         return [*self.populations(), self.progress(), self.final(), *self.curse(), *self.ranks()]
 
     def populations(self) -> list[StudyFigure]:
         """Figure 5.1, for every group that differs in its population only."""
-        caption = f"Best fitness so far for different populations, mean and SD over runs ({self.judge}; thesis, 5.1)"
+        caption = f"Best fitness so far by population, mean and SD over runs ({self.judge.name}; thesis, 5.1)"
         return [
             self._save(f"populations_{number}", caption, self._curves(test.groups))
             for number, test in enumerate(self.comparisons[0].populations, start=1)
@@ -100,24 +117,33 @@ class _Judged:
 
     def progress(self) -> StudyFigure:
         """Convergence of all methods, baselines included (for one method: figure 5.4)."""
-        caption = f"Best fitness so far over the budget, mean and SD over runs ({self.judge}; thesis, 5.4)"
-        return self._save("progress", caption, self._curves(list(self.groups)))
+        caption = (
+            f"Best fitness so far over the budget, mean and SD over runs; baselines dashed ({self.judge.name}; "
+            "thesis, 5.4)"
+        )
+        return self._save("progress", caption, self._curves(list(self.judge.groups)))
 
     def final(self) -> StudyFigure:
         """Figure 5.2, as seen and on fresh seeds."""
         boxes = {QUANTITIES[one.quantity]: one.values for one in self.comparisons}
-        caption = f"Fitness of the best set of every run ({self.judge}; thesis, 5.2)"
+        caption = f"Fitness of the best set of every run ({self.judge.name}; thesis, 5.2)"
         return self._save("final", caption, box_figure(boxes, highest=self._highest))
 
     def curse(self) -> list[StudyFigure]:
         """What was seen against what fresh seeds show, where anything was driven again."""
         points = {}
-        for name, runs in self.groups.items():
+        for name, runs in self.judge.groups.items():
             if again := [run for run in runs if run.fresh is not None]:
                 fresh = [run.fresh.fitness_as_searched for run in again if run.fresh]
                 points[name] = [run.fitness for run in again], fresh
-        caption = f"What the search saw and what fresh seeds show; above the line it was luck ({self.judge})"
-        return [self._save("curse", caption, curse_figure(points, self._highest))] if points else []
+        if not points:
+            return []
+        caption = (
+            "What the search saw and what fresh seeds show; above the line: worse than the search saw; triangles lie "
+            f"beyond the edge ({self.judge.name})"
+        )
+        figure = curse_figure(points, self._highest, list(self.judge.groups))
+        return [self._save("curse", caption, figure)]
 
     def ranks(self) -> list[StudyFigure]:
         """Critical-difference diagrams."""
@@ -125,7 +151,7 @@ class _Judged:
         return [
             self._save(
                 f"ranks_{quantity}",
-                f"Mean ranks over {len(ranking.seeds)} seeds, {QUANTITIES[quantity]} ({self.judge})",
+                f"Mean ranks over {len(ranking.seeds)} seeds, {QUANTITIES[quantity]} ({self.judge.name})",
                 critical_difference_figure(ranking.names, ranking.ranks, ranking.critical_difference),
             )
             for quantity, ranking in found
@@ -134,14 +160,16 @@ class _Judged:
     @property
     def _highest(self) -> float:
         """Fitness from which on a set is out of the question: its failures alone cost that much."""
-        return float(next(iter(self.groups.values()))[0].experiment.search.base_cost)
+        return self.judge.experiment.search.base_cost
 
     def _curves(self, names: Sequence[str]) -> Figure:
-        curves = {name: _curve(self.groups[name]) for name in names}
-        return spread_figure(curves, "map sets evaluated", self._highest)
+        groups = self.judge.groups
+        curves = {name: _curve(groups[name]) for name in names}
+        baselines = {name for name, runs in groups.items() if runs[0].configuration.method != "ga"}
+        return spread_figure(curves, "map sets evaluated", self._highest, list(groups), baselines)
 
     def _save(self, what: str, caption: str, figure: Figure) -> StudyFigure:
-        name = re.sub(r"[^A-Za-z0-9]+", "_", self.judge).strip("_")
+        name = re.sub(r"[^A-Za-z0-9]+", "_", self.judge.name).strip("_")
         return _save(self.folder / f"{what}_{name}", caption, figure)
 
 

@@ -33,6 +33,7 @@ SEARCHES = ("ga", "random", "cellular")
 JUDGES = (
     "fitness",
     "metric",
+    "aggregate",
     "failures",
     "maps_per_set",
     "cluster_scale",
@@ -89,7 +90,7 @@ class Configuration(Settings):
     def _check_judging_only(self) -> None:
         """Maps that were driven can be judged otherwise, but not driven otherwise."""
         other = [name for name in self.experiment if name != "search"]
-        other += [f"search.{name}" for name in search_of(self.experiment) if name not in (*JUDGES, "aggregate")]
+        other += [f"search.{name}" for name in search_of(self.experiment) if name not in JUDGES]
         if other or self.pop_size_from:
             what = f"experiment.{other[0]}" if other else "pop_size_from"
             raise ConfigError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -10,18 +11,24 @@ import numpy as np
 
 from evolution.files import Row, csv_of, make_directory, write_text
 from evolution.jobs import RunResult
-from evolution.statistics import TestResult, cliffs_delta
-from evolution.study.comparisons import Comparison, compare
+from evolution.statistics import TestResult, cliffs_delta, vargha_delaney_a12
+from evolution.study.comparisons import Comparison, StudyAnalysis, analyse
+from evolution.study.fresh import fresh_rows
 from evolution.study.results import StudyResults, StudyRun
 
 TABLES = "tables"
 
 
-def write_tables(results: StudyResults) -> list[Path]:
-    """Write every table of a study as CSV into ``tables/``; returns the files."""
+def write_tables(results: StudyResults, analysis: StudyAnalysis | None = None) -> list[Path]:
+    """Write every table of a study as CSV into ``tables/``; returns the files.
+
+    Args:
+        results: The study.
+        analysis: Its comparisons, if they are there already.
+    """
     folder = results.path / TABLES
     make_directory(folder)
-    comparisons = compare(results)
+    comparisons = (analysis or analyse(results)).comparisons
     tables: dict[str, Callable[[], list[Row]]] = {
         "runs": results.rows,
         "reevaluation": lambda: results.rows("reevaluation"),
@@ -32,7 +39,7 @@ def write_tables(results: StudyResults) -> list[Path]:
         "ranks": lambda: [row for one in comparisons for row in rank_rows(one)],
         "maps": lambda: [row for run in results.runs for row in map_rows(run)],
         "measures": lambda: [row for run in results.runs for row in measure_rows(run)],
-        "repeats": lambda: repeat_rows(results),
+        "repeats": lambda: fresh_rows(results),
     }
     for name, rows in tables.items():
         write_text(folder / f"{name}.csv", csv_of(rows()))
@@ -40,7 +47,7 @@ def write_tables(results: StudyResults) -> list[Path]:
 
 
 def summary_rows(comparison: Comparison) -> list[Row]:
-    """Table 5.2: one row a configuration, the best median first; the interval is of the mean (bootstrap, 95 %)."""
+    """Table 5.2: one row a configuration, the best median first; the interval is of the median (bootstrap, 95 %)."""
     rows = []
     for name in comparison.order:
         one = comparison.summaries[name]
@@ -73,24 +80,31 @@ def _test_row(test: TestResult) -> Row:
 
 
 def pair_rows(comparison: Comparison) -> list[Row]:
-    """Every two configurations: Mann-Whitney with Holm's correction; ``a12`` is the chance that ``first`` is worse."""
-    return [
-        {
-            "judge": comparison.judge,
-            "quantity": comparison.quantity,
-            "first": first,
-            "second": second,
-            "median_difference": comparison.summaries[first].median - comparison.summaries[second].median,
-            "u": pair.statistic,
-            "p_holm": pair.p_value,
-            "a12": pair.effect,
-            "cliffs_delta": cliffs_delta(comparison.values[first], comparison.values[second]),
-            "n_first": pair.n[0],
-            "n_second": pair.n[1],
-        }
-        for pair in comparison.pairs
-        for first, second in [pair.groups]
-    ]
+    """Every two configurations, ``first`` with the better median: Mann-Whitney with Holm's correction.
+
+    ``a12`` is the chance that a run of ``first`` is better. Pairs that differ by construction have no test.
+    """
+    tested = [_pair_row(comparison, pair.groups, pair.statistic, pair.p_value) for pair in comparison.pairs]
+    return [*tested, *[_pair_row(comparison, pair, math.nan, math.nan) for pair in comparison.by_construction]]
+
+
+def _pair_row(comparison: Comparison, pair: tuple[str, ...], u: float, p_holm: float) -> Row:
+    first, second = pair
+    better, worse = comparison.values[first], comparison.values[second]
+    return {
+        "judge": comparison.judge,
+        "quantity": comparison.quantity,
+        "first": first,
+        "second": second,
+        "median_difference": comparison.summaries[first].median - comparison.summaries[second].median,
+        "u": u,
+        "p_holm": p_holm,
+        "a12": vargha_delaney_a12(worse, better),
+        "cliffs_delta": cliffs_delta(worse, better),
+        "n_first": comparison.summaries[first].n,
+        "n_second": comparison.summaries[second].n,
+        "by_construction": "yes" if (first, second) in comparison.by_construction else "",
+    }
 
 
 def rank_rows(comparison: Comparison) -> list[Row]:
@@ -174,30 +188,6 @@ def times_row(results: Sequence[RunResult]) -> Row:
     }
 
 
-def repeat_rows(results: StudyResults) -> list[Row]:
-    """What repeats buy: per configuration the winner's curse and how often the maps kept their order."""
-    rows = []
-    for name, runs in results.by_configuration.items():
-        again = [run for run in runs if run.fresh is not None]
-        rows.append(
-            {
-                "configuration": name,
-                "repeats": runs[0].experiment.search.repeats,
-                "n": len(again),
-                "seen": _median([run.fitness for run in again]),
-                "fresh": _median([run.fresh.fitness_as_searched for run in again if run.fresh]),
-                "winners_curse": _median([run.winners_curse for run in again]),
-                "order_kept": _mean([run.fresh.order_kept for run in again if run.fresh]),
-                "fresh_success_rate": _mean([run.fresh.success_rate for run in again if run.fresh]),
-            }
-        )
-    return rows
-
-
 def _mean(values: Sequence[float]) -> float:
     known = [value for value in values if np.isfinite(value)]
     return float(np.mean(known)) if known else float("nan")
-
-
-def _median(values: Sequence[float]) -> float:
-    return float(np.median(values)) if values else float("nan")

@@ -9,6 +9,7 @@ import re
 import shutil
 import zipfile
 from base64 import b64decode
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -21,7 +22,10 @@ from evolution.report.page import Attachment, Report, Table, render_page
 from evolution.report.replays import ReplayedMap, replays_of, stuck_spots
 from evolution.report.writing import write_report
 from evolution.study import StudySettings, load_results
-from evolution.study.figures import drive_best_sets
+from evolution.study.comparisons import analyse
+from evolution.study.figures import drive_best_sets, write_study_figures
+from evolution.study.tables import write_tables
+from evolution.study.verdict import verdict_of
 from gym_mapbench.errors import ConfigError, RunError
 from tests.evolution.fake_study import ENGINE, small_study
 
@@ -86,7 +90,7 @@ def test_the_verdict_comes_first_and_every_configuration_is_there(page):
     assert page.text.index("has the best median") < page.text.rindex("Maps and replays")
     for name in small_study().names:
         assert name in page.text
-    for words in ("Winner's curse", "Table 5.2", "Tables 5.3 and 5.4", "Every two configurations", "Kruskal-Wallis"):
+    for words in ("Fresh minus seen", "Table 5.2", "Tables 5.3 and 5.4", "Every two configurations", "Kruskal-Wallis"):
         assert words in page.text
 
 
@@ -130,12 +134,56 @@ def test_a_partial_study_says_what_is_missing(study_path, tmp_path):
     written = write_report(path, engine=ENGINE)
     assert written == path / "report.html"
     text = Page(written.read_text()).text
-    assert "Missing or changed:" in text
+    assert "This report is partial:" in text
+    assert "not what the search recorded" not in text
     assert "random: none of its 2 runs was begun" in text
     assert "gini_6, seed 0: not re-evaluated yet" in text
     assert "There is nothing to compare it with." in text
     shutil.rmtree(path / "runs")
     assert "No run of this study is finished" in Page(write_report(path, engine=ENGINE).read_text()).text
+
+
+def test_a_run_that_cannot_be_loaded_makes_way(study_path, tmp_path):
+    path = tmp_path / "damaged"
+    shutil.copytree(study_path, path)
+    results = load_results(path, ENGINE)
+    best = min(results.of("gini_6"), key=lambda run: run.fitness)
+    for run in [best, *results.of("random")]:
+        (run.path / "best_map_set.json").write_text("{")
+    best_sets = drive_best_sets(results, ENGINE)
+    other = next(run for run in results.of("gini_6") if run is not best)
+    assert best_sets[0].run is other
+    assert "random" not in [best.run.configuration.name for best in best_sets]
+    text = Page(render_page(report_of_study(results, best_sets))).text
+    assert f"gini_6: the best run (seed {best.seed}) could not be loaded and driven again; seed {other.seed}" in text
+    assert "random: no replay, none of its best sets could be loaded and driven again" in text
+
+
+def test_changed_replays_have_a_heading_of_their_own(results, best_sets):
+    drive = replace(ENGINE, drive=lambda job: replace(ENGINE.drive(job), time=1.0))
+    text = Page(render_page(report_of_study(results, drive_best_sets(results, drive)))).text
+    assert "Replays that are not what the search recorded:" in text
+    assert "gini_6: The replay of dwb on map_1 ends with goal after 1.00 s; the search recorded goal after" in text
+    assert "This report is partial" not in text
+
+
+def test_the_subtitle_names_the_controllers_of_all(results):
+    run = results.runs[-1]
+    fewer = replace(run.experiment, controllers=run.experiment.controllers[1:])
+    mixed = replace(results, runs=(replace(run, experiment=fewer, fresh=None), *results.runs[:1]))
+    assert "controllers mppi, rpp, dwb; 2 runs" in report_of_study(mixed).subtitle
+
+
+def test_comparisons_are_made_once(results, best_sets, monkeypatch, tmp_path):
+    analysis = analyse(results)
+    made = []
+    monkeypatch.setattr("evolution.study.comparisons._comparison", lambda *args: made.append(args))
+    elsewhere = replace(results, path=tmp_path)
+    write_tables(elsewhere, analysis)
+    figures = write_study_figures(elsewhere, best_sets[:1], analysis)
+    report_of_study(results, best_sets, figures, analysis)
+    verdict_of(results, analysis)
+    assert made == []
 
 
 def test_a_run_has_a_page_of_its_own(study_path, tmp_path):

@@ -57,8 +57,17 @@ def test_pairs_are_corrected_and_sized():
     results = pairwise_mann_whitney({"a": list(range(10)), "b": list(range(100, 110)), "c": list(range(10))})
     by_pair = {result.groups: result for result in results}
     assert by_pair["a", "b"].p_value < 0.01
-    assert by_pair["a", "b"].effect == 0.0
+    assert by_pair["a", "b"].effect == 1.0  # the smaller is better
     assert by_pair["a", "c"].p_value == 1.0
+
+
+def test_the_family_of_a_correction_is_what_was_tested():
+    groups = {"a": list(range(10)), "b": list(range(5, 15)), "c": list(range(20, 30))}
+    (alone,) = pairwise_mann_whitney(groups, [("a", "b")])
+    of_all = next(result for result in pairwise_mann_whitney(groups) if result.groups == ("a", "b"))
+    assert alone.effect == of_all.effect
+    assert alone.p_value <= of_all.p_value
+    assert pairwise_mann_whitney({"a": [1.0], "b": [2.0]}, []) == []
 
 
 def test_friedman_and_critical_difference():
@@ -75,7 +84,14 @@ def test_bootstrap_interval_covers_and_repeats():
     low, high = bootstrap_interval(values, np.random.default_rng(1))
     assert low < values.mean() < high
     assert (low, high) == bootstrap_interval(values, np.random.default_rng(1))
-    assert summarize(values, np.random.default_rng(1)).ci_low == low
+
+
+def test_summaries_bound_the_median():
+    values = np.random.default_rng(0).exponential(5, 50)
+    row = summarize(values, np.random.default_rng(1))
+    assert (row.ci_low, row.ci_high) == bootstrap_interval(values, np.random.default_rng(1), np.median)
+    assert row.ci_low < row.median < row.ci_high
+    assert np.isnan(summarize(values[:4], np.random.default_rng(1)).ci_low)
 
 
 def test_rank_correlation():
