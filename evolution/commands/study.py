@@ -12,9 +12,8 @@ from rich.table import Table
 from evolution.commands import options
 from evolution.commands.progress import Bar, console, errors, note
 from evolution.report.writing import write_report
-from evolution.study.comparisons import compare
+from evolution.study.comparisons import StudyAnalysis, analyse
 from evolution.study.directory import StudyDir, is_study
-from evolution.study.results import StudyResults
 from evolution.study.runner import StudyProgress, run_study
 from evolution.study.settings import StudySettings, load_study, study_names
 from evolution.study.tables import summary_rows
@@ -60,8 +59,9 @@ def run(args: argparse.Namespace) -> int:
             workers=options.workers_of(args),
             on_progress=bar.show,
         )
-    page = write_report(directory, results=results, on_step=note)
-    _print(results)
+    analysis = analyse(results)
+    page = write_report(directory, analysis=analysis, on_step=note)
+    _print(analysis)
     console.print(f"Look at {page}, and at {directory / 'tables'} and {directory / 'figures'}.", highlight=False)
     if results.failed:
         raise RunError(f"{results.failed} runs could not be made (see missing, above); --resume tries them again")
@@ -78,9 +78,9 @@ def _study(args: argparse.Namespace) -> tuple[StudySettings, Path]:
     return settings, Path(args.out or Path("runs") / f"study-{settings.name}")
 
 
-def _print(results: StudyResults) -> None:
+def _print(analysis: StudyAnalysis) -> None:
     """Show Table 5.2, the verdict, and what is missing."""
-    for comparison in compare(results):
+    for comparison in analysis.comparisons:
         table = Table(title=f"Best fitness of a run: {comparison.title}", title_justify="left")
         columns = ("configuration", "n", "mean", "std", "median", "ci_low", "ci_high")
         for column in columns:
@@ -88,10 +88,10 @@ def _print(results: StudyResults) -> None:
         for row in summary_rows(comparison):
             table.add_row(*[_cell(row[column]) for column in columns])
         console.print(table)
-    for sentence in verdict_of(results):
+    for sentence in verdict_of(analysis.results, analysis):
         console.print(sentence, highlight=False, markup=False)
-    for line in results.missing:
-        console.print(f"missing: {line}", highlight=False, markup=False)
+    for line in analysis.results.missing:
+        console.print(f"missing: {line}", highlight=False, markup=False, soft_wrap=True)
 
 
 def _cell(value: object) -> str:

@@ -47,7 +47,8 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap]) -> Report:
         tables=[_times_table(run), _generations_table(run)],
         figures=figures_of(run),
         downloads=_downloads(run),
-        missing=[*written_elsewhere(run.config), *_unfinished(run), *_errors(run), *changed_replays(run, driven)],
+        missing=[*written_elsewhere(run.config), *_unfinished(run), *_errors(run)],
+        changed=changed_replays(run, driven),
     )
 
 

@@ -11,11 +11,11 @@ from evolution.report.of_run import report_of_run
 from evolution.report.of_study import report_of_study
 from evolution.report.page import Report, render_page
 from evolution.rundir import CONFIG, load_run
+from evolution.study.comparisons import StudyAnalysis, analyse
 from evolution.study.directory import STUDY, is_study
 from evolution.study.engine import NAV2, Engine
 from evolution.study.figures import drive_best_sets, write_study_figures
 from evolution.study.loading import load_results
-from evolution.study.results import StudyResults
 from evolution.study.tables import write_tables
 from gym_mapbench.errors import ConfigError, RunError
 
@@ -27,7 +27,7 @@ def write_report(
     out: str | Path | None = None,
     engine: Engine = NAV2,
     *,
-    results: StudyResults | None = None,
+    analysis: StudyAnalysis | None = None,
     on_step: Callable[[str], object] = lambda _: None,
 ) -> Path:
     """Write the report of a run or a study as one HTML file that needs no network.
@@ -36,7 +36,7 @@ def write_report(
         path: Directory of a run or of a study, finished or not.
         out: The file; ``report.html`` in the directory if None, which is written anew every time.
         engine: How the best maps are driven again.
-        results: Of a study: its results, if they are there already.
+        analysis: Of a study: its results compared, if they are there already.
         on_step: Called with a line about what takes long, before it begins.
 
     Returns:
@@ -55,13 +55,13 @@ def write_report(
         raise ConfigError(f"{target}: exists already; nothing is overwritten")
     if not target.parent.is_dir():
         raise ConfigError(f"{target}: there is no directory {target.parent}")
-    write_text(target, render_page(_report(path, engine, results, on_step)))
+    write_text(target, render_page(_report(path, engine, analysis, on_step)))
     return target
 
 
-def _report(path: Path, engine: Engine, results: StudyResults | None, on_step: Callable[[str], object]) -> Report:
+def _report(path: Path, engine: Engine, analysis: StudyAnalysis | None, on_step: Callable[[str], object]) -> Report:
     if is_study(path):
-        return _study_report(results or load_results(path, engine), engine, on_step)
+        return _study_report(analysis or analyse(load_results(path, engine)), engine, on_step)
     run = load_run(path)
     on_step("driving the best map set again for the replays")
     driven = drive_best(run, engine.read_experiment, engine.drive)
@@ -69,8 +69,9 @@ def _report(path: Path, engine: Engine, results: StudyResults | None, on_step: C
     return report_of_run(run, driven)
 
 
-def _study_report(results: StudyResults, engine: Engine, on_step: Callable[[str], object]) -> Report:
-    write_tables(results)
+def _study_report(analysis: StudyAnalysis, engine: Engine, on_step: Callable[[str], object]) -> Report:
+    results = analysis.results
+    write_tables(results, analysis)
     on_step(f"driving the best map set of {len(results.by_configuration)} configurations again for the replays")
     best_sets = drive_best_sets(results, engine)
-    return report_of_study(results, best_sets, write_study_figures(results, best_sets))
+    return report_of_study(results, best_sets, write_study_figures(results, best_sets, analysis), analysis)

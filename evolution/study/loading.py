@@ -12,7 +12,7 @@ from typing import Any
 from controllers.nav2_params.presets import overlay
 from evolution.documents import Versions, check, written_elsewhere
 from evolution.files import differences
-from evolution.rundir import CONFIG, RunDir
+from evolution.rundir import CONFIG, RunDir, load_run
 from evolution.settings import Experiment
 from evolution.study.directory import RESOLVED, STUDY, StudyDir
 from evolution.study.driven import errors_in, results_in
@@ -99,9 +99,23 @@ class _Reader:
                 absent.append(seed)
                 continue
             who = f"{configuration.name}, seed {seed}"
-            with self._noted(f"to repeat the run: {shlex.join(['rm', '-r', str(path)])} and then {self.resume}", who):
+            with self._noted(self._repeat(path), who):
                 self._read_run(configuration, seed, who)
         self.missing += _absent(configuration.name, absent, self.directory.settings.runs)
+        self._check_best(configuration)
+
+    def _repeat(self, path: Path) -> str:
+        """How to repeat the run in a directory."""
+        return f"to repeat the run: {shlex.join(['rm', '-r', str(path)])} and then {self.resume}"
+
+    def _check_best(self, configuration: Configuration) -> None:
+        """Read all files of the best run, as it is the one to be shown; a damaged one makes way for the next best."""
+        of_this = [run for run in self.runs if run.configuration == configuration]
+        for run in sorted(of_this, key=lambda run: run.fitness):
+            with self._noted(self._repeat(run.path), f"{configuration.name}, seed {run.seed}"):
+                load_run(run.path)
+                return
+            self.runs = [other for other in self.runs if other is not run]
 
     def _read_run(self, configuration: Configuration, seed: int, who: str) -> None:
         """Read one run, its re-evaluation, and what has to be said about it."""

@@ -135,15 +135,20 @@ def test_a_damaged_run_of_its_own_is_one_line(study, name, damage, message):
     ],
 )
 def test_what_only_some_readers_look_into_is_one_line(study, name, damage, message):
-    path = study / "runs" / "gini_6" / "seed-0000"
+    whole = load_results(study, ENGINE)
+    best, other = sorted(whole.of("gini_6"), key=lambda run: run.fitness)
+    path = best.path
     spoil(path / name, first_lines(path / name, damage) if isinstance(damage, int) else damage)
     with pytest.raises(MapBenchError) as caught:
         load_run(path)
     assert str(caught.value).startswith(f"{path / name}: ")
     assert message in str(caught.value)
     results = load_results(study, ENGINE)
-    assert bool(about(results, RUN)) == (damage is None)
-    drive_best_sets(results, ENGINE)
+    (line,) = about(results, f"gini_6, seed {best.seed}")
+    assert f": {path / name}: " in line
+    assert line.endswith(f"; to repeat the run: rm -r {path} and then mapbench study {study}{AGAIN}")
+    assert [run.seed for run in results.of("gini_6")] == [other.seed]
+    assert drive_best_sets(results, ENGINE)[0].run.path == other.path
 
 
 @pytest.mark.parametrize("damage", [None, b"", b"PK\x03\x04 no archive"])
@@ -271,9 +276,10 @@ def test_a_page_of_many_damages(study):
     spoil(study / STUDY, with_value(None, "libraries"))
     steps = []
     text = write_report(study, engine=ENGINE, on_step=steps.append).read_text()
-    for name in ("generations.csv", "checkpoint.json", "config.json", "reevaluation/random/seed-0000.json", STUDY):
+    files = ("generations.csv", "best_map_set.json", "runs.csv", "checkpoint.json", "config.json", STUDY)
+    for name in (*files, "reevaluation/random/seed-0000.json"):
         assert f"{name}: " in text
-    assert steps == ["driving the best map set of 6 configurations again for the replays"]
+    assert steps == ["driving the best map set of 5 configurations again for the replays"]
 
 
 def test_a_damaged_run_cannot_be_reported_alone(study, capsys):
