@@ -45,7 +45,6 @@ PAIRS = {
     "cliffs_delta": "Cliff's delta",
     "n_first": "n first",
     "n_second": "n second",
-    "by_construction": "by construction",
 }
 TESTS = {
     "test": "test",
@@ -162,14 +161,15 @@ def _comparison_tables(comparison: Comparison) -> list[Table]:
     rows = summary_rows(comparison)
     tables = [table_of(f"Best fitness of a run: {title} (thesis, Table 5.2)", SUMMARY, rows, note)]
     if rows := pair_rows(comparison):
-        tables.append(table_of(f"Every two configurations: {title}", PAIRS, rows, _pairs_note(comparison)))
+        columns = PAIRS | ({"by_construction": "by construction"} if comparison.by_construction else {})
+        tables.append(table_of(f"Every two configurations: {title}", columns, rows, _pairs_note(comparison)))
     if rows := test_rows(comparison):
         tables.append(table_of(f"Tests over several configurations: {title}", TESTS, rows))
     if ranking := comparison.ranking:
         columns = {"configuration": "configuration", "mean_rank": "mean rank"}
         note = (
             f"Over {len(ranking.seeds)} seeds, 1 is best; ranks less than {ranking.critical_difference:.2f} apart "
-            "cannot be told apart (Nemenyi, 0.05)."
+            f"cannot be told apart (Nemenyi, 0.05).{_nested_ranks(comparison)}"
         )
         tables.append(table_of(f"Ranks: {title}", columns, rank_rows(comparison), note))
     return tables
@@ -188,6 +188,12 @@ def _pairs_note(comparison: Comparison) -> str:
         f"{note} Pairs by construction are not tested: the first chose afterwards among all maps that the second had "
         "driven, so in no run it can be worse as the search saw it."
     )
+
+
+def _nested_ranks(comparison: Comparison) -> str:
+    """Ranks that say nothing, because they cannot be otherwise."""
+    fixed = [f"{best} never ranks behind {parent}" for best, parent in comparison.by_construction]
+    return f" By construction {', '.join(fixed)}." if fixed else ""
 
 
 def _not_shown(results: StudyResults, best_sets: Sequence[BestSet]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zlib
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -32,6 +33,9 @@ from gym_mapbench.errors import MapBenchError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+LONGEST_NAME = 80
+"""Characters of a judge's name in the name of a file, which no system lets grow for ever."""
 
 
 @dataclass(frozen=True)
@@ -170,6 +174,8 @@ class _Judged:
 
     def _save(self, what: str, caption: str, figure: Figure) -> StudyFigure:
         name = re.sub(r"[^A-Za-z0-9]+", "_", self.judge.name).strip("_")
+        if len(name) > LONGEST_NAME:
+            name = f"{name[:LONGEST_NAME]}_{zlib.crc32(name.encode()):08x}"
         return _save(self.folder / f"{what}_{name}", caption, figure)
 
 

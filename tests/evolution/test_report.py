@@ -174,6 +174,25 @@ def test_the_subtitle_names_the_controllers_of_all(results):
     assert "controllers mppi, rpp, dwb; 2 runs" in report_of_study(mixed).subtitle
 
 
+def test_what_holds_by_construction_is_marked(page):
+    assert "By construction best_of_random never ranks behind random." in page.text
+    assert page.text.count("Pairs by construction are not tested") == 1
+
+
+def test_long_names_of_judges_are_short_names_of_files(results, tmp_path):
+    long = {"pattern_weight": 21.125, "unevenness_weight": 2.0625, "base_cost": 99.0, "timeout_cost": 11.0}
+    run = results.runs[0]
+    runs = []
+    for place, epsilon in enumerate((0.001, 0.002)):
+        search = run.experiment.search.replace(**long, epsilon=epsilon)
+        configuration = results.settings.configurations[place]
+        runs.append(replace(run, configuration=configuration, experiment=replace(run.experiment, search=search)))
+    figures = write_study_figures(replace(results, path=tmp_path, runs=tuple(runs)), [])
+    names = [figure.png.name for figure in figures if figure.png.name.startswith("progress")]
+    assert len(set(names)) == 2
+    assert max(map(len, names)) < 110
+
+
 def test_comparisons_are_made_once(results, best_sets, monkeypatch, tmp_path):
     analysis = analyse(results)
     made = []
