@@ -27,20 +27,21 @@ def selected_sets(runs: Sequence[StudyRun]) -> list[StudyRun]:
 def order_kept(runs: Sequence[StudyRun]) -> tuple[float, float]:
     """How often the maps of a set keep the order the search saw, and how often that can be said.
 
+    Sets of which the search itself saw no order, because a map had no value, are left out.
+
     Returns:
         Share of the fresh seeds with the order kept, among those on which every map has a value (NaN if there are
-        none); and the share of these among all fresh seeds.
+        none); and the share of these among all fresh seeds (NaN if no set has an order).
     """
-    seen = [(run.fresh.readings, [one.readings for one in run.fresh.singles]) for run in runs if run.fresh is not None]
-    total = sum(len(singles) for _, singles in seen)
-    judged = [
-        _order(single) == _order(readings)
-        for readings, singles in seen
-        for single in singles
-        if None not in readings and None not in single
+    singles = [
+        (run.fresh.readings, one.readings)
+        for run in runs
+        if run.fresh is not None and None not in run.fresh.readings
+        for one in run.fresh.singles
     ]
+    judged = [_order(again) == _order(seen) for seen, again in singles if None not in again]
     kept = float(np.mean(judged)) if judged else float("nan")
-    return kept, len(judged) / total if total else float("nan")
+    return kept, len(judged) / len(singles) if singles else float("nan")
 
 
 def conditions(run: StudyRun, results: StudyResults) -> str:

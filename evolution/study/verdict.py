@@ -159,11 +159,13 @@ def _fresh_minus_seen(judge: Judge, results: StudyResults) -> list[str]:
 def _order(sets: Sequence[StudyRun]) -> str:
     """How often the maps kept their order."""
     kept, solved = order_kept(sets)
-    if math.isnan(kept):
+    if math.isnan(solved):
         return ""
+    if math.isnan(kept):
+        return " On no fresh seed were all maps of a set solved by all controllers, so its order has no second reading."
     return (
-        f" All maps were solved by all controllers on {_percent(solved)} of the fresh seeds; on {_percent(kept)} of "
-        "these the maps of a set kept the order the search saw."
+        f" All maps of a set were solved by all controllers on {_percent(solved)} of the fresh seeds; on "
+        f"{_percent(kept)} of these they kept the order the search saw."
     )
 
 

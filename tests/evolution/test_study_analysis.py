@@ -353,8 +353,8 @@ def test_fresh_minus_seen_is_said_with_its_interval():
         "Fresh minus seen, gini fitness: the searches saw a median of -8.00 on the sets they selected by driven runs; "
         "with new seeds and nominal noise the difference is +2.00 in the median (95 % interval +2.00 to +2.00, n = 6 "
         "different sets). This holds the luck of the selection (the winner's curse) and the added noise, and does not "
-        "tell them apart. All maps were solved by all controllers on 100 % of the fresh seeds; on 100 % of these the "
-        "maps of a set kept the order the search saw."
+        "tell them apart. All maps of a set were solved by all controllers on 100 % of the fresh seeds; on 100 % of "
+        "these they kept the order the search saw."
     )
     better = made_study(*[made_run("ga", s, -8.0, -8.5) for s in range(6)])
     assert "the difference is -0.50 in the median" in verdict_of(better)[3]
@@ -398,7 +398,11 @@ def test_the_order_is_judged_where_all_maps_are_solved():
     driven = type(run)(**{**vars(run), "fresh": again})
     assert order_kept([driven]) == pytest.approx((1 / 2, 2 / 3))  # as seen, reversed, and once not solved
     unseen = type(run)(**{**vars(run), "fresh": Reevaluation(results, singles, singles, (0.0, None, 0.6))})
-    assert order_kept([unseen]) == pytest.approx((np.nan, 0.0), nan_ok=True)
+    assert order_kept([unseen]) == pytest.approx((np.nan, np.nan), nan_ok=True)
+    never = Reevaluation(results, singles[2:], singles[2:], (0.0, 0.3, 0.6))
+    failed = type(run)(**{**vars(run), "fresh": never})
+    assert order_kept([failed]) == pytest.approx((np.nan, 0.0), nan_ok=True)
+    assert "On no fresh seed were all maps of a set solved" in verdict_of(made_study(failed))[-1]
     assert order_kept([]) == pytest.approx((np.nan, np.nan), nan_ok=True)
 
 
