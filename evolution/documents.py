@@ -172,7 +172,8 @@ def check(model: type[Document], document: object, where: str | Path) -> None:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"])
-        what = "is missing" if first["type"] == "missing" else first["msg"].replace("Input should", "should")
+        message = first["msg"].replace("Input should", "should").split(" or instance of ")[0]
+        what = "is missing" if first["type"] == "missing" else message
         raise RunError(f"{where}: {key}: {what}" if key else f"{where}: {what}") from None
 
 

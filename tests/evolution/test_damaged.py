@@ -84,7 +84,7 @@ OF_A_RUN = [
     ("best_results.json", with_value([], "maps"), "expected results of 3 maps, got 0"),
     ("best_results.json", without("maps", 0, "runs", "rpp"), "map_1: runs: expected dwb, mppi, rpp, got dwb, mppi"),
     ("timing.jsonl", '{"generation": 1, "seconds": 2.0}\n', "line 1: driven: is missing"),
-    ("timing.jsonl", "[]\n", "line 1: "),
+    ("timing.jsonl", "[]\n", "line 1: should be a valid dictionary"),
     ("config.json", without("search"), "search: is missing"),
     ("config.json", without("libraries"), "libraries: is missing"),
     ("config.json", without("search", "shapes", "resolution"), "search.shapes.resolution: is missing"),
