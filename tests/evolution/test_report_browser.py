@@ -204,3 +204,13 @@ def test_the_configuration_is_printed_although_it_is_folded(opened):
     for event, is_open in (("beforeprint", True), ("afterprint", False)):
         opened.execute_script(f"window.dispatchEvent(new Event('{event}'))")
         assert details.get_property("open") is is_open
+
+
+def test_only_tables_scroll_sideways_on_a_phone(opened):
+    size = {"width": 400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    root = opened.find_element(By.TAG_NAME, "html")
+    assert root.get_property("scrollWidth") == root.get_property("clientWidth")
+    note = opened.find_element(By.CSS_SELECTOR, "caption .hint")
+    assert note.rect["x"] + note.rect["width"] < 400
+    opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
