@@ -166,9 +166,9 @@ def _look(names: Sequence[str], name: str) -> dict[str, Any]:
     return {"color": colour_of(names, name), "marker": MARKERS[round_of(names, name)]}
 
 
-def _legend_below(figure: Figure) -> None:
+def _legend_below(figure: Figure, **entries: Any) -> None:
     """A legend that covers nothing, however many names there are."""
-    figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=3)
+    figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=3, **entries)
 
 
 def box_figure(
@@ -298,7 +298,7 @@ def times_figure(times: Mapping[str, Sequence[ArrayLike]], maps: Sequence[str]) 
             axes.plot(np.full(len(runs), x), runs, ".", color="#222222", markersize=4)
     axes.set_xticks(range(len(maps)), maps)
     axes.set_ylabel("travel time, s")
-    axes.legend(handles=[_patch(names, name) for name in names], frameon=False, ncols=min(4, len(names)))
+    _legend_below(figure, handles=[_patch(names, name) for name in names])
     return figure
 
 

@@ -74,7 +74,9 @@ def test_lines_differ_when_the_colours_are_used_up():
 
 def test_times_of_many_controllers_are_told_apart():
     names = [f"c{i}" for i in range(len(COLOURS) + 2)]
-    (axes,) = times_figure({name: [[1.0, 2.0], []] for name in names}, ["map_1", "map_2"]).axes
+    figure = times_figure({name: [[1.0, 2.0], []] for name in names}, ["map_1", "map_2"])
+    (axes,) = figure.axes
+    assert legend(figure) == names
     bars = [(patch.get_facecolor(), patch.get_hatch()) for patch in axes.patches]
     assert len(set(bars)) == len(bars) == len(names)
 
