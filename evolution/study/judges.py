@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -74,7 +75,9 @@ def judges_of(results: StudyResults) -> list[Judge]:
         groups.setdefault(repr(_decisive(runs)), {})[name] = runs
     found = list(groups.values())
     names = _names([next(iter(group.values())) for group in found])
-    return [Judge(name, group, _scales(group)) for name, group in zip(names, found, strict=True)]
+    return [
+        Judge(name, group, _scales(itertools.chain(*group.values()))) for name, group in zip(names, found, strict=True)
+    ]
 
 
 def name_of(search: EvolveSettings, scales: Sequence[float] = ()) -> str:
@@ -97,7 +100,7 @@ def name_of(search: EvolveSettings, scales: Sequence[float] = ()) -> str:
 def _decisive(runs: Sequence[StudyRun]) -> dict[str, Any]:
     """Everything that decides what a value of these runs means."""
     experiment = runs[0].experiment
-    document, scales = experiment.document(), _scales({"": list(runs)})
+    document, scales = experiment.document(), _scales(runs)
     judging = {name: document["search"][name] for name in JUDGES if name != "cluster_scale"}
     return {
         **judging,
@@ -108,14 +111,14 @@ def _decisive(runs: Sequence[StudyRun]) -> dict[str, Any]:
     }
 
 
-def _scales(groups: Groups) -> tuple[float, ...]:
-    found = {run.seen["cluster_scale"] for runs in groups.values() for run in runs}
+def _scales(runs: Iterable[StudyRun]) -> tuple[float, ...]:
+    found = {run.seen["cluster_scale"] for run in runs}
     return tuple(sorted(scale for scale in found if scale is not None))
 
 
 def _names(firsts: Sequence[Sequence[StudyRun]]) -> list[str]:
     """A name for each judge; where the fitness is the same, the world and the controllers tell them apart."""
-    plain = [name_of(runs[0].experiment.search, _scales({"": list(runs)})) for runs in firsts]
+    plain = [name_of(runs[0].experiment.search, _scales(runs)) for runs in firsts]
     names: list[str] = []
     for place, runs in enumerate(firsts):
         others = [other for at, other in enumerate(firsts) if plain[at] == plain[place] and at != place]
