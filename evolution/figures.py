@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from evolution.driving import drive
 from evolution.experiments import experiment_of
@@ -14,6 +14,9 @@ from evolution.plots import convergence_figure, lorenz_figure, map_set_figure, s
 from evolution.rundir import LoadedRun
 from evolution.settings import Experiment
 from gym_mapbench.episode import Episode
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FIGURES = "figures"
 
@@ -63,17 +66,30 @@ def write_run_figures(run: LoadedRun, maps: Sequence[DrivenMap] | None = None) -
     evaluations = [row["evaluations"] for row in run.generations]
     best = [row["best"] for row in run.generations]
     written = save_figure(convergence_figure({"best": (evaluations, best)}), folder / "convergence")
+    if drawn := best_maps_figure(maps, run.controllers):
+        written += save_figure(drawn, folder / "best_maps")
+    written += save_figure(times_figure(_times(run), [driven.name for driven in maps]), folder / "times")
+    if drawn := solved_lorenz_figure(run.best_results["maps"]):
+        written += save_figure(drawn, folder / "lorenz")
+    return written
+
+
+def best_maps_figure(maps: Sequence[DrivenMap], controllers: Sequence[str]) -> Figure | None:
+    """Draw the maps of a set with all trajectories; None if nothing was driven."""
     shown = [driven for driven in maps if driven.episodes]
     titles = [f"{driven.name}: {driven.reading}" for driven in shown]
-    if shown:
-        groups = [driven.episodes for driven in shown]
-        written += save_figure(map_set_figure(groups, titles, run.controllers), folder / "best_maps")
-    written += save_figure(times_figure(_times(run), [driven.name for driven in maps]), folder / "times")
-    solved = [entry for entry in run.best_results["maps"] if entry["values"] is not None]
-    if solved:
-        curves = [list(entry["values"].values()) for entry in solved]
-        written += save_figure(lorenz_figure(curves, [entry["name"] for entry in solved]), folder / "lorenz")
-    return written
+    return map_set_figure([driven.episodes for driven in shown], titles, controllers) if shown else None
+
+
+def solved_lorenz_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
+    """Draw the Lorenz curves of the maps that have a value for every controller; None if there are none.
+
+    Args:
+        entries: Maps as in ``best_results.json``.
+    """
+    solved = [entry for entry in entries if entry["values"] is not None]
+    curves = [list(entry["values"].values()) for entry in solved]
+    return lorenz_figure(curves, [f"{entry['name']} ({entry['reading']:.3f})" for entry in solved]) if solved else None
 
 
 def _times(run: LoadedRun) -> dict[str, list[list[float]]]:

@@ -13,13 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from evolution.figures import FIGURES, DrivenMap, drive_best
+from evolution.figures import FIGURES, DrivenMap, best_maps_figure, drive_best, solved_lorenz_figure
 from evolution.plots import (
     box_figure,
     critical_difference_figure,
     curse_figure,
-    lorenz_figure,
-    map_set_figure,
     save_figure,
     spread_figure,
     times_figure,
@@ -194,20 +192,14 @@ def _curve(runs: Sequence[StudyRun]) -> tuple[NDArray[np.float64], NDArray[np.fl
 def _best_set_figures(folder: Path, best: BestSet) -> list[StudyFigure]:
     """Figures of the best set of one configuration."""
     name, seed = best.run.configuration.name, best.run.seed
-    shown = [driven for driven in best.maps if driven.episodes]
     figures = []
-    if shown:
-        titles = [f"{driven.name}: {driven.reading}" for driven in shown]
-        drawn = map_set_figure([driven.episodes for driven in shown], titles, best.loaded.controllers)
+    if drawn := best_maps_figure(best.maps, best.loaded.controllers):
         caption = (
             f"Best set of {name} (seed {seed}, fitness {best.run.fitness:.2f}) with all trajectories; crosses mark "
             "recoveries (thesis, figures 5.3 and 5.5)"
         )
         figures.append(_save(folder / f"best_{name}", caption, drawn))
-    solved = [entry for entry in best.run.seen["maps"] if entry["values"] is not None]
-    if solved:
-        curves = [list(entry["values"].values()) for entry in solved]
-        drawn = lorenz_figure(curves, [f"{entry['name']} ({entry['reading']:.3f})" for entry in solved])
+    if drawn := solved_lorenz_figure(best.run.seen["maps"]):
         figures.append(_save(folder / f"lorenz_{name}", f"Lorenz curves of the best set of {name}", drawn))
     if best.run.fresh is not None:
         caption = f"Times of the best set of {name} on fresh seeds; dots are single runs that reached the goal"

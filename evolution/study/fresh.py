@@ -33,15 +33,10 @@ def order_kept(runs: Sequence[StudyRun]) -> tuple[float, float]:
         Share of the fresh seeds with the order kept, among those on which every map has a value (NaN if there are
         none); and the share of these among all fresh seeds (NaN if no set has an order).
     """
-    singles = [
-        (run.fresh.readings, one.readings)
-        for run in runs
-        if run.fresh is not None and None not in run.fresh.readings
-        for one in run.fresh.singles
-    ]
-    judged = [_order(again) == _order(seen) for seen, again in singles if None not in again]
-    kept = float(np.mean(judged)) if judged else float("nan")
-    return kept, len(judged) / len(singles) if singles else float("nan")
+    ordered = [run.fresh for run in runs if run.fresh is not None and None not in run.fresh.readings]
+    judged = [kept for fresh in ordered for kept in fresh.orders]
+    seeds = sum(len(fresh.singles) for fresh in ordered)
+    return float(np.mean(judged)) if judged else float("nan"), len(judged) / seeds if seeds else float("nan")
 
 
 def conditions(run: StudyRun, results: StudyResults) -> str:
@@ -82,9 +77,3 @@ def fresh_rows(results: StudyResults) -> list[Row]:
             }
         )
     return rows
-
-
-def _order(readings: Sequence[float | None]) -> list[int]:
-    """Positions of the maps by reading."""
-    order: list[int] = np.argsort(np.array(readings, dtype=float), kind="stable").tolist()
-    return order

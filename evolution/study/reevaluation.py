@@ -59,12 +59,19 @@ class Reevaluation:
         return fmean(one.success_rate for one in self.singles)
 
     @property
-    def order_kept(self) -> float:
-        """Share of fresh seeds on which the maps' readings come in the order the search saw; NaN if it saw none."""
+    def orders(self) -> tuple[bool, ...]:
+        """Whether the maps' readings come in the order the search saw, on every fresh seed on which all have one.
+
+        Empty if the search itself saw none.
+        """
         seen = _order(self.readings)
-        if seen is None:
-            return float("nan")
-        return fmean(_order(one.readings) == seen for one in self.singles)
+        found = [_order(one.readings) for one in self.singles] if seen is not None else []
+        return tuple(order == seen for order in found if order is not None)
+
+    @property
+    def order_kept(self) -> float:
+        """Share of those seeds on which the order is kept; NaN if there are none."""
+        return fmean(self.orders) if self.orders else float("nan")
 
 
 def reevaluate(

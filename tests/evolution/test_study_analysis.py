@@ -132,7 +132,8 @@ def test_order_and_curse_by_hand():
     results = set_of([ALIKE, FAR, ALIKE], [TWICE, TWICE, [None, 1, 4]], [FAR, ALIKE, FAR])
     singles = judge(results, GINI, 1)
     again = Reevaluation(results, singles, singles, (0.0, 0.3, 0.6))
-    assert again.order_kept == pytest.approx(1 / 3)  # once as seen, once reversed, once a map without a reading
+    assert again.orders == (True, False)  # once as seen, once reversed; once a map has no reading
+    assert again.order_kept == 0.5
     assert again.success_rate == pytest.approx((1 + 1 + 8 / 9) / 3)
     assert again.fitness == np.median([one.total for one in singles])
     assert np.isnan(Reevaluation(results, singles, singles, (0.0, None, 0.6)).order_kept)
