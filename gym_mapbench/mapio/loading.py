@@ -151,8 +151,15 @@ def _with_task(path: str | Path, item: TaskedMap, start: PoseLike | None, goal: 
     last: PoseLike | None = goal if goal is not None else task and task.goal
     if first is None or last is None:
         missing = " and ".join(f"--{what}" for what, pose in (("start", first), ("goal", last)) if pose is None)
-        raise ConfigError(f"{path}: no task is known for this map, give {missing} as x,y,yaw")
+        raise ConfigError(f"{path}: no task is known for this map, give {missing} as x,y,yaw{_or_poses(path)}")
     return TaskedMap(item.name, item.grid, (Task(as_pose("start", first), as_pose("goal", last), item.name),))
+
+
+def _or_poses(path: str | Path) -> str:
+    """Say what file would give a map_server map its task."""
+    if Path(path).suffix.lower() not in (".yaml", ".yml"):
+        return ""
+    return f", or write {Path(path).stem}_poses.yaml beside it: a line '- [x, y, yaw]' for the start, one for the goal"
 
 
 def as_pose(what: str, pose: PoseLike) -> Pose:

@@ -141,11 +141,17 @@ def _thresholds(path: Path, info: Mapping[Any, Any]) -> _Thresholds:
     negate = info["negate"]
     if not isinstance(negate, (bool, int)) or negate not in (0, 1):
         raise MapFormatError(f"{path}: negate: expected 0 or 1, got {short(negate)}")
-    return _Thresholds(
-        bool(negate),
-        as_number(f"{path}: occupied_thresh", info["occupied_thresh"]),
-        as_number(f"{path}: free_thresh", info["free_thresh"]),
-    )
+    occupied, free = (_fraction(f"{path}: {key}", info[key]) for key in ("occupied_thresh", "free_thresh"))
+    if free >= occupied:
+        raise MapFormatError(f"{path}: free_thresh: expected less than occupied_thresh {occupied:g}, got {free:g}")
+    return _Thresholds(bool(negate), occupied, free)
+
+
+def _fraction(where: str, value: object) -> float:
+    fraction = as_number(where, value)
+    if not 0 <= fraction <= 1:
+        raise MapFormatError(f"{where}: expected 0..1, got {fraction:g}")
+    return fraction
 
 
 def _occupancy(picture: Picture, thresholds: _Thresholds, with_alpha: bool) -> tuple[NDArray[Any], NDArray[np.float64]]:
@@ -167,7 +173,7 @@ def _scale(picture: Picture, thresholds: _Thresholds) -> Values:
     """As trinary, with values in between; a pixel that is not opaque is unknown."""
     total, occupancy = _occupancy(picture, thresholds, with_alpha=False)
     span = thresholds.occupied_thresh - thresholds.free_thresh
-    graded = np.rint((occupancy - thresholds.free_thresh) / (span or 1.0) * 100.0)
+    graded = np.rint((occupancy - thresholds.free_thresh) / span * 100.0)
     graded[occupancy < thresholds.free_thresh] = 0
     graded[occupancy > thresholds.occupied_thresh] = LETHAL
     values: Values = np.clip(graded, 0, LETHAL).astype(np.int8)[total]

@@ -75,7 +75,7 @@ def test_plain_binary_and_16_bit_pictures_agree(tmp_path):
 
 def test_poses_beside_the_map_or_in_params(tmp_path):
     path = map_server_files(tmp_path, np.full((10, 10), 254))
-    with pytest.raises(ConfigError, match="give --start and --goal as x,y,yaw"):
+    with pytest.raises(ConfigError, match=r"as x,y,yaw, or write office_poses\.yaml beside it"):
         load_scenarios(path)
     (tmp_path / "office_poses.yaml").write_text("- [-0.95, 2.05, 0.5]\n- [-0.15, 2.95, 7e-1]\n")
     (scenario,) = load_scenarios(path)
@@ -106,6 +106,9 @@ def test_poses_beside_the_map_or_in_params(tmp_path):
         ({"mode": "binary"}, "mode: expected one of trinary, scale, raw"),
         ({"mode": ["raw"]}, "mode: expected one of trinary, scale, raw"),
         ({"free_thresh": [1]}, "free_thresh: expected a number"),
+        ({"occupied_thresh": 65}, r"office\.yaml: occupied_thresh: expected 0\.\.1, got 65"),
+        ({"free_thresh": -0.1}, r"free_thresh: expected 0\.\.1, got -0\.1"),
+        ({"free_thresh": 0.65}, r"free_thresh: expected less than occupied_thresh 0\.65, got 0\.65"),
     ],
 )
 def test_bad_keys_are_named(tmp_path, change, words):
