@@ -9,6 +9,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 
+from evolution.cli import build_parser
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
 from gym_mapbench.gridmap import GridMap
@@ -100,6 +101,12 @@ def test_parameters_are_written_as_given(exported):
     assert benchmark["controllers"] == ["dwb", "mppi"]
     assert benchmark["velocity_smoother"] is True
     assert [entry["name"] for entry in benchmark["maps"]] == ["map_0", "map_1"]
+
+
+def test_the_commands_of_the_readme_are_whole(exported):
+    lines = (exported[1] / "README.md").read_text().splitlines()
+    commands = [line.split()[1:] for line in lines if line.startswith("mapbench ")]
+    assert [build_parser().parse_args(command).command for command in commands] == ["import-results"]
 
 
 def test_trees_name_their_controller_and_planner(exported):
