@@ -104,8 +104,10 @@ def map_of_scen(path: Path) -> Path:
     """Return the ``.map`` file of a ``.scen`` file: the one its first task names, beside it.
 
     Raises:
-        MapFormatError: If it names none, or that is not there.
+        MapFormatError: If it is no ``.scen`` file, names no map, or that is not there.
     """
+    if path.suffix.lower() != ".scen":
+        raise MapFormatError(f"{path}: expected a .scen file, got {path.suffix or path.name}")
     fields = next((line.split() for line in _scen_lines(path)[1:] if line.strip()), [])
     if len(fields) < 2:
         raise MapFormatError(f"{path}: expected a task with the name of its map")

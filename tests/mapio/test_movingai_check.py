@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from gym_mapbench.errors import MapFormatError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.movingai import optimal_lengths
 from gym_mapbench.mapio.movingai_check import check_scen
@@ -51,6 +52,12 @@ def scen(tmp_path):
     (tmp_path / "tiny.map").write_text(MOVINGAI_MAP)
     (tmp_path / "tiny.map.scen").write_text(MOVINGAI_SCEN)
     return tmp_path / "tiny.map.scen"
+
+
+def test_a_map_of_another_format_is_refused_by_its_name(tmp_path):
+    (tmp_path / "room.yaml").write_text("image: room.pgm\nresolution: 0.05\n")
+    with pytest.raises(MapFormatError, match=r"room\.yaml: expected a \.scen file, got \.yaml"):
+        check_scen(tmp_path / "room.yaml")
 
 
 def test_right_and_wrong_optima(scen):
