@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -34,8 +35,8 @@ class EnvConfig(Settings):
     Args:
         maps: What to drive on. None: a new random map of the thesis at every reset, solvable for the robot.
             A file name or several: whatever :func:`gym_mapbench.mapio.load_scenarios` reads. Text rows (``#``
-            occupied, ``.`` free, ``?`` unknown, first row at the top), or several maps of them. A mapping: the
-            document of a map-set file.
+            occupied, ``.`` free, ``?`` unknown, first row at the top), as a list or as one text of several lines
+            (indented or not), or several maps of them as lists. A mapping: the document of a map-set file.
         start: ``(x, y, yaw)`` m, rad; None takes the map's own, or the thesis'.
         goal: The same for the goal.
         resolution: Side of a cell of text rows, pictures and random maps, m; None means 0.05.
@@ -94,6 +95,8 @@ class EnvConfig(Settings):
     @field_validator("maps", mode="before")
     @classmethod
     def _known_form(cls, value: object) -> object:
+        if isinstance(value, str) and "\n" in value:
+            return tuple(textwrap.dedent(value).strip("\n").splitlines())
         if value is None or isinstance(value, str | Mapping):
             return value
         if isinstance(value, Path):

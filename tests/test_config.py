@@ -82,6 +82,15 @@ def test_text_rows_are_one_map_and_rows_of_rows_are_several():
     assert (one[0].start, one[0].goal) == (Pose(*ROOM_START), Pose(*ROOM_GOAL))
 
 
+def test_a_map_may_be_drawn_as_one_text():
+    options = {"resolution": 0.1, "start": ROOM_START, "goal": ROOM_GOAL}
+    rows = EnvConfig(maps=ROOM, **options)
+    assert EnvConfig(maps="\n".join(ROOM), **options) == rows
+    assert EnvConfig(maps="\n    " + "\n    ".join(ROOM) + "\n    ", **options) == rows
+    with pytest.raises(ConfigError, match="got lengths"):
+        EnvConfig(maps="####\n#.#\n####", **options).load_scenarios()
+
+
 def test_maps_without_a_task_get_the_thesis_task():
     rows = GridMap(sample_map(np.random.default_rng(0), ShapeSettings())).to_rows()
     (scenario,) = EnvConfig(maps=rows).load_scenarios() or ()
