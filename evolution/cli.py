@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from evolution.commands import COMMANDS
 from gym_mapbench.errors import MapBenchError
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
+NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
+"""Begins a value as ``-2,-1,0``, which is no option."""
 
 DESCRIPTION = "Evolve maps that tell navigation controllers apart, and drive, compare and export them."
 EXAMPLES = """examples:
@@ -25,7 +28,18 @@ EXAMPLES = """examples:
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose errors are one line."""
+    """An argument parser whose errors are one line of the command that was called, and that takes negative poses."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._negative_number_matcher = NEGATIVE
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse; a subcommand refuses by itself what it does not know."""
+        found, rest = super().parse_known_args(args, namespace)
+        if rest:
+            self.error(f"unrecognized arguments: {' '.join(rest)}")
+        return found, rest
 
     def error(self, message: str) -> NoReturn:
         """Print one line and exit with code 2."""
@@ -63,4 +77,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         # The reader of our output went away (for example `| head`); nothing is left to say.
         sys.stderr.close()
         return 0
+    except OSError as error:
+        where = "" if error.filename is None else f"{error.filename}: "
+        print(f"mapbench {args.command}: {where}{error.strerror or error}", file=sys.stderr)
+        return USAGE_ERROR
     return code

@@ -20,7 +20,7 @@ from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, errors
 from evolution.driving import run_job
 from evolution.evaluator import Evaluator
-from evolution.files import write_text
+from evolution.files import make_directory, write_text
 from evolution.jobs import JobPlan
 from evolution.warmup import warm_up
 from gym_mapbench.errors import ConfigError
@@ -44,7 +44,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     options.add_drive_options(parser)
     options.add_work_options(parser)
     parser.add_argument("--repeats", type=options.positive, default=1, metavar="R", help="runs of each (default 1)")
-    parser.add_argument("--lo", type=float, default=2.0, help="factor below which BARN rewards no more (default 2)")
+    parser.add_argument(
+        "--lo",
+        type=options.positive_number,
+        default=2.0,
+        metavar="FACTOR",
+        help="only in the BARN score printed for barn:DIR: faster than FACTOR optimal times earns no more (default 2)",
+    )
     parser.add_argument("--format", choices=("table", "json", "csv"), default="table")
     parser.add_argument("--out", metavar="DIR", help="also write bench.json and bench.csv there")
     parser.set_defaults(run=run)
@@ -140,5 +146,5 @@ def _print_barn(scores: Sequence[BarnScore], source: str) -> None:
 def _new_directory(path: Path) -> Path:
     if path.exists() and (not path.is_dir() or any(path.iterdir())):
         raise ConfigError(f"--out: expected a new or empty directory, got {path}")
-    path.mkdir(parents=True, exist_ok=True)
+    make_directory(path)
     return path

@@ -27,7 +27,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("source", metavar="RUN_OR_MAPSET", help="run directory, map-set file, or any map")
     parser.add_argument("--format", required=True, choices=("gazebo", *FORMATS))
     parser.add_argument("--out", required=True, metavar="DIR", help="a new or empty directory")
-    parser.add_argument("--wall-height", type=float, default=0.5, metavar="M", help="of the Gazebo walls (default 0.5)")
+    parser.add_argument(
+        "--wall-height", type=options.positive_number, default=0.5, metavar="M", help="of Gazebo's walls (default 0.5)"
+    )
     options.add_controllers_option(parser)
     options.add_task_options(parser)
     options.add_drive_options(parser)

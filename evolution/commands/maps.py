@@ -39,7 +39,7 @@ def _add_info(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     info = actions.add_parser("info", help="size, tasks and measures of maps in any format")
     info.add_argument("path", metavar="PATH")
     info.add_argument("--robot", metavar="NAME", default="turtlebot3_waffle")
-    info.add_argument("--robot-radius", type=float, metavar="M")
+    info.add_argument("--robot-radius", type=options.positive_number, metavar="M")
     info.add_argument("--format", choices=("table", "json"), default="table")
     info.add_argument("--limit", type=options.positive, default=20, metavar="N", help="tasks shown (default 20)")
     options.add_task_options(info)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 
 from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
@@ -39,8 +40,10 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         help="a nav2_params.yaml, or the preset thesis (Nav2's examples; the default) or fair (same limits for all)",
     )
     group.add_argument("--robot", metavar="NAME", help="turtlebot3_waffle, turtlebot3_burger or jackal")
-    group.add_argument("--robot-radius", type=float, metavar="M", help="radius of the robot's disc and of its costmaps")
-    group.add_argument("--time-limit", type=float, metavar="S", help="simulated seconds a run may take")
+    group.add_argument(
+        "--robot-radius", type=positive_number, metavar="M", help="radius of the robot's disc and of its costmaps"
+    )
+    group.add_argument("--time-limit", type=positive_number, metavar="S", help="simulated seconds a run may take")
     group.add_argument(
         "--contact",
         choices=("ends", "slides"),
@@ -90,14 +93,25 @@ def _whole(text: str, least: int) -> int:
     return value
 
 
+def positive_number(text: str) -> float:
+    """Read a finite number above 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a finite number above 0, got {text!r}")
+    return value
+
+
 def pose(text: str) -> Pose:
     """Read ``x,y,yaw`` or ``x,y``."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
-    if len(numbers) not in (2, 3):
-        raise argparse.ArgumentTypeError(f"expected x,y,yaw in m and rad, got {text!r}")
+    if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
+        raise argparse.ArgumentTypeError(f"expected x,y,yaw in m and rad, all finite, got {text!r}")
     return Pose(*numbers)
 
 

@@ -47,13 +47,17 @@ def refused(capsys, *argv):
         (["bench", OFFICE, "--controllers", "sac=nowhere.zip"], "nowhere.zip"),
         (["bench", OFFICE, "--start", "1,2,3,4"], "x,y,yaw"),
         (["bench", OFFICE, "--start", "nan,1,0"], "finite"),
+        (["bench", OFFICE, "--goal", "-inf,1,0"], "finite"),
+        (["bench", OFFICE, "--start", "-2,-1,0"], "on the map"),
         (["bench", OFFICE, "--goal", "99,99,0"], "on the map"),
         (["bench", OFFICE, "--start", "0.01,0.01,0"], "obstacle"),
         (["bench", OFFICE, "--repeats", "0"], "at least 1"),
         (["bench", OFFICE, "--robot", "turtlebot"], "turtlebot3"),
-        (["bench", OFFICE, "--robot-radius", "-1"], "radius"),
+        (["bench", OFFICE, "--robot-radius", "-1"], "--robot-radius: expected a finite number above 0"),
         (["bench", OFFICE, "--robot", "jackal", "--robot-radius", "0.2"], "--robot"),
-        (["bench", OFFICE, "--time-limit", "0"], "time_limit"),
+        (["bench", OFFICE, "--time-limit", "0"], "--time-limit: expected a finite number above 0"),
+        (["bench", OFFICE, "--lo", "nan"], "--lo: expected a finite number above 0"),
+        (["bench", OFFICE, "--out", "/dev/null/results"], "/dev/null/results: cannot be made"),
         (["bench", OFFICE, "--params", "nowhere.yaml"], "nowhere.yaml"),
         (["bench", OFFICE, "barn:somewhere"], "BARN"),
         (["drive", OFFICE, "--controller", "rpp,dwb"], "one controller"),
@@ -70,6 +74,8 @@ def refused(capsys, *argv):
         (["export", OFFICE, "--format", "gazeboo", "--out", "x"], "gazebo"),
         (["import-results", "nowhere.csv", "--ours", "nowhere"], "nowhere"),
         (["evolv"], "evolve"),
+        (["evolve", "foo"], "mapbench evolve: unrecognized arguments: foo"),
+        (["maps", "convert", OFFICE, "b.yaml", "--start", "1,1,0"], "mapbench maps convert: unrecognized arguments"),
     ],
     ids=lambda value: " ".join(Path(part).name for part in value) if isinstance(value, list) else "",
 )
@@ -77,6 +83,25 @@ def test_mistakes_get_one_line(argv, expected, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert expected in refused(capsys, *argv)
     assert not list(tmp_path.iterdir())
+
+
+def test_poses_may_be_negative(tmp_path, capsys):
+    (tmp_path / "room.pgm").write_bytes(b"P5 200 120 255\n" + bytes([254]) * 24000)
+    room = tmp_path / "room.yaml"
+    room.write_text(
+        "{image: room.pgm, resolution: 0.05, origin: [-5, -3, 0], negate: 0, occupied_thresh: 0.65, free_thresh: 0.2}"
+    )
+    assert main(["maps", "info", str(room), "--start", "-2,-1,0", "--goal", "-.5,2,-1", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["tasks"] == 1
+
+
+def test_what_cannot_be_written_gets_one_line(tmp_path, capsys, monkeypatch):
+    def fail(*_):
+        raise OSError(28, "No space left on device", "film.gif")
+
+    monkeypatch.setattr("evolution.commands.maps.write_map_file", fail)
+    line = refused(capsys, "maps", "convert", OFFICE, tmp_path / "b.yaml")
+    assert line == "mapbench maps: film.gif: No space left on device\n"
 
 
 def test_truncated_picture_is_refused(office, capsys):
