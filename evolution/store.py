@@ -74,8 +74,17 @@ class ResultStore:
             marks = ",".join("?" * len(part))
             with self._errors("cannot be read"):
                 rows = self._database.execute(f"SELECT key, result FROM results WHERE key IN ({marks})", part)
-                found.update((key, RunResult.from_json(text)) for key, text in rows)
+                found.update((key, self._result(key, text)) for key, text in rows)
         return found
+
+    def _result(self, key: str, text: str) -> RunResult:
+        try:
+            return RunResult.from_json(text)
+        except (ValueError, TypeError, RecursionError):
+            where = f"{self.path or 'result store'}: row {key!r}: expected a run's result"
+            raise RunError(
+                f"{where}, got other text; delete the file to drive again"
+            ) from None
 
     def put(self, key: str, result: RunResult) -> None:
         """Keep a result; the first one of a key stays, so that all readers see the same."""

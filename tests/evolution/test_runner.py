@@ -289,6 +289,14 @@ def test_stores_of_another_kind_are_refused(tmp_path):
         ResultStore(tmp_path / "missing" / "store")
 
 
+@pytest.mark.parametrize("text", ['{"outcome": "goal", "tim', "[1, 2]", '{"outcome": "goal"}', None, "[" * 100_000])
+def test_a_store_with_a_broken_row_says_what_to_do(tmp_path, text):
+    with ResultStore(tmp_path / "store") as store:
+        store._database.execute("INSERT INTO results VALUES ('key', ?)", (text,))
+        with pytest.raises(RunError, match=r"store: row 'key': .*; delete the file to drive again$"):
+            store.get("key")
+
+
 def test_what_cannot_be_written_is_one_clear_line(tmp_path):
     with pytest.raises(RunError, match=r"missing/file: cannot be written \(No such file or directory\)"):
         write_text(tmp_path / "missing" / "file", "text")
