@@ -40,8 +40,10 @@ class RunError(MapBenchError):
     """A run directory, a result store or a worker that cannot be used."""
 
 
-def nearest_name(name: str, valid: Iterable[str], cutoff: float = 0.5) -> str | None:
+def nearest_name(name: str, valid: Iterable[str], cutoff: float = 0.6) -> str | None:
     """Return the valid name most like ``name``, None if none is; the order of its words does not count.
+
+    A name all of whose words are in the other is near it, as ``burger`` is in ``turtlebot3_burger``.
 
     Args:
         name: What came.
@@ -50,15 +52,17 @@ def nearest_name(name: str, valid: Iterable[str], cutoff: float = 0.5) -> str | 
     """
 
     def likeness(other: str) -> float:
-        pairs = ((name, other), (_words_sorted(name), _words_sorted(other)))
-        return max(difflib.SequenceMatcher(None, *pair).ratio() for pair in pairs)
+        words, others = _words(name), _words(other)
+        pairs = ((name, other), ("_".join(words), "_".join(others)))
+        contained = 0.5 if set(words) <= set(others) else 0.0
+        return contained + max(difflib.SequenceMatcher(None, *pair).ratio() for pair in pairs)
 
     best = max(sorted(valid), key=likeness, default=None)
     return best if best is not None and likeness(best) >= cutoff else None
 
 
-def _words_sorted(name: str) -> str:
-    return "_".join(sorted(name.lower().replace(".", "_").split("_")))
+def _words(name: str) -> list[str]:
+    return sorted(name.lower().replace(".", "_").split("_"))
 
 
 def unknown_name(what: str, name: object, valid: Iterable[str]) -> ConfigError:

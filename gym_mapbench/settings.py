@@ -39,7 +39,7 @@ class Settings(BaseModel):
     def from_mapping(cls, values: object, where: str) -> Self:
         """Build from a mapping; ``where`` (a file or section name) opens every error message."""
         if not isinstance(values, Mapping):
-            raise ConfigError(f"{where}: expected a mapping of options, got {type(values).__name__}")
+            raise ConfigError(f"{where}: expected a mapping of options, got {_kind(values)}")
         try:
             return cls(**{str(key): value for key, value in values.items()})
         except ConfigError as error:
@@ -86,6 +86,8 @@ def _describe(error: ValidationError, settings: type[BaseModel]) -> str:
         return _unknown_key(first, settings)
     inner = first.get("ctx", {}).get("error")
     key = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "missing":
+        return f"missing key {key!r}"
     if isinstance(inner, ValueError):
         return f"{key}: {inner}" if key else str(inner)
     expected = first["msg"].removeprefix("Input should be ")
@@ -96,9 +98,13 @@ def _unknown_key(first: ErrorDetails, settings: type[BaseModel]) -> str:
     """Name an unknown key and the nearest valid one."""
     valid = list(settings.model_fields) + [f.alias for f in settings.model_fields.values() if f.alias]
     key = ".".join(str(part) for part in first["loc"])
-    near = nearest_name(str(first["loc"][-1]), valid, cutoff=0.4)
+    near = nearest_name(str(first["loc"][-1]), valid)
     hint = f"; did you mean {near!r}?" if near else f" (expected one of: {', '.join(sorted(valid))})"
     return f"unknown key {key!r}{hint}, got {_short(first['input'])}"
+
+
+def _kind(value: object) -> str:
+    return "nothing" if value is None else type(value).__name__
 
 
 def _short(value: object) -> str:

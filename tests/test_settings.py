@@ -5,7 +5,7 @@ import pickle
 
 import pytest
 
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.settings import MAX_YAML_BYTES, Settings, read_yaml
 
 
@@ -32,6 +32,7 @@ def test_settings_are_values():
     ("values", "message"),
     [
         ({"wdith": 1}, r"^unknown key 'wdith'; did you mean 'width'\?, got 1$"),
+        ({"dpeht": 1}, r"^unknown key 'dpeht' \(expected one of: inner, width\), got 1$"),
         ({"zzz": 1}, r"^unknown key 'zzz' \(expected one of: inner, width\), got 1$"),
         ({"width": "wide"}, r"^width: expected a valid number.*, got 'wide'$"),
         ({"width": float("nan")}, r"^width: expected a finite number, got nan$"),
@@ -46,6 +47,34 @@ def test_errors_name_the_key_what_was_expected_and_what_came(values, message):
     assert "\n" not in str(caught.value)
 
 
+class Named(Settings):
+    name: str
+    inner: Inner
+
+
+def test_a_missing_key_is_called_so():
+    with pytest.raises(ConfigError, match=r"^missing key 'name'$"):
+        Named(inner={})
+    with pytest.raises(ConfigError, match=r"^file\.yaml: missing key 'inner'$"):
+        Named.from_mapping({"name": "a"}, "file.yaml")
+
+
+KEYS = ("robot", "shapes", "start", "time_limit", "turtlebot3_burger", "goal_ends_episode")
+
+
+@pytest.mark.parametrize("name", ["foo", "bar", "speed", "x", ""])
+def test_nonsense_is_like_nothing(name):
+    assert nearest_name(name, KEYS) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [("time_limt", "time_limit"), ("limit_time", "time_limit"), ("limit", "time_limit"), ("burger", KEYS[4])],
+)
+def test_slips_and_parts_of_a_name_are_recognised(name, near):
+    assert nearest_name(name, KEYS) == near
+
+
 def test_long_values_are_cut_short():
     with pytest.raises(ConfigError) as caught:
         Outer(width="x" * 10_000)
@@ -58,6 +87,8 @@ def test_mappings_say_where_they_come_from():
         Outer.from_mapping({"widht": 3}, "file.yaml")
     with pytest.raises(ConfigError, match=r"^file\.yaml: expected a mapping of options, got list"):
         Outer.from_mapping([1], "file.yaml")
+    with pytest.raises(ConfigError, match=r"^file\.yaml: expected a mapping of options, got nothing"):
+        Outer.from_mapping(None, "file.yaml")
 
 
 def test_yaml_files(tmp_path):
