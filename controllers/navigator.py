@@ -74,13 +74,29 @@ class Navigator:
         """How often the local costmap looks at the scan, Hz."""
         return self.params.local_costmap.update_frequency
 
+    def check_frequency(self, control_period: float) -> None:
+        """Refuse an env that is slower than the controller server.
+
+        Args:
+            control_period: Of the env, s.
+
+        Raises:
+            ConfigError: If ``controller_frequency`` is above the rate of control.
+        """
+        wanted = self.params.controller_server.controller_frequency
+        if wanted * control_period > 1.0 + TIME_RESOLUTION:
+            raise ConfigError(
+                f"controller_frequency: expected at most the env's rate of control, {1.0 / control_period:g} Hz, "
+                f"got {wanted:g}"
+            )
+
     def reset(self, context: Context) -> None:
         """Forget the last run and build the servers of the next.
 
         Raises:
             ConfigError: If ``controller_frequency`` is above the rate of control.
         """
-        self._check_frequency(context.control_period)
+        self.check_frequency(context.control_period)
         self._forget_outcome()
         self._period = context.control_period
         self._steps = 0
@@ -128,14 +144,6 @@ class Navigator:
         self.failure_reason = ""
         self.events: list[Event] = []
         self.path = self.first_path = np.empty((0, 3))
-
-    def _check_frequency(self, control_period: float) -> None:
-        wanted = self.params.controller_server.controller_frequency
-        if wanted * control_period > 1.0 + TIME_RESOLUTION:
-            raise ConfigError(
-                f"controller_frequency: expected at most the env's rate of control, {1.0 / control_period:g} Hz, "
-                f"got {wanted:g}"
-            )
 
     def _make_board(self, context: Context) -> Blackboard:
         """Build the servers on this run's map."""

@@ -58,12 +58,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Drive and print."""
-    out = None if args.out is None else _new_directory(Path(args.out))
     scenarios = load_all(args.maps, args)
-    settings = options.drive_settings(args)
     barn = _barn_source(args.maps)
+    settings = options.drive_settings(args)
+    settings = settings if barn is None else barn_settings(settings)
+    options.check_room(scenarios, settings)
     controllers = options.usable_controllers(args.controllers, settings)
-    plan = JobPlan(controllers, settings if barn is None else barn_settings(settings), args.seed or 0, args.repeats)
+    plan = JobPlan(controllers, settings, args.seed or 0, args.repeats)
+    out = None if args.out is None else _new_directory(Path(args.out))
     total = len(scenarios) * len(plan.controllers) * args.repeats
     with (
         Evaluator(run_job, workers=options.workers_of(args), warm_up=warm_up) as evaluator,
@@ -122,6 +124,16 @@ def _print_table(runs: Sequence[BenchRun]) -> None:
     for row in summary_rows(runs):
         table.add_row(*row)
     console.print(table)
+    for line in error_lines(runs):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def error_lines(runs: Sequence[BenchRun]) -> list[str]:
+    """Why runs ended in an error, each reason once for a controller on a map."""
+    failed = [one for one in runs if one.result.outcome == "error"]
+    return list(
+        dict.fromkeys(f"{one.job.scenario.name}/{one.job.controller.name}: {one.result.reason}" for one in failed)
+    )
 
 
 def _print_barn(scores: Sequence[BarnScore], source: str) -> None:

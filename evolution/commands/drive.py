@@ -42,11 +42,13 @@ def run(args: argparse.Namespace) -> int:
     scenarios = load_all([args.map], args)
     if args.scenario > len(scenarios):
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")
+    scenario = scenarios[args.scenario - 1]
     settings = options.drive_settings(args)
+    options.check_room([scenario], settings)
     plan = JobPlan(options.usable_controllers(args.controller, settings), settings, args.seed)
     if len(plan.controllers) != 1:
         raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
-    episode = drive(plan.jobs(scenarios[args.scenario - 1])[0])
+    episode = drive(plan.jobs(scenario)[0])
     _print(episode)
     for path in targets:
         save_animation(episode, settings.environment.robot, path)

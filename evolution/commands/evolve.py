@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.table import Table
 
 from controllers.nav2_params.presets import overlay
 from evolution.commands import options
-from evolution.commands.progress import WorkBar, console
+from evolution.commands.progress import WorkBar, console, note
 from evolution.driving import run_job
 from evolution.evaluator import Evaluator
 from evolution.experiments import experiment_of, load_preset, preset_names, read_document
 from evolution.figures import write_run_figures
+from evolution.operators.sampling import scenario_on
 from evolution.rundir import LoadedRun, RunDir, load_run
 from evolution.runner import evolve
 from evolution.settings import Experiment
 from evolution.store import ResultStore
-from evolution.study.engine import check_controllers
 from evolution.warmup import warm_up
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import ShapeSettings, clear_and_border
+from gym_mapbench.scenario import Scenario
 
 EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --fitness cluster --pop-size 40 --evaluations 600 --seed 3
@@ -66,6 +70,7 @@ def run(args: argparse.Namespace) -> int:
     loaded = load_run(rundir.path)
     write_run_figures(loaded)
     _print_summary(loaded)
+    _print_errors(loaded)
     return 0
 
 
@@ -95,9 +100,15 @@ def _experiment(args: argparse.Namespace) -> Experiment:
         document["controllers"] = [spec.model_dump() for spec in options.controllers_of(args.controllers)]
     experiment = experiment_of(document)
     settings = options.drive_settings(args, experiment.run)  # type: ignore[arg-type]
-    experiment = Experiment(experiment.search, experiment.controllers, settings)
-    check_controllers(experiment)
-    return experiment
+    options.check_controllers(experiment.controllers, settings)
+    options.check_room([_emptiest(experiment.search.shapes)], settings)
+    return Experiment(experiment.search, experiment.controllers, settings)
+
+
+def _emptiest(shapes: ShapeSettings) -> Scenario:
+    """The generated map without obstacles; a robot that does not fit there fits nowhere."""
+    cells = clear_and_border(np.zeros((shapes.size, shapes.size), dtype=np.bool_), shapes)
+    return replace(scenario_on(cells, shapes), name="generated maps")
 
 
 def _print_summary(loaded: LoadedRun) -> None:
@@ -115,6 +126,13 @@ def _print_summary(loaded: LoadedRun) -> None:
     console.print(table)
     console.print(f"Look at {loaded.path / 'figures'} and {loaded.path / 'README.txt'};")
     console.print(f"drive the maps again with: mapbench bench {loaded.path} --repeats 5")
+
+
+def _print_errors(loaded: LoadedRun) -> None:
+    """Say how many runs could not be driven to an end, and why the first."""
+    reasons = [row["reason"] for row in loaded.runs if row["outcome"] == "error"]
+    if reasons:
+        note(f"{len(reasons)} of {len(loaded.runs)} runs ended in an error, the first because: {reasons[0]}")
 
 
 def _cell(runs: list[dict[str, Any]]) -> str:

@@ -5,16 +5,19 @@ from __future__ import annotations
 import argparse
 import math
 import os
+from collections.abc import Iterable, Sequence
 
 from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
+from controllers.navigator import Navigator
 from evolution.commands.progress import note
 from evolution.driving import DriveSettings, build_controller
 from evolution.experiments import DEFAULT_CONTROLLERS, controllers_from
 from evolution.jobs import ControllerSpec
+from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.robot import RobotSpec, make_robot
-from gym_mapbench.scenario import Pose
+from gym_mapbench.scenario import Pose, Scenario
 
 
 def example_parser(
@@ -128,9 +131,33 @@ def controllers_of(text: str | None) -> tuple[ControllerSpec, ...]:
 def usable_controllers(text: str | None, settings: DriveSettings) -> tuple[ControllerSpec, ...]:
     """Read ``--controllers`` and make each of them once, so that a wrong name or parameter is said at the start."""
     specs = controllers_of(text)
-    for spec in specs:
-        build_controller(spec, settings)
+    check_controllers(specs, settings)
     return specs
+
+
+def check_controllers(specs: Sequence[ControllerSpec], settings: DriveSettings) -> None:
+    """Make every controller once.
+
+    Raises:
+        ConfigError: Naming the first that cannot be made, or that would not fit the world's rate of control.
+    """
+    for spec in specs:
+        controller = build_controller(spec, settings)
+        if isinstance(controller, Navigator):
+            controller.check_frequency(1.0 / settings.environment.control_hz)
+
+
+def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
+    """Refuse maps on which the robot cannot stand at start and goal.
+
+    Raises:
+        ConfigError: Naming the first such map.
+    """
+    for scenario in scenarios:
+        try:
+            check_clearance(scenario, settings.environment.robot)
+        except ConfigError as error:
+            raise ConfigError(f"{scenario.name}: {error}") from None
 
 
 def workers_of(args: argparse.Namespace) -> int:

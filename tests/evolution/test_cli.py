@@ -11,6 +11,7 @@ import pytest
 
 from evolution.cli import main
 from gym_mapbench.mapio import load_scenarios
+from tests.evolution import fake_runs
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 OFFICE = str(EXAMPLES / "office.yaml")
@@ -51,6 +52,9 @@ def refused(capsys, *argv):
         (["bench", OFFICE, "--start", "-2,-1,0"], "on the map"),
         (["bench", OFFICE, "--goal", "99,99,0"], "on the map"),
         (["bench", OFFICE, "--start", "0.01,0.01,0"], "obstacle"),
+        (["bench", OFFICE, "--robot-radius", "3"], "office: start: expected room for the robot"),
+        (["drive", OFFICE, "--controller", "rpp", "--start", "0.1,3,0"], "office: start: expected room for the robot"),
+        (["evolve", "--robot-radius", "2"], "generated maps: start: expected room for the robot"),
         (["bench", OFFICE, "--repeats", "0"], "at least 1"),
         (["bench", OFFICE, "--robot", "turtlebot"], "turtlebot3"),
         (["bench", OFFICE, "--robot-radius", "-1"], "--robot-radius: expected a finite number above 0"),
@@ -102,6 +106,39 @@ def test_what_cannot_be_written_gets_one_line(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("evolution.commands.maps.write_map_file", fail)
     line = refused(capsys, "maps", "convert", OFFICE, tmp_path / "b.yaml")
     assert line == "mapbench maps: film.gif: No space left on device\n"
+
+
+def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
+    params = tmp_path / "fast.yaml"
+    params.write_text("controller_server: {ros__parameters: {controller_frequency: 100.0}}\n")
+    for command in (["bench", OFFICE], ["evolve"]):
+        assert main([*command, "--params", str(params), "--out", str(tmp_path / "out")]) == 2
+        line = capsys.readouterr().err.splitlines()[-1]
+        assert "controller_frequency: expected at most the env's rate of control, 20 Hz, got 100" in line
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def misbehaving(monkeypatch):
+    """Runs of which those of the controller ``raises`` end in an error."""
+    for command in ("bench", "evolve"):
+        monkeypatch.setattr(f"evolution.commands.{command}.run_job", fake_runs.misbehave)
+        monkeypatch.setattr(f"evolution.commands.{command}.warm_up", fake_runs.touch_warm_up)
+    monkeypatch.setattr("evolution.commands.bench.summary_rows", lambda _: [])
+    monkeypatch.setattr("evolution.commands.evolve.write_run_figures", lambda _: None)
+    return ["--controllers", "rpp,raises=rpp", "--workers", "1"]
+
+
+def test_errors_are_listed_under_the_table(misbehaving, capsys):
+    assert main(["bench", OFFICE, "--repeats", "2", *misbehaving]) == 0
+    assert capsys.readouterr().out.count("office/raises: ValueError: the costmap is upside down\n") == 1
+
+
+def test_errors_of_a_search_are_counted(misbehaving, tmp_path, capsys):
+    search = ["--preset", "quick", "--pop-size", "2", "--evaluations", "2", "--maps-per-set", "1"]
+    assert main(["evolve", *search, *misbehaving, "--out", str(tmp_path / "run")]) == 0
+    last = "2 of 4 runs ended in an error, the first because: ValueError: the costmap is upside down\n"
+    assert capsys.readouterr().err.endswith(last)
 
 
 def test_truncated_picture_is_refused(office, capsys):
