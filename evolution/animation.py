@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ from gym_mapbench.scenario import Pose
 FRAMES_PER_SECOND = 20
 MAX_FRAMES = 400
 GIF_COLOURS = 64
+FFMPEG = "ffmpeg"
 Frame = NDArray[np.uint8]
 
 
@@ -48,12 +50,30 @@ def check_film(path: Path) -> None:
     """Refuse, before anything is driven, a film that could not be written.
 
     Raises:
-        ConfigError: If the ending is neither ``.gif`` nor ``.mp4``, or the file exists.
+        ConfigError: If the ending is neither ``.gif`` nor ``.mp4``, the file exists, or its directory cannot be
+            written.
+        RunError: If ``ffmpeg`` is missing, which an ``.mp4`` needs.
     """
     if path.suffix not in _WRITERS:
         raise ConfigError(f"{path}: expected a name that ends in {' or '.join(_WRITERS)}")
     if path.exists():
         raise ConfigError(f"{path}: exists already; nothing is overwritten")
+    if not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
+        raise ConfigError(f"{path}: expected a name in a directory that can be written")
+    if path.suffix == ".mp4" and shutil.which(FFMPEG) is None:
+        raise RunError(f"{path}: a film needs the program ffmpeg, which is not installed; a .gif does not")
+
+
+def check_display() -> None:
+    """Refuse, before anything is driven, to show a run where matplotlib has no window.
+
+    Raises:
+        ConfigError: If there is no display.
+    """
+    import matplotlib.pyplot as plt
+
+    if plt.get_backend().lower() == "agg":
+        raise ConfigError("show: expected a display for a window, got none; a .gif needs none")
 
 
 def save_animation(episode: Episode, robot: RobotSpec, path: Path) -> None:
@@ -61,7 +81,7 @@ def save_animation(episode: Episode, robot: RobotSpec, path: Path) -> None:
 
     Raises:
         ConfigError: As :func:`check_film`.
-        RunError: If a film is wanted and ``ffmpeg`` is missing or fails.
+        RunError: If ``ffmpeg`` is missing or fails.
     """
     check_film(path)
     _WRITERS[path.suffix](episode, robot, path)
@@ -83,14 +103,11 @@ def _save_gif(episode: Episode, robot: RobotSpec, path: Path) -> None:
 
 def _save_mp4(episode: Episode, robot: RobotSpec, path: Path) -> None:
     """Hand the raw frames to ffmpeg; an even size is what its common codec takes."""
-    ffmpeg = shutil.which("ffmpeg")
-    if ffmpeg is None:
-        raise RunError(f"{path}: a film needs the program ffmpeg, which is not installed; a .gif does not")
     drawn = [frame[: len(frame) // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames(episode, robot)]
     height, width, _ = drawn[0].shape
     options = f"-y -f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {FRAMES_PER_SECOND} -i - -pix_fmt yuv420p".split()
     done = subprocess.run(
-        [ffmpeg, *options, str(path)],
+        [FFMPEG, *options, str(path)],
         input=b"".join(frame.tobytes() for frame in drawn),
         capture_output=True,
         check=False,

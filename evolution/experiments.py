@@ -74,6 +74,8 @@ def controllers_from(entries: object) -> tuple[ControllerSpec, ...]:
 
 def _controller(entry: object) -> ControllerSpec:
     if isinstance(entry, str):
-        name, _, kind = entry.partition("=")
-        return ControllerSpec(name=name.strip(), kind=kind.strip())
+        name, assigned, kind = (part.strip() for part in entry.partition("="))
+        if not name or (assigned and not kind):
+            raise ConfigError(f"controllers: expected NAME or NAME=KIND, got {entry!r}")
+        return ControllerSpec(name=name, kind=kind)
     return ControllerSpec.from_mapping(entry, "controllers")

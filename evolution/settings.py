@@ -11,14 +11,18 @@ from pydantic import Field, field_validator, model_validator
 
 from evolution.jobs import ControllerSpec, JobPlan, RunSettings, check_controllers
 from gym_mapbench.episode import Outcome
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import ShapeSettings
+from gym_mapbench.metrics import METRICS
 from gym_mapbench.settings import Settings
 
 Probability = Annotated[float, Field(ge=0, le=1)]
 Weight = Annotated[float, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0)]
 Count = Annotated[int, Field(ge=1)]
+
+METRIC_NAMES = ("time", *METRICS)
+"""What may be compared between controllers."""
 
 
 class MutationSettings(Settings):
@@ -77,7 +81,7 @@ class EvolveSettings(Settings):
         seed: Root of all randomness.
         repeats: Runs of each controller on each map.
         aggregate: How the repeats of a controller on a map become one value.
-        metric: Quantity compared between controllers: ``time``, ``path_length``, or a metric of the runs.
+        metric: Quantity compared between controllers, one of ``METRIC_NAMES``.
         failures: What a map counts on which a controller failed: ``exclude`` (thesis: no value), ``censor``
             (a failed run counts the time limit) or ``par2`` (twice the time limit).
         timeout_outcomes: Outcomes that count as timeouts in Eq. 4.5.
@@ -101,7 +105,7 @@ class EvolveSettings(Settings):
     seed: Annotated[int, Field(ge=0)] = 0
     repeats: Count = 1
     aggregate: Literal["mean", "median"] = "mean"
-    metric: Annotated[str, Field(min_length=1)] = "time"
+    metric: str = "time"
     failures: Literal["exclude", "censor", "par2"] = "exclude"
     timeout_outcomes: tuple[Outcome, ...] = ("timeout",)
     base_cost: Weight = 100.0
@@ -114,6 +118,13 @@ class EvolveSettings(Settings):
     crossover_probability: Probability = 1.0
     mutation: MutationSettings = MutationSettings()
     shapes: ShapeSettings = ShapeSettings()
+
+    @field_validator("metric")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        if value not in METRIC_NAMES:
+            raise unknown_name("metric", value, METRIC_NAMES)
+        return value
 
     @model_validator(mode="after")
     def _consistent(self) -> EvolveSettings:

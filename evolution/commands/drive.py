@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from evolution.animation import check_film, save_animation, show_animation
+from evolution.animation import check_display, check_film, save_animation, show_animation
 from evolution.commands import options
 from evolution.commands.bench import load_all
 from evolution.commands.progress import console
@@ -39,6 +39,8 @@ def run(args: argparse.Namespace) -> int:
     targets = [Path(path) for path in (args.gif, args.mp4) if path is not None]
     for path in targets:
         check_film(path)
+    if args.show:
+        check_display()
     scenarios = load_all([args.map], args)
     if args.scenario > len(scenarios):
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")

@@ -20,7 +20,7 @@ from evolution.figures import write_run_figures
 from evolution.operators.sampling import scenario_on
 from evolution.rundir import LoadedRun, RunDir, load_run
 from evolution.runner import evolve
-from evolution.settings import Experiment
+from evolution.settings import METRIC_NAMES, Experiment
 from evolution.store import ResultStore
 from evolution.warmup import warm_up
 from gym_mapbench.errors import ConfigError
@@ -48,7 +48,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     search.add_argument("--evaluations", type=options.positive, metavar="N", help="map sets evaluated in all")
     search.add_argument("--maps-per-set", type=options.positive, metavar="N")
     search.add_argument("--repeats", type=options.positive, metavar="R", help="runs of each controller on each map")
-    search.add_argument("--metric", help="quantity that is compared (default time)")
+    search.add_argument(
+        "--metric", metavar="NAME", help=f"quantity that is compared (default time): {', '.join(METRIC_NAMES)}"
+    )
     search.add_argument("--failures", choices=("exclude", "censor", "par2"), help="what a failed run counts")
     options.add_controllers_option(parser)
     options.add_drive_options(parser)
@@ -100,6 +102,8 @@ def _experiment(args: argparse.Namespace) -> Experiment:
         document["controllers"] = [spec.model_dump() for spec in options.controllers_of(args.controllers)]
     experiment = experiment_of(document)
     settings = options.drive_settings(args, experiment.run)  # type: ignore[arg-type]
+    if len(experiment.controllers) < 2:
+        raise ConfigError(f"controllers: expected two or more to tell apart, got {experiment.plan.names[0]} alone")
     options.check_controllers(experiment.controllers, settings)
     options.check_room([_emptiest(experiment.search.shapes)], settings)
     return Experiment(experiment.search, experiment.controllers, settings)

@@ -45,6 +45,8 @@ def refused(capsys, *argv):
         (["bench", "nowhere.yaml"], "nowhere.yaml"),
         (["bench", OFFICE, "--controllers", "mpi"], "did you mean 'mppi'"),
         (["bench", OFFICE, "--controllers", "dwb,,rpp"], "--controllers"),
+        (["bench", OFFICE, "--controllers", "=dwb"], "expected NAME or NAME=KIND, got '=dwb'"),
+        (["bench", OFFICE, "--controllers", "dwb="], "expected NAME or NAME=KIND, got 'dwb='"),
         (["bench", OFFICE, "--controllers", "sac=nowhere.zip"], "nowhere.zip"),
         (["bench", OFFICE, "--start", "1,2,3,4"], "x,y,yaw"),
         (["bench", OFFICE, "--start", "nan,1,0"], "finite"),
@@ -67,8 +69,11 @@ def refused(capsys, *argv):
         (["drive", OFFICE, "--controller", "rpp,dwb"], "one controller"),
         (["drive", OFFICE, "--controller", "rpp", "--scenario", "7"], "1 to 1"),
         (["drive", OFFICE, "--controller", "rpp", "--gif", "film.avi"], ".gif"),
+        (["drive", OFFICE, "--controller", "rpp", "--gif", "/nope/film.gif"], "a directory that can be written"),
         (["evolve", "--preset", "quik"], "quick"),
         (["evolve", "--pop-size", "9", "--evaluations", "3"], "evaluations"),
+        (["evolve", "--metric", "foo"], "(expected one of: barn_score, curvature,"),
+        (["evolve", "--controllers", "rpp"], "expected two or more to tell apart, got rpp alone"),
         (["evolve", "--metric", "time", "--failures", "never"], "never"),
         (["evolve", "--resume", "nowhere"], "nowhere"),
         (["evolve", "--resume", "nowhere", "--pop-size", "9"], "--pop-size"),
@@ -199,6 +204,15 @@ def test_drive_writes_a_film(tmp_path, capsys):
     assert film.read_bytes().startswith(b"GIF89a")
     assert "timeout" in capsys.readouterr().out
     assert "nothing is overwritten" in refused(capsys, *argv)
+
+
+def test_films_and_windows_that_cannot_be_are_refused_first(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("evolution.commands.drive.drive", lambda _: pytest.fail("driven"))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    line = refused(capsys, "drive", OFFICE, "--controller", "rpp", "--mp4", tmp_path / "film.mp4")
+    assert "needs the program ffmpeg" in line
+    monkeypatch.setattr("matplotlib.pyplot.get_backend", lambda: "agg")
+    assert "expected a display" in refused(capsys, "drive", OFFICE, "--controller", "rpp", "--show")
 
 
 def test_maps_info_and_convert(tmp_path, capsys):
