@@ -82,9 +82,7 @@ class ResultStore:
             return RunResult.from_json(text)
         except (ValueError, TypeError, RecursionError):
             where = f"{self.path or 'result store'}: row {key!r}: expected a run's result"
-            raise RunError(
-                f"{where}, got other text; delete the file to drive again"
-            ) from None
+            raise RunError(f"{where}, got other text; delete the file to drive again") from None
 
     def put(self, key: str, result: RunResult) -> None:
         """Keep a result; the first one of a key stays, so that all readers see the same."""
