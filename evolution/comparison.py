@@ -17,6 +17,10 @@ from evolution.statistics import rank_correlation
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.runner_results import RunnerResult
 
+BENCH = "bench.json"
+INTERVAL_PAIRS = 5
+"""Fewest pairs that bound a rank correlation; fewer leave it anywhere between -1 and 1."""
+
 Times = Mapping[tuple[str, str], tuple[float, ...]]
 """Times of the successful runs by (map, controller), s."""
 
@@ -42,7 +46,8 @@ class Comparison:
 
     Args:
         pairs: Every controller on every map that both sides know.
-        correlation: Spearman's rho over all pairs that both solved, with its 95 % interval.
+        correlation: Spearman's rho over all pairs that both solved, with its 95 % interval; NaN where there are
+            too few pairs to tell.
         order_kept: For each map whether it keeps its place when maps are ordered by the Gini coefficient of
             their controllers' times; maps that a side did not solve completely are left out.
         missing: Names of what only one side knows, in words.
@@ -69,7 +74,7 @@ def compare(ours: Times, theirs: Times) -> Comparison:
     both = [pair for pair in pairs if math.isfinite(pair.ours) and math.isfinite(pair.theirs)]
     return Comparison(
         pairs=pairs,
-        correlation=rank_correlation([pair.ours for pair in both], [pair.theirs for pair in both]),
+        correlation=_correlation(both),
         order_kept=_order_kept(pairs),
         missing=(*_only_in(ours, theirs, "not in the results"), *_only_in(theirs, ours, "not driven by us")),
     )
@@ -81,7 +86,7 @@ def times_of_results(results: Iterable[RunnerResult]) -> Times:
 
 
 def our_times(path: str | Path) -> Times:
-    """Times of a run directory's best map set, or of a ``bench.json``.
+    """Times of a run directory's best map set, or of a ``bench.json`` or the directory that holds one.
 
     Raises:
         MapFormatError: If it is neither.
@@ -95,11 +100,26 @@ def our_times(path: str | Path) -> Times:
             for name, runs in entry["runs"].items()
             for one in runs
         )
+    return _bench_times(path / BENCH if (path / BENCH).is_file() else path)
+
+
+def _bench_times(path: Path) -> Times:
     try:
         runs: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["runs"]
         return _collected((one["map"], one["controller"], one["outcome"] == "goal", one["time_s"]) for one in runs)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise MapFormatError(f"{path}: expected a run directory or a bench.json ({type(error).__name__})") from None
+    except OSError as error:
+        reason = error.strerror
+    except (ValueError, RecursionError):
+        reason = "not the JSON of one"
+    except (KeyError, TypeError):
+        reason = "no runs with map, controller, outcome and time_s"
+    raise MapFormatError(f"{path}: expected a run directory, a {BENCH} or the directory of one ({reason})")
+
+
+def _correlation(solved: Sequence[Pair]) -> tuple[float, float, float]:
+    """Spearman's rho, with an interval where there are pairs enough for one that says anything."""
+    rho, low, high = rank_correlation([pair.ours for pair in solved], [pair.theirs for pair in solved])
+    return (rho, low, high) if len(solved) >= INTERVAL_PAIRS else (rho, math.nan, math.nan)
 
 
 def _only_in(first: Times, second: Times, what: str) -> list[str]:

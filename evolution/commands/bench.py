@@ -18,6 +18,7 @@ from evolution.barn import BarnScore, barn_settings, correlation_with, load_barn
 from evolution.bench import BenchRun, bench, summary_rows
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, errors
+from evolution.comparison import BENCH
 from evolution.driving import run_job
 from evolution.evaluator import Evaluator
 from evolution.files import make_directory, write_text
@@ -73,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
     ):
         runs = bench(scenarios, plan, evaluator, bar.advance)
     if out is not None:
-        write_text(out / "bench.json", json_of(runs))
+        write_text(out / BENCH, json_of(runs))
         write_text(out / "bench.csv", csv_of(runs))
     if args.format == "table":
         _print_table(runs)

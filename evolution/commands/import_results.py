@@ -15,7 +15,7 @@ from evolution.comparison import Comparison, compare, our_times, times_of_result
 from gym_mapbench.mapio.runner_results import read_runner_results
 
 EXAMPLES = """  mapbench import-results bundle/results.csv --ours runs/first
-  mapbench import-results results.csv --ours bench.json --format json"""
+  mapbench import-results results.csv --ours results/bench.json --format json"""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -24,7 +24,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         subparsers, "import-results", "Put times measured in Gazebo and Nav2 beside ours.", EXAMPLES
     )
     parser.add_argument("csv", metavar="CSV", help="what the exported bundle's runner wrote")
-    parser.add_argument("--ours", required=True, metavar="RUN|BENCH.json", help="the run or benchmark it came from")
+    parser.add_argument(
+        "--ours", required=True, metavar="RUN|BENCH", help="the run it came from, or what bench --out wrote"
+    )
     parser.add_argument("--format", choices=("table", "json"), default="table")
     parser.set_defaults(run=run)
 
@@ -61,12 +63,19 @@ def _print(comparison: Comparison) -> None:
     for pair in comparison.pairs:
         table.add_row(pair.map, pair.controller, *(_cell(value) for value in (pair.ours, pair.theirs, pair.ratio)))
     console.print(table)
-    rho, low, high = comparison.correlation
-    console.print(f"rank correlation {rho:.3f} (95 % interval {low:.3f} to {high:.3f})")
+    console.print(_correlation(comparison), highlight=False)
     for name, kept in comparison.order_kept.items():
         console.print(f"{name}: {'keeps' if kept else 'changes'} its place in the order of the maps")
     for line in comparison.missing:
         console.print(line)
+
+
+def _correlation(comparison: Comparison) -> str:
+    rho, low, high = comparison.correlation
+    if math.isnan(rho):
+        return "rank correlation: none, which takes two solved pairs or more, with different times"
+    interval = "too few pairs for an interval" if math.isnan(low) else f"95 % interval {low:.3f} to {high:.3f}"
+    return f"rank correlation {rho:.3f} ({interval})"
 
 
 def _cell(value: float) -> str:

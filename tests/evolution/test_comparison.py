@@ -79,6 +79,33 @@ def test_the_command(files, capsys):
 
 
 def test_files_of_another_kind(files, capsys):
-    (files / "bench.json").write_text("[]")
-    assert main(["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]) == 2
-    assert "bench.json" in capsys.readouterr().err
+    bench = files / "bench.json"
+    for text, reason in (("[]", "no runs with map"), ("{", "not the JSON"), (None, "No such file")):
+        bench.write_text(text) if text else bench.unlink()
+        assert main(["import-results", str(files / "results.csv"), "--ours", str(bench)]) == 2
+        line = capsys.readouterr().err
+        assert f"{bench}: expected a run directory, a bench.json or the directory of one ({reason}" in line
+        assert "Error" not in line
+
+
+def test_directory_of_a_benchmark(files, capsys):
+    argv = ["import-results", str(files / "results.csv"), "--format", "json", "--ours"]
+    assert main([*argv, str(files)]) == 0
+    of_directory = capsys.readouterr().out
+    assert main([*argv, str(files / "bench.json")]) == 0
+    assert of_directory == capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("count", "said"),
+    [(1, "none"), (3, "1.000 (too few pairs for an interval)"), (4, "too few"), (6, "95 % interval 1.000 to 1.000")],
+)
+def test_interval_only_of_enough_pairs(count, said, files, capsys):
+    ours, theirs = files / "ours.json", files / "theirs.csv"
+    rows = [
+        {"map": name, "controller": "rpp", "outcome": "goal", "time_s": 10.0 + i} for i, name in enumerate("abcdef")
+    ]
+    ours.write_text(json.dumps({"runs": rows[:count]}))
+    theirs.write_text(HEADER + "".join(f"{row['map']},rpp,0,goal,{row['time_s']},8.0\n" for row in rows[:count]))
+    assert main(["import-results", str(theirs), "--ours", str(ours)]) == 0
+    assert said in capsys.readouterr().out
