@@ -64,7 +64,8 @@ def run(args: argparse.Namespace) -> int:
     settings = options.drive_settings(args)
     settings = settings if barn is None else barn_settings(settings)
     options.check_room(scenarios, settings)
-    controllers = options.usable_controllers(args.controllers, settings)
+    controllers = options.controllers_of(args)
+    options.check_controllers(controllers, settings)
     plan = JobPlan(controllers, settings, args.seed or 0, args.repeats)
     out = None if args.out is None else _new_directory(Path(args.out))
     total = len(scenarios) * len(plan.controllers) * args.repeats

@@ -47,9 +47,11 @@ def run(args: argparse.Namespace) -> int:
     scenario = scenarios[args.scenario - 1]
     settings = options.drive_settings(args)
     options.check_room([scenario], settings)
-    plan = JobPlan(options.usable_controllers(args.controller, settings), settings, args.seed)
-    if len(plan.controllers) != 1:
+    controllers = options.listed_controllers(args.controller)
+    if len(controllers) != 1:
         raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
+    options.check_controllers(controllers, settings)
+    plan = JobPlan(controllers, settings, args.seed)
     episode = drive(plan.jobs(scenario)[0])
     _print(episode)
     for path in targets:

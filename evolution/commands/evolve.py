@@ -93,13 +93,13 @@ def _resumed(args: argparse.Namespace) -> tuple[RunDir, Experiment]:
 
 def _experiment(args: argparse.Namespace) -> Experiment:
     """Preset, then the user's file, then the options of the command line."""
-    document = load_preset(args.preset or "thesis")
-    if args.config is not None:
-        document = overlay(document, read_document(args.config))
+    config = {} if args.config is None else read_document(args.config)
+    document = overlay(load_preset(args.preset or "thesis"), config)
     given: dict[str, Any] = {name: getattr(args, name) for name in SEARCH_OPTIONS if getattr(args, name) is not None}
     document = overlay(document, {"search": given})
-    if args.controllers is not None:
-        document["controllers"] = [spec.model_dump() for spec in options.controllers_of(args.controllers)]
+    named = options.named_controllers(args)
+    if named and (args.controllers is not None or "controllers" not in config):
+        document["controllers"] = [spec.model_dump() for spec in named]
     experiment = experiment_of(document)
     settings = options.drive_settings(args, experiment.run)  # type: ignore[arg-type]
     if len(experiment.controllers) < 2:

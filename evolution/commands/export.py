@@ -50,7 +50,7 @@ def _export_gazebo(args: argparse.Namespace) -> list[Path]:
     """Write the bundle with the controllers and parameters the run was driven with."""
     recorded = experiment_of(load_run(args.source).config) if (Path(args.source) / CONFIG).is_file() else None
     settings = options.drive_settings(args, recorded.run if recorded else None)  # type: ignore[arg-type]
-    chosen = options.controllers_of(args.controllers)
+    chosen = options.controllers_of(args)
     specs = recorded.controllers if recorded is not None and args.controllers is None else chosen
     navigation = compared(settings, specs)
     robot = settings.environment.robot

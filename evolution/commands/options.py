@@ -6,8 +6,9 @@ import argparse
 import math
 import os
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
-from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
+from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, load_preset, read_nav2_params
 from controllers.navigator import Navigator
 from evolution.commands.progress import note
 from evolution.driving import DriveSettings, build_controller
@@ -40,7 +41,8 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--params",
         metavar="FILE|PRESET",
-        help="a nav2_params.yaml, or the preset thesis (Nav2's examples; the default) or fair (same limits for all)",
+        help="a nav2_params.yaml, whose controller_plugins drive unless others are named, or the preset thesis "
+        "(Nav2's examples; the default) or fair (same limits for all)",
     )
     group.add_argument("--robot", metavar="NAME", help="turtlebot3_waffle, turtlebot3_burger or jackal")
     group.add_argument(
@@ -60,7 +62,8 @@ def add_controllers_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--controllers",
         metavar="A,B,..",
-        help=f"names, NAME=KIND to compare one kind twice, or NAME=model.zip (default {','.join(DEFAULT_CONTROLLERS)})",
+        help="names, NAME=KIND to compare one kind twice, or NAME=model.zip (default: the controller_plugins of the "
+        f"--params file, without one {','.join(DEFAULT_CONTROLLERS)})",
     )
 
 
@@ -118,21 +121,29 @@ def pose(text: str) -> Pose:
     return Pose(*numbers)
 
 
-def controllers_of(text: str | None) -> tuple[ControllerSpec, ...]:
-    """Read ``--controllers``: ``name`` or ``name=kind``, separated by commas."""
-    if text is None:
-        return controllers_from(DEFAULT_CONTROLLERS)
+def controllers_of(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
+    """Who drives: the named, or else the controllers of the parameter file, or else the defaults."""
+    return named_controllers(args) or controllers_from(DEFAULT_CONTROLLERS)
+
+
+def named_controllers(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
+    """Controllers of ``--controllers``, or else of the file of ``--params``; empty if neither names any."""
+    if args.controllers is not None:
+        return listed_controllers(args.controllers)
+    if args.params is None or args.params in PRESETS:
+        return ()
+    read = _read_file(args.params)
+    return controllers_from(
+        [name for name in read.navigation.controllers if f"controllers.{name}" not in read.defaulted]
+    )
+
+
+def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
+    """Read ``name`` or ``name=kind``, separated by commas."""
     names = [part.strip() for part in text.split(",")]
     if not all(names):
         raise ConfigError(f"--controllers: expected names separated by commas, got {text!r}")
     return controllers_from(names)
-
-
-def usable_controllers(text: str | None, settings: DriveSettings) -> tuple[ControllerSpec, ...]:
-    """Read ``--controllers`` and make each of them once, so that a wrong name or parameter is said at the start."""
-    specs = controllers_of(text)
-    check_controllers(specs, settings)
-    return specs
 
 
 def check_controllers(specs: Sequence[ControllerSpec], settings: DriveSettings) -> None:
@@ -177,12 +188,19 @@ def _read_params(name: str) -> NavigationParams:
     """Load a preset or a user's file; says which of its keys serve ROS alone, and what a preset fills in."""
     if name in PRESETS:
         return load_preset(name)
-    read = read_nav2_params(name)
+    read = _read_file(name)
     if read.ignored:
         note(f"{name}: ignored, because only ROS reads them: {', '.join(read.ignored)}")
     if read.defaulted:
         note(f"{name}: not given there, taken from the preset thesis: {', '.join(read.defaulted)}")
     return read.navigation
+
+
+def _read_file(name: str) -> Nav2Params:
+    """Read a user's file; a name of no file may be a misspelt preset."""
+    if not Path(name).exists():
+        raise ConfigError(f"--params: expected a file or one of the presets {', '.join(PRESETS)}, got {name!r}")
+    return read_nav2_params(name)
 
 
 def _environment(args: argparse.Namespace, settings: DriveSettings) -> EnvConfig:

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from controllers.nav2_params import read_nav2_params
 from evolution.cli import main
+from evolution.rundir import load_run
 from gym_mapbench.mapio import load_scenarios
 from tests.evolution import fake_runs
 
@@ -65,6 +67,7 @@ def refused(capsys, *argv):
         (["bench", OFFICE, "--lo", "nan"], "--lo: expected a finite number above 0"),
         (["bench", OFFICE, "--out", "/dev/null/results"], "/dev/null/results: cannot be made"),
         (["bench", OFFICE, "--params", "nowhere.yaml"], "nowhere.yaml"),
+        (["bench", OFFICE, "--params", "fairr"], "a file or one of the presets thesis, fair, got 'fairr'"),
         (["bench", OFFICE, "barn:somewhere"], "BARN"),
         (["drive", OFFICE, "--controller", "rpp,dwb"], "one controller"),
         (["drive", OFFICE, "--controller", "rpp", "--scenario", "7"], "1 to 1"),
@@ -124,26 +127,51 @@ def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
 
 
 @pytest.fixture
-def misbehaving(monkeypatch):
-    """Runs of which those of the controller ``raises`` end in an error."""
+def fake_robot(monkeypatch):
+    """Runs without a robot, of which those of the controller ``raises`` end in an error."""
     for command in ("bench", "evolve"):
         monkeypatch.setattr(f"evolution.commands.{command}.run_job", fake_runs.misbehave)
         monkeypatch.setattr(f"evolution.commands.{command}.warm_up", fake_runs.touch_warm_up)
     monkeypatch.setattr("evolution.commands.bench.summary_rows", lambda _: [])
     monkeypatch.setattr("evolution.commands.evolve.write_run_figures", lambda _: None)
-    return ["--controllers", "rpp,raises=rpp", "--workers", "1"]
 
 
-def test_errors_are_listed_under_the_table(misbehaving, capsys):
-    assert main(["bench", OFFICE, "--repeats", "2", *misbehaving]) == 0
+SMALL_SEARCH = ["evolve", "--preset", "quick", "--pop-size", "2", "--evaluations", "2", "--maps-per-set", "1"]
+WITH_ERRORS = ["--controllers", "rpp,raises=rpp", "--workers", "1"]
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_errors_are_listed_under_the_table(capsys):
+    assert main(["bench", OFFICE, "--repeats", "2", *WITH_ERRORS]) == 0
     assert capsys.readouterr().out.count("office/raises: ValueError: the costmap is upside down\n") == 1
 
 
-def test_errors_of_a_search_are_counted(misbehaving, tmp_path, capsys):
-    search = ["--preset", "quick", "--pop-size", "2", "--evaluations", "2", "--maps-per-set", "1"]
-    assert main(["evolve", *search, *misbehaving, "--out", str(tmp_path / "run")]) == 0
+@pytest.mark.usefixtures("fake_robot")
+def test_errors_of_a_search_are_counted(tmp_path, capsys):
+    assert main([*SMALL_SEARCH, *WITH_ERRORS, "--out", str(tmp_path / "run")]) == 0
     last = "2 of 4 runs ended in an error, the first because: ValueError: the costmap is upside down\n"
     assert capsys.readouterr().err.endswith(last)
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_controllers_of_a_users_parameters_drive_unless_others_are_named(tmp_path, capsys):
+    def searched(name, *argv):
+        out = tmp_path / name
+        assert main([*SMALL_SEARCH, *argv, "--params", params, "--workers", "1", "--out", str(out)]) == 0
+        return load_run(out).controllers
+
+    params, config = str(EXAMPLES / "nav2_params.yaml"), tmp_path / "config.yaml"
+    assert main(["bench", OFFICE, "--params", params, "--workers", "1", "--format", "json"]) == 0
+    runs = json.loads(capsys.readouterr().out)["runs"]
+    assert [run["controller"] for run in runs] == ["FollowPath", "Pursuit"]
+    config.write_text("controllers: [mppi, dwb]\n")
+    assert searched("listed") == ("FollowPath", "Pursuit")
+    assert searched("configured", "--config", str(config)) == ("mppi", "dwb")
+    assert searched("named", "--config", str(config), "--controllers", "dwb,Pursuit") == ("dwb", "Pursuit")
+    bundle = tmp_path / "bundle"
+    assert main(["export", OFFICE, "--format", "gazebo", "--params", params, "--out", str(bundle)]) == 0
+    (exported,) = bundle.rglob("nav2_params.yaml")
+    assert list(read_nav2_params(exported).navigation.controllers)[:2] == ["FollowPath", "Pursuit"]
 
 
 def test_truncated_picture_is_refused(office, capsys):
