@@ -6,13 +6,14 @@ that names the key, what was expected and what came.
 
 from __future__ import annotations
 
+import re
 import reprlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
 
 import yaml
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, ValidatorFunctionWrapHandler, field_validator
 from pydantic_core import ErrorDetails
 
 from gym_mapbench.errors import ConfigError, nearest_name
@@ -35,6 +36,14 @@ class Settings(BaseModel):
         except ValidationError as error:
             raise ConfigError(_describe(error, type(self))) from None
 
+    @field_validator("*", mode="wrap")
+    @classmethod
+    def _as_it_came(cls, value: Any, validate: ValidatorFunctionWrapHandler) -> Any:
+        """Refuse what pydantic converts and ROS does not: texts and bools to numbers, anything to bools."""
+        made = validate(value)
+        _refuse_conversion(value, made)
+        return made
+
     @classmethod
     def from_mapping(cls, values: object, where: str) -> Self:
         """Build from a mapping; ``where`` (a file or section name) opens every error message."""
@@ -50,6 +59,26 @@ class Settings(BaseModel):
         return type(self)(**{**{name: getattr(self, name) for name in type(self).model_fields}, **changes})
 
 
+def _refuse_conversion(came: object, made: object) -> None:
+    """Refuse a number or bool that was made of something else; ints are floats, and lists are tuples."""
+    if isinstance(made, tuple) and isinstance(came, (list, tuple)):
+        for came_item, made_item in zip(came, made, strict=False):
+            _refuse_conversion(came_item, made_item)
+    elif isinstance(made, bool) and isinstance(came, (str, int, float)) and not isinstance(came, bool):
+        raise ConfigError(f"expected true or false, got {_short(came)}")
+    elif isinstance(made, (int, float)) and isinstance(came, (str, bool)) and not isinstance(made, bool):
+        raise ConfigError(f"expected a number, got {_short(came)}")
+
+
+class _Loader(yaml.SafeLoader):
+    """Reads ``1e-3`` as a number, as ROS does; YAML 1.1 wants a dot in it."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d+|\d*\.\d+|\d+\.)[eE][-+]?\d+$"), list("-+.0123456789")
+)
+
+
 def read_yaml(path: str | Path) -> Any:
     """Read one YAML document with the safe loader.
 
@@ -58,7 +87,7 @@ def read_yaml(path: str | Path) -> Any:
     """
     text = _read_bounded(Path(path))
     try:
-        return yaml.safe_load(text)
+        return yaml.load(text, _Loader)
     # PyYAML's safe constructors let every one of these through on an ill-formed scalar.
     except (yaml.YAMLError, ValueError, TypeError, AttributeError, LookupError, RecursionError) as error:
         reason = " ".join(str(error).split())[:200]

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import pickle
 
+import numpy as np
 import pytest
 
 from gym_mapbench.errors import ConfigError, nearest_name
@@ -73,6 +74,44 @@ def test_nonsense_is_like_nothing(name):
 )
 def test_slips_and_parts_of_a_name_are_recognised(name, near):
     assert nearest_name(name, KEYS) == near
+
+
+class Typed(Settings):
+    speed: float = 0.0
+    axes: tuple[float, float] = (0.0, 0.0)
+    count: int = 0
+    reverse: bool = False
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"speed": True}, "speed: expected a number, got True"),
+        ({"speed": "0.4"}, "speed: expected a number, got '0.4'"),
+        ({"count": False}, "count: expected a number, got False"),
+        ({"count": "3"}, "count: expected a number, got '3'"),
+        ({"axes": [1, "2"]}, "axes: expected a number, got '2'"),
+        ({"reverse": "yes"}, "reverse: expected true or false, got 'yes'"),
+        ({"reverse": 1}, "reverse: expected true or false, got 1"),
+        ({"reverse": 0.0}, "reverse: expected true or false, got 0.0"),
+    ],
+)
+def test_what_ros_would_not_convert_is_refused(values, message):
+    with pytest.raises(ConfigError) as caught:
+        Typed(**values)
+    assert str(caught.value) == message
+
+
+def test_numbers_of_every_kind_and_lists_are_taken():
+    typed = Typed(speed=1, axes=[np.float32(0.5), np.int64(2)], count=np.int64(3), reverse=True)
+    assert typed == Typed(speed=1.0, axes=(0.5, 2.0), count=3, reverse=True)
+    assert Typed(speed=np.float64(0.5), count=3.0) == Typed(speed=0.5, count=3)
+
+
+def test_numbers_in_yaml_need_no_dot(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text("[1e-3, -2E2, 1.e+2, .5e1, '1e3', 1e, e5, 3]")
+    assert read_yaml(path) == [1e-3, -200.0, 100.0, 5.0, "1e3", "1e", "e5", 3]
 
 
 def test_long_values_are_cut_short():

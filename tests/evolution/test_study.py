@@ -308,7 +308,7 @@ def test_only_the_same_study_continues(tmp_path):
     for changes, message in (
         ({"version": "0.0.0"}, r"written by version 0.0.0; version \S+ cannot continue it"),
         ({"format_version": 9}, "expected mapbench-study 1, got mapbench-study 9"),
-        ({"study": {"name": "x"}}, r"study.json: configurations: "),
+        ({"study": {"name": "x"}}, "study.json: missing key 'configurations'"),
     ):
         (tmp_path / "s" / STUDY).write_text(json.dumps({**document, **changes}))
         with pytest.raises(RunError, match=message):
