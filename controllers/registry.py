@@ -21,6 +21,7 @@ from controllers.base import Controller, PathFollower
 from controllers.dwb.controller import DwbFollower
 from controllers.mppi.controller import MppiFollower
 from controllers.nav2_params import ControllerPlugin, NavigationParams, load_preset
+from controllers.nav2_params.findings import Findings
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.presets import overlay
 from controllers.nav2_params.section import Section, parameter_names
@@ -87,8 +88,9 @@ def _load_model(spec: str, label: str | None, params: Mapping[str, Any]) -> Cont
 def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, Any]) -> PathFollower:
     """Make one of Nav2's controllers with some of its parameters changed."""
     kind = CONTROLLERS[plugin.kind]
-    section = Section(name, changes, ignored=[])
+    section = Section(name, changes, Findings())
     params = overlay(plugin.params, section.read(kind.keys, parameter_names(kind.params)))
+    section.findings.refuse()
     return FOLLOWERS[plugin.kind](section.make(kind.params, params))
 
 

@@ -15,6 +15,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+NEAR = 0.6
+"""Likeness, 0 to 1, from which on one name may be a slip of another."""
+
 
 class MapBenchError(Exception):
     """Base of every error this project raises on purpose."""
@@ -40,7 +43,7 @@ class RunError(MapBenchError):
     """A run directory, a result store or a worker that cannot be used."""
 
 
-def nearest_name(name: str, valid: Iterable[str], cutoff: float = 0.6) -> str | None:
+def nearest_name(name: str, valid: Iterable[str], cutoff: float = NEAR) -> str | None:
     """Return the valid name most like ``name``, None if none is; the order of its words does not count.
 
     A name all of whose words are in the other is near it, as ``burger`` is in ``turtlebot3_burger``.
@@ -54,8 +57,8 @@ def nearest_name(name: str, valid: Iterable[str], cutoff: float = 0.6) -> str | 
     def likeness(other: str) -> float:
         words, others = _words(name), _words(other)
         pairs = ((name, other), ("_".join(words), "_".join(others)))
-        contained = 0.5 if set(words) <= set(others) else 0.0
-        return contained + max(difflib.SequenceMatcher(None, *pair).ratio() for pair in pairs)
+        contained = NEAR if set(words) <= set(others) else 0.0
+        return max(contained, *(difflib.SequenceMatcher(None, *pair).ratio() for pair in pairs))
 
     best = max(sorted(valid), key=likeness, default=None)
     return best if best is not None and likeness(best) >= cutoff else None

@@ -44,7 +44,7 @@ def read_costmap(section: Section) -> CostmapParams:
         if kind in layers:
             raise ConfigError(f"{section.name}.plugins: expected one {kind} at most, got another: {name!r}")
         layers[kind] = _read_layer(group, kind)
-    section.ignore_groups()
+    section.leave_groups()
     scalars = [name for name in parameter_names(CostmapParams) if "." not in name]
     return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **layers, "plugins": tuple(layers)})
 
@@ -71,8 +71,8 @@ def _take_source(group: Section) -> dict[str, Any]:
     lidars = [source for source in sources if source.values.get("data_type", "LaserScan") == "LaserScan"]
     for source in sources:
         if source not in lidars[:1]:
-            group.ignored.append(source.name)
-    group.ignore_groups()
+            group.findings.unmodelled.append(source.name)
+    group.leave_groups()
     if not lidars:
         return {"marking": False, "clearing": False}
     persistence = lidars[0].values.pop("observation_persistence", 0.0)

@@ -1,7 +1,7 @@
 """Which keys of a parameter file are ours, which only ROS needs, and which only newer releases have.
 
 The behaviour built is that of Humble. A key is read under its name in Humble or in a newer release,
-listed as ignored if it serves ROS alone, and refused otherwise.
+listed if it serves ROS alone, and refused otherwise.
 """
 
 from __future__ import annotations
@@ -24,6 +24,27 @@ EVERY_NODE = frozenset(
         "use_sim_time",
     }
 )
+ROS_ONLY_NODES = frozenset(
+    {
+        "amcl",
+        "docking_server",
+        "lifecycle_manager",
+        "lifecycle_manager_localization",
+        "lifecycle_manager_navigation",
+        "loopback_simulator",
+        "map_saver",
+        "map_server",
+        "robot_state_publisher",
+        "route_server",
+        "smoother_server",
+        "waypoint_follower",
+    }
+)
+"""Nodes that have no part in following a path to a pose with Humble's default tree; the robot knows its pose here."""
+
+INNER_NODES = ("_client", "_rclcpp_node")
+"""How the names of the nodes end that Nav2's servers keep for themselves."""
+
 FRAMES = frozenset({"global_frame", "local_frame", "robot_base_frame", "transform_tolerance"})
 
 
@@ -35,11 +56,13 @@ class Keys:
         ros_only: Keys, or groups of keys, that mean nothing without ROS; those of every node are added.
         newer_only: Parameters of newer releases -> what Humble does.
         renamed: Names in newer or older releases -> names in Humble.
+        unmodelled: Keys that nothing here stands for, and that may change how the real robot drives.
     """
 
     ros_only: frozenset[str] = frozenset()
     newer_only: Mapping[str, str] = field(default_factory=dict)
     renamed: Mapping[str, str] = field(default_factory=dict)
+    unmodelled: frozenset[str] = frozenset()
 
     def is_ros_only(self, name: str) -> bool:
         """Whether a dotted name, or a group it belongs to, serves ROS alone."""
@@ -83,7 +106,6 @@ BT_NAVIGATOR = Keys(
         "bt_search_directories",
         "default_cancel_timeout",
         "default_nav_through_poses_bt_xml",
-        "default_nav_to_pose_bt_xml",
         "default_server_timeout",
         "enable_groot_monitoring",
         "error_code_name_prefixes",
@@ -101,7 +123,8 @@ BT_NAVIGATOR = Keys(
         "path_blackboard_id",
         "plugin_lib_names",
         "wait_for_service_timeout",
-    }
+    },
+    unmodelled=frozenset({"default_nav_to_pose_bt_xml"}),
 )
 VELOCITY_SMOOTHER = Keys(
     ros_only=frozenset({"odom_topic", "stamp_smoothed_velocity_with_smoothing_time"}),

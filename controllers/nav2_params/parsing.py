@@ -8,6 +8,7 @@ from typing import Any
 
 from controllers.nav2_params import keys
 from controllers.nav2_params.costmap_section import read_costmap
+from controllers.nav2_params.findings import Findings
 from controllers.nav2_params.navigation import (
     BehaviorServer,
     BehaviorTree,
@@ -52,11 +53,15 @@ class Nav2Params:
         navigation: The parameters.
         ignored: Full names of what only ROS needs: keys, groups and whole nodes.
         defaulted: Sections and controllers that the file does not configure and the preset does.
+        unused: Full names of what the robot's own Nav2 does not use either: plugins in no list, or not asked for.
+        unmodelled: Full names of what nothing here stands for; it may change how the real robot drives.
     """
 
     navigation: NavigationParams
     ignored: tuple[str, ...] = ()
     defaulted: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()
+    unmodelled: tuple[str, ...] = ()
 
 
 def parse_nav2_params(document: object, preset: NavigationParams | None = None) -> Nav2Params:
@@ -73,23 +78,35 @@ def parse_nav2_params(document: object, preset: NavigationParams | None = None) 
         ConfigError: If a parameter is unknown or has a wrong value, or a plugin is not built here.
     """
     _refuse_bomb(document)
-    ignored: list[str] = []
-    nodes = dict(_find_nodes(document, ignored))
+    findings = Findings()
+    try:
+        sections = {name: Section(*node, findings) for name, node in _find_nodes(document, findings)}
+        found = _read_sections(sections)
+    finally:  # a misspelt name is said first, since it may be why something else is missing
+        findings.refuse()
     base = preset or NavigationParams()
-    sections = {name: Section(*nodes[name], ignored) for name in SECTIONS if name in nodes}
+    left_out = [name for name in SECTIONS if name not in sections and name != "velocity_smoother"]
+    known = found.get("controllers", {})
+    kinds = {plugin.kind for plugin in known.values()}
+    extra = {name: p for name, p in base.controllers.items() if p.kind not in kinds and name not in known}
+    return Nav2Params(
+        base.replace(**{"velocity_smoother": None, **found, "controllers": {**known, **extra}}),
+        ignored=tuple(findings.ros_only),
+        defaulted=(*(left_out if preset else ()), *(f"controllers.{name}" for name in extra)),
+        unused=tuple(findings.unused),
+        unmodelled=tuple(findings.unmodelled),
+    )
+
+
+def _read_sections(sections: Mapping[str, Section]) -> dict[str, Any]:
+    """Read every section that is there into options of :class:`NavigationParams`."""
     found: dict[str, Any] = {}
     if "controller_server" in sections:
         found |= _read_controllers(sections["controller_server"])
     for name, (field, read) in READERS.items():
         if name in sections:
             found[field] = read(sections[name])
-    defaulted = [name for name in SECTIONS if name not in sections and name != "velocity_smoother"] if preset else []
-    known = found.get("controllers", {})
-    kinds = {plugin.kind for plugin in known.values()}
-    extra = {name: p for name, p in base.controllers.items() if p.kind not in kinds and name not in known}
-    defaulted += [f"controllers.{name}" for name in extra]
-    navigation = base.replace(**{"velocity_smoother": None, **found, "controllers": {**known, **extra}})
-    return Nav2Params(navigation, tuple(ignored), tuple(defaulted))
+    return found
 
 
 def _refuse_bomb(document: object) -> None:
@@ -106,8 +123,10 @@ def _refuse_bomb(document: object) -> None:
             pending.extend(value)
 
 
-def _find_nodes(document: object, ignored: list[str]) -> Iterator[tuple[str, tuple[str, object]]]:
-    """Name, full name and parameters of every node that is read; all others are listed as ignored."""
+def _find_nodes(document: object, findings: Findings) -> Iterator[tuple[str, tuple[str, object]]]:
+    """Name, full name and parameters of every node that is read; the findings get all others."""
+    if document is None:
+        raise ConfigError("expected the nodes of a nav2_params.yaml, but the file is empty")
     if not isinstance(document, Mapping):
         raise ConfigError(f"expected the nodes of a nav2_params.yaml, got {type(document).__name__}")
     found: dict[str, str] = {}
@@ -115,7 +134,7 @@ def _find_nodes(document: object, ignored: list[str]) -> Iterator[tuple[str, tup
         full, name = ".".join(path), path[-1].rsplit("/", 1)[-1]
         if name not in SECTIONS:
             _check_misspelt(full, name)
-            ignored.append(full)
+            (findings.ros_only if _serves_ros(name, parameters) else findings.unmodelled).append(full)
         elif parameters is None:
             raise ConfigError(f"{full}: expected a group {PARAMETERS!r} in it, as in ROS")
         elif name in found:
@@ -141,6 +160,14 @@ def _walk(
             yield here, None
 
 
+def _serves_ros(name: str, node: Mapping[Any, Any] | None) -> bool:
+    """Whether a node does not drive, or is given nothing but parameters that serve ROS alone."""
+    if name in keys.ROS_ONLY_NODES or name.endswith(keys.INNER_NODES):
+        return True
+    parameters = None if node is None else node[PARAMETERS]
+    return isinstance(parameters, Mapping) and all(keys.Keys().is_ros_only(str(key)) for key in parameters)
+
+
 def _check_misspelt(full: str, name: str) -> None:
     near = nearest_name(name, SECTIONS, cutoff=0.85)
     if near:
@@ -157,7 +184,7 @@ def _read_controllers(server: Section) -> dict[str, Any]:
         kind = _take_class(group, ros_class, _classes(CONTROLLERS), "controller")
         controllers[name] = ControllerPlugin(kind=kind, params=_read_params(group, CONTROLLERS[kind]))
     progress, goal = _read_progress_checker(server), _read_goal_checker(server)
-    server.ignore_groups()
+    server.leave_groups()
     values = server.read(keys.CONTROLLER_SERVER, _scalars(ControllerServer))
     settings = server.make(ControllerServer, {**values, "progress_checker": progress, "goal_checker": goal})
     return {"controller_server": settings, "controllers": controllers}
@@ -176,7 +203,7 @@ def _read_goal_checker(server: Section) -> GoalChecker:
     """Read the first of the goal checkers; the default tree asks for none by name."""
     first, *others = server.take_names("goal_checker_plugins", ("goal_checker",), least=1)
     for name in others:
-        server.ignore(name)
+        server.leave(name)
     group = server.take_group(first)
     kind = _take_class(group, GOAL_CHECKERS["simple"], GOAL_CHECKERS, "goal checker")
     return group.build(GoalChecker, keys.GOAL_CHECKER, plugin=kind)
@@ -188,7 +215,7 @@ def _read_planner(server: Section) -> PlannerPlugin:
     chosen = "GridBased" if "GridBased" in names else names[0]
     group = server.take_group(chosen)
     kind = _take_class(group, PLANNERS["navfn"].ros_class, _classes(PLANNERS), "planner")
-    server.ignore_groups()
+    server.leave_groups()
     server.read(keys.PLANNER_SERVER, ())
     return PlannerPlugin(name=kind, params=_read_params(group, PLANNERS[kind]))
 
@@ -197,14 +224,14 @@ def _read_behaviors(server: Section) -> BehaviorServer:
     names = server.take_names("behavior_plugins", ("spin", "backup", "drive_on_heading", "wait"))
     for name in names:
         if name not in BEHAVIORS:
-            server.ignore(name)
+            server.leave(name)
             continue
         group = server.take_group(name)
         _take_class(group, BEHAVIORS[name], {name: BEHAVIORS[name]}, "behaviour")
         for key, value in group.values.items():
             if value != 0:
                 raise ConfigError(f"{group.name}.{key}: expected 0 (the behaviours have no ramps), got {value!r}")
-    server.ignore_groups()
+    server.leave_groups()
     enabled = tuple(name for name in names if name in BEHAVIORS)
     return server.build(BehaviorServer, keys.BEHAVIOR_SERVER, behavior_plugins=enabled)
 

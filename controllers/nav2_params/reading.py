@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
@@ -25,8 +26,8 @@ def read_nav2_params(path: str | Path, preset: str = "thesis", velocity_smoother
         velocity_smoother: False leaves the smoother out although the file configures it.
 
     Raises:
-        ConfigError: In one line: the file cannot be read, a parameter is unknown (with the nearest name) or has
-            a wrong value, or a plugin is not built here.
+        ConfigError: In one line: the file cannot be read, parameters are unknown (all of them, with the nearest
+            names) or one has a wrong value, or a plugin is not built here.
     """
     document = read_yaml(path)
     behind = load_preset(preset)
@@ -37,4 +38,4 @@ def read_nav2_params(path: str | Path, preset: str = "thesis", velocity_smoother
         raise ConfigError(f"{path}: {' '.join(str(error).split())}") from None
     if velocity_smoother:
         return read
-    return Nav2Params(read.navigation.replace(velocity_smoother=None), read.ignored, read.defaulted)
+    return replace(read, navigation=read.navigation.replace(velocity_smoother=None))

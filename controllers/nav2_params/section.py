@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any, TypeVar
 
+from controllers.nav2_params.findings import Findings
 from controllers.nav2_params.keys import Keys
 from controllers.parameters import nest_dotted
 from gym_mapbench.errors import ConfigError, nearest_name
@@ -19,17 +20,17 @@ class Section:
     Args:
         name: Full dotted name; opens every error message.
         values: The group; dotted keys are expanded, None is an empty group.
-        ignored: Where the full names of ignored keys are collected.
+        findings: Where the full names of all keys without effect are collected, and of those to be refused.
 
     Raises:
         ConfigError: If ``values`` is not a mapping, or gives a parameter twice.
     """
 
-    def __init__(self, name: str, values: object, ignored: list[str]) -> None:
+    def __init__(self, name: str, values: object, findings: Findings) -> None:
         if values is not None and not isinstance(values, Mapping):
             raise ConfigError(f"{name}: expected a group of parameters, got {type(values).__name__}")
         self.name = name
-        self.ignored = ignored
+        self.findings = findings
         try:
             self.values = nest_dotted(values or {})
         except ConfigError as error:
@@ -37,7 +38,7 @@ class Section:
 
     def take_group(self, key: str) -> Section:
         """Take a group out; an empty one if there is none."""
-        return Section(f"{self.name}.{key}", self.values.pop(key, None), self.ignored)
+        return Section(f"{self.name}.{key}", self.values.pop(key, None), self.findings)
 
     def take_names(self, key: str, default: tuple[str, ...], least: int = 0) -> tuple[str, ...]:
         """Take a list of at least so many names out."""
@@ -56,25 +57,25 @@ class Section:
             raise ConfigError(f"{self.name}.{key}: expected a name, got {_kind(value)}")
         return value
 
-    def ignore(self, key: str) -> None:
-        """Take a key out and list it as ignored."""
+    def leave(self, key: str) -> None:
+        """Take a key out and list it as unused."""
         self.values.pop(key, None)
-        self.ignored.append(f"{self.name}.{key}")
+        self.findings.unused.append(f"{self.name}.{key}")
 
-    def ignore_groups(self) -> None:
-        """Ignore the groups that are left: no list of plugins names them, so ROS does not read them either."""
+    def leave_groups(self) -> None:
+        """Leave the groups that remain: no list of plugins names them, so ROS does not read them either."""
         for key in [key for key, value in self.values.items() if isinstance(value, Mapping)]:
-            self.ignore(key)
+            self.leave(key)
 
     def read(self, keys: Keys, valid: Collection[str]) -> dict[str, Any]:
-        """Sort all keys and return, nested, the parameters among them.
+        """Sort all keys and return, nested, the parameters among them; the findings get the others.
 
         Args:
             keys: What is known of this section's other keys.
             valid: Dotted names of its parameters.
 
         Raises:
-            ConfigError: If a key is unknown, exists only in newer releases, or is given under two names.
+            ConfigError: If a key is given under two names.
         """
         kept: dict[str, Any] = {}
         for given, value in leaves(self.values):
@@ -83,10 +84,8 @@ class Section:
                 raise ConfigError(f"{self.name}.{given}: already given under another name")
             if name in valid:
                 kept[name] = value
-            elif keys.is_ros_only(name):
-                self.ignored.append(f"{self.name}.{given}")
             else:
-                raise self._refusal(given, keys, valid)
+                self._find(given, name, keys, valid)
         return nest_dotted(kept)
 
     def build(self, settings: type[S], keys: Keys, **given: Any) -> S:
@@ -100,13 +99,17 @@ class Section:
         except ConfigError as error:
             raise ConfigError(f"{self.name}.{error}") from None
 
-    def _refusal(self, name: str, keys: Keys, valid: Collection[str]) -> ConfigError:
-        if name in keys.newer_only:
-            why = "only newer releases of Nav2 have this parameter, and Humble's behaviour is built"
-            return ConfigError(f"{self.name}.{name}: {why}: {keys.newer_only[name]}")
-        near = nearest_name(name, [*valid, *keys.renamed])
-        hint = f"did you mean {near!r}?" if near else f"expected one of: {', '.join(sorted(valid)) or 'none'}"
-        return ConfigError(f"{self.name}.{name}: unknown parameter; {hint}")
+    def _find(self, given: str, name: str, keys: Keys, valid: Collection[str]) -> None:
+        """List a key that is no parameter here; ``name`` is its name in Humble."""
+        full, findings = f"{self.name}.{given}", self.findings
+        if name in keys.unmodelled:
+            findings.unmodelled.append(full)
+        elif keys.is_ros_only(name):
+            findings.ros_only.append(full)
+        elif name in keys.newer_only:
+            findings.newer[full] = keys.newer_only[name]
+        else:
+            findings.unknown[full] = nearest_name(given, [*valid, *keys.renamed]) or ""
 
 
 def leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

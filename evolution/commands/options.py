@@ -185,14 +185,18 @@ def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) 
 
 
 def _read_params(name: str) -> NavigationParams:
-    """Load a preset or a user's file; says which of its keys serve ROS alone, and what a preset fills in."""
+    """Load a preset or a user's file; says what of it has no effect here and why, and what a preset fills in."""
     if name in PRESETS:
         return load_preset(name)
     read = _read_file(name)
-    if read.ignored:
-        note(f"{name}: ignored, because only ROS reads them: {', '.join(read.ignored)}")
-    if read.defaulted:
-        note(f"{name}: not given there, taken from the preset thesis: {', '.join(read.defaulted)}")
+    for what, names in (
+        ("ignored, because only ROS reads them", read.ignored),
+        ("ignored, because Nav2 does not use them either", read.unused),
+        ("not modelled here, though they may change how the real robot drives", read.unmodelled),
+        ("not given there, taken from the preset thesis", read.defaulted),
+    ):
+        if names:
+            note(f"{name}: {what}: {', '.join(names)}")
     return read.navigation
 
 

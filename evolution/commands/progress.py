@@ -19,8 +19,8 @@ errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
 
 
 def note(text: str) -> None:
-    """Say something on standard error, apart from the results."""
-    errors.print(text, highlight=False, markup=False)
+    """Say something on standard error, apart from the results; one line where nobody watches."""
+    errors.print(text, highlight=False, markup=False, soft_wrap=not errors.is_terminal)
 
 
 class RunsPerSecond:

@@ -139,18 +139,36 @@ def test_a_file_is_read_section_by_section():
 
 
 def test_what_only_ros_needs_is_listed():
-    ignored = parse_nav2_params(sample()).ignored
-    assert ignored == (
+    assert parse_nav2_params(sample()).ignored == (
         "amcl",
         "controller_server.FollowPath.transform_tolerance",
-        "controller_server.loose",
-        "controller_server.unused",
         "controller_server.use_sim_time",
-        "local_costmap.local_costmap.obstacles.camera",
         "local_costmap.local_costmap.obstacles.laser.topic",
         "local_costmap.local_costmap.obstacles.laser.data_type",
         "velocity_smoother.odom_topic",
     )
+
+
+def test_plugins_that_nothing_asks_for_are_listed_apart():
+    assert parse_nav2_params(sample()).unused == ("controller_server.loose", "controller_server.unused")
+    planners = {"planner_plugins": ["GridBased", "Second"], "GridBased": {}, "Second": {"plugin": "somebody::Else"}}
+    document = costmap(plugins=["inflation_layer"], voxel_layer={"plugin": "nav2_costmap_2d::VoxelLayer"})
+    read = parse_nav2_params({**document, "planner_server": {"ros__parameters": planners}})
+    assert set(read.unused) >= {"planner_server.Second", "local_costmap.local_costmap.voxel_layer"}
+
+
+def test_what_may_change_how_the_real_robot_drives_is_listed_apart():
+    document = sample(bt_navigator={"ros__parameters": {"default_nav_to_pose_bt_xml": "mine.xml"}})
+    document["collision_monitor"] = {"ros__parameters": {"polygons": ["stop"]}}
+    document["/**"] = {"ros__parameters": {"use_sim_time": True, "controller_frequency": 5.0}}
+    assert parse_nav2_params(document).unmodelled == (
+        "collision_monitor",
+        "/**",
+        "local_costmap.local_costmap.obstacles.camera",
+        "bt_navigator.default_nav_to_pose_bt_xml",
+    )
+    document["/**"] = {"ros__parameters": {"use_sim_time": True}}
+    assert "/**" in parse_nav2_params(document).ignored
 
 
 def test_a_preset_stands_in_for_what_the_file_leaves_out(write):
@@ -255,7 +273,7 @@ def test_the_bringup_file_of_humble_is_the_preset_but_for_its_robot_and_smoother
             "a second beside",
         ),
         ([1, 2], "expected the nodes of a nav2_params.yaml, got list"),
-        (None, "got NoneType"),
+        (None, "the file is empty"),
         (
             costmap(plugins=["sonar"], sonar={"plugin": "nav2_costmap_2d::RangeSensorLayer"}),
             "sonar.plugin: costmap layer",
@@ -304,6 +322,27 @@ def test_refusals_name_the_parameter_in_one_line(document, message):
         parse_nav2_params(document)
     assert message in str(raised.value)
     assert "\n" not in str(raised.value)
+
+
+def test_all_keys_that_are_refused_are_named_at_once():
+    document = mppi(ax_max=3.0, az_max=3.5, CostCritic={"cost_wieght": 1.0}, zzz=1)
+    document["velocity_smoother"]["ros__parameters"]["odom_topik"] = "odom"
+    with pytest.raises(ConfigError) as raised:
+        parse_nav2_params(document)
+    server = "controller_server.FollowPath"
+    assert str(raised.value) == (
+        f"2 parameters of newer releases than Humble, remove them: {server}.ax_max, {server}.az_max; "
+        f"3 unknown parameters: {server}.CostCritic.cost_wieght (CostCritic.cost_weight?), {server}.zzz, "
+        "velocity_smoother.odom_topik (odom_duration?)"
+    )
+
+
+def test_a_misspelt_name_is_said_before_what_is_missing_for_it():
+    document = sample(Slow={"plugin": "dwb_core::DWBLocalPlanner", "critcs": ["PathDist"]})
+    with pytest.raises(
+        ConfigError, match=r"^controller_server\.Slow\.critcs: unknown parameter; did you mean 'critics'"
+    ):
+        parse_nav2_params(document)
 
 
 LAUGHS = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 12))

@@ -221,7 +221,9 @@ def test_a_users_parameters_say_what_is_ignored(capsys):
     code = main(["bench", OFFICE, "--controllers", "Pursuit", "--params", params, "--workers", "1"])
     output = capsys.readouterr()
     assert code == 0
-    assert "debug_trajectory_details" in output.err
+    (ignored,) = [line for line in output.err.splitlines() if "ignored, because only ROS reads them: " in line]
+    assert "FollowPath.debug_trajectory_details" in ignored
+    assert ignored.endswith("scan.data_type")
     assert "Pursuit" in output.out
 
 
