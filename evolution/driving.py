@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from pydantic import field_validator
 
 from controllers.base import Controller
 from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
+from controllers.navigator import Navigator
 from controllers.registry import make_controller
 from evolution.episode import environment_for, run_episode
 from evolution.jobs import ControllerSpec, Job, RunResult
@@ -54,6 +56,18 @@ def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controlle
     """
     params: dict[str, Any] = dict(spec.params)
     return make_controller(spec.registered_name, navigation=settings.navigation, label=spec.name, **params)
+
+
+def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) -> None:
+    """Make every controller once, so that what cannot drive is said before anything is driven.
+
+    Raises:
+        ConfigError: Naming the first that cannot be made, or that would not fit the world's rate of control.
+    """
+    for spec in specs:
+        controller = build_controller(spec, settings)
+        if isinstance(controller, Navigator):
+            controller.check_frequency(1.0 / settings.environment.control_hz)
 
 
 def drive(job: Job) -> Episode:

@@ -19,7 +19,7 @@ from evolution.bench import BenchRun, bench, summary_rows
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, errors
 from evolution.comparison import BENCH
-from evolution.driving import run_job
+from evolution.driving import run_job, try_controllers
 from evolution.evaluator import Evaluator
 from evolution.files import make_directory, write_text
 from evolution.jobs import JobPlan
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
     settings = settings if barn is None else barn_settings(settings)
     options.check_room(scenarios, settings)
     controllers = options.controllers_of(args)
-    options.check_controllers(controllers, settings)
+    try_controllers(controllers, settings)
     plan = JobPlan(controllers, settings, args.seed or 0, args.repeats)
     out = None if args.out is None else _new_directory(Path(args.out))
     total = len(scenarios) * len(plan.controllers) * args.repeats

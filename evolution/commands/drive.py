@@ -9,7 +9,7 @@ from evolution.animation import check_display, check_film, save_animation, show_
 from evolution.commands import options
 from evolution.commands.bench import load_all
 from evolution.commands.progress import console
-from evolution.driving import drive
+from evolution.driving import drive, try_controllers
 from evolution.jobs import JobPlan
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     controllers = options.listed_controllers(args.controller)
     if len(controllers) != 1:
         raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
-    options.check_controllers(controllers, settings)
+    try_controllers(controllers, settings)
     plan = JobPlan(controllers, settings, args.seed)
     episode = drive(plan.jobs(scenario)[0])
     _print(episode)

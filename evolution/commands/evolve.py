@@ -13,7 +13,7 @@ from rich.table import Table
 from controllers.nav2_params.presets import overlay
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, note
-from evolution.driving import run_job
+from evolution.driving import run_job, try_controllers
 from evolution.evaluator import Evaluator
 from evolution.experiments import experiment_of, load_preset, preset_names, read_document
 from evolution.figures import write_run_figures
@@ -104,7 +104,7 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     settings = options.drive_settings(args, experiment.run)  # type: ignore[arg-type]
     if len(experiment.controllers) < 2:
         raise ConfigError(f"controllers: expected two or more to tell apart, got {experiment.plan.names[0]} alone")
-    options.check_controllers(experiment.controllers, settings)
+    try_controllers(experiment.controllers, settings)
     options.check_room([_emptiest(experiment.search.shapes)], settings)
     return Experiment(experiment.search, experiment.controllers, settings)
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, load_preset, read_nav2_params
-from controllers.navigator import Navigator
 from evolution.commands.progress import note
-from evolution.driving import DriveSettings, build_controller
+from evolution.driving import DriveSettings
 from evolution.experiments import DEFAULT_CONTROLLERS, controllers_from
 from evolution.jobs import ControllerSpec
 from gym_mapbench.clearance import check_clearance
@@ -146,29 +145,24 @@ def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
     return controllers_from(names)
 
 
-def check_controllers(specs: Sequence[ControllerSpec], settings: DriveSettings) -> None:
-    """Make every controller once.
-
-    Raises:
-        ConfigError: Naming the first that cannot be made, or that would not fit the world's rate of control.
-    """
-    for spec in specs:
-        controller = build_controller(spec, settings)
-        if isinstance(controller, Navigator):
-            controller.check_frequency(1.0 / settings.environment.control_hz)
-
-
 def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
-    """Refuse maps on which the robot cannot stand at start and goal.
+    """Refuse maps on none of which the robot can stand at start and goal.
+
+    Where it can on some, runs on the others end in ``error`` with the reason.
 
     Raises:
-        ConfigError: Naming the first such map.
+        ConfigError: Naming the first of the maps.
     """
+    problems = []
     for scenario in scenarios:
         try:
             check_clearance(scenario, settings.environment.robot)
         except ConfigError as error:
-            raise ConfigError(f"{scenario.name}: {error}") from None
+            problems.append(f"{scenario.name}: {error}")
+        else:
+            return
+    if problems:
+        raise ConfigError(problems[0])
 
 
 def workers_of(args: argparse.Namespace) -> int:

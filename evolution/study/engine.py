@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from evolution.driving import build_controller, drive, run_job
+from evolution.driving import drive, run_job, try_controllers
 from evolution.evaluator import RunJob
 from evolution.experiments import experiment_of
 from evolution.jobs import Job, RunResult
@@ -17,14 +17,9 @@ from evolution.warmup import warm_up
 from gym_mapbench.episode import Episode
 
 
-def check_controllers(experiment: Experiment) -> None:
-    """Make every controller once, so that a wrong name, parameter or model is said before anything is driven.
-
-    Raises:
-        ConfigError: Naming the first that cannot be made.
-    """
-    for spec in experiment.controllers:
-        build_controller(spec, experiment.run)  # type: ignore[arg-type]
+def check_experiment(experiment: Experiment) -> None:
+    """Refuse an experiment with a controller that cannot drive; see :func:`~evolution.driving.try_controllers`."""
+    try_controllers(experiment.controllers, experiment.run)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -45,7 +40,7 @@ class Engine:
     plan_job: RunJob = plan_job
     drive: Callable[[Job], Episode] = drive
     warm_up: Callable[[], object] | None = warm_up
-    check_experiment: Callable[[Experiment], object] = check_controllers
+    check_experiment: Callable[[Experiment], object] = check_experiment
 
     @property
     def answer_job(self) -> RunJob:

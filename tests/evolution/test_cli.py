@@ -5,14 +5,19 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from controllers.nav2_params import read_nav2_params
 from evolution.cli import main
+from evolution.commands.options import check_room
+from evolution.driving import DriveSettings
 from evolution.rundir import load_run
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.scenario import Pose
 from tests.evolution import fake_runs
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -114,6 +119,14 @@ def test_what_cannot_be_written_gets_one_line(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("evolution.commands.maps.write_map_file", fail)
     line = refused(capsys, "maps", "convert", OFFICE, tmp_path / "b.yaml")
     assert line == "mapbench maps: film.gif: No space left on device\n"
+
+
+def test_one_map_without_room_spoils_no_benchmark():
+    (free,) = load_scenarios(OFFICE)
+    blocked = replace(free, start=Pose(0.1, 3.0, 0.0))
+    check_room([blocked, free], DriveSettings(navigation="thesis"))
+    with pytest.raises(ConfigError, match="office: start: expected room"):
+        check_room([blocked, blocked], DriveSettings(navigation="thesis"))
 
 
 def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
