@@ -105,6 +105,15 @@ def test_workers_that_cannot_start_end_the_run_with_one_line(tmp_path, monkeypat
         evaluator.run(jobs_of(plan_of("any")))
 
 
+@pytest.fixture
+def heard_interrupts():
+    """Python's own answer to Ctrl-C, which a shell's background jobs are told to ignore."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heard_interrupts")
 def test_ctrl_c_stops_the_workers_and_keeps_what_is_finished():
     with Evaluator(fake_runs.drive) as evaluator:
         done = evaluator.run(jobs_of(plan_of("any")))
