@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from evolution.files import Row
-from evolution.header import header
+from evolution.header import versions
 from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import RunError
 
@@ -243,8 +243,7 @@ def written_elsewhere(config: Mapping[str, Any]) -> list[str]:
     Args:
         config: ``config.json`` or ``study.json``.
     """
-    ours = header("", 0)
-    theirs, here = [{"mapbench": one["version"], **one["libraries"]} for one in (config, ours)]
+    theirs, here = [{"mapbench": one["version"], **one["libraries"]} for one in (config, versions())]
     other = [name for name in here if theirs.get(name) != here[name]]
     if not other:
         return []

@@ -16,12 +16,12 @@ LIBRARIES = ("numpy", "scipy", "numba", "Box2D", "gymnasium", "pymoo")
 
 def header(kind: str, kind_version: int) -> dict[str, Any]:
     """Begin the document of a new directory."""
-    return {
-        "format": kind,
-        "format_version": kind_version,
-        "version": PACKAGE_VERSION,
-        "libraries": {name: version(name) for name in LIBRARIES},
-    }
+    return {"format": kind, "format_version": kind_version, **versions()}
+
+
+def versions() -> dict[str, Any]:
+    """Return the versions of this package and of the libraries that results depend on."""
+    return {"version": PACKAGE_VERSION, "libraries": {name: version(name) for name in LIBRARIES}}
 
 
 def read_header(path: Path, kind: str, kind_version: int) -> dict[str, Any]:

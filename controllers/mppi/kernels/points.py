@@ -115,6 +115,13 @@ def step_and_locate(rows, noise_v, noise_w, controls, yaw_0, dt, limits, scale, 
 
 
 @kernel
+def _locate_start(rows, scale, last, cells):
+    """Write the cell under the points of step 0, which are one point."""
+    x, y = _fixed_point(rows[X], scale[0], scale[1]), _fixed_point(rows[Y], scale[0], scale[2])
+    cells[:] = _cell_of(x, y, last[0], last[1], last[2])
+
+
+@kernel
 def _any_near(rows, first, scale, near):
     """Whether the point of any sample of a part of a block lies near a cell border."""
     units, start_x, start_y = scale
@@ -269,25 +276,13 @@ def sweep(call_of, dt, rollout, speeds, keep, kept, scan, grid, scale, window, m
         for t in range(steps):
             cells, is_near = ring[t % RING], True
             if t == 0:
-                cells[:] = _cell_of(
-                    _fixed_point(rows[X], scale[0], scale[1]), _fixed_point(rows[Y], scale[0], scale[2]),
-                    last[0], last[1], last[2],
-                )  # fmt: skip
+                _locate_start(rows, scale, last, cells)
             else:
                 controls, limits = (v[t - 1], w[t - 1]), (highest, lowest, gain_v * v[t - 1], gain_w * w[t - 1])
                 is_near = step_and_locate(
-                    rows,
-                    noise_v[b, t - 1],
-                    noise_w[b, t - 1],
-                    controls,
-                    yaw_0,
-                    period,
-                    limits,
-                    scale,
-                    last,
-                    near,
+                    rows, noise_v[b, t - 1], noise_w[b, t - 1], controls, yaw_0, period, limits, scale, last, near,
                     cells,
-                )
+                )  # fmt: skip
                 if t % refresh_every == 0:
                     refresh(rows, yaw_0)
             if keep[t] >= 0:
