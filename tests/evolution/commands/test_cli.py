@@ -20,7 +20,7 @@ from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.scenario import Pose
 from tests.evolution import fake_runs
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 OFFICE = str(EXAMPLES / "office.yaml")
 
 

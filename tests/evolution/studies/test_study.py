@@ -28,7 +28,7 @@ from gym_mapbench.errors import ConfigError, RunError
 from tests.evolution.fake_runs import broken_warm_up
 from tests.evolution.fake_study import ENGINE, small_study
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 TWO = [
     {"name": "ga", "experiment": {"search": {"pop_size": 6}}},
     {"name": "best", "method": "best_triple", "of": "ga"},
@@ -52,7 +52,7 @@ def changed(**options):
 def test_studies_of_the_package_can_be_run(name):
     settings = load_study(name)
     assert [task.configuration.name for task in check_study(settings, NAV2)] == list(settings.names)
-    assert load_study(ROOT / "studies" / f"{name}.yaml") == settings
+    assert load_study(ROOT / "evolution" / "studies" / "definitions" / f"{name}.yaml") == settings
     assert StudySettings(**yaml.safe_load(yaml.safe_dump(settings.model_dump(mode="json")))) == settings
 
 
