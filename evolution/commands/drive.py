@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from evolution.api import load_all
 from evolution.commands import options
-from evolution.commands.bench import load_all
 from evolution.commands.progress import console
-from evolution.driving import JobPlan, drive, try_controllers
+from evolution.driving import JobPlan, check_room, drive, try_controllers
 from evolution.pictures import check_display, check_film, save_animation, show_animation
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError
@@ -40,12 +40,12 @@ def run(args: argparse.Namespace) -> int:
         check_film(path)
     if args.show:
         check_display()
-    scenarios = load_all([args.map], args)
+    scenarios = load_all([args.map], args.start, args.goal)
     if args.scenario > len(scenarios):
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")
     scenario = scenarios[args.scenario - 1]
     settings = options.drive_settings(args)
-    options.check_room([scenario], settings)
+    check_room([scenario], settings)
     controllers = options.listed_controllers(args.controller)
     if len(controllers) != 1:
         raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")

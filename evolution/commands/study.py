@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import argparse
 import math
-from pathlib import Path
 
 from rich.progress import TaskProgressColumn, TextColumn
 from rich.table import Table
 
+from evolution.api import study, study_in
 from evolution.commands import options
 from evolution.commands.progress import Bar, console, errors, note
 from evolution.report import write_report
 from evolution.studies import (
     StudyAnalysis,
-    StudyDir,
     StudyProgress,
-    StudySettings,
     analyse,
-    is_study,
-    load_study,
-    run_study,
     study_names,
     summary_rows,
     verdict_of,
 )
-from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.errors import RunError
 
 EXAMPLES = """  mapbench study quick                             a few minutes, every method once
   mapbench study thesis --out runs/thesis          chapter 5, and beyond
@@ -54,16 +49,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Run or continue, write tables, figures and the page, and print the verdict."""
-    settings, directory = _study(args)
     only = None if args.only is None else [name.strip() for name in args.only.split(",")]
+    settings, directory = study_in(args.study, args.out, resume=args.resume)
     with StudyBar(settings.name) as bar:
-        results = run_study(
+        results = study(
             settings,
-            directory,
+            out=directory,
             resume=args.resume,
             only=only,
             runs=args.runs,
-            workers=options.workers_of(args),
+            workers=args.workers,
             on_progress=bar.show,
         )
     analysis = analyse(results)
@@ -73,16 +68,6 @@ def run(args: argparse.Namespace) -> int:
     if results.failed:
         raise RunError(f"{results.failed} runs could not be made (see missing, above); --resume tries them again")
     return 0
-
-
-def _study(args: argparse.Namespace) -> tuple[StudySettings, Path]:
-    """The study and its directory; a directory to be resumed says itself which study it is."""
-    if args.resume and is_study(args.study):
-        if args.out is not None:
-            raise ConfigError(f"--out: expected none beside the study directory {args.study}")
-        return StudyDir.open(args.study).settings, Path(args.study)
-    settings = load_study(args.study)
-    return settings, Path(args.out or Path("runs") / f"study-{settings.name}")
 
 
 def _print(analysis: StudyAnalysis) -> None:

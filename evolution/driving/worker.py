@@ -13,9 +13,12 @@ from controllers.navigator import Navigator
 from controllers.registry import make_controller
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import environment_for, run_episode
+from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.episode import Episode
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
+from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
 
 
@@ -68,6 +71,26 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
         controller = build_controller(spec, settings)
         if isinstance(controller, Navigator):
             controller.check_frequency(1.0 / settings.environment.control_hz)
+
+
+def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
+    """Refuse maps on none of which the robot can stand at start and goal.
+
+    Where it can on some, runs on the others end in ``error`` with the reason.
+
+    Raises:
+        ConfigError: Naming the first of the maps.
+    """
+    problems = []
+    for scenario in scenarios:
+        try:
+            check_clearance(scenario, settings.environment.robot)
+        except ConfigError as error:
+            problems.append(f"{scenario.name}: {error}")
+        else:
+            return
+    if problems:
+        raise ConfigError(problems[0])
 
 
 def drive(job: Job) -> Episode:

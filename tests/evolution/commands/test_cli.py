@@ -12,8 +12,7 @@ import pytest
 
 from controllers.nav2_params import read_nav2_params
 from evolution.cli import main
-from evolution.commands.options import check_room
-from evolution.driving.worker import DriveSettings
+from evolution.driving import DriveSettings, check_room
 from evolution.runs.loading import load_run
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import load_scenarios
@@ -142,11 +141,9 @@ def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
 @pytest.fixture
 def fake_robot(monkeypatch):
     """Runs without a robot, of which those of the controller ``raises`` end in an error."""
-    for command in ("bench", "evolve"):
-        monkeypatch.setattr(f"evolution.commands.{command}.run_job", fake_runs.misbehave)
-        monkeypatch.setattr(f"evolution.commands.{command}.warm_up", fake_runs.touch_warm_up)
-    monkeypatch.setattr("evolution.commands.bench.summary_rows", lambda _: [])
-    monkeypatch.setattr("evolution.commands.evolve.write_run_figures", lambda _: None)
+    monkeypatch.setattr("evolution.api.run_job", fake_runs.misbehave)
+    monkeypatch.setattr("evolution.api.warm_up", fake_runs.touch_warm_up)
+    monkeypatch.setattr("evolution.api.write_run_figures", lambda _: None)
 
 
 SMALL_SEARCH = ["evolve", "--preset", "quick", "--pop-size", "2", "--evaluations", "2", "--maps-per-set", "1"]
