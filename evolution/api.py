@@ -48,14 +48,18 @@ from evolution.search import (
 )
 from evolution.search import evolve as search_on
 from evolution.studies import (
-    StudyDir,
+    SWEEP,
+    AnyStudy,
     StudyProgress,
     StudyResults,
-    StudySettings,
+    SweepResults,
+    SweepSettings,
     is_study,
     load_results,
-    load_study,
+    load_sweep,
     run_study,
+    run_sweep,
+    study_in,
 )
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -173,7 +177,7 @@ def evolve(
 
 
 def study(
-    settings: str | Path | StudySettings,
+    settings: str | Path | AnyStudy,
     *,
     out: str | Path | None = None,
     resume: bool = False,
@@ -181,38 +185,35 @@ def study(
     runs: int | None = None,
     workers: int | None = None,
     on_progress: Callable[[StudyProgress], None] | None = None,
-) -> StudyResults:
-    """Run many searches with baselines, drive what they found again on fresh seeds, and compare.
+    on_run: OnRun | None = None,
+) -> StudyResults | SweepResults:
+    """Run many searches with baselines, drive what they found again on fresh seeds, and compare; or sweep over worlds.
 
     Args:
         settings: A study of the package by name, a YAML file, a study, or with ``resume`` the directory of one.
         out: Its directory; ``runs/study-NAME`` if None.
         resume: Whether to continue a study that was begun there.
-        only: Names of the configurations to run now; all if None.
-        runs: Number of seeds to run now; all if None.
+        only: Names of the configurations (of a sweep: worlds) to run now; all if None.
+        runs: Number of seeds (of a sweep: maps) to run now; all if None.
         workers: Worker processes; all cores if None. The results do not depend on it.
-        on_progress: Called after each generation and each run.
+        on_progress: Called after each generation and each search; a sweep has none.
+        on_run: Called after each run of a sweep with its job, its result, and how many are left.
 
     Returns:
-        What there is now; a notebook shows a row for every run.
+        What there is now; a notebook shows a row for each search, or for each world and controller.
 
     Raises:
         ConfigError: If an option cannot be used, or the directory holds something else.
         RunError: If no worker starts, or nothing can be written.
     """
     wanted, directory = study_in(settings, out, resume=resume)
-    return run_study(
-        wanted,
-        directory,
-        resume=resume,
-        only=only,
-        runs=runs,
-        workers=workers or available_cores(),
-        on_progress=on_progress,
-    )
+    cores = workers or available_cores()
+    if isinstance(wanted, SweepSettings):
+        return run_sweep(wanted, directory, resume=resume, only=only, maps=runs, workers=cores, on_run=on_run)
+    return run_study(wanted, directory, resume=resume, only=only, runs=runs, workers=cores, on_progress=on_progress)
 
 
-def load(path: str | Path) -> LoadedRun | StudyResults | Benchmark:
+def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmark:
     """Read back what :func:`evolve`, :func:`study` or :func:`bench` wrote.
 
     Args:
@@ -223,26 +224,9 @@ def load(path: str | Path) -> LoadedRun | StudyResults | Benchmark:
     """
     if is_study(path):
         return load_results(path)
+    if SWEEP.holds(path):
+        return load_sweep(path)
     return load_run(path) if RUN.holds(path) else read_bench(path)
-
-
-def study_in(
-    settings: str | Path | StudySettings, out: str | Path | None = None, *, resume: bool = False
-) -> tuple[StudySettings, Path]:
-    """Return a study and its directory; a directory that is to be resumed says itself which study it is.
-
-    Raises:
-        ConfigError: If there is no such study, or two directories are given.
-    """
-    if isinstance(settings, StudySettings):
-        wanted = settings
-    elif resume and is_study(settings):
-        if out is not None:
-            raise ConfigError(f"out: expected none beside the study directory {settings}")
-        return StudyDir.open(settings).settings, Path(settings)
-    else:
-        wanted = load_study(settings)
-    return wanted, Path(out or Path("runs") / f"study-{wanted.name}")
 
 
 def barn_source(maps: Iterable[object]) -> str | None:

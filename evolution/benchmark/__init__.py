@@ -16,7 +16,7 @@ from evolution.benchmark.barn import (
     score_runs,
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
-from evolution.benchmark.runs import Benchmark, bench, read_bench
+from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
 
 __all__ = [
     "PREFIX",
@@ -25,6 +25,7 @@ __all__ = [
     "Comparison",
     "barn_settings",
     "bench",
+    "bench_row",
     "compare",
     "correlation_with",
     "load_barn",

@@ -86,7 +86,9 @@ class Benchmark(Tabled):
 def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on_run: OnRun | None = None) -> Benchmark:
     """Drive every controller on every scenario as ``plan`` says; in the order of scenarios and controllers."""
     jobs = [job for scenario in scenarios for job in plan.jobs(scenario)]
-    return Benchmark(tuple(_row(job, result) for job, result in zip(jobs, evaluator.run(jobs, on_run), strict=True)))
+    return Benchmark(
+        tuple(bench_row(job, result) for job, result in zip(jobs, evaluator.run(jobs, on_run), strict=True))
+    )
 
 
 def read_bench(path: str | Path) -> Benchmark:
@@ -106,8 +108,8 @@ def read_bench(path: str | Path) -> Benchmark:
     return Benchmark(tuple(rows))
 
 
-def _row(job: Job, result: RunResult) -> Row:
-    """All fields of a run, JSON-able; a measure that is not a number is None."""
+def bench_row(job: Job, result: RunResult) -> Row:
+    """Return all fields of a run, JSON-able; a measure that is not a number is None."""
     measures = {**result.metrics, **result.timings}
     return {
         "map": job.scenario.name,
