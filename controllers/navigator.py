@@ -1,7 +1,8 @@
 """Navigator: Nav2's NavigateToPose as a policy over the env API.
 
 One ``act`` is one control period. Within it, in this order: update the costmaps if it is time, replan if it is
-time, check progress, ask the path follower for a command, test the goal at the same pose. Time is counted in control periods, never by a clock on the wall.
+time, check progress, ask the path follower for a command, test the goal at the same pose. Time is counted in control
+periods, never by a clock on the wall.
 """
 
 from __future__ import annotations

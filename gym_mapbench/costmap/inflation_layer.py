@@ -20,6 +20,7 @@ from gym_mapbench.kernels.inflation import inflate
 from gym_mapbench.scenario import Pose
 
 MAX_REACH_CELLS = 2000
+EVERYWHERE = [-math.inf, -math.inf, math.inf, math.inf]
 
 
 @functools.lru_cache(maxsize=64)
@@ -54,7 +55,7 @@ class Inflation(Layer):
         self._cost_of = inflation_costs(self._params, self._reach, resolution, footprint.inscribed_radius)
         self._reset_is_news = params.nav2 == "jazzy"
         self._all_is_news = True
-        self._last = _everywhere()
+        self._last = EVERYWHERE
 
     def reset(self) -> None:
         """Inflate everything anew at the next update, where the release does so."""
@@ -62,14 +63,13 @@ class Inflation(Layer):
 
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
         """Widen the box by what it was at the last update, and by the inflation radius."""
-        last, self._last = self._last, box.copy()
+        news = box.tolist()
+        for axis in (0, 1):
+            box[axis] = min(self._last[axis], news[axis]) - self._params.inflation_radius
+            box[axis + 2] = max(self._last[axis + 2], news[axis + 2]) + self._params.inflation_radius
         if self._all_is_news:
-            box[:] = _everywhere()
-        else:
-            radius = self._params.inflation_radius
-            box[:2] = np.minimum(last[:2], box[:2]) - radius
-            box[2:] = np.maximum(last[2:], box[2:]) + radius
-        self._all_is_news = False
+            box[:] = EVERYWHERE
+        self._last, self._all_is_news = news, False
 
     def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
         """Inflate these cells; obstacles outside them count as far as they reach."""
@@ -83,7 +83,3 @@ class Inflation(Layer):
         inner = row0 - first_row, col0 - first_col, row1 - first_row, col1 - first_col
         inflate(around, self._reach, self._cost_of, *options, *inner)
         master[row0:row1, col0:col1] = around[inner[0] : inner[2], inner[1] : inner[3]]
-
-
-def _everywhere() -> Box:
-    return np.array([-np.inf, -np.inf, np.inf, np.inf])

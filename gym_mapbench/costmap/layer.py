@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +45,13 @@ class Window:
         """Resolution and origin, as the kernels take them."""
         return self.resolution, self.origin_x, self.origin_y
 
+    @property
+    def corners(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Lower left and upper right corner, m, in the costmap's frame."""
+        rows, cols = self.shape
+        x, y = self.origin_x, self.origin_y
+        return (x, y), (x + cols * self.resolution, y + rows * self.resolution)
+
     def roll(self, robot: Pose) -> tuple[int, int]:
         """Move by whole cells, rounded towards none, so that the robot is in the middle; returns rows and columns."""
         rows, cols = self.shape
@@ -65,7 +71,7 @@ class Window:
 
 
 def _enforced(at: float, origin: float, resolution: float, count: int) -> int:
-    """Return the cell of a coordinate along one axis, the nearest one if it is outside (``worldToMapEnforceBounds``)."""
+    """Return the cell of a coordinate along one axis, or the nearest there is (``worldToMapEnforceBounds``)."""
     if at < origin:
         return 0
     return count - 1 if at > resolution * count + origin else int((at - origin) / resolution)
@@ -99,16 +105,3 @@ class Layer(ABC):
             master: ``(rows, cols)`` uint8.
             cells: Which of them to write.
         """
-
-
-def shifted(costs: NDArray[Any], d_row: int, d_col: int, default: int) -> NDArray[Any]:
-    """Return a grid as seen from a window moved by whole cells; entering cells are ``default``."""
-    if d_row == d_col == 0:
-        return costs
-    moved = np.full_like(costs, default)
-    rows, cols = costs.shape
-    to_rows, to_cols = slice(max(0, -d_row), rows - max(0, d_row)), slice(max(0, -d_col), cols - max(0, d_col))
-    from_rows, from_cols = slice(max(0, d_row), rows - max(0, -d_row)), slice(max(0, d_col), cols - max(0, -d_col))
-    if abs(d_row) < rows and abs(d_col) < cols:
-        moved[to_rows, to_cols] = costs[from_rows, from_cols]
-    return moved

@@ -9,7 +9,7 @@ import numpy as np
 
 from gym_mapbench.costmap.grid import FREE_SPACE, NO_INFORMATION, Costmap
 from gym_mapbench.costmap.inflation_layer import Inflation
-from gym_mapbench.costmap.layer import IN_MAP_FRAME, Costs, Layer, Window, shifted
+from gym_mapbench.costmap.layer import IN_MAP_FRAME, Costs, Layer, Window
 from gym_mapbench.costmap.obstacle_layer import ObstacleGrid, VoxelGrid
 from gym_mapbench.costmap.params import CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
@@ -17,6 +17,7 @@ from gym_mapbench.costmap.static_layer import StaticMap, static_costs
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.gridmap import MAX_CELLS, GridMap
+from gym_mapbench.kernels.layers import shifted
 from gym_mapbench.scenario import Pose
 
 
@@ -31,7 +32,8 @@ def build_static_costmap(grid: GridMap, params: CostmapParams, footprint: Footpr
     Raises:
         ConfigError: If the inflation radius is more than 2000 cells.
     """
-    costs = static_costs(grid, params) if params.writes("static_layer") else np.full(grid.shape, _default(params))
+    empty = np.full(grid.shape, _default(params), np.uint8)
+    costs = static_costs(grid, params) if params.writes("static_layer") else empty
     if params.writes("inflation_layer"):
         window = Window(grid.shape, grid.resolution, *grid.origin)
         Inflation(params, grid.resolution, footprint).update_costs(window, costs, (0, 0, *grid.shape))
@@ -51,6 +53,9 @@ class LayeredCostmap:
     Raises:
         ConfigError: If the costmap has no cells or too many, or the inflation radius is more than 2000 cells.
     """
+
+    _master: Costs
+    _unchanging: Costmap | None
 
     def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint) -> None:
         self._params, self._grid, self._footprint = params, grid, footprint
@@ -117,13 +122,13 @@ class LayeredCostmap:
             for name in params.plugins
             if params.writes(name) or name == "inflation_layer"
         }
-        self._master: Costs = np.full(self._window.shape, self._default)
-        self._unchanging: Costmap | None = None
+        self._master = np.full(self._window.shape, self._default, np.uint8)
+        self._unchanging = None
 
     def _roll(self, pose: Pose) -> None:
         """Shift the window by whole cells to the robot; cells that stay keep what is in them."""
-        if self._params.rolling_window:
-            moved = self._window.roll(pose)
+        moved = self._window.roll(pose) if self._params.rolling_window else (0, 0)
+        if moved != (0, 0):
             self._master = shifted(self._master, *moved, self._default)
             for layer in self._layers:
                 layer.roll(*moved)
@@ -141,8 +146,8 @@ class LayeredCostmap:
             layer.update_costs(self._window, self._master, cells)
 
 
-def _default(params: CostmapParams) -> np.uint8:
-    return np.uint8(NO_INFORMATION if params.track_unknown_space else FREE_SPACE)
+def _default(params: CostmapParams) -> int:
+    return NO_INFORMATION if params.track_unknown_space else FREE_SPACE
 
 
 def _window(params: CostmapParams, grid: GridMap) -> Window:

@@ -47,8 +47,6 @@ class StaticMap(Layer):
         self._rolling, self._use_maximum = params.rolling_window, params.use_maximum
         self._costs = static_costs(grid, params)
         self._geometry = grid.resolution, *grid.origin
-        x, y, half = *grid.origin, grid.resolution / 2
-        self._corners = (x + half, y + half), (grid.bounds[2] + half, grid.bounds[3] + half)
         self.reset()
 
     def reset(self) -> None:
@@ -56,9 +54,13 @@ class StaticMap(Layer):
         self._has_news = True
 
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
-        """Widen the box by the map; a rolling window takes the map's own coordinates for its own, as Nav2 does."""
+        """Widen the box by the map, or by the whole of a rolling window.
+
+        For a rolling window Humble and Jazzy take the map's bounds for the window's, which is wrong in an odom frame
+        and no difference on the map; newer releases have mended it as it is here.
+        """
         if self._rolling or self._has_news:
-            for corner in self._corners:
+            for corner in window.corners:
                 touch(box, *corner)
         self._has_news = False
 
@@ -67,6 +69,5 @@ class StaticMap(Layer):
         if not self._rolling:
             combine(master, self._costs, *cells, MAX if self._use_maximum else TRUE_OVERWRITE)
             return
-        write_map(
-            master, *window.geometry, self._costs, *self._geometry, *window.frame, *cells, self._use_maximum
-        )  # fmt: skip
+        at = *self._geometry, *window.frame
+        write_map(master, *window.geometry, self._costs, *at, *cells, self._use_maximum)

@@ -34,7 +34,7 @@ def touch_ray(box, x, y, end_x, end_y, min_range, max_range):
     dx, dy = end_x - x, end_y - y
     distance = math.hypot(dx, dy)
     if distance >= min_range:
-        share = min(1.0, max_range / distance)
+        share = max_range / distance if distance > max_range else 1.0
         touch(box, x + dx * share, y + dy * share)
 
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import kernel
 from gym_mapbench.kernels.raytrace import cells_of, touch, touch_ray
@@ -34,37 +36,51 @@ def clear_voxels(
     ones; a cut ray that rounding leaves outside is lost, unless it is pulled in a little (``pull_in``, Jazzy).
     """
     rows, cols = layer.shape
-    x, y, height = sensor[0], sensor[1], sensor[2]
-    sensor_col, sensor_row = (x - origin_x) / resolution, (y - origin_y) / resolution
-    sensor_level = (height - origin_z) / z_resolution
-    if not on_grid(x, y, height, origin_x, origin_y, origin_z, sensor_col, sensor_row, sensor_level, cols, rows, levels):
+    grid = origin_x, origin_y, origin_z, resolution, z_resolution, cols, rows, levels
+    cells, voxels = layer.ravel(), columns.ravel()
+    start = voxel_at(sensor, grid)
+    if start[0] < 0.0:
         return
     min_cells, max_cells = cells_of(min_range, resolution), cells_of(max_range, resolution)
-    x_max, y_max = origin_x + (cols - 1 + 0.5) * resolution, origin_y + (rows - 1 + 0.5) * resolution
     for i in range(len(points)):
-        dx, dy, dz = float(points[i, 0]) - x, float(points[i, 1]) - y, z - height
-        distance = math.sqrt(dx * dx + dy * dy + dz * dz)
-        share = max(min(1.0, (distance - 2 * resolution) / distance), 0.0)
-        end_x, end_y, end_z = share * dx + x, share * dy + y, share * dz + height
-        dx, dy, dz = end_x - x, end_y - y, end_z - height
-        share = min(cut(x, dx, end_x, origin_x, x_max), cut(y, dy, end_y, origin_y, y_max))
-        if pull_in and (end_x < origin_x or end_y < origin_y or end_x > x_max or end_y > y_max):
-            share -= math.copysign(PULLED_IN, share) if share != 0.0 else 0.0
-        end_x, end_y, end_z = x + dx * share, y + dy * share, height + dz * share
-        col, row = (end_x - origin_x) / resolution, (end_y - origin_y) / resolution
-        level = (end_z - origin_z) / z_resolution
-        if on_grid(end_x, end_y, end_z, origin_x, origin_y, origin_z, col, row, level, cols, rows, levels):
+        ray_end = cut_ray(sensor, (float(points[i, 0]), float(points[i, 1]), z), grid, pull_in)
+        end = voxel_at(ray_end, grid)
+        if end[0] >= 0.0:
             clear_voxel_line(
-                layer, columns, sensor_col, sensor_row, sensor_level, col, row, level,
+                cells, voxels, cols, *start, *end,
                 mark_threshold, unknown_threshold, min_cells, max_cells,
             )  # fmt: skip
-            touch_ray(box, x, y, end_x, end_y, min_range, max_range)
+            touch_ray(box, sensor[0], sensor[1], ray_end[0], ray_end[1], min_range, max_range)
 
 
 @kernel
-def on_grid(x, y, z, origin_x, origin_y, origin_z, col, row, level, cols, rows, levels):
-    """Whether a point (m) and its continuous cell lie in the grid of voxels (``worldToMap3DFloat``)."""
-    return x >= origin_x and y >= origin_y and z >= origin_z and col < cols and row < rows and level < levels
+def voxel_at(point, grid):
+    """Column, row and level of a point (m), continuous; all -1 off the grid (``worldToMap3DFloat``)."""
+    origin_x, origin_y, origin_z, resolution, z_resolution, cols, rows, levels = grid
+    col, row = (point[0] - origin_x) / resolution, (point[1] - origin_y) / resolution
+    level = (point[2] - origin_z) / z_resolution
+    # Asked like this, a ray of which rounding has left nothing (NaN) is off the grid, too.
+    on_grid = point[0] >= origin_x and point[1] >= origin_y and point[2] >= origin_z
+    if on_grid and col < cols and row < rows and level < levels:
+        return col, row, level
+    return -1.0, -1.0, -1.0
+
+
+@kernel
+def cut_ray(sensor, point, grid, pull_in):
+    """Where the ray to a point ends, m: two cells before it, and where it leaves the grid."""
+    origin_x, origin_y, _, resolution, _, cols, rows, _ = grid
+    x_max, y_max = origin_x + (cols - 1 + 0.5) * resolution, origin_y + (rows - 1 + 0.5) * resolution
+    x, y, height = sensor[0], sensor[1], sensor[2]
+    dx, dy, dz = point[0] - x, point[1] - y, point[2] - height
+    distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+    share = max(min(1.0, (distance - 2 * resolution) / distance), 0.0)
+    end_x, end_y, end_z = share * dx + x, share * dy + y, share * dz + height
+    dx, dy, dz = end_x - x, end_y - y, end_z - height
+    share = min(cut(x, dx, end_x, origin_x, x_max), cut(y, dy, end_y, origin_y, y_max))
+    if pull_in and share != 0.0 and (end_x < origin_x or end_y < origin_y or end_x > x_max or end_y > y_max):
+        share -= math.copysign(PULLED_IN, share)
+    return x + dx * share, y + dy * share, height + dz * share
 
 
 @kernel
@@ -79,9 +95,13 @@ def cut(start, delta, end, low, high):
 
 @kernel
 def clear_voxel_line(
-    layer, columns, col0, row0, level0, col1, row1, level1, mark_threshold, unknown_threshold, min_cells, max_cells
-):
-    """Free a Bresenham line of voxels between two points in continuous cells, both ends included."""
+    layer, columns, width, col0, row0, level0, col1, row1, level1,
+    mark_threshold, unknown_threshold, min_cells, max_cells,
+):  # fmt: skip
+    """Free a Bresenham line of voxels between two points in continuous cells, both ends included.
+
+    ``layer`` and ``columns`` are flat, of rows ``width`` cells long, and indexed unsigned: two thirds of the time.
+    """
     d_col, d_row, d_level = col1 - col0, row1 - row0, level1 - level0
     length = math.sqrt(d_col * d_col + d_row * d_row + d_level * d_level)
     if int(length) < min_cells:
@@ -95,18 +115,20 @@ def clear_voxel_line(
     cols, rows, levels = abs(int(col1) - col), abs(int(row1) - row), abs(int(level1) - level)
     step_col, step_row = 1 if int(col1) > col else -1, 1 if int(row1) > row else -1
     step_level = 1 if int(level1) > level else -1
+    step_row *= width
+    cell = row * width + col
     longest = max(cols, rows, levels)
     col_error = row_error = level_error = longest // 2
     for _ in range(int(share * longest) + 1):
-        clear_voxel(layer, columns, row, col, level, mark_threshold, unknown_threshold)
+        clear_voxel(layer, columns, np.uint64(cell), level, mark_threshold, unknown_threshold)
         col_error += cols
         row_error += rows
         level_error += levels
         if col_error >= longest:
-            col += step_col
+            cell += step_col
             col_error -= longest
         if row_error >= longest:
-            row += step_row
+            cell += step_row
             row_error -= longest
         if level_error >= longest:
             level += step_level
@@ -114,14 +136,15 @@ def clear_voxel_line(
 
 
 @kernel
-def clear_voxel(layer, columns, row, col, level, mark_threshold, unknown_threshold):
+def clear_voxel(layer, columns, cell, level, mark_threshold, unknown_threshold):
     """Free one voxel, and its cell where no more than the threshold of its column are still marked."""
-    column = columns[row, col] & ~(VOXEL << level)
-    columns[row, col] = column
+    column = columns[cell] & ~(VOXEL << level)
+    columns[cell] = column
     marked = column >> HALF
-    if bits(marked) <= mark_threshold:
-        unknown = marked ^ (column & UNKNOWN_COLUMN)
-        layer[row, col] = FREE if bits(unknown) <= unknown_threshold else UNKNOWN
+    if marked == 0 or bits(marked) <= mark_threshold:
+        # At most 15 are unknown, now that one is not; counting them takes most of the time.
+        known = unknown_threshold >= HALF - 1 or bits(marked ^ (column & UNKNOWN_COLUMN)) <= unknown_threshold
+        layer[cell] = FREE if known else UNKNOWN
 
 
 @kernel
