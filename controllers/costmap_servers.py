@@ -60,21 +60,16 @@ class LocalCostmapServer:
         params: Layers and size.
         grid: The static map.
         footprint: The padded footprint.
-        start: Where the robot starts.
         lidar: Beams of the scans.
     """
 
     _costmap: Costmap
     _seen: tuple[Pose, Ranges | None]
 
-    def __init__(
-        self, params: CostmapParams, grid: GridMap, footprint: Footprint, start: Pose, lidar: LidarSettings
-    ) -> None:
+    def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint, lidar: LidarSettings) -> None:
         self._window = LocalCostmap(params, grid, footprint)
-        self._window.reset(start)
         self._rate = Rate(params.update_frequency)
-        self._angles = lidar.angles
-        self._range_max = lidar.range_max
+        self._lidar, self._angles = lidar, lidar.angles
 
     @property
     def costmap(self) -> Costmap:
@@ -100,4 +95,8 @@ class LocalCostmapServer:
 
     def _update(self) -> None:
         pose, scan = self._seen
-        self._costmap = self._window.update(pose, scan, self._angles, self._range_max)
+        lidar, angles, sensor = self._lidar, self._angles, self._lidar.sensor_pose(pose)
+        if scan is not None and lidar.range_min:
+            far_enough = scan >= lidar.range_min
+            scan, angles = scan[far_enough], angles[far_enough]
+        self._costmap = self._window.update(pose, scan, angles, lidar.range_max, sensor)

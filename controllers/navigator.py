@@ -3,6 +3,9 @@
 One ``act`` is one control period. Within it, in this order: replan if it is time, update the local
 costmap if it is time, check progress, ask the path follower for a command, test the goal at the same
 pose. Time is counted in control periods, never by a clock on the wall.
+
+The planner works on the map. The controller, its checkers and the recovery behaviours work in the frame of the local
+costmap, which is ``odom`` (Nav2's ``global_frame`` of a costmap): shifted and turned against the map, smooth, drifting.
 """
 
 from __future__ import annotations
@@ -65,9 +68,9 @@ class Navigator:
 
     @property
     def observation_keys(self) -> tuple[str, ...]:
-        """``pose`` and ``velocity``, and ``scan`` where a layer of the local costmap looks at it."""
+        """``pose``, ``odom`` and ``velocity``, and ``scan`` where a layer of the local costmap looks at it."""
         sees = any(self.params.local_costmap.writes(layer) for layer in ("obstacle_layer", "voxel_layer"))
-        return ("pose", "velocity", "scan") if sees else ("pose", "velocity")
+        return ("pose", "odom", "velocity", "scan") if sees else ("pose", "odom", "velocity")
 
     @property
     def scan_rate(self) -> float:
@@ -112,9 +115,10 @@ class Navigator:
         if self.status != "running":
             return STOP
         pose, odometry = Pose(*map(float, observation["pose"])), Twist(*map(float, observation["velocity"]))
+        local_pose = Pose(*map(float, observation["odom"])) if self.params.local_costmap.in_odom else pose
         now = round(self._steps * self._period, 9)
-        self._board.begin_tick(now, pose, odometry)
-        self._board.local_costmap.observe(pose, observation.get("scan"), now)
+        self._board.begin_tick(now, pose, local_pose, odometry)
+        self._board.local_costmap.observe(local_pose, observation.get("scan"), now)
         self._steps += 1
         outcome = self._tree.execute_tick()
         self._remember_path()
@@ -155,14 +159,13 @@ class Navigator:
             goal=context.goal,
             planner=make_planner(params.planner.name, **params.planner.params),
             global_costmap=GlobalCostmapServer(params.global_costmap, context.grid, global_footprint),
-            local_costmap=LocalCostmapServer(
-                params.local_costmap, context.grid, footprint, context.start, context.lidar
-            ),
+            local_costmap=LocalCostmapServer(params.local_costmap, context.grid, footprint, context.lidar),
             controller_server=ControllerServer(
                 self.follower, params.controller_server, abort_is_exception=self._abort_is_exception
             ),
             behavior_server=BehaviorServer(params.behavior_server, footprint),
             pose=context.start,
+            local_pose=context.start,
             events=self.events,
         )
 

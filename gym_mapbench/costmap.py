@@ -186,21 +186,23 @@ class LocalCostmap:
         scan_ranges: NDArray[np.floating] | None = None,
         scan_angles: NDArray[np.floating] | None = None,
         range_max: float = math.inf,
+        sensor: Pose | None = None,
     ) -> Costmap:
         """Run one update cycle and return the costmap; call it at ``update_frequency``.
 
         Args:
-            pose: Pose of the robot, which is also that of the lidar.
+            pose: Pose of the robot.
             scan_ranges: ``(beams,)`` m, ``range_max`` or more where nothing was hit; None if there is no new scan.
-            scan_angles: ``(beams,)`` rad, in the robot frame.
+            scan_angles: ``(beams,)`` rad, in the lidar's frame.
             range_max: Range of the lidar, m.
+            sensor: Pose of the lidar; None if it is the robot's.
         """
         if self._unchanging is not None:
             return self._unchanging
         self._roll(pose)
         for name in self._obstacle_layers:
             if scan_ranges is not None and scan_angles is not None:
-                self._observe(name, pose, np.asarray(scan_ranges, np.float64), scan_angles, range_max)
+                self._observe(name, sensor or pose, np.asarray(scan_ranges, np.float64), scan_angles, range_max)
             if self._layer(name).footprint_clearing_enabled:
                 clear_footprint(self._observed[name], *self._frame, *pose, self.footprint.corners)
         return Costmap(self._combine(), *self._frame, self.params.track_unknown_space)

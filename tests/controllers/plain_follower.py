@@ -79,7 +79,8 @@ class Drive:
         self.commands: list[Twist] = []
 
     def step(self) -> Twist:
-        command = self.navigator.act({"pose": np.array(self.pose), "velocity": np.array(self.velocity)})
+        pose = np.array(self.pose)
+        command = self.navigator.act({"pose": pose, "odom": pose, "velocity": np.array(self.velocity)})
         self.commands.append(command)
         x, y, yaw = self.pose
         v, w = command
