@@ -77,6 +77,12 @@ class Navigator:
         """How often the local costmap looks at the scan, Hz."""
         return self.params.local_costmap.update_frequency
 
+    @property
+    def _local_in_odom(self) -> bool:
+        """Whether the local costmap lives in the odom frame; one that is a copy of the whole map stays on the map."""
+        local = self.params.local_costmap
+        return local.rolling_window or not local.writes("static_layer")
+
     def check_frequency(self, control_period: float) -> None:
         """Refuse an env that is slower than the controller server.
 
@@ -115,7 +121,7 @@ class Navigator:
         if self.status != "running":
             return STOP
         pose, odometry = Pose(*map(float, observation["pose"])), Twist(*map(float, observation["velocity"]))
-        local_pose = Pose(*map(float, observation["odom"])) if self.params.local_costmap.in_odom else pose
+        local_pose = Pose(*map(float, observation["odom"])) if self._local_in_odom else pose
         now = round(self._steps * self._period, 9)
         self._board.begin_tick(now, pose, local_pose, odometry)
         self._board.local_costmap.observe(local_pose, observation.get("scan"), now)

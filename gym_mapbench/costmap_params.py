@@ -173,11 +173,6 @@ class CostmapParams(Settings):
         """Whether a layer of this name is among the plugins and enabled."""
         return layer in self.plugins and bool(getattr(self, layer).enabled)
 
-    @property
-    def in_odom(self) -> bool:
-        """Whether it lives in the odom frame if it is the local costmap; a copy of the whole map stays on the map."""
-        return self.rolling_window or not self.writes("static_layer")
-
     def make_footprint(self, robot: RobotSpec) -> Footprint:
         """Return the padded footprint: of these options where they give one, else of the robot."""
         corners = self.footprint if self.footprint or self.robot_radius else robot.footprint

@@ -177,6 +177,15 @@ def make_noise(name: str) -> NoiseSettings:
     return NOISES[name]
 
 
+def read_noise(value: str | Mapping[str, Any], where: str) -> NoiseSettings:
+    """Return a level by name, or the settings of a mapping; ``where`` opens every error message.
+
+    Raises:
+        ConfigError: If there is no such level, or a setting is unknown or out of range.
+    """
+    return make_noise(value) if isinstance(value, str) else NoiseSettings.from_mapping(value, where)
+
+
 class Streams(NamedTuple):
     """One generator for each source of noise."""
 
