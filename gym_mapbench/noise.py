@@ -110,10 +110,10 @@ NOISES: dict[str, NoiseSettings] = {
         odom_frame="random",
         start_xy=0.02,
         start_yaw=0.03,
-        # Particle filters against external references: a centimetre with an industrial scanner (Roewekaemper et al.,
-        # IROS 2012, where scan matching then adds the millimetres), 6.7 cm in the mean with depth cameras (Schmitt et
-        # al., IPIN 2012). A hobby scanner on a 5 cm grid lies between. The time constant is assumed: AMCL weighs
-        # particles anew every 0.25 m, half a second to a second of driving, but keeps most of them.
+        # Particle filters against external references: from millimetres with an industrial scanner and scan matching on
+        # top (Roewekaemper et al., IROS 2012) to 6.7 cm in the mean with depth cameras (Schmitt et al., IPIN 2012). A
+        # hobby scanner on a 5 cm grid lies between. The time constant is assumed: AMCL weighs its particles anew every
+        # 0.25 m, half a second to a second of driving, but keeps most of them.
         pose_xy=0.03,
         pose_yaw=0.02,
         pose_time_constant=5.0,

@@ -17,7 +17,7 @@ from controllers.mppi.params import MppiParams
 from controllers.nav2_params import load_preset
 from controllers.navigator import Navigator
 from controllers.rpp.controller import RppFollower
-from evolution.episode import environment_for, run_episode
+from evolution.driving.one_run import environment_for, run_episode
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import Costmap, CostmapParams
 from gym_mapbench.footprint import Footprint

@@ -143,7 +143,7 @@ def test_the_noise_of_the_re_evaluation_leaves_nothing_of_the_searchs():
     whole = _complete({"level": "rough", "scan": 0.5}, "study")
     assert NoiseSettings(**whole) == NOISES["rough"].replace(scan=0.5)
     assert set(whole) == set(NoiseSettings.model_fields)
-    with pytest.raises(ConfigError, match="study: reevaluation.noise: unknown key 'scna'; did you mean 'scan'"):
+    with pytest.raises(ConfigError, match=r"study: reevaluation\.noise: unknown key 'scna'; did you mean 'scan'"):
         _complete({"scna": 0.5}, "study")
 
 
