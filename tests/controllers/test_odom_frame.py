@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.base import ControllerError, FollowerSetup, PathFollower, Twist
+from controllers.base import Context, ControllerError, FollowerSetup, PathFollower, Twist
 from controllers.dwb.controller import DwbFollower
 from controllers.dwb.params import DwbParams
 from controllers.mppi.controller import MppiFollower
@@ -18,11 +18,13 @@ from controllers.nav2_params import load_preset
 from controllers.navigator import Navigator
 from controllers.rpp.controller import RppFollower
 from evolution.driving.one_run import environment_for, run_episode
+from gym_mapbench.clearance import measure_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import Costmap, CostmapParams
 from gym_mapbench.footprint import Footprint
-from gym_mapbench.frames import IDENTITY, compose, transform_path
+from gym_mapbench.frames import IDENTITY, compose, relate, transform_path
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, Scenario, wrap_angle
 from tests.controllers.plain_follower import PERIOD, Drive, PlainFollower, context, plain_navigation
 
@@ -170,3 +172,36 @@ def test_in_the_env_a_random_odom_frame_alone_changes_nothing_where_nothing_is_s
         assert episode.outcome == "goal"
         trajectories.append(episode.trajectory)
     assert trajectories[0] == pytest.approx(trajectories[1], abs=1e-9)
+
+
+WALLED = GridMap.from_rows(("#" * 90, *["#" + "." * 60 + "##" + "." * 26 + "#"] * 58, "#" * 90), 0.05)
+
+
+def marked_on_the_map(costmap: Costmap, odom_in_map: Pose) -> np.ndarray:
+    """Centres of the lethal cells, ``(n, 2)`` m on the map."""
+    rows, cols = np.nonzero(costmap.costs == 254)
+    x, y = costmap.origin_x + (cols + 0.5) * 0.05, costmap.origin_y + (rows + 0.5) * 0.05
+    return transform_path(odom_in_map, np.column_stack([x, y, np.zeros(len(x))]))[:, :2]
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from(["static_layer", "voxel_layer"]))
+def test_walls_are_marked_where_they_are_whatever_the_odom_frame(seed, layer):
+    """By the map in a rolling window, and by the scan, wherever the scanner sits and looks."""
+    params = plain_navigation(local_costmap=CostmapParams.example_local(plugins=(layer,)))
+    navigator = Navigator(PlainFollower(), params, "plain")
+    scenario = Scenario(WALLED, Pose(2.3, 1.5, 0.5), Pose(1.0, 1.5, 0.0), "walled")
+    config = EnvConfig(noise={"odom_frame": "random"}, lidar={"x": -0.1, "y": 0.05, "yaw": 1.0})
+    env = environment_for(config, navigator)
+    observation, _ = env.reset(seed=seed, options={"scenario": scenario})
+    rng = np.random.default_rng(0)
+    robot, period = config.robot, 1.0 / config.control_hz
+    lidar = config.mounted_lidar
+    navigator.reset(Context(robot, WALLED, scenario.start, scenario.goal, period, rng, lidar))
+    navigator.act(observation)
+    odom_in_map = relate(Pose(*observation["odom"]), Pose(*observation["pose"]))
+    points = marked_on_the_map(navigator.follower.costmap, odom_in_map)
+    assert len(points) > 40
+    # A turned cell that holds a piece of a wall has its centre within half its diagonal of it.
+    away = measure_clearance(WALLED, RobotSpec(radius=1e-9), np.column_stack([points, np.zeros(len(points))]))
+    assert away.max() < 0.05 * math.sqrt(0.5) + 1e-3
