@@ -19,9 +19,9 @@ from gym_mapbench.scenario import Pose
 
 Ranges = NDArray[np.floating]
 
-HAIR = np.float32(1e-4)
-"""m. The simulated lidar is exact, so without noise its hits lie on the border of the wall's cell, where rounding would
-decide which cell they are in: this much farther along the ray they are inside the wall."""
+HAIR = 32
+"""Steps of single precision. The simulated lidar is exact, so without noise its hits lie on the border of the wall's
+cell, and rounding would decide which cell they are in: this much farther along the ray they are inside the wall."""
 
 
 class CostmapServer:
@@ -81,12 +81,14 @@ class CostmapServer:
 
     def _update(self) -> None:
         if self._scan is not None and not self._is_buffered:
-            self._layered.observe(self._message(self._scan), self._taken_at)
+            self._layered.observe(self._message(self._scan, self._taken_at), self._taken_at)
             self._is_buffered = True
         self._costmap = self._layered.update(self._pose, self._frame)
 
-    def _message(self, scan: Ranges) -> LaserScan:
+    def _message(self, scan: Ranges, taken_at: Pose) -> LaserScan:
         """Return a scan as a driver would send it: beams that hit nothing say so."""
         lidar = self._lidar
-        ranges = np.where(scan < lidar.range_max, scan + HAIR, np.float32(np.inf))
+        farthest = max(abs(taken_at.x), abs(taken_at.y)) + lidar.range_max
+        hair = HAIR * np.spacing(np.float32(farthest))
+        ranges = np.where(scan < lidar.range_max, scan + hair, np.float32(np.inf))
         return LaserScan(ranges, lidar.angle_min, lidar.beam_angle, lidar.range_min or 0.0, lidar.range_max)

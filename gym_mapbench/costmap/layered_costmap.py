@@ -9,7 +9,7 @@ import numpy as np
 
 from gym_mapbench.costmap.grid import FREE_SPACE, NO_INFORMATION, Costmap
 from gym_mapbench.costmap.inflation_layer import Inflation
-from gym_mapbench.costmap.layer import IN_MAP_FRAME, Costs, Layer, Window
+from gym_mapbench.costmap.layer import IN_MAP_FRAME, Costs, Layer, Window, shifted
 from gym_mapbench.costmap.obstacle_layer import ObstacleGrid, VoxelGrid
 from gym_mapbench.costmap.params import CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
@@ -17,7 +17,6 @@ from gym_mapbench.costmap.static_layer import StaticMap, static_costs
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.gridmap import MAX_CELLS, GridMap
-from gym_mapbench.kernels.layers import shifted
 from gym_mapbench.scenario import Pose
 
 
@@ -70,7 +69,7 @@ class LayeredCostmap:
     def clear(self) -> None:
         """Forget all cells ("clear entirely"); the newest scan fills them again at the next update."""
         self._master.fill(self._default)
-        for layer in self._layers:
+        for layer in self._layers.values():
             layer.reset()
 
     def observe(self, scan: LaserScan, sensor: Pose, height: float = 0.0) -> None:
@@ -81,7 +80,7 @@ class LayeredCostmap:
             sensor: Pose of the lidar when it was taken, m and rad, in the costmap's frame.
             height: Of the lidar above the ground, m.
         """
-        for layer in self._layers:
+        for layer in self._layers.values():
             if isinstance(layer, ObstacleGrid):
                 layer.observe(scan, sensor, height)
 
@@ -108,16 +107,12 @@ class LayeredCostmap:
         Raises:
             KeyError: If there is none.
         """
-        return self._layers_by_name[name]
-
-    @property
-    def _layers(self) -> tuple[Layer, ...]:
-        return tuple(self._layers_by_name.values())
+        return self._layers[name]
 
     def _start_over(self) -> None:
         params, grid, footprint = self._params, self._grid, self._footprint
         self._window = _window(params, grid)
-        self._layers_by_name = {
+        self._layers = {
             name: _make_layer(name, params, grid, self._window, footprint)
             for name in params.plugins
             if params.writes(name) or name == "inflation_layer"
@@ -130,19 +125,19 @@ class LayeredCostmap:
         moved = self._window.roll(pose) if self._params.rolling_window else (0, 0)
         if moved != (0, 0):
             self._master = shifted(self._master, *moved, self._default)
-            for layer in self._layers:
+            for layer in self._layers.values():
                 layer.roll(*moved)
 
     def _write_layers(self, pose: Pose) -> None:
         """Collect what is new, then have all layers write it over the default, in the order of ``plugins``."""
         box = np.array([np.inf, np.inf, -np.inf, -np.inf])
-        for layer in self._layers:
+        for layer in self._layers.values():
             layer.update_bounds(self._window, pose, box)
         row0, col0, row1, col1 = cells = self._window.cells_in(box)
         if row1 < row0 or col1 < col0:
             return
         self._master[row0:row1, col0:col1] = self._default
-        for layer in self._layers:
+        for layer in self._layers.values():
             layer.update_costs(self._window, self._master, cells)
 
 
