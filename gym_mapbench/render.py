@@ -43,6 +43,7 @@ class Snapshot:
         trail: ``(n, 2)`` where it was, m.
         path: ``(n, 2)`` or more columns, the path to show, m; None for none.
         scan: ``(beams, 2)`` angle in the world (rad) and range (m) of every beam; None for none.
+        sensor: Where the beams start; None for the robot's centre.
     """
 
     scenario: Scenario
@@ -51,6 +52,7 @@ class Snapshot:
     trail: NDArray[np.float64]
     path: NDArray[np.float64] | None = None
     scan: NDArray[np.float64] | None = None
+    sensor: Pose | None = None
 
 
 def draw(snapshot: Snapshot, size: int = DEFAULT_SIZE) -> Frame:
@@ -66,7 +68,7 @@ def draw(snapshot: Snapshot, size: int = DEFAULT_SIZE) -> Frame:
     canvas = Canvas(snapshot.scenario.map, size)
     robot, pose = snapshot.robot, snapshot.pose
     if snapshot.scan is not None:
-        canvas.fan(pose, snapshot.scan, SCAN, 0.45)
+        canvas.fan(snapshot.sensor or pose, snapshot.scan, SCAN, 0.45)
     if snapshot.path is not None:
         canvas.line(snapshot.path[:, :2], 1.5, PATH)
     canvas.line(snapshot.trail, 3.0, TRAIL)

@@ -43,6 +43,23 @@ def test_things_are_where_they_are():
     assert np.abs(np.subtract(pixel(frame, 1.5, 0.8), colour(PATH), dtype=int)).max() < 60
 
 
+def test_beams_start_at_the_scanner():
+    beams = np.stack([np.linspace(-0.5, 0.5, 50), np.full(50, 0.5)], axis=1)
+    centred = draw(snapshot(robot=RobotSpec(radius=0.05), scan=beams))
+    aside = draw(snapshot(robot=RobotSpec(radius=0.05), scan=beams, sensor=Pose(1.5, 2.0, 0.0)))
+    assert pixel(centred, 1.8, 1.5) == pixel(aside, 1.8, 2.0) != colour(FREE)
+    assert pixel(centred, 1.8, 2.0) == pixel(aside, 1.8, 1.5) == colour(FREE)
+
+
+def test_the_env_draws_its_beams_where_its_scanner_is():
+    env = MapBenchEnv(**ROOM_OPTIONS, lidar={"x": -0.1, "yaw": 0.5, "beams": 8})
+    env.reset()
+    shown = env.snapshot()
+    assert shown.sensor == pytest.approx((0.7, 0.8, 0.5))
+    assert shown.scan[:, 0] == pytest.approx(0.5 + np.arange(8) * np.pi / 4)
+    assert shown.scan[4, 1] == pytest.approx(0.6 / np.cos(0.5))
+
+
 def test_polygons_lie_as_they_are_turned():
     robot = ROBOTS["jackal"]
     frame = draw(snapshot(robot=robot, pose=Pose(1.5, 1.5, np.pi / 2)))

@@ -97,7 +97,7 @@ def _context(config: EnvConfig, scenario: Scenario, seed: int) -> Context:
         goal=scenario.goal,
         control_period=1.0 / config.control_hz,
         rng=np.random.default_rng(seed),
-        lidar=config.lidar,
+        lidar=config.mounted_lidar,
     )
 
 
