@@ -33,6 +33,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.frames import relate
 from gym_mapbench.planners import make_planner
+from gym_mapbench.render import SeenCostmap
 from gym_mapbench.scenario import Pose
 
 
@@ -142,6 +143,12 @@ class Navigator:
             self._finish(outcome)
             return STOP
         return self._command(odometry)
+
+    @property
+    def seen_costmap(self) -> SeenCostmap:
+        """The local costmap as of now, where the robot believes it to be."""
+        board = self._board
+        return SeenCostmap(board.local_costmap.costmap, relate(board.local_pose, board.pose), board.pose)
 
     @property
     def number_recoveries(self) -> int:

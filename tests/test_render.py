@@ -5,9 +5,23 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 
+from gym_mapbench.costmap import Costmap
 from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.render import FREE, GOAL, PATH, ROBOT, START, TRAIL, UNKNOWN, WALL, Canvas, Snapshot, draw
+from gym_mapbench.render import (
+    FREE,
+    GOAL,
+    PATH,
+    ROBOT,
+    START,
+    TRAIL,
+    UNKNOWN,
+    WALL,
+    Canvas,
+    SeenCostmap,
+    Snapshot,
+    draw,
+)
 from gym_mapbench.robot import ROBOTS, RobotSpec
 from gym_mapbench.scenario import Pose, Scenario
 from tests.worlds import ROOM, ROOM_GOAL, ROOM_OPTIONS, ROOM_START
@@ -141,3 +155,18 @@ def test_a_window_shows_every_step(monkeypatch):
     env.close()
     assert not plt.fignum_exists("MapBench")
     env.close()
+
+
+def test_a_costmap_lies_where_its_frame_is():
+    grid = GridMap(np.zeros((40, 40), dtype=bool), 0.05)
+    costs = np.zeros((10, 10), dtype=np.uint8)
+    costs[2, 7] = 254
+    # The frame is turned by a quarter: a step along its x is one along the map's y.
+    seen = SeenCostmap(Costmap(costs, 0.05, 0.0, 0.0), Pose(1.0, 0.5, np.pi / 2), Pose(1.0, 1.0, 0.0))
+    canvas = Canvas(grid, 400)
+    before = canvas.frame().astype(int)
+    canvas.costmap(seen)
+    changed = np.argwhere((canvas.frame() != before).any(axis=2))
+    x, y = (changed[:, 1] + 0.5) / 200, (400 - changed[:, 0] - 0.5) / 200
+    assert (x.min(), x.max()) == pytest.approx((1.0 - 0.15, 1.0 - 0.10), abs=0.006)
+    assert (y.min(), y.max()) == pytest.approx((0.5 + 0.35, 0.5 + 0.40), abs=0.006)
