@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from gym_mapbench.generator.base import Family
+from gym_mapbench.generator.cellular import Cellular
 from gym_mapbench.generator.drawing import DrawnMap, draw_from, draw_map, draw_obstacle, is_drivable
 from gym_mapbench.generator.families import FAMILIES, FamilySpec, FamilySpecs, make_family
 from gym_mapbench.generator.shapes import (
@@ -24,6 +25,7 @@ __all__ = [
     "FAMILIES",
     "TASK_YAW",
     "Cells",
+    "Cellular",
     "DrawnMap",
     "Family",
     "FamilySpec",
