@@ -34,15 +34,13 @@ def run_draw(args: argparse.Namespace) -> int:
     """Draw, write, say where to look."""
     config = EnvConfig.build(family=args.family or ("shapes",), robot=args.robot)
     rng, out = np.random.default_rng(args.seed), Path(args.out)
-    drawn = [draw_from(rng, config.family, config.shapes, config.robot) for _ in range(args.count)]
-    names = [f"{one.family.replace(':', '.')}_{number}" for number, one in enumerate(drawn)]
-    grids = [GridMap(one.cells, config.shapes.resolution) for one in drawn]
-    scenarios = [config.make_scenario(grid, name) for grid, name in zip(grids, names, strict=True)]
+    scenarios, genes = [], {}
+    for number in range(args.count):
+        drawn = draw_from(rng, config.family, config.shapes, config.robot)
+        name = f"{drawn.family}_{number}"
+        scenarios.append(config.make_scenario(GridMap(drawn.cells, config.shapes.resolution), name))
+        genes[name] = {"family": drawn.family, "genes": drawn.genes.model_dump(mode="json")}
     write_maps(group_scenarios(scenarios), out, args.format)
-    genes = {
-        name: {"family": one.family, "genes": one.genes.model_dump(mode="json")}
-        for name, one in zip(names, drawn, strict=True)
-    }
     write_json(out / "genes.json", genes)
     save_figure(maps_figure(scenarios), out / "maps", formats=("png",))
     console.print(f"wrote {args.count} maps; look at {out / 'maps.png'}")
