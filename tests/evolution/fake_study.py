@@ -11,9 +11,8 @@ from evolution.search.settings import Experiment
 from evolution.studies import Engine, StudySettings
 from gym_mapbench.episode import Episode, Event
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
-from tests.evolution.fake_runs import CONTROLLERS, SMALL
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings
 
 
 class FakeRobot(Settings):
@@ -35,10 +34,7 @@ class FakeWorld(Settings):
     time_limit: float = 150.0
     environment: FakeEnvironment = FakeEnvironment()
 
-    @property
-    def robot(self) -> RobotSpec:
-        """One that fits on small maps."""
-        return RobotSpec(radius=0.05)
+    robot = FakeRunSettings.robot
 
 
 def read_experiment(document, where="experiment"):
