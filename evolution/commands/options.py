@@ -13,6 +13,7 @@ from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import FAMILIES
+from gym_mapbench.noise import NOISES
 from gym_mapbench.robot import RobotSpec, make_robot
 from gym_mapbench.scenario import Pose
 
@@ -50,7 +51,7 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         choices=("ends", "slides"),
         help="whether touching a wall ends the run or the robot slides on, as in Gazebo",
     )
-    group.add_argument("--noise", choices=("none", "nominal"), help="noise of sensors, actuators and the start pose")
+    group.add_argument("--noise", choices=tuple(NOISES), help="noise of sensors, localisation, motors and start pose")
 
 
 def add_controllers_option(parser: argparse.ArgumentParser) -> None:

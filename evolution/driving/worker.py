@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from pydantic import field_validator
@@ -99,14 +99,19 @@ def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
         raise ConfigError(problems[0])
 
 
-def drive(job: Job) -> Episode:
-    """Drive a job and return the whole recorded run."""
+def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Episode:
+    """Drive a job and return the whole recorded run.
+
+    Args:
+        job: The run.
+        watch: Called with the controller after every command that is driven.
+    """
     if not isinstance(job.settings, DriveSettings):
         raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
     controller = build_controller(job.controller, job.settings)
     env = environment_for(job.settings.environment, controller, own_goal_check=job.settings.own_goal_check)
     return run_episode(
-        env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed
+        env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed, watch=watch
     )
 
 

@@ -116,7 +116,7 @@ class ReevaluationSettings(Settings):
 
     Args:
         seeds: Runs of every controller on every map, each with a seed no search saw; 0 for none.
-        noise: Noise of these runs (``none``, ``nominal``, or standard deviations); None for the search's own.
+        noise: Noise of these runs (``none``, ``nominal``, ``rough``, or settings); None for the search's own.
     """
 
     seeds: Annotated[int, Field(ge=0)] = 10

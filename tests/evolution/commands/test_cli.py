@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from controllers.nav2_params import read_nav2_params
 from evolution.cli import main
@@ -252,6 +253,19 @@ def test_drive_writes_a_film(tmp_path, capsys):
     assert film.read_bytes().startswith(b"GIF89a")
     assert "timeout" in capsys.readouterr().out
     assert "nothing is overwritten" in refused(capsys, *argv)
+
+
+def test_a_film_shows_the_costmap(tmp_path, capsys):
+    films = {}
+    for option in ([], ["--show-costmap"]):
+        film = tmp_path / f"film{len(option)}.gif"
+        argv = ["drive", OFFICE, "--controller", "rpp", "--noise", "nominal", "--time-limit", "1", "--gif", str(film)]
+        assert main([*argv, *option]) == 0
+        with Image.open(film) as frames:
+            films[len(option)] = np.asarray(frames.convert("RGB")).astype(int)
+    magenta = [((one - (196, 0, 196)) ** 2).sum(axis=2).min() for one in films.values()]
+    assert magenta[1] < 8000 < magenta[0]
+    assert "--gif, --mp4 or --show" in refused(capsys, "drive", OFFICE, "--controller", "rpp", "--show-costmap")
 
 
 def test_films_and_windows_that_cannot_be_are_refused_first(tmp_path, capsys, monkeypatch):

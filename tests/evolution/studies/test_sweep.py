@@ -14,6 +14,7 @@ from evolution.statistics import wilson_interval
 from evolution.studies import Engine, SweepSettings, load_definition, load_sweep, run_sweep
 from evolution.studies.sweep.effects import effect_rows
 from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.noise import NOISES, NoiseSettings
 from tests.evolution import fake_runs
 
 ENGINE = Engine(run_job=fake_runs.noisy, warm_up=None)
@@ -122,3 +123,11 @@ def test_the_command_finds_sweeps_like_studies(done, capsys, monkeypatch):
     monkeypatch.setattr("evolution.api.run_sweep", lambda settings, path, **options: done)
     assert main(["study", str(done.path), "--resume"]) == 0
     assert "nominal" in capsys.readouterr().out
+
+
+def test_the_components_of_noise_are_those_of_the_nominal_level():
+    worlds = load_definition("noise").worlds
+    components = [document["environment"]["noise"] for name, document in worlds.items() if name not in NOISES]
+    together = {key: value for component in components for key, value in component.items()}
+    assert len(together) == sum(map(len, components))
+    assert NoiseSettings(**together) == NOISES["nominal"]
