@@ -37,7 +37,7 @@ def run_draw(args: argparse.Namespace) -> int:
     scenarios, genes = [], {}
     for number in range(args.count):
         drawn = draw_from(rng, config.family, config.shapes, config.robot)
-        name = f"{drawn.family}_{number}"
+        name = f"{drawn.family.rpartition(':')[2]}_{number}"
         scenarios.append(config.make_scenario(GridMap(drawn.cells, config.shapes.resolution), name))
         genes[name] = {"family": drawn.family, "genes": drawn.genes.model_dump(mode="json")}
     write_maps(group_scenarios(scenarios), out, args.format)
