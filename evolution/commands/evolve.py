@@ -14,6 +14,7 @@ from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --fitness cluster --pop-size 40 --evaluations 600 --seed 3
+  mapbench evolve --family doors,pillars,shapes --noise nominal
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
@@ -37,6 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--metric", metavar="NAME", help=f"quantity that is compared (default time): {', '.join(METRIC_NAMES)}"
     )
     search.add_argument("--failures", choices=("exclude", "censor", "par2"), help="what a failed run counts")
+    options.add_family_option(search, "random shapes, as in the thesis")
     options.add_controllers_option(parser)
     options.add_drive_options(parser)
     options.add_work_options(parser)
@@ -79,6 +81,8 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     """Preset, then the user's file, then the options of the command line."""
     config = {} if args.config is None else read_document(args.config)
     given: dict[str, Any] = {name: getattr(args, name) for name in SEARCH_OPTIONS if getattr(args, name) is not None}
+    if args.family is not None:
+        given["families"] = list(args.family)
     document = compose(args.preset or "thesis", config, **given)
     named = options.named_controllers(args)
     if named and (args.controllers is not None or "controllers" not in config):

@@ -12,6 +12,7 @@ from evolution.driving import ControllerSpec, DriveSettings, available_cores
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import FAMILIES
 from gym_mapbench.noise import NOISES
 from gym_mapbench.robot import RobotSpec, make_robot
 from gym_mapbench.scenario import Pose
@@ -73,6 +74,24 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
     """Add ``--start`` and ``--goal``."""
     parser.add_argument("--start", type=pose, metavar="X,Y,YAW", help="start pose, m and rad")
     parser.add_argument("--goal", type=pose, metavar="X,Y,YAW", help="goal pose, m and rad")
+
+
+def add_family_option(group: argparse._ActionsContainer, default: str) -> None:
+    """Add ``--family``."""
+    group.add_argument(
+        "--family",
+        type=names,
+        metavar="A,B,..",
+        help=f"kinds of maps to draw, all as likely: {', '.join(FAMILIES)} (default: {default})",
+    )
+
+
+def names(text: str) -> tuple[str, ...]:
+    """Read names separated by commas."""
+    parts = tuple(part.strip() for part in text.split(","))
+    if not all(parts):
+        raise argparse.ArgumentTypeError(f"expected names separated by commas, got {text!r}")
+    return parts
 
 
 def positive(text: str) -> int:

@@ -20,6 +20,7 @@ from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
 from evolution.files import PACKAGE_VERSION
 from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
 
@@ -49,6 +50,11 @@ class RunSettings(Protocol):
     @property
     def time_limit(self) -> float:
         """Simulated seconds after which a run is a timeout."""
+        ...
+
+    @property
+    def robot(self) -> RobotSpec:
+        """Who drives; families of maps are drawn so that it can."""
         ...
 
     def model_dump(self, *, mode: str = ...) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from gym_mapbench.config import EnvConfig
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
 
@@ -44,6 +45,11 @@ class DriveSettings(Settings):
     def time_limit(self) -> float:
         """Simulated seconds after which a run is a timeout."""
         return self.environment.time_limit
+
+    @property
+    def robot(self) -> RobotSpec:
+        """The robot that drives."""
+        return self.environment.robot
 
 
 def load_navigation(name: str) -> NavigationParams:

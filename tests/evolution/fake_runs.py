@@ -12,6 +12,7 @@ import numpy as np
 
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from gym_mapbench.generator import ShapeSettings
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
 
 SMALL = ShapeSettings(
@@ -31,6 +32,11 @@ class FakeRunSettings(Settings):
 
     time_limit: float = 150.0
     world: str = "flat"
+
+    @property
+    def robot(self) -> RobotSpec:
+        """One that fits on small maps."""
+        return RobotSpec(radius=0.05)
 
 
 def drive(job: Job) -> RunResult:

@@ -6,6 +6,7 @@ map are lifted off first and put back changed, so that they do not cut into each
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,17 +16,30 @@ from scipy import ndimage
 
 from evolution.search.operators.sampling import Cells, Column, as_column, scenario_on
 from evolution.search.settings import MutationSettings
-from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_position, draw_shape, interior, stamp
+from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, draw_obstacle, interior, stamp
 from gym_mapbench.scenario import MapSet
 
 Labels = NDArray[np.int32]
 MOVE, SCALE, REMOVE, ADD = range(4)
 
 
-def mutate_map(cells: Cells, shapes: ShapeSettings, settings: MutationSettings, rng: np.random.Generator) -> Cells:
+def mutate_map(
+    cells: Cells,
+    shapes: ShapeSettings,
+    settings: MutationSettings,
+    rng: np.random.Generator,
+    families: Sequence[FamilySpec] = (),
+) -> Cells:
     """Return a copy of ``(rows, cols)`` cells with some obstacles changed.
 
     The border is taken off before and put back after; start and goal areas are cleared again.
+
+    Args:
+        cells: The map.
+        shapes: The world's shapes and border.
+        settings: How obstacles change.
+        rng: Source of all randomness.
+        families: Of which pieces are added; random shapes if there are none.
     """
     inside = interior(cells, shapes.border)
     labels, count = label_obstacles(inside, settings.connectivity)
@@ -33,7 +47,7 @@ def mutate_map(cells: Cells, shapes: ShapeSettings, settings: MutationSettings, 
     changed = inside & ~np.isin(labels, [obstacle for obstacle, operation in changes if operation != ADD])
     for obstacle, operation in changes:
         if operation == ADD:
-            add_obstacle(changed, shapes, rng)
+            add_obstacle(changed, shapes, rng, families)
         elif operation == MOVE:
             move_obstacle(changed, labels, obstacle, settings.move_distance, rng)
         elif operation == SCALE:
@@ -91,17 +105,22 @@ def scale_shape(shape: Cells, factor: float) -> Cells:
     return shape[np.ix_(rows, cols)]
 
 
-def add_obstacle(cells: Cells, shapes: ShapeSettings, rng: np.random.Generator) -> None:
+def add_obstacle(
+    cells: Cells, shapes: ShapeSettings, rng: np.random.Generator, families: Sequence[FamilySpec] = ()
+) -> None:
     """Draw a new obstacle onto ``cells`` as sampling does."""
-    shape = draw_shape(rng, shapes)
-    stamp(cells, shape, *draw_position(rng, (shape.shape[0], shape.shape[1]), (cells.shape[0], cells.shape[1])))
+    stamp(cells, *draw_obstacle(rng, shapes, families, (cells.shape[0], cells.shape[1])))
 
 
 def mutate_map_set(
-    map_set: MapSet, shapes: ShapeSettings, settings: MutationSettings, rng: np.random.Generator
+    map_set: MapSet,
+    shapes: ShapeSettings,
+    settings: MutationSettings,
+    rng: np.random.Generator,
+    families: Sequence[FamilySpec] = (),
 ) -> MapSet:
-    """Return a map set of which every map is mutated."""
-    mutated = (mutate_map(scenario.map.occupancy, shapes, settings, rng) for scenario in map_set)
+    """Return a map set of which every map is mutated; arguments as for :func:`mutate_map`."""
+    mutated = (mutate_map(scenario.map.occupancy, shapes, settings, rng, families) for scenario in map_set)
     return MapSet(tuple(scenario_on(cells, shapes) for cells in mutated))
 
 
@@ -111,18 +130,20 @@ class MapMutation(Mutation):  # type: ignore[misc]
     Args:
         shapes: The world's shapes and border.
         settings: How obstacles change.
+        families: Of which pieces are added; random shapes if there are none.
     """
 
-    def __init__(self, shapes: ShapeSettings, settings: MutationSettings) -> None:
+    def __init__(self, shapes: ShapeSettings, settings: MutationSettings, families: Sequence[FamilySpec] = ()) -> None:
         super().__init__(prob=1.0)
         self.shapes = shapes
         self.settings = settings
+        self.families = families
 
     def _do(self, _problem: Any, X: Column, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
         # p_m is applied here, so that what is not mutated costs nothing; pymoo's own would discard finished work.
         hit = random_state.random(len(X)) < self.settings.probability
         sets = [
-            mutate_map_set(map_set, self.shapes, self.settings, random_state) if mutated else map_set
+            mutate_map_set(map_set, self.shapes, self.settings, random_state, self.families) if mutated else map_set
             for map_set, mutated in zip(X[:, 0], hit, strict=True)
         ]
         return as_column(sets)
