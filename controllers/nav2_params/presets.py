@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
 from importlib.resources import as_file, files
 from typing import Any
 
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import parse_nav2_params
+from controllers.parameters import overlay
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.settings import read_yaml
+
+__all__ = ["PRESETS", "load_preset", "overlay"]
 
 PRESETS = ("thesis", "fair")
 
@@ -33,12 +35,3 @@ def _read_preset(name: str) -> dict[str, Any]:
         document: dict[str, Any] = read_yaml(path)
     base = document.pop("extends", None)
     return overlay(_read_preset(base), document) if base else document
-
-
-def overlay(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay one nested mapping over another: groups are merged, values replaced."""
-    merged = dict(below)
-    for key, value in above.items():
-        both = isinstance(value, Mapping) and isinstance(merged.get(key), Mapping)
-        merged[key] = overlay(merged[key], value) if both else value
-    return merged
