@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from pydantic import field_validator, model_validator
 
@@ -91,6 +91,13 @@ class ReleaseSettings(Settings):
             if value_at(given, name) is not None:
                 raise ConfigError(f"{name}: Nav2 {release.capitalize()} has no such parameter: {instead}")
         return overlay(nest_dotted(cls.DEFAULTS.get(release, {})), given)
+
+    @model_validator(mode="after")
+    def _has_all_of_it(self) -> Self:
+        for name, default in self.DEFAULTS.get(self.release, {}).items():
+            if default is not None and value_at(self, name) is None:
+                raise ConfigError(f"{name}: expected a value, got none")
+        return self
 
 
 class CriticSettings(Settings):

@@ -1,4 +1,4 @@
-"""The part of the global plan that MPPI looks at (``nav2_mppi_controller/src/path_handler.cpp``, Humble)."""
+"""The part of the global plan that MPPI looks at (``nav2_mppi_controller/src/path_handler.cpp``)."""
 
 from __future__ import annotations
 
@@ -57,8 +57,9 @@ class PathHandler:
         place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
         search, prune = self._search_distance(costmap), self._params.prune_distance
         self._passed, end = find_window(
-            self._ahead, self._steps, self._passed, pose.x, pose.y, search, prune, place, costmap.costs.shape
-        )
+            self._ahead, self._steps, self._passed, pose.x, pose.y, search, prune, place, costmap.costs.shape,
+            self._params.release != "humble",
+        )  # fmt: skip
         window = self._ahead[self._passed : end]
         if self._cusp and self._at_cusp(pose):
             self._plan = self._plan[self._cusp :]
@@ -66,6 +67,14 @@ class PathHandler:
         if len(window) == 0:
             raise ControllerAbort("Resulting plan has 0 poses in it.")
         return window
+
+    def goal(self, window: Path) -> tuple[float, float]:
+        """What the critics call the goal, m: in Humble the end of the local path, in Jazzy that of the plan."""
+        if self._params.release == "humble":
+            x, y = window[-1, :2].astype(np.float32).tolist()
+        else:
+            x, y = self._plan[-1, :2].tolist()
+        return x, y
 
     def _search_distance(self, costmap: Costmap) -> float:
         given = self._params.max_robot_pose_search_dist
