@@ -80,7 +80,6 @@ class Optimizer:
         self.critics = tuple(name for name in params.critics if params.critic(name).enabled)
         self._rows = np.array([CRITICS[name] for name in self.critics], dtype=np.int64)
         self._scan, self._repels = CELLS in self._rows, CLOSENESS in self._rows
-        self._look_every = int(self._tuning["CostCritic"]["trajectory_point_step"][0]) if self._scan else 0
         self._factors = np.array([_factor(name, params) for name in self.critics])
         self._powers = np.array([params.critic(name).cost_power for name in self.critics], dtype=np.int64)
         layout = Layout(params.batch_size, params.time_steps)
@@ -90,6 +89,7 @@ class Optimizer:
         samples = (layout.blocks, params.time_steps, layout.samples) if self._is_jazzy else (0, 0, 0)
         self._limited = np.zeros((2, *samples), dtype=np.float32)
         self._collected = np.zeros((COLLECTED_ROWS, *shape), dtype=np.float32)
+        self._looked = _looked_at(params) if self._scan else np.full(params.time_steps, -1)
         self._keep = _kept_steps(params)
         axes = 3 if params.PathAlignCritic.use_path_orientations else 2
         self._kept = np.zeros((axes, self._keep.max() + 1, *shape), dtype=np.float32)
@@ -177,7 +177,7 @@ class Optimizer:
             tuning, call, self._scan, costs, tuple(self._noise), self.v, self.w, self._limited
         )
         sweep(
-            call, params.model_dt, rollout, efforts, self._speeds, self._keep, self._kept, self._look_every, grid,
+            call, params.model_dt, rollout, efforts, self._speeds, self._keep, self._kept, self._looked, grid,
             scale, window, measure, look, params.GoalAngleCritic.symmetric_yaw_tolerance, self._collected,
         )  # fmt: skip
         self._walk(rollout, costs)
@@ -233,6 +233,14 @@ def _kept_steps(params: MppiParams) -> NDArray[np.int64]:
     steps = sorted({*range(0, params.time_steps, params.PathAlignCritic.trajectory_point_step), params.time_steps - 1})
     keep[steps] = range(len(steps))
     return keep
+
+
+def _looked_at(params: MppiParams) -> NDArray[np.int64]:
+    """Number the steps under whose points the Cost critic looks, -1 for the others."""
+    every = params.CostCritic.trajectory_point_step or 1
+    looked, looks = np.full(params.time_steps, -1), params.time_steps // every
+    looked[: looks * every : every] = range(looks)
+    return looked
 
 
 def _speeds(params: MppiParams) -> tuple[np.float32, ...]:

@@ -186,16 +186,16 @@ def _locate_exactly(rows, rollout, b, t, dt, call, scale, near, grid, cells):
 
 
 @inlined
-def _gather(t, looks, ring, window, b, collected):
-    """Add up contributions whenever the ring is full or the looks end; ``t`` is the number of the look."""
-    if t % RING == RING - 1:
+def _gather(i, last, ring, window, b, collected):
+    """Add up contributions whenever the ring is full or look ``i`` is the last."""
+    if i % RING == RING - 1:
         for k in range(BLOCK):
             pair = window[ring[0, k]] + window[ring[1, k]]
             collected[CELLS, b, k] += pair + (window[ring[2, k]] + window[ring[3, k]])
-    elif t == looks - 1:
-        for i in range(t % RING + 1):
+    elif i == last:
+        for j in range(i % RING + 1):
             for k in range(BLOCK):
-                collected[CELLS, b, k] += window[ring[i, k]]
+                collected[CELLS, b, k] += window[ring[j, k]]
 
 
 @inlined
@@ -250,32 +250,8 @@ def _finish(rows, noise_v, noise_w, effort_v, effort_w, yaw_0, b, collected):
 
 
 @kernel
-def _move(rows, t, rollout, efforts, b, yaw_0, dt, speeds, looks, scale, last, near, cells):
-    """Bring a block to step ``t`` and, if it ``looks`` there, write the cell under every point.
-
-    Returns:
-        Whether any point is so near a cell border that it has to be looked up exactly.
-    """
-    refresh_every, noise_v, noise_w, v, w = rollout
-    if t == 0:
-        _locate_start(rows, scale, last, cells)
-        return True
-    i, is_near = t - 1, False
-    controls, limits = (v[i], w[i]), (speeds[0], speeds[1], efforts[0][i], efforts[1][i])
-    if looks:
-        is_near = step_and_locate(
-            rows, noise_v[b, i], noise_w[b, i], controls, yaw_0, dt, limits, scale, last, near, cells
-        )
-    else:
-        step_and_score(rows, noise_v[b, i], noise_w[b, i], controls, yaw_0, dt, limits)
-    if t % refresh_every == 0:
-        refresh(rows, yaw_0)
-    return is_near
-
-
-@kernel
 def sweep(
-    call_of, dt, rollout, efforts, speeds, keep, kept, look_every, grid, scale, window, measure, look, either_way,
+    call_of, dt, rollout, efforts, speeds, keep, kept, looked, grid, scale, window, measure, look, either_way,
     collected,
 ):  # fmt: skip
     """Roll out all samples once and score them on the way.
@@ -289,7 +265,8 @@ def sweep(
         speeds: Highest and lowest speed that costs nothing, m/s; float32.
         keep: ``(time_steps,)`` row of ``kept`` that takes a step's points, or -1.
         kept: ``(2 or 3, kept steps, blocks, samples)`` world x, y and perhaps yaw, written.
-        look_every: The contributions of the cells under every so many points are summed up; 0 for none.
+        looked: ``(time_steps,)`` number of the look at the cells under a step's points, or -1; the looks' contributions
+            are summed up.
         grid: Last coordinates and stride of the window; fraction below which a point is near a cell border; first row
             and column of the window; rows and columns of the costmap; whether Nav2 looks up its cells in float32.
         scale: ``(units per m, units of the start x, of the start y)``.
@@ -299,32 +276,39 @@ def sweep(
         either_way: Whether an angle may count from behind.
         collected: ``(12, blocks, samples)`` sums over the steps, written.
     """
-    call, (_, noise_v, noise_w, _, _), steps = call_of[0], rollout, len(rollout[3])
+    call, (refresh_every, noise_v, noise_w, v, w), steps = call_of[0], rollout, len(rollout[3])
     scale = np.float32(scale[0]), np.float32(scale[1]), np.float32(scale[2])
     last, near = (np.uint32(grid[0]), np.uint32(grid[1]), np.uint32(grid[2])), np.int32(grid[3])
     rows, ring = np.empty(ROWS_SIZE, dtype=np.float32), np.empty((RING, BLOCK), dtype=np.uint32)
     yaw_0, v_0, w_0, period = np.float32(call.yaw), np.float32(call.v), np.float32(call.w), np.float32(dt)
     goal_x, goal_y = np.float32(call.goal_x - call.x), np.float32(call.goal_y - call.y)
     cos, sin = np.float32(np.cos(call.end_yaw)), np.float32(np.sin(call.end_yaw))
-    every = max(look_every, 1)
-    points = steps // every if look_every > 0 else 0
+    (highest, lowest), (effort_v, effort_w, effort), last_look = speeds, efforts, looked.max()
     for b in range(len(noise_v)):
         start(rows, v_0, w_0, yaw_0, period)
-        _start_sums(rows, v_0, speeds, efforts[2], b, collected)
+        _start_sums(rows, v_0, speeds, effort, b, collected)
         for t in range(steps):
-            i = t // every
-            looks, cells = t % every == 0 and i < points, ring[i % RING]
-            is_near = _move(rows, t, rollout, efforts, b, yaw_0, period, speeds, looks, scale, last, near, cells)
+            looks, is_near, cells = looked[t] >= 0, True, ring[looked[t] % RING]
+            if t == 0:
+                _locate_start(rows, scale, last, cells)
+            else:
+                controls, limits = (v[t - 1], w[t - 1]), (highest, lowest, effort_v[t - 1], effort_w[t - 1])
+                noise = noise_v[b, t - 1], noise_w[b, t - 1]
+                if looks:
+                    is_near = step_and_locate(rows, *noise, controls, yaw_0, period, limits, scale, last, near, cells)
+                else:
+                    step_and_score(rows, *noise, controls, yaw_0, period, limits)
+                if t % refresh_every == 0:
+                    refresh(rows, yaw_0)
             if keep[t] >= 0:
                 _keep(rows, call, b, kept, keep[t])
             if looks:
                 if is_near:
                     _locate_exactly(rows, rollout, b, t, period, call, scale, near, grid, cells)
-                _gather(i, points, ring, window, b, collected)
+                _gather(looked[t], last_look, ring, window, b, collected)
             if measure:
                 _add_distance(rows, goal_x, goal_y, b, collected)
             if look:
                 _add_heading(rows, cos, sin, either_way, b, collected)
         final = steps - 1
-        effort_v, effort_w = efforts[0][final], efforts[1][final]
-        _finish(rows, noise_v[b, final], noise_w[b, final], effort_v, effort_w, yaw_0, b, collected)
+        _finish(rows, noise_v[b, final], noise_w[b, final], effort_v[final], effort_w[final], yaw_0, b, collected)
