@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import os
 
-from evolution.driving import run_job
-from evolution.evaluator import Evaluator
-from evolution.experiments import experiment_of, load_preset
-from evolution.runner import Progress, evolve
-from evolution.warmup import warm_up
+from evolution.driving.evaluator import Evaluator
+from evolution.driving.warmup import warm_up
+from evolution.driving.worker import run_job
+from evolution.search.experiments import experiment_of, load_preset
+from evolution.search.loop import Progress, evolve
 
 
 def main() -> None:

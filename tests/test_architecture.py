@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -47,3 +48,16 @@ def test_each_engine_lives_in_one_place(package, only_in):
         for path in (ROOT / folder).rglob("*.py"):
             if f"import {package}" in (text := path.read_text(encoding="utf-8")) or f"from {package}" in text:
                 assert path.relative_to(ROOT).as_posix().startswith(only_in)
+
+
+def rooms() -> list[str]:
+    """Names of the packages in ``evolution/``."""
+    return [path.parent.name for path in (ROOT / "evolution").glob("*/__init__.py")]
+
+
+@pytest.mark.parametrize("room", rooms())
+def test_rooms_are_entered_by_their_face(room):
+    """Outside of a room, its names come from its ``__init__``, which lists all of them."""
+    deep = re.compile(rf"(from|import) evolution\.{room}\.")
+    outside = [path for path in (ROOT / "evolution").rglob("*.py") if path.relative_to(ROOT).parts[1] != room]
+    assert not [path for path in outside if deep.search(path.read_text(encoding="utf-8"))]

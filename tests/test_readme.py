@@ -34,6 +34,7 @@ def test_there_is_something_to_run():
     assert {"python", "bash"} <= {language for language, _ in BLOCKS}
 
 
+@pytest.mark.xdist_group("readme")
 @pytest.mark.parametrize("position", range(len(BLOCKS)))
 def test_block_runs(position, folder):
     language, text = BLOCKS[position]

@@ -13,17 +13,23 @@ from typing import Any
 
 from rich.table import Table
 
-from evolution.barn import PREFIX as BARN
-from evolution.barn import BarnScore, barn_settings, correlation_with, load_barn, reference_of, score_runs
-from evolution.bench import BenchRun, bench, summary_rows
+from evolution.benchmark import (
+    BENCH,
+    BarnScore,
+    BenchRun,
+    barn_settings,
+    bench,
+    correlation_with,
+    load_barn,
+    reference_of,
+    score_runs,
+    summary_rows,
+)
+from evolution.benchmark import PREFIX as BARN
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, errors
-from evolution.comparison import BENCH
-from evolution.driving import run_job, try_controllers
-from evolution.evaluator import Evaluator
+from evolution.driving import Evaluator, JobPlan, run_job, try_controllers, warm_up
 from evolution.files import make_directory, write_text
-from evolution.jobs import JobPlan
-from evolution.warmup import warm_up
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.scenario import Scenario

@@ -5,12 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from evolution.animation import check_display, check_film, save_animation, show_animation
 from evolution.commands import options
 from evolution.commands.bench import load_all
 from evolution.commands.progress import console
-from evolution.driving import drive, try_controllers
-from evolution.jobs import JobPlan
+from evolution.driving import JobPlan, drive, try_controllers
+from evolution.pictures import check_display, check_film, save_animation, show_animation
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure

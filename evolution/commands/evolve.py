@@ -13,16 +13,19 @@ from rich.table import Table
 from controllers.nav2_params.presets import overlay
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, note
-from evolution.driving import run_job, try_controllers
-from evolution.evaluator import Evaluator
-from evolution.experiments import experiment_of, load_preset, preset_names, read_document
-from evolution.figures import write_run_figures
-from evolution.operators.sampling import scenario_on
-from evolution.rundir import LoadedRun, RunDir, load_run
-from evolution.runner import evolve
-from evolution.settings import METRIC_NAMES, Experiment
-from evolution.store import ResultStore
-from evolution.warmup import warm_up
+from evolution.driving import Evaluator, ResultStore, run_job, try_controllers, warm_up
+from evolution.pictures import write_run_figures
+from evolution.runs import LoadedRun, RunDir, load_run
+from evolution.search import (
+    METRIC_NAMES,
+    Experiment,
+    evolve,
+    experiment_of,
+    load_preset,
+    preset_names,
+    read_document,
+    scenario_on,
+)
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, clear_and_border
 from gym_mapbench.scenario import Scenario

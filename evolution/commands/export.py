@@ -8,10 +8,9 @@ from pathlib import Path
 from controllers.nav2_params import NavigationParams, write_nav2_params
 from evolution.commands import options
 from evolution.commands.progress import console
-from evolution.driving import DriveSettings
-from evolution.experiments import experiment_of
-from evolution.jobs import ControllerSpec
-from evolution.rundir import CONFIG, load_run
+from evolution.driving import ControllerSpec, DriveSettings
+from evolution.runs import CONFIG, load_run
+from evolution.search import experiment_of
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import FORMATS, write_maps
 from gym_mapbench.mapio.gazebo import export_gazebo

@@ -10,9 +10,8 @@ from pathlib import Path
 
 from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, load_preset, read_nav2_params
 from evolution.commands.progress import note
-from evolution.driving import DriveSettings
-from evolution.experiments import DEFAULT_CONTROLLERS, controllers_from
-from evolution.jobs import ControllerSpec
+from evolution.driving import ControllerSpec, DriveSettings
+from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError

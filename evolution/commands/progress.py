@@ -10,8 +10,8 @@ from typing import Self
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
-from evolution.jobs import Job, RunResult
-from evolution.runner import Progress as Generation
+from evolution.driving import Job, RunResult
+from evolution.search import Progress as Generation
 
 PIPE_WIDTH = 160
 console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)

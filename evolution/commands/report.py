@@ -7,8 +7,8 @@ from pathlib import Path
 
 from evolution.commands import options
 from evolution.commands.progress import console, note
-from evolution.rundir import LoadedRun, load_run
-from evolution.study.directory import is_study
+from evolution.runs import LoadedRun, load_run
+from evolution.studies import is_study
 from gym_mapbench.errors import ConfigError, RunError
 
 EXAMPLES = """  mapbench report runs/first                          writes runs/first/report.html
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     given = [name for name in ("map", "controller", "configuration") if getattr(args, name) is not None]
     if given:
         raise ConfigError(f"--{given[0]}: expected only with --gif or --mp4")
-    from evolution.report.writing import write_report
+    from evolution.report import write_report
 
     page = write_report(args.path, args.out, on_step=note)
     console.print(f"wrote {page} ({page.stat().st_size / 1e6:.1f} MB); open it in any browser", highlight=False)
@@ -50,9 +50,9 @@ def run(args: argparse.Namespace) -> int:
 
 def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
     """Drive one run of the best set again and film it."""
-    from evolution.animation import check_film, save_animation
     from evolution.driving import drive
-    from evolution.experiments import experiment_of
+    from evolution.pictures import check_film, save_animation
+    from evolution.search import experiment_of
 
     if args.out is not None:
         raise ConfigError("--out: expected without --gif and --mp4, which name their files themselves")
@@ -79,7 +79,7 @@ def _run_of(path: Path, configuration: str | None) -> LoadedRun:
         if configuration is not None:
             raise ConfigError(f"--configuration: expected only with a study, got {path}")
         return load_run(path)
-    from evolution.study.loading import load_results
+    from evolution.studies import load_results
 
     results = load_results(path)
     if configuration is not None:

@@ -11,13 +11,20 @@ from rich.table import Table
 
 from evolution.commands import options
 from evolution.commands.progress import Bar, console, errors, note
-from evolution.report.writing import write_report
-from evolution.study.comparisons import StudyAnalysis, analyse
-from evolution.study.directory import StudyDir, is_study
-from evolution.study.runner import StudyProgress, run_study
-from evolution.study.settings import StudySettings, load_study, study_names
-from evolution.study.tables import summary_rows
-from evolution.study.verdict import verdict_of
+from evolution.report import write_report
+from evolution.studies import (
+    StudyAnalysis,
+    StudyDir,
+    StudyProgress,
+    StudySettings,
+    analyse,
+    is_study,
+    load_study,
+    run_study,
+    study_names,
+    summary_rows,
+    verdict_of,
+)
 from gym_mapbench.errors import ConfigError, RunError
 
 EXAMPLES = """  mapbench study quick                             a few minutes, every method once

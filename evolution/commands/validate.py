@@ -11,11 +11,18 @@ from rich.table import Table
 
 from evolution.commands import options
 from evolution.commands.progress import console, errors
-from evolution.validation.closed_loop import closed_loop_measures, disagreements, drive_recorded
-from evolution.validation.measures import Measure
-from evolution.validation.mppi_units import mppi_measures
-from evolution.validation.oracle import Oracle
-from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, rpp_measures
+from evolution.validation import (
+    Measure,
+    Oracle,
+    closed_loop_measures,
+    costmap_measures,
+    disagreements,
+    drive_recorded,
+    dwb_measures,
+    mppi_measures,
+    navfn_measures,
+    rpp_measures,
+)
 
 EXAMPLES = """  mapbench validate nav2-oracle
   mapbench validate nav2-oracle --format json > validation.json

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 import yaml
 
-from evolution.documents import written_elsewhere
-from evolution.experiments import SECTIONS
-from evolution.figures import FIGURES, DrivenMap
+from evolution.files import written_elsewhere
+from evolution.pictures import FIGURES, DrivenMap
 from evolution.report.page import Attachment, Report, Table, picture
 from evolution.report.replays import ReplayedMap
-from evolution.rundir import LoadedRun
-from evolution.study.driven import errors_in, results_in
+from evolution.runs import LoadedRun, errors_in, results_in
+from evolution.search import SECTIONS
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
 
 CAPTIONS = {
@@ -30,7 +29,7 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap]) -> Report:
 
     Args:
         run: The run, as far as it has come.
-        driven: Its best maps driven again (:func:`evolution.figures.drive_best`): the replays.
+        driven: Its best maps driven again (:func:`evolution.pictures.run_figures.drive_best`): the replays.
     """
     search = run.config["search"]
     return Report(

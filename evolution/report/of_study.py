@@ -13,13 +13,25 @@ from evolution.report.of_run import changed_replays
 from evolution.report.page import Attachment, Report, Table, picture
 from evolution.report.replays import ReplayedMap
 from evolution.statistics import FEWEST_FOR_INTERVAL
-from evolution.study.comparisons import Comparison, StudyAnalysis, analyse
-from evolution.study.figures import BestSet, StudyFigure
-from evolution.study.fresh import fresh_rows
-from evolution.study.results import StudyResults, StudyRun
-from evolution.study.settings import load_study, study_names
-from evolution.study.tables import map_rows, measure_rows, pair_rows, rank_rows, summary_rows, test_rows
-from evolution.study.verdict import verdict_of
+from evolution.studies import (
+    BestSet,
+    Comparison,
+    StudyAnalysis,
+    StudyFigure,
+    StudyResults,
+    StudyRun,
+    analyse,
+    fresh_rows,
+    load_study,
+    map_rows,
+    measure_rows,
+    pair_rows,
+    rank_rows,
+    study_names,
+    summary_rows,
+    test_rows,
+    verdict_of,
+)
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
 
 ZIP_DATE = (1980, 1, 1, 0, 0, 0)
@@ -104,8 +116,8 @@ def report_of_study(
 
     Args:
         results: The study.
-        best_sets: What :func:`evolution.study.figures.drive_best_sets` returned: the replays.
-        figures: What :func:`evolution.study.figures.write_study_figures` returned.
+        best_sets: What :func:`evolution.studies.analysis.figures.drive_best_sets` returned: the replays.
+        figures: What :func:`evolution.studies.analysis.figures.write_study_figures` returned.
         analysis: The study's comparisons, if they are there already.
     """
     settings, analysis = results.settings, analysis or analyse(results)

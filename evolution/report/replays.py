@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evolution.plots import colour_of
+from evolution.pictures import colour_of
 from gym_mapbench.episode import RECOVERY_KINDS, Episode, Event
 from gym_mapbench.kernels.rectangles import merge_rectangles
 

@@ -5,18 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from evolution.figures import drive_best, write_run_figures
 from evolution.files import write_text
+from evolution.pictures import drive_best, write_run_figures
 from evolution.report.of_run import report_of_run
 from evolution.report.of_study import report_of_study
 from evolution.report.page import Report, render_page
-from evolution.rundir import CONFIG, load_run
-from evolution.study.comparisons import StudyAnalysis, analyse
-from evolution.study.directory import STUDY, is_study
-from evolution.study.engine import NAV2, Engine
-from evolution.study.figures import drive_best_sets, write_study_figures
-from evolution.study.loading import load_results
-from evolution.study.tables import write_tables
+from evolution.runs import CONFIG, load_run
+from evolution.studies import (
+    NAV2,
+    STUDY,
+    Engine,
+    StudyAnalysis,
+    analyse,
+    drive_best_sets,
+    is_study,
+    load_results,
+    write_study_figures,
+    write_tables,
+)
 from gym_mapbench.errors import ConfigError, RunError
 
 REPORT = "report.html"

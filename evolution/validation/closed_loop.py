@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 from controllers.navigator import Navigator
-from evolution.episode import environment_for, run_episode
+from evolution.driving import environment_for, run_episode
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset
 from evolution.validation.setup import make_follower, navigation_of, robot_of

@@ -11,7 +11,7 @@ import pytest
 
 from controllers.base import Controller
 from controllers.registry import controller_names, make_controller
-from evolution.episode import environment_for, run_episode
+from evolution.driving.one_run import environment_for, run_episode
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from evolution.study import run_study
+from evolution.studies import run_study
 from tests.evolution.fake_study import ENGINE, small_study
 
 

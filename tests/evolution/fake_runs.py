@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evolution.jobs import ControllerSpec, Job, RunResult
+from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from gym_mapbench.generator import ShapeSettings
 from gym_mapbench.settings import Settings
 

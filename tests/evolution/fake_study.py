@@ -6,9 +6,9 @@ import hashlib
 
 import numpy as np
 
-from evolution.jobs import ControllerSpec, Job, RunResult
-from evolution.settings import Experiment
-from evolution.study import Engine, StudySettings
+from evolution.driving.jobs import ControllerSpec, Job, RunResult
+from evolution.search.settings import Experiment
+from evolution.studies import Engine, StudySettings
 from gym_mapbench.episode import Episode, Event
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings

@@ -1,0 +1,161 @@
+"""Our times beside those measured elsewhere (Gazebo and Nav2): do the verdicts carry over?"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from evolution.runs import CONFIG, load_run
+from evolution.search import gini
+from evolution.statistics import rank_correlation
+from gym_mapbench.errors import MapFormatError
+from gym_mapbench.mapio.runner_results import RunnerResult
+
+BENCH = "bench.json"
+INTERVAL_PAIRS = 5
+"""Fewest pairs that bound a rank correlation; fewer leave it anywhere between -1 and 1."""
+
+Times = Mapping[tuple[str, str], tuple[float, ...]]
+"""Times of the successful runs by (map, controller), s."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """One controller on one map, here and elsewhere; times are means over successful runs, NaN if there is none."""
+
+    map: str
+    controller: str
+    ours: float
+    theirs: float
+
+    @property
+    def ratio(self) -> float:
+        """Their time over ours."""
+        return self.theirs / self.ours if self.ours > 0 else math.nan
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Everything compared.
+
+    Args:
+        pairs: Every controller on every map that both sides know.
+        correlation: Spearman's rho over all pairs that both solved, with its 95 % interval; NaN where there are
+            too few pairs to tell.
+        order_kept: For each map whether it keeps its place when maps are ordered by the Gini coefficient of
+            their controllers' times; maps that a side did not solve completely are left out.
+        missing: Names of what only one side knows, in words.
+    """
+
+    pairs: tuple[Pair, ...]
+    correlation: tuple[float, float, float]
+    order_kept: Mapping[str, bool]
+    missing: tuple[str, ...]
+
+
+def compare(ours: Times, theirs: Times) -> Comparison:
+    """Put two sets of times side by side.
+
+    Raises:
+        MapFormatError: If they have no map and controller in common.
+    """
+    common = [key for key in ours if key in theirs]
+    if not common:
+        raise MapFormatError(
+            f"results: expected maps and controllers of ours ({_names(ours)}), got others ({_names(theirs)})"
+        )
+    pairs = tuple(Pair(*key, _mean(ours[key]), _mean(theirs[key])) for key in common)
+    both = [pair for pair in pairs if math.isfinite(pair.ours) and math.isfinite(pair.theirs)]
+    return Comparison(
+        pairs=pairs,
+        correlation=_correlation(both),
+        order_kept=_order_kept(pairs),
+        missing=(*_only_in(ours, theirs, "not in the results"), *_only_in(theirs, ours, "not driven by us")),
+    )
+
+
+def times_of_results(results: Iterable[RunnerResult]) -> Times:
+    """Times of a runner's CSV; a controller that never succeeded on a map has none."""
+    return _collected((one.map, one.controller, one.success, one.time) for one in results)
+
+
+def our_times(path: str | Path) -> Times:
+    """Times of a run directory's best map set, or of a ``bench.json`` or the directory that holds one.
+
+    Raises:
+        MapFormatError: If it is neither.
+    """
+    path = Path(path)
+    if (path / CONFIG).is_file():
+        maps = load_run(path).best_results["maps"]
+        return _collected(
+            (entry["name"], name, one["outcome"] == "goal", one["time_s"])
+            for entry in maps
+            for name, runs in entry["runs"].items()
+            for one in runs
+        )
+    return _bench_times(path / BENCH if (path / BENCH).is_file() else path)
+
+
+def _bench_times(path: Path) -> Times:
+    try:
+        runs: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["runs"]
+        return _collected((one["map"], one["controller"], one["outcome"] == "goal", one["time_s"]) for one in runs)
+    except OSError as error:
+        reason = error.strerror
+    except (ValueError, RecursionError):
+        reason = "not the JSON of one"
+    except (KeyError, TypeError):
+        reason = "no runs with map, controller, outcome and time_s"
+    raise MapFormatError(f"{path}: expected a run directory, a {BENCH} or the directory of one ({reason})")
+
+
+def _correlation(solved: Sequence[Pair]) -> tuple[float, float, float]:
+    """Spearman's rho, with an interval where there are pairs enough for one that says anything."""
+    rho, low, high = rank_correlation([pair.ours for pair in solved], [pair.theirs for pair in solved])
+    return (rho, low, high) if len(solved) >= INTERVAL_PAIRS else (rho, math.nan, math.nan)
+
+
+def _only_in(first: Times, second: Times, what: str) -> list[str]:
+    return [f"{name}/{controller}: {what}" for name, controller in first if (name, controller) not in second]
+
+
+def _collected(rows: Iterable[tuple[str, str, bool, float]]) -> Times:
+    times: dict[tuple[str, str], list[float]] = {}
+    for name, controller, success, time in rows:
+        of_pair = times.setdefault((name, controller), [])
+        if success:
+            of_pair.append(float(time))
+    return {key: tuple(values) for key, values in times.items()}
+
+
+def _order_kept(pairs: Sequence[Pair]) -> dict[str, bool]:
+    names = list(dict.fromkeys(pair.map for pair in pairs))
+    solved = [name for name in names if all(_finite(pair) for pair in pairs if pair.map == name)]
+    ours, theirs = (_places(pairs, solved, side) for side in (lambda pair: pair.ours, lambda pair: pair.theirs))
+    return {name: ours[name] == theirs[name] for name in solved}
+
+
+def _places(pairs: Sequence[Pair], names: Sequence[str], side: Callable[[Pair], float]) -> dict[str, int]:
+    """Place of each map, from the most alike controllers to the most different."""
+    readings = [gini([side(pair) for pair in pairs if pair.map == name]) for name in names]
+    order = np.argsort(readings, kind="stable")
+    return {names[index]: place for place, index in enumerate(order.tolist())}
+
+
+def _finite(pair: Pair) -> bool:
+    return math.isfinite(pair.ours) and math.isfinite(pair.theirs)
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values)) if values else math.nan
+
+
+def _names(times: Times) -> str:
+    return ", ".join(f"{name}/{controller}" for name, controller in list(times)[:3]) or "none"

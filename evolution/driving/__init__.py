@@ -1,0 +1,37 @@
+"""Driving: from map sets to the results of driving them.
+
+In: scenarios, controllers and a world (:class:`JobPlan`). Out: a :class:`RunResult` for every job, in the order of the
+jobs, whatever the worker processes do; what was driven before comes from the :class:`ResultStore`.
+"""
+
+from __future__ import annotations
+
+from evolution.driving.evaluator import Evaluator, OnRun, RunJob
+from evolution.driving.jobs import ControllerSpec, Job, JobPlan, RunResult, RunSettings, SetResults, check_controllers
+from evolution.driving.one_run import environment_for, run_episode
+from evolution.driving.seeds import derive_seed
+from evolution.driving.store import ResultStore
+from evolution.driving.warmup import warm_up
+from evolution.driving.worker import DriveSettings, drive, run_job, try_controllers
+
+__all__ = [
+    "ControllerSpec",
+    "DriveSettings",
+    "Evaluator",
+    "Job",
+    "JobPlan",
+    "OnRun",
+    "ResultStore",
+    "RunJob",
+    "RunResult",
+    "RunSettings",
+    "SetResults",
+    "check_controllers",
+    "derive_seed",
+    "drive",
+    "environment_for",
+    "run_episode",
+    "run_job",
+    "try_controllers",
+    "warm_up",
+]

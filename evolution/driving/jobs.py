@@ -1,0 +1,204 @@
+"""Job: one controller, one scenario, one repeat; and the result of driving it.
+
+A job is plain, frozen data, so that it can be sent to a worker, looked up in a store and driven
+again on another machine. :class:`JobPlan` makes jobs; whoever drives them is a callable
+``run_job(job) -> RunResult``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Annotated, Any, Protocol
+
+from pydantic import Field, JsonValue
+
+from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
+from evolution.files import PACKAGE_VERSION
+from gym_mapbench.episode import Outcome
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.scenario import Scenario
+from gym_mapbench.settings import Settings
+
+
+class ControllerSpec(Settings):
+    """A controller under comparison.
+
+    Args:
+        name: Name in every table and figure; unique within an experiment.
+        kind: Name it is registered under; ``name`` if empty.
+        params: Its parameters, JSON-able.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    kind: str = ""
+    params: dict[str, JsonValue] = Field(default_factory=dict)
+
+    @property
+    def registered_name(self) -> str:
+        """Name to look the controller up under."""
+        return self.kind or self.name
+
+
+class RunSettings(Protocol):
+    """What a run needs besides scenario and controller: a frozen ``Settings`` that knows its time limit."""
+
+    @property
+    def time_limit(self) -> float:
+        """Simulated seconds after which a run is a timeout."""
+        ...
+
+    def model_dump(self, *, mode: str = ...) -> dict[str, Any]:
+        """Return all options as JSON-able values (pydantic's own method)."""
+        ...
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What is kept of one driven run; the trajectory comes back by driving the job again with its seed.
+
+    Args:
+        outcome: How the run ended; ``error`` if the controller raised, hung, or killed its worker.
+        time_s: Simulated seconds until the end.
+        path_length_m: Driven distance, m.
+        reason: One line more on how it ended; empty at the goal.
+        attempts: How often it was tried.
+        metrics: Further measures by name; the same for the same seed.
+        timings: Wall-clock seconds by name; they differ from time to time and stay out of reproducible files.
+        seed: Seed of the run.
+    """
+
+    outcome: Outcome
+    time_s: float
+    path_length_m: float
+    reason: str = ""
+    attempts: int = 1
+    metrics: Mapping[str, float] = field(default_factory=dict)
+    timings: Mapping[str, float] = field(default_factory=dict)
+    seed: int = 0
+
+    @property
+    def success(self) -> bool:
+        """Whether the goal was reached."""
+        return self.outcome == "goal"
+
+    def value(self, metric: str) -> float:
+        """Return one measure: ``time``, ``path_length``, or any of :attr:`metrics` and :attr:`timings`.
+
+        Raises:
+            ConfigError: If the run has no such measure.
+        """
+        values = {**self.timings, **self.metrics, "time": self.time_s, "path_length": self.path_length_m}
+        if metric not in values:
+            raise unknown_name("metric", metric, values)
+        return float(values[metric])
+
+    def to_json(self) -> str:
+        """Return the JSON text that :meth:`from_json` reads."""
+        return json.dumps(vars(self), default=dict, separators=(",", ":"))
+
+    @classmethod
+    def from_json(cls, text: str) -> RunResult:
+        """Read what :meth:`to_json` wrote."""
+        return cls(**json.loads(text))
+
+
+SetResults = tuple[tuple[tuple[RunResult, ...], ...], ...]
+"""Results of one map set: ``results[map][controller][repeat]``."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run to be driven; made by :class:`JobPlan`.
+
+    Args:
+        scenario: Map, start and goal.
+        controller: Who drives.
+        settings: World and robot.
+        repeat: Number of the repetition, from 0.
+        seed: Seed of the controller's randomness; its own for every controller.
+        noise_seed: Seed of the world's noise; the same for all controllers (common random numbers).
+        key: Digest of all of the above and of this package's version: the identity of the run.
+    """
+
+    scenario: Scenario
+    controller: ControllerSpec
+    settings: RunSettings
+    repeat: int
+    seed: int
+    noise_seed: int
+    key: str
+
+
+@dataclass(frozen=True)
+class JobPlan:
+    """Which runs a scenario needs: every controller, every repeat.
+
+    Args:
+        controllers: Who is compared.
+        settings: World and robot of every run.
+        root_seed: Seed of the whole experiment.
+        repeats: Runs of each controller on each map.
+
+    Raises:
+        ConfigError: If there is no controller, a name occurs twice, or there is no repeat.
+    """
+
+    controllers: tuple[ControllerSpec, ...]
+    settings: RunSettings
+    root_seed: int = 0
+    repeats: int = 1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "controllers", tuple(self.controllers))
+        check_controllers(self.controllers)
+        if self.repeats < 1:
+            raise ConfigError(f"repeats: expected at least 1, got {self.repeats}")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the controllers, in order."""
+        return tuple(spec.name for spec in self.controllers)
+
+    def jobs(self, scenario: Scenario) -> list[Job]:
+        """Return the jobs of one scenario, controller by controller, repeat by repeat."""
+        return [
+            self._job(scenario, spec, setup, repeat)
+            for spec, setup in zip(self.controllers, self._setups, strict=True)
+            for repeat in range(self.repeats)
+        ]
+
+    @cached_property
+    def _setups(self) -> tuple[str, ...]:
+        """Digest of everything but scenario and seed, for each controller."""
+        settings = self.settings.model_dump(mode="json")
+        return tuple(digest_of([PACKAGE_VERSION, settings, spec.model_dump(mode="json")]) for spec in self.controllers)
+
+    def _job(self, scenario: Scenario, spec: ControllerSpec, setup: str, repeat: int) -> Job:
+        seed = derive_seed(self.root_seed, scenario.map.digest, spec.name, repeat)
+        noise_seed = derive_seed(self.root_seed, scenario.map.digest, ALL_CONTROLLERS, repeat)
+        key = digest_of([setup, scenario.digest, seed, noise_seed, repeat])
+        return Job(scenario, spec, self.settings, repeat, seed, noise_seed, key)
+
+
+def check_controllers(controllers: tuple[ControllerSpec, ...]) -> None:
+    """Refuse an empty comparison and names that occur twice.
+
+    Raises:
+        ConfigError: Naming what is wrong.
+    """
+    names = [spec.name for spec in controllers]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if not names:
+        raise ConfigError("controllers: expected at least one, got none")
+    if twice:
+        raise ConfigError(f"controllers: expected different names, got {twice[0]!r} twice")
+
+
+def digest_of(document: object) -> str:
+    """Return the content hash (hex, 32 characters) of a JSON-able document."""
+    text = json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -1,0 +1,106 @@
+"""ResultStore: every run that was ever driven, by the key of its job.
+
+One SQLite file (table ``results``: ``key``, ``result`` as JSON). SQLite's write-ahead log
+survives ``kill -9`` at any moment, takes several writing processes, and needs no loading. The
+order of the rows says nothing: whoever writes outputs brings them into an order of their own.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from evolution.driving.jobs import RunResult
+from gym_mapbench.errors import RunError
+
+SCHEMA_VERSION = 1
+BUSY_SECONDS = 60.0
+KEYS_PER_QUERY = 500
+
+
+class ResultStore:
+    """Results by job key; in memory, or in a file that several runs may share.
+
+    Args:
+        path: The file, made if it is not there; None keeps everything in memory.
+
+    Raises:
+        RunError: If the file cannot be opened or is not a result store of this version.
+    """
+
+    def __init__(self, path: str | Path | None = None) -> None:
+        self.path = None if path is None else Path(path)
+        with self._errors("cannot be opened"):
+            self._database = sqlite3.connect(self.path or ":memory:", timeout=BUSY_SECONDS, isolation_level=None)
+        try:
+            with self._errors("not a result store"):
+                self._prepare()
+        except RunError:
+            self._database.close()
+            raise
+
+    @contextmanager
+    def _errors(self, what: str) -> Iterator[None]:
+        """Say what SQLite complains about in one line."""
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise RunError(f"{self.path or 'result store'}: {what} ({error})") from None
+
+    def _prepare(self) -> None:
+        """Check the version, or make the table of a new file."""
+        (version,) = self._database.execute("PRAGMA user_version").fetchone()
+        if version not in (0, SCHEMA_VERSION):
+            raise RunError(f"{self.path}: expected a result store of version {SCHEMA_VERSION}, got {version}")
+        self._database.execute("PRAGMA journal_mode = WAL")
+        self._database.execute("PRAGMA synchronous = NORMAL")
+        self._database.execute("CREATE TABLE IF NOT EXISTS results (key TEXT PRIMARY KEY, result TEXT) WITHOUT ROWID")
+        self._database.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+
+    def get(self, key: str) -> RunResult | None:
+        """Return one result, None if the job was never driven."""
+        return self.get_many([key]).get(key)
+
+    def get_many(self, keys: Iterable[str]) -> dict[str, RunResult]:
+        """Return what is known of these keys."""
+        wanted = list(dict.fromkeys(keys))
+        found: dict[str, RunResult] = {}
+        for start in range(0, len(wanted), KEYS_PER_QUERY):
+            part = wanted[start : start + KEYS_PER_QUERY]
+            marks = ",".join("?" * len(part))
+            with self._errors("cannot be read"):
+                rows = self._database.execute(f"SELECT key, result FROM results WHERE key IN ({marks})", part)
+                found.update((key, self._result(key, text)) for key, text in rows)
+        return found
+
+    def _result(self, key: str, text: str) -> RunResult:
+        try:
+            return RunResult.from_json(text)
+        except (ValueError, TypeError, RecursionError):
+            where = f"{self.path or 'result store'}: row {key!r}: expected a run's result"
+            raise RunError(f"{where}, got other text; delete the file to drive again") from None
+
+    def put(self, key: str, result: RunResult) -> None:
+        """Keep a result; the first one of a key stays, so that all readers see the same."""
+        with self._errors("cannot be written"):
+            self._database.execute("INSERT OR IGNORE INTO results VALUES (?, ?)", (key, result.to_json()))
+
+    def __len__(self) -> int:
+        (count,) = self._database.execute("SELECT COUNT(*) FROM results").fetchone()
+        return int(count)
+
+    def close(self) -> None:
+        """Close the file; the store cannot be used afterwards."""
+        self._database.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, _type: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
+    ) -> None:
+        self.close()

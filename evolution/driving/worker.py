@@ -1,0 +1,101 @@
+"""From a job to its result: the function that worker processes call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from pydantic import field_validator
+
+from controllers.base import Controller
+from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
+from controllers.navigator import Navigator
+from controllers.registry import make_controller
+from evolution.driving.jobs import ControllerSpec, Job, RunResult
+from evolution.driving.one_run import environment_for, run_episode
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.episode import Episode
+from gym_mapbench.metrics import measure
+from gym_mapbench.settings import Settings
+
+
+class DriveSettings(Settings):
+    """World, robot and navigation of every run.
+
+    Args:
+        environment: The env: robot, rates, time limit, noise, what a collision does.
+        navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``.
+        own_goal_check: Whether Nav2's own goal checker says when the goal is reached; False: the env's does.
+    """
+
+    environment: EnvConfig = EnvConfig()
+    navigation: NavigationParams
+    own_goal_check: bool = True
+
+    @field_validator("navigation", mode="before")
+    @classmethod
+    def _load(cls, value: Any) -> Any:
+        return load_navigation(value) if isinstance(value, str) else value
+
+    @property
+    def time_limit(self) -> float:
+        """Simulated seconds after which a run is a timeout."""
+        return self.environment.time_limit
+
+
+def load_navigation(name: str) -> NavigationParams:
+    """Load a preset by name, or a user's ``nav2_params.yaml``."""
+    return load_preset(name) if name in PRESETS else read_nav2_params(name).navigation
+
+
+def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controller:
+    """Make the controller that ``spec`` names, with the navigation of ``settings``.
+
+    Raises:
+        ConfigError: If there is no such controller, parameter or model file.
+    """
+    params: dict[str, Any] = dict(spec.params)
+    return make_controller(spec.registered_name, navigation=settings.navigation, label=spec.name, **params)
+
+
+def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) -> None:
+    """Make every controller once, so that what cannot drive is said before anything is driven.
+
+    Raises:
+        ConfigError: Naming the first that cannot be made, or that would not fit the world's rate of control.
+    """
+    for spec in specs:
+        controller = build_controller(spec, settings)
+        if isinstance(controller, Navigator):
+            controller.check_frequency(1.0 / settings.environment.control_hz)
+
+
+def drive(job: Job) -> Episode:
+    """Drive a job and return the whole recorded run."""
+    if not isinstance(job.settings, DriveSettings):
+        raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
+    controller = build_controller(job.controller, job.settings)
+    env = environment_for(job.settings.environment, controller, own_goal_check=job.settings.own_goal_check)
+    return run_episode(
+        env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed
+    )
+
+
+def run_job(job: Job) -> RunResult:
+    """Drive a job and keep its measures; wall-clock values stand apart from what a seed repeats."""
+    return result_of(drive(job))
+
+
+def result_of(episode: Episode) -> RunResult:
+    """Measure a recorded run."""
+    metrics = measure(episode)
+    steps = max(1, len(episode.commands))
+    return RunResult(
+        outcome=episode.outcome,
+        time_s=episode.time,
+        path_length_m=metrics.pop("path_length"),
+        reason=episode.reason,
+        metrics=metrics,
+        timings={"controller_ms": 1000 * episode.controller_seconds / steps},
+        seed=episode.seed,
+    )

@@ -1,0 +1,50 @@
+"""Plain files: what every other room reads and writes.
+
+In: rows, documents, arrays, and the path of a file or directory. Out: files that are whole at any moment, and what was
+read from one, checked; an error of one line where it is not what it should be.
+"""
+
+from __future__ import annotations
+
+from evolution.files.directories import DirectoryKind, differences
+from evolution.files.documents import Document, Versions, check, check_rows
+from evolution.files.plain import (
+    Row,
+    WriteError,
+    append_line,
+    csv_of,
+    make_directory,
+    npz_of,
+    read_csv,
+    read_json,
+    read_json_lines,
+    read_npz,
+    write_bytes,
+    write_json,
+    write_text,
+)
+from evolution.files.versions import PACKAGE_VERSION, written_elsewhere
+
+__all__ = [
+    "PACKAGE_VERSION",
+    "DirectoryKind",
+    "Document",
+    "Row",
+    "Versions",
+    "WriteError",
+    "append_line",
+    "check",
+    "check_rows",
+    "csv_of",
+    "differences",
+    "make_directory",
+    "npz_of",
+    "read_csv",
+    "read_json",
+    "read_json_lines",
+    "read_npz",
+    "write_bytes",
+    "write_json",
+    "write_text",
+    "written_elsewhere",
+]

@@ -1,0 +1,107 @@
+"""Directories of results: how one of a kind is begun, known and opened, and when it may be continued."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evolution.files.plain import make_directory, read_json, write_json
+from evolution.files.versions import refuse_version, versions
+from gym_mapbench.errors import ConfigError, RunError
+
+
+@dataclass(frozen=True)
+class DirectoryKind:
+    """A kind of directory, known by the JSON file that says what it was begun with.
+
+    Args:
+        what: What it holds, in a word.
+        mark: Name of that file.
+        format_version: Version of its format.
+    """
+
+    what: str
+    mark: str
+    format_version: int
+
+    @property
+    def format(self) -> str:
+        """Name of its format."""
+        return f"mapbench-{self.what}"
+
+    def holds(self, path: str | Path) -> bool:
+        """Whether a path is a directory of this kind."""
+        return (Path(path) / self.mark).is_file()
+
+    def create(self, path: Path, document: Mapping[str, Any]) -> dict[str, Any]:
+        """Begin a directory.
+
+        Args:
+            path: Where; a new or an empty directory.
+            document: What it is begun with, JSON-able.
+
+        Returns:
+            What its file says: the document, and the versions it is begun with.
+
+        Raises:
+            ConfigError: If there is anything there already; nothing is changed.
+            RunError: If it cannot be made.
+        """
+        _refuse_used(path, self.mark, self.what)
+        config = {"format": self.format, "format_version": self.format_version, **versions(), **document}
+        make_directory(path)
+        write_json(path / self.mark, config)
+        return config
+
+    def open(self, path: Path) -> dict[str, Any]:
+        """Read what a directory was begun with.
+
+        Raises:
+            RunError: If it is not of this kind, or of another format.
+        """
+        if not self.holds(path):
+            raise RunError(f"{path}: not a {self.what} directory (no {self.mark})")
+        config = read_json(path / self.mark)
+        if config.get("format") != self.format or config.get("format_version") != self.format_version:
+            found = f"{config.get('format')} {config.get('format_version')}"
+            raise RunError(f"{path / self.mark}: expected {self.format} {self.format_version}, got {found}")
+        return config
+
+    def check_same(self, path: Path, config: Mapping[str, Any], was: object, wanted: object) -> None:
+        """Refuse to go on with anything but what a directory was begun with.
+
+        Args:
+            path: The directory.
+            config: What its file says.
+            was: What it was begun with.
+            wanted: What it is to go on with.
+
+        Raises:
+            ConfigError: If an option differs, naming it.
+            RunError: If another version of this package wrote the directory.
+        """
+        refuse_version(config, path)
+        for name, before, now in differences(was, json.loads(json.dumps(wanted))):
+            raise ConfigError(f"{path}: {name} was {before!r} when the {self.what} began, got {now!r}")
+
+
+def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, Any]]:
+    """Name every leaf in which two JSON documents differ, with its two values."""
+    if isinstance(was, dict) and isinstance(now, dict):
+        for key in {**was, **now}:
+            yield from differences(was.get(key), now.get(key), f"{name}.{key}" if name else key)
+    elif was != now:
+        yield name, was, now
+
+
+def _refuse_used(path: Path, mark: str, what: str) -> None:
+    """Refuse a path that holds something; hidden files (half-written ones among them) do not count."""
+    if path.exists() and not path.is_dir():
+        raise ConfigError(f"{path}: expected a new directory, got a file")
+    if (path / mark).exists():
+        raise ConfigError(f"{path}: already holds a {what}; continue it with --resume, or choose another directory")
+    if path.is_dir() and any(not entry.name.startswith(".") for entry in path.iterdir()):
+        raise ConfigError(f"{path}: expected a new or empty directory, got one that holds other files")

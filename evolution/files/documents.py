@@ -1,0 +1,58 @@
+"""What a file must hold: documents and tables, described by models and checked where they are read.
+
+Only what is used is asked for; more may stand beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from evolution.files.plain import Row
+from gym_mapbench.errors import RunError
+
+
+class Document(BaseModel):
+    """A JSON document, or a line of a table; a number is a number and not a text."""
+
+    model_config = ConfigDict(strict=True, frozen=True)
+
+
+class Versions(Document):
+    """The versions that every ``config.json`` and ``study.json`` names."""
+
+    version: str
+    libraries: dict[str, str]
+
+
+def check(model: type[Document], document: object, where: str | Path) -> None:
+    """Refuse a document that is not as ``model`` says.
+
+    Args:
+        model: What it must hold.
+        document: What was read.
+        where: Its file, or a part of it; opens the message.
+
+    Raises:
+        RunError: Naming the first key that is missing or wrong.
+    """
+    try:
+        model.model_validate(document)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(str(part) for part in first["loc"])
+        message = first["msg"].replace("Input should", "should").split(" or instance of ")[0]
+        what = "is missing" if first["type"] == "missing" else message
+        raise RunError(f"{where}: {key}: {what}" if key else f"{where}: {what}") from None
+
+
+def check_rows(model: type[Document], rows: Sequence[Row], path: Path) -> None:
+    """Refuse a table with a line that is not as ``model`` says.
+
+    Raises:
+        RunError: Naming the first such line, counted without the heading.
+    """
+    for number, row in enumerate(rows, start=1):
+        check(model, row, f"{path}: line {number}")

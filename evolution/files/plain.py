@@ -1,0 +1,174 @@
+"""Plain files that are whole at any moment: text, JSON, CSV and arrays, written beside their place and renamed."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import re
+import zipfile
+import zlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gym_mapbench.errors import RunError
+from gym_mapbench.gridmap import GridMap
+
+Row = dict[str, Any]
+"""A line of a table, by column."""
+
+
+class WriteError(RunError):
+    """A file or directory that cannot be written: a disk that is full or closed to us."""
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file in one step: it is either as before or complete.
+
+    Raises:
+        WriteError: If it cannot be written.
+    """
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        partial.write_bytes(content)
+        os.replace(partial, path)
+    except OSError as error:
+        raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def append_line(path: Path, text: str) -> None:
+    """Add a line to a text file.
+
+    Raises:
+        WriteError: If it cannot be written.
+    """
+    try:
+        with path.open("a", encoding="utf-8") as file:
+            file.write(text + "\n")
+    except OSError as error:
+        raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file in one step."""
+    write_bytes(path, text.encode())
+
+
+def write_json(path: Path, document: Mapping[str, Any]) -> None:
+    """Write a JSON file in one step."""
+    write_text(path, json.dumps(document, indent=1) + "\n")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a JSON object.
+
+    Raises:
+        RunError: If it is missing or something else.
+    """
+    try:
+        document = json.loads(_read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise _unreadable(path, error) from None
+    if not isinstance(document, dict):
+        raise RunError(f"{path}: expected a JSON object, got {type(document).__name__}")
+    return document
+
+
+def csv_of(rows: Sequence[Row]) -> str:
+    """Return a table as CSV text; columns in order of their first use, empty where a row has none."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+TEXT_COLUMN = re.compile(r"map(_\d+|_set)?|best_map_set|controller|outcome|reason")
+
+
+def read_csv(path: Path) -> list[Row]:
+    """Read what :func:`csv_of` wrote: numbers as numbers, None where empty.
+
+    Raises:
+        RunError: If the file is missing or holds something else.
+    """
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            return [{name: _parse(name, text) for name, text in row.items()} for row in csv.DictReader(file)]
+    except (OSError, ValueError, TypeError, csv.Error) as error:
+        raise _unreadable(path, error) from None
+
+
+def npz_of(maps: Mapping[str, GridMap]) -> bytes:
+    """Return maps as the bytes of a compressed ``.npz`` file; equal maps give equal bytes."""
+    content = io.BytesIO()
+    np.savez_compressed(content, allow_pickle=False, **{digest: grid.occupancy for digest, grid in maps.items()})
+    return content.getvalue()
+
+
+def read_npz(path: Path, resolution: float) -> dict[str, GridMap]:
+    """Read what :func:`npz_of` returned.
+
+    Args:
+        path: The file.
+        resolution: Side of a cell, m.
+
+    Raises:
+        RunError: If it is missing or holds something else.
+    """
+    try:
+        with np.load(io.BytesIO(path.read_bytes())) as arrays:
+            return {digest: GridMap(arrays[digest], resolution) for digest in arrays.files}
+    except (OSError, ValueError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
+        raise _unreadable(path, error) from None
+
+
+def _parse(column: str, text: str) -> Any:
+    if TEXT_COLUMN.fullmatch(column):
+        return text
+    if text == "":
+        return None
+    return int(text) if re.fullmatch(r"-?\d+", text) else float(text)
+
+
+def read_json_lines(path: Path) -> list[Row]:
+    """Read a JSON lines file up to a line that was not written to its end; nothing if there is no file.
+
+    Raises:
+        RunError: If it is not a text file.
+    """
+    rows: list[Row] = []
+    for line in _read_text(path).splitlines() if path.is_file() else []:
+        try:
+            rows.append(json.loads(line))
+        except ValueError:
+            break
+    return rows
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from None
+
+
+def _unreadable(path: Path, error: Exception) -> RunError:
+    return RunError(f"{path}: cannot be read ({' '.join(str(error).split())[:120]})")
+
+
+def make_directory(path: Path) -> None:
+    """Make a directory and those above it.
+
+    Raises:
+        WriteError: If it cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WriteError(f"{path}: cannot be made ({error.strerror})") from None

@@ -1,0 +1,43 @@
+"""The versions that results depend on: which they are here, and what a file written elsewhere says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from gym_mapbench.errors import RunError
+
+PACKAGE_VERSION = version("gym-mapbench")
+LIBRARIES = ("numpy", "scipy", "numba", "Box2D", "gymnasium", "pymoo")
+
+
+def versions() -> dict[str, Any]:
+    """Return the versions of this package and of the libraries that results depend on."""
+    return {"version": PACKAGE_VERSION, "libraries": {name: version(name) for name in LIBRARIES}}
+
+
+def refuse_version(config: Mapping[str, Any], path: Path) -> None:
+    """Refuse to go on with what another version of this package began.
+
+    Raises:
+        RunError: If one did.
+    """
+    came = config.get("version")
+    if came != PACKAGE_VERSION:
+        raise RunError(f"{path}: written by version {came}; version {PACKAGE_VERSION} cannot continue it")
+
+
+def written_elsewhere(config: Mapping[str, Any]) -> list[str]:
+    """Say which versions wrote something, where they are not those that read it; one line, or none.
+
+    Args:
+        config: ``config.json`` or ``study.json``.
+    """
+    theirs, here = [{"mapbench": one["version"], **one["libraries"]} for one in (config, versions())]
+    other = [name for name in here if theirs.get(name) != here[name]]
+    if not other:
+        return []
+    was = ", ".join(f"{name} {theirs.get(name, 'unknown')}" for name in other)
+    return [f"written by {was}; read and replayed by {', '.join(f'{name} {here[name]}' for name in other)}"]

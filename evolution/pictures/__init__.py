@@ -1,0 +1,46 @@
+"""Pictures: figures and films from what was driven.
+
+In: recorded episodes and the tables of a run. Out: Matplotlib figures, PNG, SVG, GIF and MP4 files; equal data give
+equal bytes.
+"""
+
+from __future__ import annotations
+
+from evolution.pictures.animation import check_display, check_film, save_animation, show_animation
+from evolution.pictures.plots import (
+    box_figure,
+    colour_of,
+    critical_difference_figure,
+    curse_figure,
+    save_figure,
+    spread_figure,
+    times_figure,
+)
+from evolution.pictures.run_figures import (
+    FIGURES,
+    DrivenMap,
+    best_maps_figure,
+    drive_best,
+    solved_lorenz_figure,
+    write_run_figures,
+)
+
+__all__ = [
+    "FIGURES",
+    "DrivenMap",
+    "best_maps_figure",
+    "box_figure",
+    "check_display",
+    "check_film",
+    "colour_of",
+    "critical_difference_figure",
+    "curse_figure",
+    "drive_best",
+    "save_animation",
+    "save_figure",
+    "show_animation",
+    "solved_lorenz_figure",
+    "spread_figure",
+    "times_figure",
+    "write_run_figures",
+]

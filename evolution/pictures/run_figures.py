@@ -1,0 +1,106 @@
+"""The figures of one run directory: which are drawn, from what, and where they go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from evolution.driving import Job, drive
+from evolution.pictures.plots import convergence_figure, lorenz_figure, map_set_figure, save_figure, times_figure
+from evolution.runs import LoadedRun
+from evolution.search import Experiment, experiment_of
+from gym_mapbench.episode import Episode
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FIGURES = "figures"
+
+
+@dataclass(frozen=True)
+class DrivenMap:
+    """One map of the best set, driven again exactly as the search saw it.
+
+    Args:
+        name: Name of the map.
+        reading: What the fitness read on it, in words.
+        episodes: First repeat of every controller.
+    """
+
+    name: str
+    reading: str
+    episodes: tuple[Episode, ...]
+
+
+def drive_best(
+    run: LoadedRun,
+    read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of,
+    drive: Callable[[Job], Episode] = drive,
+) -> list[DrivenMap]:
+    """Drive the best map set again with the seeds of the search: the same trajectories, now recorded.
+
+    Runs that ended in an ``error`` are left out: they have no trajectory.
+
+    Args:
+        run: Whose best map set.
+        read_experiment: Builds the run's experiment from its configuration.
+        drive: Drives a job and records everything.
+    """
+    plan = read_experiment(run.config, str(run.path)).plan
+    driven = []
+    for scenario, entry in zip(run.best, run.best_results["maps"], strict=True):
+        failed = {name for name, runs in entry["runs"].items() if runs[0]["outcome"] == "error"}
+        jobs = [job for job in plan.jobs(scenario) if job.repeat == 0 and job.controller.name not in failed]
+        driven.append(DrivenMap(entry["name"], _reading(run, entry["reading"]), tuple(drive(job) for job in jobs)))
+    return driven
+
+
+def write_run_figures(run: LoadedRun, maps: Sequence[DrivenMap] | None = None) -> list[Path]:
+    """Draw convergence, best maps with trajectories, times and Lorenz curves into ``figures/``."""
+    folder = run.path / FIGURES
+    maps = drive_best(run) if maps is None else maps
+    evaluations = [row["evaluations"] for row in run.generations]
+    best = [row["best"] for row in run.generations]
+    written = save_figure(convergence_figure({"best": (evaluations, best)}), folder / "convergence")
+    if drawn := best_maps_figure(maps, run.controllers):
+        written += save_figure(drawn, folder / "best_maps")
+    written += save_figure(times_figure(_times(run), [driven.name for driven in maps]), folder / "times")
+    if drawn := solved_lorenz_figure(run.best_results["maps"]):
+        written += save_figure(drawn, folder / "lorenz")
+    return written
+
+
+def best_maps_figure(maps: Sequence[DrivenMap], controllers: Sequence[str]) -> Figure | None:
+    """Draw the maps of a set with all trajectories; None if nothing was driven."""
+    shown = [driven for driven in maps if driven.episodes]
+    titles = [f"{driven.name}: {driven.reading}" for driven in shown]
+    return map_set_figure([driven.episodes for driven in shown], titles, controllers) if shown else None
+
+
+def solved_lorenz_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
+    """Draw the Lorenz curves of the maps that have a value for every controller; None if there are none.
+
+    Args:
+        entries: Maps as in ``best_results.json``.
+    """
+    solved = [entry for entry in entries if entry["values"] is not None]
+    curves = [list(entry["values"].values()) for entry in solved]
+    return lorenz_figure(curves, [f"{entry['name']} ({entry['reading']:.3f})" for entry in solved]) if solved else None
+
+
+def _times(run: LoadedRun) -> dict[str, list[list[float]]]:
+    """Travel times of all successful runs on the best set: per controller, per map."""
+    return {
+        name: [
+            [one["time_s"] for one in entry["runs"][name] if one["outcome"] == "goal"]
+            for entry in run.best_results["maps"]
+        ]
+        for name in run.controllers
+    }
+
+
+def _reading(run: LoadedRun, value: float | None) -> str:
+    what = {"gini": "Gini", "cluster": "clusters"}[run.config["search"]["fitness"]]
+    return "not solved by all" if value is None else f"{what} {value:.3f}"

@@ -1,0 +1,247 @@
+"""The directory of one run: plain files that can be read without this package.
+
+Every file is written beside its place and then renamed, so that it is whole at any moment.
+Wall-clock values are only in ``timing.jsonl`` and in the result store; all other files are the
+same, byte by byte, whenever the same experiment is run.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evolution.files import (
+    DirectoryKind,
+    Document,
+    Row,
+    append_line,
+    check,
+    check_rows,
+    csv_of,
+    make_directory,
+    npz_of,
+    read_csv,
+    read_json,
+    read_json_lines,
+    write_bytes,
+    write_json,
+    write_text,
+)
+from evolution.runs.documents import (
+    Checkpoint,
+    GenerationRow,
+    IndividualRow,
+    RunConfig,
+    RunRow,
+    TimingRow,
+    check_driven,
+    check_results,
+)
+from evolution.runs.results import named, results_document
+from evolution.search import Evaluation, Experiment, Record
+from gym_mapbench.errors import MapBenchError, RunError
+from gym_mapbench.mapio.bundle import BEST_MAP_SET, bundle_document, read_bundle
+from gym_mapbench.mapio.tasked_map import group_scenarios
+from gym_mapbench.scenario import MapSet
+
+CONFIG, CHECKPOINT, README = "config.json", "checkpoint.json", "README.txt"
+GENERATIONS, INDIVIDUALS, RUNS = "generations.csv", "individuals.csv", "runs.csv"
+BEST_RESULTS, MAPS, TIMING, STORE = "best_results.json", "maps", "timing.jsonl", "results.sqlite"
+
+RUN = DirectoryKind("run", CONFIG, format_version=1)
+
+README_TEXT = """One run of mapbench. All lengths are m, times s, angles rad; smaller fitness is better.
+
+config.json         all options as used, and the versions they were used with
+generations.csv     one line a generation: fitness in the population after selection
+individuals.csv     one line an evaluated map set: fitness, its parts, its maps by digest
+runs.csv            one line a driven run, at its first use: map, controller, seed, outcome, measures
+maps/NNNN.npz       maps first seen in generation NNNN, by digest: boolean arrays [row, col],
+                    True where there is a wall, row 0 at the bottom (numpy.load)
+best_map_set.json   the best map set so far, as text
+best_results.json   its fitness, and every run on it
+checkpoint.json     where the search stands
+timing.jsonl        wall-clock seconds of each generation
+results.sqlite      every result by the key of its run (SQLite, table "results")
+
+All but the last two are the same whenever the same experiment is run.
+"""
+
+
+@dataclass(frozen=True)
+class RunDir:
+    """The directory of one run; made by :meth:`create` or :meth:`open`.
+
+    Args:
+        path: The directory.
+        config: What ``config.json`` says.
+    """
+
+    path: Path
+    config: Mapping[str, Any]
+
+    @classmethod
+    def create(cls, path: str | Path, experiment: Experiment) -> RunDir:
+        """Make the directory of a new run.
+
+        Raises:
+            ConfigError: If there is anything there already; nothing is changed.
+            RunError: If it cannot be made.
+        """
+        path = Path(path)
+        return cls(path, RUN.create(path, experiment.document()))
+
+    @classmethod
+    def open(cls, path: str | Path) -> RunDir:
+        """Open the directory of a run, finished or not.
+
+        Raises:
+            RunError: If it is not a run directory, of another format, or damaged.
+        """
+        path = Path(path)
+        config = RUN.open(path)
+        check(RunConfig, config, path / CONFIG)
+        return cls(path, config)
+
+    @property
+    def store_path(self) -> Path:
+        """Where this run keeps its results, unless it shares a store."""
+        return self.path / STORE
+
+    @property
+    def checkpoint(self) -> Mapping[str, Any] | None:
+        """What ``checkpoint.json`` says, None before the end of the first generation."""
+        path = self.path / CHECKPOINT
+        if not path.is_file():
+            return None
+        checkpoint = read_json(path)
+        check(Checkpoint, checkpoint, path)
+        return checkpoint
+
+    @property
+    def finished(self) -> bool:
+        """Whether the search came to its end."""
+        return bool((self.checkpoint or {}).get("finished"))
+
+    @property
+    def generation(self) -> int:
+        """Number of the last generation that is complete."""
+        return int((self.checkpoint or {"generation": 0})["generation"])
+
+    @property
+    def controllers(self) -> tuple[str, ...]:
+        """Names of the compared controllers, in order."""
+        return controllers_in(self.config)
+
+    def check_files(self) -> None:
+        """Refuse a run of which a file is missing that only some readers look into.
+
+        Raises:
+            RunError: Naming the first.
+        """
+        for name in (INDIVIDUALS, RUNS, BEST_MAP_SET):
+            if not (self.path / name).is_file():
+                raise RunError(f"{self.path / name}: is missing")
+
+    def read_generations(self) -> list[Row]:
+        """Read ``generations.csv``; raises ``RunError`` if it is missing, damaged, or ends before the checkpoint."""
+        return self._read_table(GENERATIONS, GenerationRow)
+
+    def read_individuals(self) -> list[Row]:
+        """Read ``individuals.csv``; raises ``RunError`` if it is missing, damaged, or ends before the checkpoint."""
+        return self._read_table(INDIVIDUALS, IndividualRow)
+
+    def read_runs(self, individuals: Sequence[Row]) -> list[Row]:
+        """Read ``runs.csv``.
+
+        Args:
+            individuals: ``individuals.csv``: whose maps must have been driven, up to the checkpoint.
+
+        Raises:
+            RunError: If it is missing or damaged, or a run is not there.
+        """
+        rows, search = read_csv(self.path / RUNS), self.config["search"]
+        check_rows(RunRow, rows, self.path / RUNS)
+        maps = [f"map_{number}" for number in range(1, search["maps_per_set"] + 1)]
+        wanted = [row[name] for row in individuals if row["generation"] <= self.generation for name in maps]
+        check_driven(rows, wanted, self.controllers, search["repeats"], self.path / RUNS)
+        return rows
+
+    def read_best_results(self) -> Mapping[str, Any]:
+        """Read ``best_results.json``; raises ``RunError`` if it is missing or damaged."""
+        path, search = self.path / BEST_RESULTS, self.config["search"]
+        results = read_json(path)
+        check_results(results, path, self.controllers, search["maps_per_set"], search["repeats"])
+        return results
+
+    def read_best(self, digest: str) -> MapSet:
+        """Read ``best_map_set.json``.
+
+        Args:
+            digest: Of the map set that ``best_results.json`` tells of.
+
+        Raises:
+            RunError: If it is missing, damaged, or holds another map set.
+        """
+        path = self.path / BEST_MAP_SET
+        try:
+            best = MapSet(tuple(scenario for tasked in read_bundle(path) for scenario in tasked.scenarios()))
+        except MapBenchError as error:
+            raise RunError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
+        if best.digest != digest:
+            raise RunError(f"{path}: expected the map set of {BEST_RESULTS} ({digest}), got {best.digest}")
+        return best
+
+    def read_timing(self) -> list[Row]:
+        """Read ``timing.jsonl``, if there is one, without a torn last line; raises ``RunError`` if it is damaged."""
+        rows = read_json_lines(self.path / TIMING)
+        check_rows(TimingRow, rows, self.path / TIMING)
+        return rows
+
+    def _read_table(self, name: str, model: type[Document]) -> list[Row]:
+        """Read a table that grows with every generation."""
+        rows = read_csv(self.path / name)
+        check_rows(model, rows, self.path / name)
+        last = rows[-1]["generation"] if rows else 0
+        if last < self.generation:
+            raise RunError(f"{self.path / name}: expected {self.generation} generations, got {last}")
+        return rows
+
+    def check_experiment(self, experiment: Experiment) -> None:
+        """Refuse to go on with anything but the experiment this directory was made for.
+
+        Raises:
+            ConfigError: If an option differs, naming it.
+            RunError: If another version of this package wrote the directory.
+        """
+        wanted = experiment.document()
+        RUN.check_same(self.path, self.config, {key: self.config.get(key) for key in wanted}, wanted)
+
+    def write_generation(self, record: Record, best: Evaluation, checkpoint: Mapping[str, Any]) -> None:
+        """Write everything known after a generation; the checkpoint last."""
+        generation = int(checkpoint["generation"])
+        make_directory(self.path / MAPS)
+        write_text(self.path / README, README_TEXT)
+        write_bytes(self.path / MAPS / f"{generation:04d}.npz", npz_of(record.maps))
+        write_text(self.path / GENERATIONS, csv_of(record.generations))
+        write_text(self.path / INDIVIDUALS, csv_of(record.individuals))
+        write_text(self.path / RUNS, csv_of(list(record.runs.values())))
+        write_json(self.path / BEST_MAP_SET, bundle_document(group_scenarios(named(best.map_set))))
+        write_json(self.path / BEST_RESULTS, results_document(best, record.plan.names, checkpoint["cluster_scale"]))
+        self.write_checkpoint(checkpoint)
+
+    def write_checkpoint(self, checkpoint: Mapping[str, Any]) -> None:
+        """Replace the checkpoint."""
+        write_json(self.path / CHECKPOINT, checkpoint)
+
+    def append_timing(self, row: Mapping[str, Any]) -> None:
+        """Add a line to ``timing.jsonl``."""
+        append_line(self.path / TIMING, json.dumps(row))
+
+
+def controllers_in(config: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the compared controllers in a ``config.json``, in order."""
+    return tuple(spec["name"] for spec in config["controllers"])

@@ -1,0 +1,182 @@
+"""What the files of a run must hold: the one place where what was read is checked."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field, FiniteFloat
+
+from evolution.files import Document, Row, Versions, check
+from gym_mapbench.episode import Outcome
+from gym_mapbench.errors import RunError
+
+Count = Annotated[int, Field(ge=1)]
+
+
+class ShapeOptions(Document):
+    """Of the maps: the side of a cell, m."""
+
+    resolution: Annotated[FiniteFloat, Field(gt=0)]
+
+
+class SearchOptions(Document):
+    """Options of a search that its files are read with."""
+
+    fitness: Literal["gini", "cluster"]
+    pop_size: Count
+    evaluations: Count
+    maps_per_set: Count
+    repeats: Count
+    seed: int
+    shapes: ShapeOptions
+
+
+class Named(Document):
+    """Anything with a name."""
+
+    name: str
+
+
+class RunConfig(Versions):
+    """``config.json``."""
+
+    search: SearchOptions
+    controllers: Annotated[list[Named], Field(min_length=1)]
+    run: dict[str, Any]
+
+
+class Checkpoint(Document):
+    """``checkpoint.json``."""
+
+    generation: Count
+    evaluations: Count
+    finished: bool
+    cluster_scale: FiniteFloat | None
+
+
+class RecordedRun(Document):
+    """One run among the results of a map set: the fields of a :class:`~evolution.driving.jobs.RunResult`."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    seed: int
+    outcome: Outcome
+    time_s: FiniteFloat
+    path_length_m: FiniteFloat
+    reason: str
+    attempts: int
+    metrics: dict[str, float]
+
+
+class MapEntry(Document):
+    """One map among the results of a map set."""
+
+    name: str
+    map: str
+    reading: FiniteFloat | None
+    values: dict[str, FiniteFloat] | None
+    runs: dict[str, list[RecordedRun]]
+
+
+class MapSetResults(Document):
+    """``best_results.json``, and every re-evaluation."""
+
+    map_set: str
+    fitness: FiniteFloat
+    success_rate: FiniteFloat
+    cluster_scale: FiniteFloat | None
+    maps: list[MapEntry]
+
+
+class GenerationRow(Document):
+    """A line of ``generations.csv``."""
+
+    generation: int
+    evaluations: int
+    best: float
+    mean: float
+    std: float
+    mean_success_rate: float
+
+
+class IndividualRow(Document):
+    """A line of ``individuals.csv``; it also has ``map_1``, ``map_2``..."""
+
+    generation: int
+    fitness: float
+    map_set: str
+    map_1: str
+
+
+class RunRow(Document):
+    """A line of ``runs.csv``; it also has measures."""
+
+    generation: int
+    map: str
+    controller: str
+    seed: int
+    outcome: Outcome
+    time_s: float
+    path_length_m: float
+    reason: str
+    attempts: int
+
+
+class TimingRow(Document):
+    """A line of ``timing.jsonl``."""
+
+    seconds: float
+    driven: int
+
+
+def check_driven(
+    rows: Sequence[Row], maps: Collection[str], controllers: Collection[str], repeats: int, path: Path
+) -> None:
+    """Refuse a table of runs in which one is not there.
+
+    Args:
+        rows: Its lines.
+        maps: Digests of maps that must be there; others that are there must be complete too.
+        controllers: Names of those that drove.
+        repeats: Runs of each controller on each map.
+        path: Its file.
+
+    Raises:
+        RunError: Naming the first map and controller that has too few.
+    """
+    driven = Counter((row["map"], row["controller"]) for row in rows)
+    for digest in dict.fromkeys([*maps, *(row["map"] for row in rows)]):
+        for name in controllers:
+            if (came := driven[digest, name]) != repeats:
+                raise RunError(f"{path}: expected {repeats} runs of {name} on map {digest}, got {came}")
+
+
+def check_results(
+    document: Mapping[str, Any], path: Path, controllers: Collection[str], maps: int, repeats: int
+) -> None:
+    """Refuse results of a map set that are not whole.
+
+    Args:
+        document: What was read.
+        path: From where.
+        controllers: Names of those that drove.
+        maps: Number of maps.
+        repeats: Runs of each controller on each map.
+
+    Raises:
+        RunError: Naming the first thing that is missing or wrong.
+    """
+    check(MapSetResults, document, path)
+    if len(document["maps"]) != maps:
+        raise RunError(f"{path}: expected results of {maps} maps, got {len(document['maps'])}")
+    for entry in document["maps"]:
+        for what in ("runs", "values"):
+            if entry[what] is not None and set(entry[what]) != set(controllers):
+                came = ", ".join(entry[what]) or "none"
+                raise RunError(f"{path}: {entry['name']}: {what}: expected {', '.join(controllers)}, got {came}")
+        for name, runs in entry["runs"].items():
+            if len(runs) != repeats:
+                raise RunError(f"{path}: {entry['name']}: expected {repeats} runs of {name}, got {len(runs)}")

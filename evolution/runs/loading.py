@@ -1,0 +1,117 @@
+"""A recorded run, read back whole, and the results of all maps it drove."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from evolution.driving import RunResult
+from evolution.files import Row, read_npz
+from evolution.runs.directory import MAPS, RunDir, controllers_in
+from evolution.search import RESULT_FIELDS, MapResults
+from gym_mapbench.errors import RunError
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.scenario import MapSet
+
+NOT_METRICS = frozenset({"generation", "map", "controller", "repeat", "seed", "noise_seed", *RESULT_FIELDS})
+
+
+@dataclass(frozen=True)
+class LoadedRun:
+    """A run read back, as far as it has come; tables are lists of rows with numbers as numbers.
+
+    Args:
+        path: Its directory.
+        config: ``config.json``.
+        checkpoint: ``checkpoint.json``.
+        generations: ``generations.csv``.
+        individuals: ``individuals.csv``.
+        runs: ``runs.csv``.
+        best: The best map set.
+        best_results: ``best_results.json``.
+        timing: ``timing.jsonl``; a torn last line is left out.
+    """
+
+    path: Path
+    config: Mapping[str, Any]
+    checkpoint: Mapping[str, Any]
+    generations: list[Row]
+    individuals: list[Row]
+    runs: list[Row]
+    best: MapSet
+    best_results: Mapping[str, Any]
+    timing: list[Row]
+
+    @property
+    def finished(self) -> bool:
+        """Whether the search came to its end."""
+        return bool(self.checkpoint["finished"])
+
+    @property
+    def controllers(self) -> tuple[str, ...]:
+        """Names of the compared controllers, in order."""
+        return controllers_in(self.config)
+
+    @cached_property
+    def maps(self) -> Mapping[str, GridMap]:
+        """All maps that were driven, by digest; read when first asked for.
+
+        Raises:
+            RunError: If a file is damaged, or a map is missing.
+        """
+        resolution = float(self.config["search"]["shapes"]["resolution"])
+        found: dict[str, GridMap] = {}
+        for path in sorted((self.path / MAPS).glob("*.npz")):
+            found |= read_npz(path, resolution)
+        if missing := {row["map"] for row in self.runs} - set(found):
+            raise RunError(f"{self.path / MAPS}: {len(missing)} of the driven maps are missing")
+        return found
+
+
+def load_run(path: str | Path) -> LoadedRun:
+    """Read the directory of a run; an unfinished one as far as it has come.
+
+    Raises:
+        RunError: If it is not a run directory, has no finished generation, or a file of it is missing or damaged.
+    """
+    rundir = RunDir.open(path)
+    checkpoint = rundir.checkpoint
+    if checkpoint is None:
+        raise RunError(f"{path}: no generation was finished; continue it with --resume")
+    individuals = rundir.read_individuals()
+    best_results = rundir.read_best_results()
+    return LoadedRun(
+        rundir.path,
+        rundir.config,
+        checkpoint,
+        rundir.read_generations(),
+        individuals,
+        rundir.read_runs(individuals),
+        rundir.read_best(best_results["map_set"]),
+        best_results,
+        rundir.read_timing(),
+    )
+
+
+def driven_maps(run: LoadedRun, until: int | None = None) -> dict[str, MapResults]:
+    """Return the results of every driven map by its digest, in order of first use.
+
+    Wall-clock values are not among them: they are not recorded in a run directory.
+
+    Args:
+        run: A recorded search.
+        until: The last generation to look at; None for all.
+    """
+    found: dict[str, dict[str, list[RunResult]]] = {}
+    for row in run.runs:
+        if until is None or row["generation"] <= until:
+            found.setdefault(row["map"], {}).setdefault(row["controller"], []).append(_result(row))
+    return {digest: tuple(tuple(of_map[name]) for name in run.controllers) for digest, of_map in found.items()}
+
+
+def _result(row: Mapping[str, Any]) -> RunResult:
+    metrics = {name: float(value) for name, value in row.items() if name not in NOT_METRICS and value is not None}
+    return RunResult(**{name: row[name] for name in RESULT_FIELDS}, metrics=metrics, seed=row["seed"])

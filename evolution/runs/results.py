@@ -1,0 +1,75 @@
+"""The results of a map set: as a document, back from it, and what went wrong among them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from evolution.driving import RunResult
+from evolution.files import Row
+from evolution.search import Evaluation, MapResults, result_fields
+from gym_mapbench.scenario import MapSet
+
+
+def named(map_set: MapSet) -> MapSet:
+    """Return the same map set with its scenarios called ``map_1``, ``map_2``..."""
+    return MapSet(tuple(replace(scenario, name=f"map_{i}") for i, scenario in enumerate(map_set, start=1)))
+
+
+def results_document(evaluation: Evaluation, controllers: Sequence[str], cluster_scale: float | None) -> Row:
+    """Return the JSON-able results of a map set: its fitness, and per map and controller every run."""
+    fitness = evaluation.fitness
+    columns = zip(evaluation.map_set, fitness.readings, fitness.values, evaluation.results, strict=True)
+    return {
+        "map_set": evaluation.map_set.digest,
+        "fitness": fitness.total,
+        "success_rate": fitness.success_rate,
+        "timeouts": fitness.timeouts,
+        "pattern": fitness.pattern,
+        "cluster_scale": cluster_scale,
+        "maps": [
+            {
+                "name": f"map_{number}",
+                "map": scenario.map.digest,
+                "reading": reading,
+                "values": None if values is None else dict(zip(controllers, values, strict=True)),
+                "runs": _runs_of_map(of_map, controllers),
+            }
+            for number, (scenario, reading, values, of_map) in enumerate(columns, start=1)
+        ],
+    }
+
+
+def _runs_of_map(of_map: Sequence[Sequence[RunResult]], controllers: Sequence[str]) -> Mapping[str, list[Row]]:
+    return {
+        name: [{"seed": result.seed, **result_fields(result), "metrics": dict(result.metrics)} for result in results]
+        for name, results in zip(controllers, of_map, strict=True)
+    }
+
+
+def results_in(document: Mapping[str, Any], controllers: tuple[str, ...]) -> tuple[MapResults, ...]:
+    """Return the results in what :func:`results_document` made and was checked, map by map."""
+    return tuple(
+        tuple(tuple(RunResult(**one) for one in entry["runs"][name]) for name in controllers)
+        for entry in document["maps"]
+    )
+
+
+def errors_in(results: Sequence[MapResults], controllers: Sequence[str], when: str) -> list[str]:
+    """Say how many runs on a map set could not be driven to an end, and why the first of them; one line, or none.
+
+    Args:
+        results: Of its maps.
+        controllers: Names of those that drove, in order.
+        when: When it was driven, in words.
+    """
+    runs = [(name, one) for of_map in results for name, some in zip(controllers, of_map, strict=True) for one in some]
+    failed = [(name, one) for name, one in runs if one.outcome == "error"]
+    if not failed:
+        return []
+    name, first = failed[0]
+    return [
+        f"{len(failed)} of {len(runs)} runs on the best set {when} ended in an error, the first of {name}: "
+        f"{first.reason or 'no reason given'}"
+    ]

@@ -1,0 +1,55 @@
+"""Search: from an experiment to the best map set found.
+
+In: an :class:`Experiment` (options, controllers, world) and an evaluator that drives map sets. Out: an
+:class:`EvolveResult`, and every generation to a :class:`Recorder`, if there is one.
+"""
+
+from __future__ import annotations
+
+from evolution.search.exact import MAX_MAPS, MapResults, best_set
+from evolution.search.experiments import (
+    DEFAULT_CONTROLLERS,
+    SECTIONS,
+    controllers_from,
+    experiment_of,
+    load_preset,
+    preset_names,
+    read_document,
+)
+from evolution.search.fitness import NO_PATTERN, Fitness, FitnessBreakdown, calibrate_scale, gini
+from evolution.search.loop import EvolveResult, Progress, Recorder, evolve
+from evolution.search.operators.sampling import scenario_on
+from evolution.search.problem import Evaluation
+from evolution.search.record import RESULT_FIELDS, Record, result_fields
+from evolution.search.settings import METRIC_NAMES, EvolveSettings, Experiment, MutationSettings
+
+__all__ = [
+    "DEFAULT_CONTROLLERS",
+    "MAX_MAPS",
+    "METRIC_NAMES",
+    "NO_PATTERN",
+    "RESULT_FIELDS",
+    "SECTIONS",
+    "Evaluation",
+    "EvolveResult",
+    "EvolveSettings",
+    "Experiment",
+    "Fitness",
+    "FitnessBreakdown",
+    "MapResults",
+    "MutationSettings",
+    "Progress",
+    "Record",
+    "Recorder",
+    "best_set",
+    "calibrate_scale",
+    "controllers_from",
+    "evolve",
+    "experiment_of",
+    "gini",
+    "load_preset",
+    "preset_names",
+    "read_document",
+    "result_fields",
+    "scenario_on",
+]

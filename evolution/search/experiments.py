@@ -1,0 +1,80 @@
+"""Experiments from files: presets that come with the package, a user's YAML, and recorded runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from evolution.driving import ControllerSpec, DriveSettings
+from evolution.search.settings import Experiment
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.settings import read_yaml
+
+SECTIONS = ("search", "controllers", "run")
+DEFAULT_CONTROLLERS = ("dwb", "mppi", "rpp")
+
+
+def preset_names() -> tuple[str, ...]:
+    """Names of the presets that come with the package."""
+    folder = resources.files("evolution.search").joinpath("presets")
+    return tuple(sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml")))
+
+
+def load_preset(name: str) -> dict[str, Any]:
+    """Return the document of a preset.
+
+    Raises:
+        ConfigError: If there is no such preset.
+    """
+    if name not in preset_names():
+        raise unknown_name("preset", name, preset_names())
+    with resources.as_file(resources.files("evolution.search").joinpath("presets", f"{name}.yaml")) as path:
+        return read_document(path)
+
+
+def read_document(path: str | Path) -> dict[str, Any]:
+    """Read an experiment's YAML: sections ``search``, ``controllers``, ``run``, each of them optional.
+
+    Raises:
+        ConfigError: If the file or a section cannot be used.
+    """
+    document = read_yaml(path)
+    if not isinstance(document, Mapping):
+        raise ConfigError(f"{path}: expected the sections {', '.join(SECTIONS)}, got {type(document).__name__}")
+    for name in document:
+        if name not in SECTIONS:
+            raise ConfigError(f"{path}: {unknown_name('section', name, SECTIONS)}")
+    return dict(document)
+
+
+def experiment_of(document: Mapping[str, Any], where: str = "experiment") -> Experiment:
+    """Build an experiment from a document, as in a file or as :meth:`Experiment.document` returns it.
+
+    Raises:
+        ConfigError: Naming the section and key that cannot be used.
+    """
+    controllers = [spec.model_dump() for spec in controllers_from(document.get("controllers", DEFAULT_CONTROLLERS))]
+    whole = {
+        "search": document.get("search", {}),
+        "controllers": controllers,
+        "run": {"navigation": "thesis", **document.get("run", {})},
+    }
+    return Experiment.from_document(whole, DriveSettings, where)
+
+
+def controllers_from(entries: object) -> tuple[ControllerSpec, ...]:
+    """Read a list of controllers: names, ``name=kind``, or mappings with ``name``, ``kind``, ``params``."""
+    if not isinstance(entries, list | tuple):
+        raise ConfigError(f"controllers: expected a list of names or mappings, got {type(entries).__name__}")
+    return tuple(_controller(entry) for entry in entries)
+
+
+def _controller(entry: object) -> ControllerSpec:
+    if isinstance(entry, str):
+        name, assigned, kind = (part.strip() for part in entry.partition("="))
+        if not name or (assigned and not kind):
+            raise ConfigError(f"controllers: expected NAME or NAME=KIND, got {entry!r}")
+        return ControllerSpec(name=name, kind=kind)
+    return ControllerSpec.from_mapping(entry, "controllers")

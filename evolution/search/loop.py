@@ -1,0 +1,243 @@
+"""evolve(): ask, evaluate, tell, record, checkpoint; generation by generation.
+
+A search is a function of its experiment and of the results of its runs. So a run that was
+interrupted, by whatever, is continued by *replaying* it: the finished runs come from the store,
+in a fraction of a second a generation, and the checkpoint says what the replay must arrive at.
+Nothing is unpickled, and results that were driven after the last checkpoint are not lost.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from pymoo.algorithms.soo.nonconvex.ga import GA
+
+from evolution.driving import Evaluator, OnRun
+from evolution.files import Row
+from evolution.search.fitness import Fitness
+from evolution.search.operators.sampling import DrawMap
+from evolution.search.problem import Evaluation, MapSetProblem, ask, make_algorithm
+from evolution.search.record import Record, best_of
+from evolution.search.settings import Experiment
+from gym_mapbench.errors import RunError
+from gym_mapbench.generator import sample_map
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What :func:`evolve` reports after each generation.
+
+    Args:
+        row: The generation's line of ``generations.csv``.
+        best: The best map set so far.
+        driven: Runs driven in this generation.
+        reused: Runs answered by the store.
+        seconds: Wall-clock seconds of the generation.
+        evaluate_seconds: Those of them spent on driving.
+        replayed: Whether a resumed run went through this generation again.
+    """
+
+    row: Row
+    best: Evaluation
+    driven: int
+    reused: int
+    seconds: float
+    evaluate_seconds: float
+    replayed: bool
+
+
+class Recorder(Protocol):
+    """Keeps a search, so that it can be read and continued; a run directory is one."""
+
+    @property
+    def path(self) -> Path:
+        """Where; opens error messages."""
+        ...
+
+    @property
+    def checkpoint(self) -> Mapping[str, Any] | None:
+        """What was written last; None for a search that only begins."""
+        ...
+
+    def check_experiment(self, experiment: Experiment) -> None:
+        """Raise ``ConfigError`` if another experiment was begun here."""
+        ...
+
+    def write_generation(self, record: Record, best: Evaluation, checkpoint: Mapping[str, Any]) -> None:
+        """Write everything known after a generation."""
+        ...
+
+    def write_checkpoint(self, checkpoint: Mapping[str, Any]) -> None:
+        """Replace the checkpoint."""
+        ...
+
+    def append_timing(self, row: Mapping[str, Any]) -> None:
+        """Add the wall-clock seconds of a generation."""
+        ...
+
+
+@dataclass(frozen=True)
+class EvolveResult:
+    """Where a search ended.
+
+    Args:
+        best: The best map set, its results and its fitness.
+        population: The last population, as selection left it.
+        fitness: The fitness as used, with its cluster scale.
+        record: All generations, individuals and runs.
+    """
+
+    best: Evaluation
+    population: tuple[Evaluation, ...]
+    fitness: Fitness
+    record: Record
+
+
+def evolve(
+    experiment: Experiment,
+    evaluator: Evaluator,
+    recorder: Recorder | None = None,
+    *,
+    on_generation: Callable[[Progress], None] | None = None,
+    on_run: OnRun | None = None,
+    fitness: Fitness | None = None,
+    draw_map: DrawMap = sample_map,
+) -> EvolveResult:
+    """Search for the best map set.
+
+    Args:
+        experiment: Options of the search, controllers, world.
+        evaluator: Drives the runs.
+        recorder: Where to record; a run that was begun there is continued. Nowhere if None.
+        on_generation: Called after each generation.
+        on_run: Called after each driven run (see :meth:`Evaluator.run`).
+        fitness: Judges map sets; the one that ``experiment`` names if None.
+        draw_map: How sampling draws one map.
+
+    Raises:
+        ConfigError: If ``recorder`` was made for another experiment.
+        RunError: If the cluster scale cannot be calibrated, no worker starts, or a replay goes astray.
+    """
+    search = _Search(experiment, evaluator, recorder, on_run, fitness, draw_map)
+    while search.step(on_generation):
+        pass
+    return search.result()
+
+
+class _Search:
+    """A running search and its record."""
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        evaluator: Evaluator,
+        recorder: Recorder | None,
+        on_run: OnRun | None,
+        fitness: Fitness | None,
+        draw_map: DrawMap,
+    ) -> None:
+        if recorder is not None:
+            recorder.check_experiment(experiment)
+        plan = experiment.plan
+        self.settings = experiment.search
+        self.evaluator = evaluator
+        self.recorder = recorder
+        self.expected = None if recorder is None else recorder.checkpoint
+        self.problem = MapSetProblem(
+            lambda map_sets: evaluator.evaluate(map_sets, plan, on_run),
+            fitness or Fitness.of(experiment.search, experiment.run.time_limit),
+        )
+        self.rng = np.random.default_rng(experiment.search.seed)
+        self.algorithm: GA = make_algorithm(experiment.search, self.problem, self.rng, draw_map)
+        self.record = Record(plan)
+        self.generation = 0
+
+    def step(self, on_generation: Callable[[Progress], None] | None) -> bool:
+        """Go through one generation; False if there is nothing left to do."""
+        began, driven, reused = time.perf_counter(), self.evaluator.driven, self.evaluator.reused
+        if not self.algorithm.has_next() or (offspring := ask(self.algorithm, self.settings.evaluations)) is None:
+            self._finish()
+            return False
+        asked = time.perf_counter()
+        self.algorithm.evaluator.eval(self.problem, offspring)
+        evaluated = time.perf_counter()
+        self.algorithm.tell(infills=offspring)
+        self.generation += 1
+        self.record.add(self.generation, offspring.get("evaluation"), self.population)
+        replayed = self._save()
+        progress = Progress(
+            row=self.record.generations[-1],
+            best=best_of(self.population),
+            driven=self.evaluator.driven - driven,
+            reused=self.evaluator.reused - reused,
+            seconds=time.perf_counter() - began,
+            evaluate_seconds=evaluated - asked,
+            replayed=replayed,
+        )
+        self._note_time(progress)
+        if on_generation is not None:
+            on_generation(progress)
+        return True
+
+    def result(self) -> EvolveResult:
+        return EvolveResult(best_of(self.population), self.population, self.problem.fitness, self.record)
+
+    @property
+    def population(self) -> tuple[Evaluation, ...]:
+        return tuple(self.algorithm.pop.get("evaluation"))
+
+    def _save(self) -> bool:
+        """Write the generation, or check it against the checkpoint of the run that is replayed; True if replayed."""
+        if self.recorder is None:
+            return False
+        if self.expected is not None and self.generation <= self.expected["generation"]:
+            if self.generation == self.expected["generation"]:
+                self._check_replay(self.expected)
+            return True
+        self.recorder.write_generation(self.record, best_of(self.population), self._checkpoint(finished=False))
+        return False
+
+    def _checkpoint(self, finished: bool) -> dict[str, Any]:
+        return {
+            "generation": self.generation,
+            "evaluations": len(self.record.individuals),
+            "finished": finished,
+            "cluster_scale": self.problem.fitness.cluster_scale,
+            "best": best_of(self.population).map_set.digest,
+            "best_fitness": best_of(self.population).fitness.total,
+            "population": [one.map_set.digest for one in self.population],
+            "rng": self.rng.bit_generator.state,
+        }
+
+    def _check_replay(self, expected: Mapping[str, Any]) -> None:
+        reached = self._checkpoint(finished=bool(expected["finished"]))
+        astray = [name for name in reached if reached[name] != expected.get(name)]
+        if astray:
+            where = self.recorder.path if self.recorder else ""
+            raise RunError(
+                f"{where}: generation {self.generation} cannot be repeated ({astray[0]} differs): "
+                "the code, its libraries or the result store changed since"
+            )
+
+    def _finish(self) -> None:
+        if self.recorder is not None:
+            self.recorder.write_checkpoint(self._checkpoint(finished=True))
+
+    def _note_time(self, progress: Progress) -> None:
+        if self.recorder is None or progress.replayed:
+            return
+        self.recorder.append_timing(
+            {
+                "generation": self.generation,
+                "seconds": progress.seconds,
+                "evaluate_seconds": progress.evaluate_seconds,
+                "driven": progress.driven,
+                "reused": progress.reused,
+                "workers": self.evaluator.workers,
+            }
+        )

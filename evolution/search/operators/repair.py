@@ -1,0 +1,35 @@
+"""Repair: whatever an operator made, the border is closed and start and goal are free."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pymoo.core.repair import Repair
+
+from evolution.search.operators.sampling import Column, as_column, scenario_on
+from gym_mapbench.generator import ShapeSettings, clear_and_border
+from gym_mapbench.scenario import MapSet, Scenario
+
+
+def repair_scenario(scenario: Scenario, shapes: ShapeSettings) -> Scenario:
+    """Return the scenario itself if its map is in order, else one on the repaired map."""
+    repaired = clear_and_border(scenario.map.occupancy, shapes)
+    return scenario if np.array_equal(repaired, scenario.map.occupancy) else scenario_on(repaired, shapes)
+
+
+class MapRepair(Repair):  # type: ignore[misc]
+    """pymoo's view of :func:`repair_scenario`.
+
+    The operators here leave nothing to repair; a third party's may.
+
+    Args:
+        shapes: The world's border and cleared areas.
+    """
+
+    def __init__(self, shapes: ShapeSettings) -> None:
+        super().__init__()
+        self.shapes = shapes
+
+    def _do(self, _problem: Any, X: Column, **_: Any) -> Column:
+        return as_column([MapSet(tuple(repair_scenario(s, self.shapes) for s in map_set)) for map_set in X[:, 0]])

@@ -1,0 +1,112 @@
+"""What is written down about a search: rows of tables and documents, in an order that depends on nothing but the seed.
+
+No wall-clock values and nothing about the store or the workers: the same experiment gives the
+same records.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from evolution.driving import Job, JobPlan, RunResult
+from evolution.files import Row
+from evolution.search.problem import Evaluation
+from gym_mapbench.gridmap import GridMap
+
+
+@dataclass
+class Record:
+    """Everything recorded so far.
+
+    Args:
+        plan: Which runs a scenario needs.
+    """
+
+    plan: JobPlan
+    generations: list[Row] = field(default_factory=list)
+    individuals: list[Row] = field(default_factory=list)
+    runs: dict[str, Row] = field(default_factory=dict)
+    maps: dict[str, GridMap] = field(default_factory=dict)
+    """Maps first seen in the last generation, by digest."""
+    _known_maps: set[str] = field(default_factory=set)
+
+    def add(self, generation: int, evaluated: Sequence[Evaluation], population: Sequence[Evaluation]) -> None:
+        """Record one generation: who was evaluated, and who lives after selection."""
+        start = len(self.individuals)
+        self.individuals += [individual_row(generation, start + i, one) for i, one in enumerate(evaluated)]
+        self.generations.append(generation_row(generation, len(self.individuals), population))
+        self.maps = {scenario.map.digest: scenario.map for one in evaluated for scenario in one.map_set}
+        self.maps = {digest: grid for digest, grid in self.maps.items() if digest not in self._known_maps}
+        self._known_maps |= set(self.maps)
+        for evaluation in evaluated:
+            self._add_runs(generation, evaluation)
+
+    def _add_runs(self, generation: int, evaluation: Evaluation) -> None:
+        for scenario, of_map in zip(evaluation.map_set, evaluation.results, strict=True):
+            results = [result for of_controller in of_map for result in of_controller]
+            for job, result in zip(self.plan.jobs(scenario), results, strict=True):
+                self.runs.setdefault(job.key, run_row(generation, job, result))
+
+
+def generation_row(generation: int, evaluations: int, population: Sequence[Evaluation]) -> Row:
+    """One line of ``generations.csv``: the fitness in the population after selection; smaller is better."""
+    totals = np.array([one.fitness.total for one in population])
+    best = best_of(population)
+    return {
+        "generation": generation,
+        "evaluations": evaluations,
+        "best": best.fitness.total,
+        "mean": float(totals.mean()),
+        "median": float(np.median(totals)),
+        "std": float(totals.std()),
+        "worst": float(totals.max()),
+        "mean_success_rate": float(np.mean([one.fitness.success_rate for one in population])),
+        "best_map_set": best.map_set.digest,
+    }
+
+
+def individual_row(generation: int, individual: int, evaluation: Evaluation) -> Row:
+    """One line of ``individuals.csv``: an evaluated map set, its fitness and its parts."""
+    fitness = evaluation.fitness
+    row: Row = {
+        "generation": generation,
+        "individual": individual,
+        "map_set": evaluation.map_set.digest,
+        "fitness": fitness.total,
+        "success_rate": fitness.success_rate,
+        "timeouts": fitness.timeouts,
+        "pattern": fitness.pattern,
+    }
+    for number, (scenario, reading) in enumerate(zip(evaluation.map_set, fitness.readings, strict=True), start=1):
+        row |= {f"map_{number}": scenario.map.digest, f"reading_{number}": reading}
+    return row
+
+
+def run_row(generation: int, job: Job, result: RunResult) -> Row:
+    """One line of ``runs.csv``: a driven run, at its first use."""
+    return {
+        "generation": generation,
+        "map": job.scenario.map.digest,
+        "controller": job.controller.name,
+        "repeat": job.repeat,
+        "seed": job.seed,
+        "noise_seed": job.noise_seed,
+        **result_fields(result),
+        **{name: value for name, value in result.metrics.items() if name not in RESULT_FIELDS},
+    }
+
+
+RESULT_FIELDS = ("outcome", "time_s", "path_length_m", "reason", "attempts")
+
+
+def result_fields(result: RunResult) -> Row:
+    """Return the reproducible fields of a result but for metrics and seed."""
+    return {name: getattr(result, name) for name in RESULT_FIELDS}
+
+
+def best_of(evaluations: Sequence[Evaluation]) -> Evaluation:
+    """Return the fittest, the first of equals."""
+    return min(evaluations, key=lambda one: one.fitness.total)

@@ -1,0 +1,198 @@
+"""The options of the search, and the experiment they belong to. The defaults are the thesis'."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Protocol, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from evolution.driving import ControllerSpec, JobPlan, RunSettings, check_controllers
+from gym_mapbench.episode import Outcome
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.generator import ShapeSettings
+from gym_mapbench.metrics import METRICS
+from gym_mapbench.settings import Settings
+
+Probability = Annotated[float, Field(ge=0, le=1)]
+Weight = Annotated[float, Field(ge=0)]
+Positive = Annotated[float, Field(gt=0)]
+Count = Annotated[int, Field(ge=1)]
+
+METRIC_NAMES = ("time", *METRICS)
+"""What may be compared between controllers."""
+
+
+class MutationSettings(Settings):
+    """How mutation changes the obstacles of a map (thesis, section 4.1.5). Ranges include both ends.
+
+    Args:
+        probability: Probability that an individual is mutated (p_m); then all its maps are.
+        shapes_per_map: Fewest and most obstacles changed on each map (k).
+        move_probability: Probability that a chosen obstacle is moved.
+        scale_probability: Probability that it is enlarged or reduced.
+        remove_probability: Probability that it is deleted.
+        add_probability: Probability that it stays and a new one is drawn as in sampling.
+        move_distance: Farthest move along each axis, cells.
+        scale_factor: Smallest and largest factor of an obstacle's height and width.
+        connectivity: Neighbours of a cell that belong to the same obstacle, 4 (SciPy's default) or 8.
+    """
+
+    probability: Probability = 0.5
+    shapes_per_map: tuple[Count, Count] = (1, 3)
+    move_probability: Probability = 0.25
+    scale_probability: Probability = 0.25
+    remove_probability: Probability = 0.25
+    add_probability: Probability = 0.25
+    move_distance: Count = 15
+    scale_factor: tuple[Positive, Positive] = (0.5, 1.5)
+    connectivity: Literal[4, 8] = 4
+
+    @field_validator("shapes_per_map", "scale_factor")
+    @classmethod
+    def _ordered(cls, value: tuple[float, float]) -> tuple[float, float]:
+        if value[0] > value[1]:
+            raise ConfigError(f"expected (smallest, largest), got {value}")
+        return value
+
+    @model_validator(mode="after")
+    def _consistent(self) -> MutationSettings:
+        if not math.isclose(sum(self.probabilities), 1.0, abs_tol=1e-9):
+            raise ConfigError(f"move, scale, remove and add: expected a sum of 1, got {self.probabilities}")
+        return self
+
+    @property
+    def probabilities(self) -> tuple[float, float, float, float]:
+        """Of move, scale, remove and add, in this order."""
+        return self.move_probability, self.scale_probability, self.remove_probability, self.add_probability
+
+
+class EvolveSettings(Settings):
+    """All options of one search.
+
+    Args:
+        fitness: ``gini`` (Alg. 1 and 2) or ``cluster`` (Alg. 3 and 4).
+        algorithm: ``ga``, or ``random``: every generation is sampled anew (a baseline).
+        pop_size: Individuals in the population, and offspring a generation.
+        evaluations: Individuals evaluated in all, the first population included.
+        maps_per_set: Maps in an individual.
+        seed: Root of all randomness.
+        repeats: Runs of each controller on each map.
+        aggregate: How the repeats of a controller on a map become one value.
+        metric: Quantity compared between controllers, one of ``METRIC_NAMES``.
+        failures: What a map counts on which a controller failed: ``exclude`` (thesis: no value), ``censor``
+            (a failed run counts the time limit) or ``par2`` (twice the time limit).
+        timeout_outcomes: Outcomes that count as timeouts in Eq. 4.5.
+        base_cost: C_b of Eq. 4.5.
+        timeout_cost: C_t of Eq. 4.5.
+        pattern_weight: w_p of Eq. 4.5.
+        epsilon: Smallest difference between two Gini coefficients (Alg. 2).
+        unevenness_weight: lambda of Alg. 2.
+        cluster_scale: Scale of Alg. 3, in units of ``metric``; None: the median gap over the first population.
+        crossover: ``pool`` (the maps of both parents are shared out anew) or ``position``.
+        crossover_probability: p_c.
+        mutation: How obstacles change.
+        shapes: Size of the maps and what is drawn on them.
+    """
+
+    fitness: Literal["gini", "cluster"] = "gini"
+    algorithm: Literal["ga", "random"] = "ga"
+    pop_size: Annotated[int, Field(ge=2)] = 40
+    evaluations: Count = 600
+    maps_per_set: Count = 3
+    seed: Annotated[int, Field(ge=0)] = 0
+    repeats: Count = 1
+    aggregate: Literal["mean", "median"] = "mean"
+    metric: str = "time"
+    failures: Literal["exclude", "censor", "par2"] = "exclude"
+    timeout_outcomes: tuple[Outcome, ...] = ("timeout",)
+    base_cost: Weight = 100.0
+    timeout_cost: Weight = 10.0
+    pattern_weight: Weight = 20.0
+    epsilon: Weight = 1e-8
+    unevenness_weight: Weight = 1.0
+    cluster_scale: Positive | None = None
+    crossover: Literal["pool", "position"] = "pool"
+    crossover_probability: Probability = 1.0
+    mutation: MutationSettings = MutationSettings()
+    shapes: ShapeSettings = ShapeSettings()
+
+    @field_validator("metric")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        if value not in METRIC_NAMES:
+            raise unknown_name("metric", value, METRIC_NAMES)
+        return value
+
+    @model_validator(mode="after")
+    def _consistent(self) -> EvolveSettings:
+        if self.evaluations < self.pop_size:
+            raise ConfigError(f"evaluations: expected at least pop_size ({self.pop_size}), got {self.evaluations}")
+        if self.failures != "exclude" and self.metric != "time":
+            raise ConfigError(
+                f"failures: expected 'exclude' with metric {self.metric!r} ({self.failures} counts the time limit)"
+            )
+        return self
+
+
+class RunSettingsModel(RunSettings, Protocol):
+    """A :class:`RunSettings` type that can be read from a mapping, as every ``Settings``."""
+
+    @classmethod
+    def from_mapping(cls, values: object, where: str) -> Self:
+        """Build from a mapping (``Settings``' own method)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One search, completely: its options, the compared controllers, and the world they drive in.
+
+    Raises:
+        ConfigError: If there is no controller or a name occurs twice.
+    """
+
+    search: EvolveSettings
+    controllers: tuple[ControllerSpec, ...]
+    run: RunSettings
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "controllers", tuple(self.controllers))
+        check_controllers(self.controllers)
+
+    @classmethod
+    def from_document(cls, document: object, run_type: type[RunSettingsModel], where: str) -> Experiment:
+        """Read what :meth:`document` returned.
+
+        Args:
+            document: A mapping with (at least) ``search``, ``controllers`` and ``run``.
+            run_type: The Settings that ``run`` is read as.
+            where: Opens every error message.
+
+        Raises:
+            ConfigError: If a part is missing or does not fit.
+        """
+        if not isinstance(document, Mapping) or not {"search", "controllers", "run"} <= set(document):
+            raise ConfigError(f"{where}: expected the keys search, controllers and run")
+        if not isinstance(document["controllers"], Sequence):
+            raise ConfigError(f"{where}: controllers: expected a list, got {type(document['controllers']).__name__}")
+        return cls(
+            EvolveSettings.from_mapping(document["search"], f"{where}: search"),
+            tuple(ControllerSpec.from_mapping(spec, f"{where}: controllers") for spec in document["controllers"]),
+            run_type.from_mapping(document["run"], f"{where}: run"),
+        )
+
+    @property
+    def plan(self) -> JobPlan:
+        """Which runs a scenario needs."""
+        return JobPlan(self.controllers, self.run, self.search.seed, self.search.repeats)
+
+    def document(self) -> dict[str, Any]:
+        """Return everything as JSON-able values, under ``search``, ``controllers`` and ``run``."""
+        return {
+            "search": self.search.model_dump(mode="json"),
+            "controllers": [spec.model_dump(mode="json") for spec in self.controllers],
+            "run": self.run.model_dump(mode="json"),
+        }

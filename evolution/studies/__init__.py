@@ -1,0 +1,69 @@
+"""Studies: configurations x seeds x budget, with baselines, re-evaluation and statistics.
+
+In: :class:`StudySettings`, from a file or by the name of a study of the package. Out: a directory of runs, and
+:class:`StudyResults` with tables, tests and figures.
+
+::
+
+    from evolution.studies import load_study, run_study
+
+    results = run_study(load_study("quick"), "runs/quick", workers=2)
+    results.dataframe()                # one row a run; needs pandas
+    results.rows("reevaluation")       # one row for every run on fresh seeds, without pandas
+"""
+
+from __future__ import annotations
+
+from evolution.studies.analysis.comparisons import Comparison, StudyAnalysis, analyse
+from evolution.studies.analysis.figures import BestSet, StudyFigure, drive_best_sets, write_study_figures
+from evolution.studies.analysis.fresh import fresh_rows
+from evolution.studies.analysis.loading import load_results
+from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.analysis.tables import (
+    map_rows,
+    measure_rows,
+    pair_rows,
+    rank_rows,
+    summary_rows,
+    test_rows,
+    write_tables,
+)
+from evolution.studies.analysis.verdict import verdict_of
+from evolution.studies.directory import STUDY, StudyDir, is_study
+from evolution.studies.engine import NAV2, Engine
+from evolution.studies.running import StudyProgress, run_study
+from evolution.studies.settings import Configuration, ReevaluationSettings, StudySettings, load_study, study_names
+
+__all__ = [
+    "NAV2",
+    "STUDY",
+    "BestSet",
+    "Comparison",
+    "Configuration",
+    "Engine",
+    "ReevaluationSettings",
+    "StudyAnalysis",
+    "StudyDir",
+    "StudyFigure",
+    "StudyProgress",
+    "StudyResults",
+    "StudyRun",
+    "StudySettings",
+    "analyse",
+    "drive_best_sets",
+    "fresh_rows",
+    "is_study",
+    "load_results",
+    "load_study",
+    "map_rows",
+    "measure_rows",
+    "pair_rows",
+    "rank_rows",
+    "run_study",
+    "study_names",
+    "summary_rows",
+    "test_rows",
+    "verdict_of",
+    "write_study_figures",
+    "write_tables",
+]

@@ -1,0 +1,193 @@
+"""Which configurations of a study differ, and by how much.
+
+Only what was judged alike is compared (see :mod:`evolution.studies.analysis.judges`). Smaller fitness is better.
+Two quantities are compared: ``fitness``, as the search saw it (thesis, Table 5.2), and
+``fresh_fitness``, of the same sets on fresh seeds, which luck cannot help.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evolution.statistics import (
+    Summary,
+    TestResult,
+    critical_difference,
+    friedman,
+    kruskal_wallis,
+    pairwise_mann_whitney,
+    summarize,
+)
+from evolution.studies.analysis.judges import Groups, Judge, judges_of
+from evolution.studies.analysis.results import StudyResults, StudyRun
+
+Quantity = Literal["fitness", "fresh_fitness"]
+QUANTITIES: dict[Quantity, str] = {"fitness": "as the search saw it", "fresh_fitness": "on fresh seeds"}
+BOOTSTRAP_SEED = 0
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Configurations ranked by every seed.
+
+    Args:
+        names: The configurations.
+        seeds: Seeds that all of them were run with.
+        ranks: ``(configurations,)`` mean rank, 1 the smallest fitness.
+        critical_difference: Mean ranks at least so far apart differ (Nemenyi, 0.05).
+        test: Friedman's; None for two configurations.
+    """
+
+    names: tuple[str, ...]
+    seeds: tuple[int, ...]
+    ranks: NDArray[np.float64]
+    critical_difference: float
+    test: TestResult | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Configurations judged by one fitness, compared in one quantity.
+
+    Args:
+        judge: The fitness in words.
+        quantity: What is compared.
+        values: By configuration, one value a run; the best median first.
+        summaries: By configuration, in the same order.
+        populations: Kruskal-Wallis over each group that differs in its population only.
+        pairs: Every two configurations, the one with the better median first; p-values corrected by Holm over all.
+        by_construction: Pairs that are not tested: the first cannot be worse in any run, because it chose
+            afterwards among all that the second had driven.
+        ranking: None where fewer than two seeds are common to all.
+    """
+
+    judge: str
+    quantity: Quantity
+    values: Mapping[str, Sequence[float]]
+    summaries: Mapping[str, Summary]
+    populations: Sequence[TestResult]
+    pairs: Sequence[TestResult]
+    by_construction: Sequence[tuple[str, str]]
+    ranking: Ranking | None
+
+    @property
+    def title(self) -> str:
+        """What is compared, in words."""
+        return f"{self.judge}, {QUANTITIES[self.quantity]}"
+
+    @property
+    def order(self) -> list[str]:
+        """Configurations by median, the best first."""
+        return list(self.summaries)
+
+
+@dataclass(frozen=True)
+class StudyAnalysis:
+    """Everything that is computed about a study, once.
+
+    Args:
+        results: The study.
+        judges: Which configurations are judged alike.
+        comparisons: Of every judge as the searches saw it, then on fresh seeds where there are any.
+    """
+
+    results: StudyResults
+    judges: tuple[Judge, ...]
+    comparisons: tuple[Comparison, ...]
+
+    def of(self, judge: Judge) -> list[Comparison]:
+        """The comparisons of one judge."""
+        return [one for one in self.comparisons if one.judge == judge.name]
+
+
+def analyse(results: StudyResults) -> StudyAnalysis:
+    """Compare all configurations of a study that were judged alike, in both quantities."""
+    judges = tuple(judges_of(results))
+    return StudyAnalysis(results, judges, tuple(one for judge in judges for one in _comparisons(judge)))
+
+
+def compare(results: StudyResults) -> list[Comparison]:
+    """Return the comparisons of :func:`analyse` alone."""
+    return list(analyse(results).comparisons)
+
+
+def value_of(run: StudyRun, quantity: Quantity) -> float:
+    """One run's value of a quantity.
+
+    Raises:
+        ValueError: If it was not re-evaluated.
+    """
+    if quantity == "fitness":
+        return run.fitness
+    if run.fresh is None:
+        raise ValueError(f"{run.path}: not re-evaluated")
+    return run.fresh.fitness
+
+
+def _comparisons(judge: Judge) -> list[Comparison]:
+    found = []
+    for quantity in QUANTITIES:
+        measured = {
+            name: [run for run in runs if quantity == "fitness" or run.fresh is not None]
+            for name, runs in judge.groups.items()
+        }
+        measured = {name: runs for name, runs in measured.items() if runs}
+        if measured:
+            found.append(_comparison(judge, quantity, measured))
+    return found
+
+
+def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
+    """Summaries of all, and tests where all values are on one scale."""
+    unordered = {name: [value_of(run, quantity) for run in runs] for name, runs in groups.items()}
+    values = dict(sorted(unordered.items(), key=lambda item: float(np.median(item[1]))))
+    rng = np.random.default_rng(BOOTSTRAP_SEED)
+    nested = _nested(groups) if judge.comparable and quantity == "fitness" else []
+    pairs = [pair for pair in itertools.combinations(values, 2) if judge.comparable and pair not in nested]
+    populations = _populations(groups) if judge.comparable else []
+    return Comparison(
+        judge=judge.name,
+        quantity=quantity,
+        values=values,
+        summaries={name: summarize(one, rng) for name, one in values.items()},
+        populations=[kruskal_wallis({name: values[name] for name in names}) for names in populations],
+        pairs=pairwise_mann_whitney(values, pairs) if pairs else [],
+        by_construction=nested,
+        ranking=_ranking(groups, quantity) if judge.comparable and len(values) > 1 else None,
+    )
+
+
+def _nested(groups: Groups) -> list[tuple[str, str]]:
+    """Pairs of the exact best set of what a configuration drove, and that configuration."""
+    parents = {name: runs[0].configuration.of for name, runs in groups.items()}
+    return [(name, parent) for name, parent in parents.items() if parent in groups]
+
+
+def _populations(groups: Groups) -> list[list[str]]:
+    """Configurations that differ in their population and in nothing else."""
+    alike: dict[str, dict[int, str]] = {}
+    for name, runs in groups.items():
+        experiment, configuration = runs[0].experiment, runs[0].configuration
+        document = experiment.document()
+        for option in ("pop_size", "seed"):
+            del document["search"][option]
+        key = (configuration.method, configuration.of, configuration.cellular, document)
+        alike.setdefault(repr(key), {}).setdefault(experiment.search.pop_size, name)
+    return [list(names.values()) for names in alike.values() if len(names) > 1]
+
+
+def _ranking(groups: Groups, quantity: Quantity) -> Ranking | None:
+    by_seed = [{run.seed: value_of(run, quantity) for run in runs} for runs in groups.values()]
+    seeds = tuple(sorted(set.intersection(*[set(values) for values in by_seed])))
+    if len(seeds) < 2:
+        return None
+    table = np.array([[values[seed] for values in by_seed] for seed in seeds])
+    ranks, difference = critical_difference(table)
+    names = tuple(groups)
+    return Ranking(names, seeds, ranks, difference, friedman(table, names) if len(names) > 2 else None)

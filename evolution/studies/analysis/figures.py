@@ -1,0 +1,226 @@
+"""The figures of a study: 5.1 to 5.5 of the thesis, and those that a reviewer misses there."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evolution.pictures import (
+    FIGURES,
+    DrivenMap,
+    best_maps_figure,
+    box_figure,
+    critical_difference_figure,
+    curse_figure,
+    drive_best,
+    save_figure,
+    solved_lorenz_figure,
+    spread_figure,
+    times_figure,
+)
+from evolution.runs import LoadedRun, load_run
+from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis, analyse
+from evolution.studies.analysis.judges import Judge
+from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.engine import NAV2, Engine
+from gym_mapbench.errors import MapBenchError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LONGEST_NAME = 80
+"""Characters of a judge's name in the name of a file, which no system lets grow for ever."""
+
+
+@dataclass(frozen=True)
+class BestSet:
+    """The best set of one configuration (thesis, figures 5.3 and 5.5), by the fitness the search saw.
+
+    Args:
+        run: The run that found it.
+        loaded: Its run directory.
+        maps: Its maps, driven again as the search saw them.
+    """
+
+    run: StudyRun
+    loaded: LoadedRun
+    maps: tuple[DrivenMap, ...]
+
+
+@dataclass(frozen=True)
+class StudyFigure:
+    """A figure that was drawn: its caption and its files."""
+
+    caption: str
+    png: Path
+    svg: Path
+
+
+def drive_best_sets(results: StudyResults, engine: Engine = NAV2) -> list[BestSet]:
+    """Drive the best set of every configuration again: the trajectories for figures and replays.
+
+    A run that cannot be loaded or driven makes way for the next best; a configuration without any is left out.
+    """
+    found = []
+    for runs in results.by_configuration.values():
+        for run in sorted(runs, key=lambda run: run.fitness):
+            with suppress(MapBenchError):
+                found.append(_driven(run, engine))
+                break
+    return found
+
+
+def _driven(run: StudyRun, engine: Engine) -> BestSet:
+    loaded = load_run(run.path)
+    return BestSet(run, loaded, tuple(drive_best(loaded, engine.read_experiment, engine.drive)))
+
+
+def write_study_figures(
+    results: StudyResults, best_sets: Sequence[BestSet], analysis: StudyAnalysis | None = None
+) -> list[StudyFigure]:
+    """Draw every figure of a study into ``figures/``, as PNG and SVG.
+
+    Args:
+        results: The study.
+        best_sets: What :func:`drive_best_sets` returned.
+        analysis: The study's comparisons, if they are there already.
+    """
+    folder = results.path / FIGURES
+    analysis = analysis or analyse(results)
+    figures = [figure for judge in analysis.judges for figure in _Judged(folder, judge, analysis.of(judge)).draw()]
+    return figures + [figure for best in best_sets for figure in _best_set_figures(folder, best)]
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """All runs that were judged alike, and the figures over them."""
+
+    folder: Path
+    judge: Judge
+    comparisons: Sequence[Comparison]
+
+    def draw(self) -> list[StudyFigure]:
+        """Draw them all; values on different scales have no place in one figure."""
+        if not self.judge.comparable:
+            return []
+        return [*self.populations(), self.progress(), self.final(), *self.curse(), *self.ranks()]
+
+    def populations(self) -> list[StudyFigure]:
+        """Figure 5.1, for every group that differs in its population only."""
+        caption = f"Best fitness so far by population, mean and SD over runs ({self.judge.name}; thesis, 5.1)"
+        return [
+            self._save(f"populations_{number}", caption, self._curves(test.groups))
+            for number, test in enumerate(self.comparisons[0].populations, start=1)
+        ]
+
+    def progress(self) -> StudyFigure:
+        """Convergence of all methods, baselines included (for one method: figure 5.4)."""
+        caption = (
+            f"Best fitness so far over the budget, mean and SD over runs; baselines dashed ({self.judge.name}; "
+            "thesis, 5.4)"
+        )
+        return self._save("progress", caption, self._curves(list(self.judge.groups)))
+
+    def final(self) -> StudyFigure:
+        """Figure 5.2, as seen and on fresh seeds."""
+        boxes = {QUANTITIES[one.quantity]: one.values for one in self.comparisons}
+        caption = f"Fitness of the best set of every run ({self.judge.name}; thesis, 5.2)"
+        return self._save("final", caption, box_figure(boxes, highest=self._highest))
+
+    def curse(self) -> list[StudyFigure]:
+        """What was seen against what fresh seeds show, where anything was driven again."""
+        points = {}
+        for name, runs in self.judge.groups.items():
+            if again := [run for run in runs if run.fresh is not None]:
+                fresh = [run.fresh.fitness_as_searched for run in again if run.fresh]
+                points[name] = [run.fitness for run in again], fresh
+        if not points:
+            return []
+        caption = (
+            "What the search saw and what fresh seeds show; above the line: worse than the search saw; triangles lie "
+            f"beyond the edge ({self.judge.name})"
+        )
+        figure = curse_figure(points, self._highest, list(self.judge.groups))
+        return [self._save("curse", caption, figure)]
+
+    def ranks(self) -> list[StudyFigure]:
+        """Critical-difference diagrams."""
+        found = [(one.quantity, one.ranking) for one in self.comparisons if one.ranking is not None]
+        return [
+            self._save(
+                f"ranks_{quantity}",
+                f"Mean ranks over {len(ranking.seeds)} seeds, {QUANTITIES[quantity]} ({self.judge.name})",
+                critical_difference_figure(ranking.names, ranking.ranks, ranking.critical_difference),
+            )
+            for quantity, ranking in found
+        ]
+
+    @property
+    def _highest(self) -> float:
+        """Fitness from which on a set is out of the question: its failures alone cost that much."""
+        return self.judge.experiment.search.base_cost
+
+    def _curves(self, names: Sequence[str]) -> Figure:
+        groups = self.judge.groups
+        curves = {name: _curve(groups[name]) for name in names}
+        baselines = {name for name, runs in groups.items() if runs[0].configuration.method != "ga"}
+        return spread_figure(curves, "map sets evaluated", self._highest, list(groups), baselines)
+
+    def _save(self, what: str, caption: str, figure: Figure) -> StudyFigure:
+        name = re.sub(r"[^A-Za-z0-9]+", "_", self.judge.name).strip("_")
+        if len(name) > LONGEST_NAME:
+            name = f"{name[:LONGEST_NAME]}_{zlib.crc32(name.encode()):08x}"
+        return _save(self.folder / f"{what}_{name}", caption, figure)
+
+
+def _curve(runs: Sequence[StudyRun]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Best fitness so far of every run at common numbers of evaluations."""
+    steps = [[row["evaluations"] for row in run.generations] for run in runs]
+    if any(len(of_run) == 1 for of_run in steps):
+        return np.array([steps[0][-1]], dtype=float), np.array([[run.generations[-1]["best"]] for run in runs])
+    places = np.unique(np.concatenate(steps)).astype(float)
+    places = places[places >= max(of_run[0] for of_run in steps)]
+    best = [np.array([row["best"] for row in run.generations]) for run in runs]
+    rows = [values[np.searchsorted(of_run, places, "right") - 1] for of_run, values in zip(steps, best, strict=True)]
+    return places, np.array(rows)
+
+
+def _best_set_figures(folder: Path, best: BestSet) -> list[StudyFigure]:
+    """Figures of the best set of one configuration."""
+    name, seed = best.run.configuration.name, best.run.seed
+    figures = []
+    if drawn := best_maps_figure(best.maps, best.loaded.controllers):
+        caption = (
+            f"Best set of {name} (seed {seed}, fitness {best.run.fitness:.2f}) with all trajectories; crosses mark "
+            "recoveries (thesis, figures 5.3 and 5.5)"
+        )
+        figures.append(_save(folder / f"best_{name}", caption, drawn))
+    if drawn := solved_lorenz_figure(best.run.seen["maps"]):
+        figures.append(_save(folder / f"lorenz_{name}", f"Lorenz curves of the best set of {name}", drawn))
+    if best.run.fresh is not None:
+        caption = f"Times of the best set of {name} on fresh seeds; dots are single runs that reached the goal"
+        figures.append(_save(folder / f"times_{name}", caption, times_figure(*_fresh_times(best))))
+    return figures
+
+
+def _fresh_times(best: BestSet) -> tuple[dict[str, list[list[float]]], list[str]]:
+    """Times of the successful runs on fresh seeds: per controller, per map; and the maps' names."""
+    results = best.run.fresh.results if best.run.fresh else ()
+    times = {
+        name: [[one.time_s for one in of_map[place] if one.success] for of_map in results]
+        for place, name in enumerate(best.run.experiment.plan.names)
+    }
+    return times, [entry["name"] for entry in best.run.seen["maps"]]
+
+
+def _save(stem: Path, caption: str, figure: Figure) -> StudyFigure:
+    png, svg = save_figure(figure, stem)
+    return StudyFigure(caption, png, svg)

@@ -1,0 +1,79 @@
+"""Fresh minus seen: what the best sets of a study show with new seeds beside what their searches saw.
+
+The difference holds the luck of the selection and, where the new runs have other noise than the searches
+had, that noise; it does not tell the two apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from evolution.files import Row
+from evolution.studies.analysis.results import StudyResults, StudyRun
+from gym_mapbench.noise import NoiseSettings, make_noise
+
+
+def selected_sets(runs: Sequence[StudyRun]) -> list[StudyRun]:
+    """Runs with fresh values that selected their set by driven runs, the same set of the same seed only once."""
+    found: dict[tuple[int, str], StudyRun] = {}
+    for run in runs:
+        if run.fresh is not None and run.configuration.method != "path_length":
+            found.setdefault((run.seed, run.seen["map_set"]), run)
+    return list(found.values())
+
+
+def order_kept(runs: Sequence[StudyRun]) -> tuple[float, float]:
+    """How often the maps of a set keep the order the search saw, and how often that can be said.
+
+    Sets of which the search itself saw no order, because a map had no value, are left out.
+
+    Returns:
+        Share of the fresh seeds with the order kept, among those on which every map has a value (NaN if there are
+        none); and the share of these among all fresh seeds (NaN if no set has an order).
+    """
+    ordered = [run.fresh for run in runs if run.fresh is not None and None not in run.fresh.readings]
+    judged = [kept for fresh in ordered for kept in fresh.orders]
+    seeds = sum(len(fresh.singles) for fresh in ordered)
+    return float(np.mean(judged)) if judged else float("nan"), len(judged) / seeds if seeds else float("nan")
+
+
+def conditions(run: StudyRun, results: StudyResults) -> str:
+    """Say what is new in the runs on fresh seeds."""
+    noise = results.settings.reevaluation.noise
+    searched = run.experiment.document()["run"]["environment"]["noise"]
+    if noise is None or searched == noise:
+        return "new seeds"
+    resolved = make_noise(noise) if isinstance(noise, str) else NoiseSettings.from_mapping(noise, "reevaluation.noise")
+    if searched == resolved.model_dump(mode="json"):
+        return "new seeds"
+    return f"new seeds and {noise if isinstance(noise, str) else 'other'} noise"
+
+
+def fresh_rows(results: StudyResults) -> list[Row]:
+    """Fresh minus seen of every configuration that was driven again, whatever selected its sets."""
+    again = {
+        name: [(run, run.fresh) for run in runs if run.fresh is not None]
+        for name, runs in results.by_configuration.items()
+    }
+    rows = []
+    for name, pairs in again.items():
+        if not pairs:
+            continue
+        runs = [run for run, _ in pairs]
+        kept, solved = order_kept(runs)
+        rows.append(
+            {
+                "configuration": name,
+                "repeats": runs[0].experiment.search.repeats,
+                "n": len(runs),
+                "seen": float(np.median([run.fitness for run in runs])),
+                "fresh": float(np.median([fresh.fitness_as_searched for _, fresh in pairs])),
+                "winners_curse": float(np.median([run.winners_curse for run in runs])),
+                "solved": solved,
+                "order_kept": kept,
+                "fresh_success_rate": float(np.mean([fresh.success_rate for _, fresh in pairs])),
+            }
+        )
+    return rows

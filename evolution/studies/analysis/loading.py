@@ -1,0 +1,188 @@
+"""A study read back from its directory: as far as it has come, with words for what is missing or wrong."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from controllers.nav2_params.presets import overlay
+from evolution.files import Versions, check, differences, written_elsewhere
+from evolution.runs import CONFIG, RunDir, errors_in, load_run, results_in
+from evolution.search import Experiment
+from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.directory import RESOLVED, STUDY, StudyDir
+from evolution.studies.engine import NAV2, Engine
+from evolution.studies.reevaluation import read_reevaluation
+from evolution.studies.settings import Configuration
+from gym_mapbench.errors import MapBenchError, RunError
+
+
+def load_results(path: str | Path, engine: Engine = NAV2) -> StudyResults:
+    """Read a study back, whatever there is of it.
+
+    Args:
+        path: Its directory.
+        engine: Reads experiments.
+
+    Raises:
+        RunError: If the directory is not a study, or of another format.
+    """
+    directory = StudyDir.open(path)
+    reader = _Reader(directory, engine)
+    reader.read()
+    return StudyResults(
+        directory.path,
+        directory.settings,
+        str(directory.config.get("version")),
+        reader.libraries,
+        reader.resolved,
+        tuple(reader.runs),
+        tuple(reader.missing),
+    )
+
+
+class _Reader:
+    """Reads one run after the other and notes what is missing or wrong."""
+
+    def __init__(self, directory: StudyDir, engine: Engine) -> None:
+        self.directory = directory
+        self.engine = engine
+        self.libraries: Mapping[str, str] = {}
+        self.resolved: Mapping[str, Any] = {}
+        self.runs: list[StudyRun] = []
+        self.missing: list[str] = []
+        self.resume = f"mapbench study {shlex.quote(str(directory.path))} --resume"
+
+    def read(self) -> None:
+        """Read everything."""
+        with self._noted("the versions it was run with are unknown"):
+            check(Versions, self.directory.config, self.directory.path / STUDY)
+            self.libraries = self.directory.config["libraries"]
+            self.missing += written_elsewhere(self.directory.config)
+        with self._noted():
+            self.resolved = self.directory.read_resolved()
+        self.missing += self._taken_from_few()
+        for configuration in self.directory.settings.configurations:
+            self._read_configuration(configuration)
+
+    @contextmanager
+    def _noted(self, advice: str = "", who: str = "") -> Iterator[None]:
+        """Note what is wrong, about whom and what to do, and go on."""
+        try:
+            yield
+        except MapBenchError as error:
+            self.missing.append(f"{who}{': ' if who else ''}{error}{'; ' if advice else ''}{advice}")
+
+    def _taken_from_few(self) -> list[str]:
+        """What was taken from fewer seeds than the study has, and how to take it from all."""
+        wanted = len(self.directory.settings.seeds)
+        few = {name: entry for name, entry in self.resolved.items() if len(entry["seeds"]) < wanted}
+        folders = [self.directory.path / part / name for name in few for part in ("runs", "searches", "reevaluation")]
+        remove = shlex.join(["rm", "-r", *map(str, [self.directory.path / RESOLVED, *filter(Path.exists, folders)])])
+        return [
+            f"{name}: {' and '.join(f'{key} {value:.4g}' for key, value in entry['search'].items())} taken from "
+            f"{len(entry['seeds'])} of {wanted} seeds; to take it from all: {remove} and then {self.resume}"
+            for name, entry in few.items()
+        ]
+
+    def _read_configuration(self, configuration: Configuration) -> None:
+        absent = []
+        for seed in self.directory.settings.seeds:
+            path = self.directory.run_path(configuration.name, seed)
+            if not path.is_dir():
+                absent.append(seed)
+                continue
+            who = f"{configuration.name}, seed {seed}"
+            with self._noted(self._repeat(path), who):
+                self._read_run(configuration, seed, who)
+        self.missing += _absent(configuration.name, absent, self.directory.settings.runs)
+        self._check_best(configuration)
+
+    def _repeat(self, path: Path) -> str:
+        """How to repeat the run in a directory."""
+        return f"to repeat the run: {shlex.join(['rm', '-r', str(path)])} and then {self.resume}"
+
+    def _check_best(self, configuration: Configuration) -> None:
+        """Read all files of the best run, as it is the one to be shown; a damaged one makes way for the next best."""
+        of_this = [run for run in self.runs if run.configuration == configuration]
+        for run in sorted(of_this, key=lambda run: run.fitness):
+            with self._noted(self._repeat(run.path), f"{configuration.name}, seed {run.seed}"):
+                load_run(run.path)
+                return
+            self.runs = [other for other in self.runs if other is not run]
+
+    def _read_run(self, configuration: Configuration, seed: int, who: str) -> None:
+        """Read one run, its re-evaluation, and what has to be said about it."""
+        rundir = RunDir.open(self.directory.run_path(configuration.name, seed))
+        if not rundir.finished:
+            done, budget = (rundir.checkpoint or {"evaluations": 0}), rundir.config["search"]["evaluations"]
+            self.missing.append(f"{who}: stopped after {done['evaluations']} of {budget} evaluations")
+            return
+        experiment = self._experiment(rundir, configuration, seed)
+        rundir.check_files()
+        run = StudyRun(
+            configuration,
+            seed,
+            rundir.path,
+            experiment,
+            rundir.read_generations(),
+            rundir.read_best_results(),
+            rundir.read_timing(),
+        )
+        with self._noted(f"{self.resume} drives it again", who):
+            run = self._with_fresh(run, who)
+        if rundir.config["version"] != self.directory.config.get("version"):
+            self.missing += [f"{who}: {line}" for line in written_elsewhere(rundir.config)]
+        self.missing += [f"{who}: {line}" for line in _errors(run)]
+        self.runs.append(run)
+
+    def _experiment(self, rundir: RunDir, configuration: Configuration, seed: int) -> Experiment:
+        """Read what a run was made with, and refuse another experiment than its configuration says.
+
+        Only what the study says is compared, and no parameter file: it may say something else by now.
+        """
+        stated = self.directory.settings.document(configuration, seed, self._taken)
+        run = {name: value for name, value in stated.get("run", {}).items() if name != "navigation"}
+        path = rundir.path / CONFIG
+        found = self.engine.read_experiment(rundir.config, str(path))
+        said = self.engine.read_experiment(overlay(rundir.config, {**stated, "run": run}), str(path))
+        for name, was, now in differences(found.document(), said.document()):
+            raise RunError(f"{path}: of another experiment: {name} is {was!r:.80}, expected {now!r:.80}")
+        return found
+
+    @property
+    def _taken(self) -> dict[str, Any]:
+        return {name: entry["search"] for name, entry in self.resolved.items()}
+
+    def _with_fresh(self, run: StudyRun, who: str) -> StudyRun:
+        """Add the re-evaluation of a run."""
+        seeds = self.directory.settings.reevaluation.seeds
+        path = self.directory.reevaluation_path(run.configuration.name, run.seed)
+        if seeds == 0:
+            return run
+        if not path.is_file():
+            self.missing.append(f"{who}: not re-evaluated yet")
+            return run
+        return replace(run, fresh=read_reevaluation(path, run.seen, run.experiment, seeds))
+
+
+def _absent(name: str, seeds: Sequence[int], runs: int) -> list[str]:
+    if not seeds:
+        return []
+    if len(seeds) == runs:
+        return [f"{name}: none of its {runs} runs was begun"]
+    return [f"{name}: {len(seeds)} of {runs} runs were not begun (seeds {', '.join(map(str, seeds))})"]
+
+
+def _errors(run: StudyRun) -> list[str]:
+    """Say of which runs on the best set nothing can be said."""
+    names = run.experiment.plan.names
+    fresh = run.fresh.results if run.fresh else ()
+    return [
+        *errors_in(results_in(run.seen, names), names, "in the search"),
+        *errors_in(fresh, names, "on fresh seeds"),
+    ]

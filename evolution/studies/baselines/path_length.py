@@ -1,0 +1,72 @@
+"""A search without robots: the longer the global path, the better the map (a baseline).
+
+This is the usual stand-in for difficulty where nothing is driven: whoever needs no controller to
+find maps that tell controllers apart needs no evolution over driven times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from evolution.driving import ControllerSpec, DriveSettings, Job, RunResult, SetResults
+from evolution.search import Experiment, Fitness, FitnessBreakdown
+from gym_mapbench.costmap import build_static_costmap
+from gym_mapbench.errors import NoPathError
+from gym_mapbench.planners import make_planner
+
+PLANNER = ControllerSpec(name="global_planner", kind="global_planner")
+"""Stands in a job where only the path is asked for."""
+
+
+def planned(experiment: Experiment) -> Experiment:
+    """Return the same search over planned paths, no controller driven."""
+    return replace(experiment, search=experiment.search.replace(repeats=1), controllers=(PLANNER,))
+
+
+def plan_job(job: Job) -> RunResult:
+    """Plan on the global costmap instead of driving; the path's length is all that comes out."""
+    if not isinstance(job.settings, DriveSettings):
+        raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
+    navigation, robot = job.settings.navigation, job.settings.environment.robot
+    scenario, params = job.scenario, navigation.global_costmap
+    costmap = build_static_costmap(scenario.map, params, params.make_footprint(robot))
+    planner = make_planner(navigation.planner.name, **navigation.planner.params)
+    try:
+        path = planner.plan(costmap, scenario.start, scenario.goal)
+    except NoPathError as error:
+        return RunResult("planner_failure", 0.0, 0.0, reason=str(error))
+    length = float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
+    return RunResult("goal", 0.0, length)
+
+
+class PathLengthFitness(Fitness):
+    """Minus the mean length of a set's global paths, m; a map without a path counts as 0 m.
+
+    The lengths are also the maps' readings.
+    """
+
+    @property
+    def needs_scale(self) -> bool:
+        """Nothing is calibrated."""
+        return False
+
+    def calibrated(self, results: Sequence[SetResults]) -> PathLengthFitness:
+        """Return itself."""
+        return self
+
+    def __call__(self, results: SetResults) -> FitnessBreakdown:
+        """Judge one map set by its planned paths."""
+        runs = [of_map[0][0] for of_map in results]
+        lengths = tuple(run.path_length_m if run.success else 0.0 for run in runs)
+        mean = float(np.mean(lengths))
+        return FitnessBreakdown(
+            total=-mean,
+            success_rate=sum(run.success for run in runs) / len(runs),
+            timeouts=0.0,
+            pattern=mean,
+            readings=lengths,
+            values=tuple((length,) for length in lengths),
+        )

@@ -1,0 +1,145 @@
+"""The directory of a study: its settings, one store for all runs, and a run directory for every run.
+
+::
+
+    study.json                            the settings, and the version they are run with
+    resolved.json                         what configurations took from earlier ones
+    results.sqlite                        every driven run, shared by all
+    runs/CONFIGURATION/seed-0003/         run directories, as those of mapbench evolve
+    searches/CONFIGURATION/seed-0003/     searches in which no controller drove (path_length)
+    reevaluation/CONFIGURATION/seed-0003.json     the best set on fresh seeds
+    tables/  figures/  report.html        made from the above
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import FiniteFloat
+
+from evolution.files import DirectoryKind, Document, check, read_json, write_json
+from evolution.runs import CONFIG, STORE, RunDir
+from evolution.studies.settings import StudySettings
+from gym_mapbench.errors import ConfigError, RunError
+
+STUDY, RESOLVED = "study.json", "resolved.json"
+KIND = DirectoryKind("study", STUDY, format_version=1)
+
+
+class Taken(Document):
+    """An entry of ``resolved.json``: what a configuration took from earlier ones, and from which seeds."""
+
+    search: dict[str, FiniteFloat]
+    seeds: list[int]
+
+
+@dataclass(frozen=True)
+class StudyDir:
+    """The directory of one study; made by :meth:`create` or :meth:`open`.
+
+    Args:
+        path: The directory.
+        settings: The study.
+        config: What ``study.json`` says.
+    """
+
+    path: Path
+    settings: StudySettings
+    config: Mapping[str, Any]
+
+    @classmethod
+    def create(cls, path: str | Path, settings: StudySettings) -> StudyDir:
+        """Make the directory of a new study.
+
+        Raises:
+            ConfigError: If there is anything there already; nothing is changed.
+            RunError: If it cannot be made.
+        """
+        path = Path(path)
+        return cls(path, settings, KIND.create(path, {"study": settings.model_dump(mode="json")}))
+
+    @classmethod
+    def open(cls, path: str | Path) -> StudyDir:
+        """Open the directory of a study, finished or not.
+
+        Raises:
+            RunError: If it is not a study directory, or of another format.
+        """
+        path = Path(path)
+        config = KIND.open(path)
+        try:
+            settings = StudySettings.from_mapping(config.get("study"), str(path / STUDY))
+        except ConfigError as error:
+            raise RunError(str(error)) from None
+        return cls(path, settings, config)
+
+    def check(self, settings: StudySettings) -> None:
+        """Refuse to go on with anything but the study this directory was made for.
+
+        Raises:
+            ConfigError: If an option differs, naming it.
+            RunError: If another version of this package wrote the directory, or ``resolved.json`` is damaged.
+        """
+        KIND.check_same(self.path, self.config, _by_name(self.settings), _by_name(settings))
+        self.read_resolved()
+
+    @property
+    def store_path(self) -> Path:
+        """Where all runs keep their results."""
+        return self.path / STORE
+
+    def run_path(self, configuration: str, seed: int) -> Path:
+        """Run directory of one run."""
+        return self.path / "runs" / configuration / f"seed-{seed:04d}"
+
+    def search_path(self, configuration: str, seed: int) -> Path:
+        """Run directory of a search in which no controller drove."""
+        return self.path / "searches" / configuration / f"seed-{seed:04d}"
+
+    def reevaluation_path(self, configuration: str, seed: int) -> Path:
+        """File with the re-evaluation of one run."""
+        return self.path / "reevaluation" / configuration / f"seed-{seed:04d}.json"
+
+    def is_finished(self, configuration: str, seed: int) -> bool:
+        """Whether a run came to its end.
+
+        Raises:
+            RunError: If its directory is damaged.
+        """
+        path = self.run_path(configuration, seed)
+        return (path / CONFIG).is_file() and RunDir.open(path).finished
+
+    def read_resolved(self) -> dict[str, Any]:
+        """Read by configuration what it took from earlier ones, and from which seeds.
+
+        Raises:
+            RunError: If the file is damaged.
+        """
+        path = self.path / RESOLVED
+        if not path.is_file():
+            return {}
+        try:
+            entries = read_json(path)
+            for name, entry in entries.items():
+                check(Taken, entry, f"{path}: {name}")
+        except RunError as error:
+            raise RunError(f"{error}; delete it: --resume takes it from the earlier runs again") from None
+        return entries
+
+    def write_resolved(self, configuration: str, resolved: Mapping[str, Any]) -> None:
+        """Keep what a configuration took from earlier ones."""
+        write_json(self.path / RESOLVED, {**self.read_resolved(), configuration: dict(resolved)})
+
+
+def _by_name(settings: StudySettings) -> dict[str, Any]:
+    """All options of a study, the configurations by name instead of by position."""
+    document = settings.model_dump(mode="json")
+    return {**document, "configurations": {one["name"]: one for one in document["configurations"]}}
+
+
+def is_study(path: str | Path) -> bool:
+    """Whether a path is the directory of a study."""
+    return KIND.holds(path)

@@ -1,0 +1,52 @@
+"""Engine: how the runs of a study are driven; Nav2's controllers in our simulation unless told otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from evolution.driving import Job, RunJob, RunResult, drive, run_job, try_controllers, warm_up
+from evolution.search import Experiment, experiment_of
+from evolution.studies.baselines.path_length import PLANNER, plan_job
+from gym_mapbench.episode import Episode
+
+
+def check_experiment(experiment: Experiment) -> None:
+    """Refuse an experiment with a controller that cannot drive; see :func:`~evolution.driving.try_controllers`."""
+    try_controllers(experiment.controllers, experiment.run)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Engine:
+    """What a study has to know of the world its runs are driven in.
+
+    Args:
+        read_experiment: Builds an experiment from a document and the words that open its error messages.
+        run_job: Drives a job in a worker process.
+        plan_job: Answers a job of the global planner there.
+        drive: Drives a job in this process and records everything.
+        warm_up: Called once in every new worker.
+        check_experiment: Refuses an experiment whose runs could only fail.
+    """
+
+    read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of
+    run_job: RunJob = run_job
+    plan_job: RunJob = plan_job
+    drive: Callable[[Job], Episode] = drive
+    warm_up: Callable[[], object] | None = warm_up
+    check_experiment: Callable[[Experiment], object] = check_experiment
+
+    @property
+    def answer_job(self) -> RunJob:
+        """What workers call: drives or plans, as the job asks."""
+        return partial(_answer, self.run_job, self.plan_job)
+
+
+NAV2 = Engine()
+"""Nav2's controllers in our simulation."""
+
+
+def _answer(run_job: RunJob, plan_job: RunJob, job: Job) -> RunResult:
+    return (plan_job if job.controller == PLANNER else run_job)(job)

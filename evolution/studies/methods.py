@@ -1,0 +1,131 @@
+"""The methods of a study: each leaves a finished run directory with a best map set that was driven."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from evolution.driving import Evaluator
+from evolution.runs import CONFIG, LoadedRun, RunDir, driven_maps, load_run
+from evolution.search import Evaluation, Experiment, Fitness, Progress, Record, best_set, evolve, scenario_on
+from evolution.studies.baselines.cellular import cellular_map
+from evolution.studies.baselines.path_length import PathLengthFitness, planned
+from evolution.studies.directory import StudyDir
+from evolution.studies.tasks import Task
+from gym_mapbench.scenario import MapSet
+
+OnGeneration = Callable[[Progress], None]
+
+
+def run_task(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
+    """Run one task to its end, or do nothing if it is there.
+
+    Args:
+        task: What is run.
+        directory: Where; earlier runs are looked up there.
+        evaluator: Drives the runs, and plans where only a path is asked for.
+        on_generation: Called after each generation of a search.
+
+    Raises:
+        ConfigError: If the run directory was made for another experiment.
+        RunError: If a replay goes astray or no worker starts.
+    """
+    if task.configuration.method == "best_triple":
+        choose_best_triple(task, directory)
+    elif task.configuration.method == "path_length":
+        search_by_path_length(task, directory, evaluator, on_generation)
+    else:
+        hooks: dict[str, Any] = {}
+        if task.configuration.method == "cellular":
+            hooks["draw_map"] = partial(cellular_map, cellular=task.configuration.cellular)
+        path = directory.run_path(task.configuration.name, task.seed)
+        search(path, task.experiment, evaluator, on_generation, **hooks)
+
+
+def search(path: Path, experiment: Experiment, evaluator: Evaluator, on_generation: OnGeneration, **hooks: Any) -> None:
+    """Begin or continue a search in its run directory; ``hooks`` as those of :func:`evolution.search.loop.evolve`."""
+    rundir = opened(path, experiment)
+    if not rundir.finished:
+        evolve(experiment, evaluator, rundir, on_generation=on_generation, **hooks)
+
+
+def choose_best_triple(task: Task, directory: StudyDir) -> None:
+    """Record the exact best set of the maps another run had driven by each of its generations."""
+    rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
+    if rundir.finished:
+        return
+    parent = load_run(directory.run_path(str(task.configuration.of), task.seed))
+    search, results = task.experiment.search, driven_maps(parent)
+    first = driven_maps(parent, until=1)
+    fitness = Fitness.of(search, task.experiment.run.time_limit).calibrated([(one,) for one in first.values()])
+    chosen = []
+    for row in parent.generations:
+        names = best_set(driven_maps(parent, until=row["generation"]), fitness, search.maps_per_set)
+        sets = tuple(results[name] for name in names)
+        chosen.append((row["evaluations"], Evaluation(_map_set(names, parent, task.experiment), sets, fitness(sets))))
+    record_sets(rundir, task.experiment, chosen, fitness.cluster_scale)
+
+
+def search_by_path_length(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
+    """Search for long paths, then drive the best set with all controllers, once."""
+    rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
+    if rundir.finished:
+        return
+    path, without = directory.search_path(task.configuration.name, task.seed), planned(task.experiment)
+    time_limit = task.experiment.run.time_limit
+    search(path, without, evaluator, on_generation, fitness=PathLengthFitness.of(without.search, time_limit))
+    found = load_run(path)
+    (results,) = evaluator.evaluate([found.best], task.experiment.plan)
+    fitness = Fitness.of(task.experiment.search, time_limit)
+    chosen = [(found.checkpoint["evaluations"], Evaluation(found.best, results, fitness(results)))]
+    record_sets(rundir, task.experiment, chosen, fitness.cluster_scale)
+
+
+def opened(path: Path, experiment: Experiment) -> RunDir:
+    """Open a run directory to continue it, or make a new one.
+
+    Raises:
+        ConfigError: If it was made for another experiment.
+        RunError: If another version of this package wrote it.
+    """
+    if not (path / CONFIG).is_file():
+        return RunDir.create(path, experiment)
+    rundir = RunDir.open(path)
+    rundir.check_experiment(experiment)
+    return rundir
+
+
+def record_sets(
+    rundir: RunDir, experiment: Experiment, chosen: Iterable[tuple[int, Evaluation]], cluster_scale: float | None
+) -> None:
+    """Write a run directory of map sets that no search went through, one a generation.
+
+    Args:
+        rundir: Where.
+        experiment: With which the sets were driven.
+        chosen: For each generation the map sets evaluated until then, and the best of them.
+        cluster_scale: Scale of their fitness.
+    """
+    record = Record(experiment.plan)
+    for generation, (evaluations, best) in enumerate(chosen, start=1):
+        record.add(generation, [best], [best])
+        record.generations[-1]["evaluations"] = evaluations
+        checkpoint = {
+            "generation": generation,
+            "evaluations": evaluations,
+            "finished": False,
+            "cluster_scale": cluster_scale,
+            "best": best.map_set.digest,
+            "best_fitness": best.fitness.total,
+            "population": [best.map_set.digest],
+        }
+        rundir.write_generation(record, best, checkpoint)
+    rundir.write_checkpoint({**checkpoint, "finished": True})
+
+
+def _map_set(names: Iterable[str], run: LoadedRun, experiment: Experiment) -> MapSet:
+    """Put the task on maps of a recorded run, named by digest."""
+    shapes = experiment.search.shapes
+    return MapSet(tuple(scenario_on(run.maps[name].occupancy, shapes) for name in names))

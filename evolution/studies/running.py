@@ -1,0 +1,270 @@
+"""run_study(): every configuration with every seed, whatever was done before is not done again."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+from evolution.driving import Evaluator, Job, OnRun, ResultStore, RunResult
+from evolution.files import WriteError
+from evolution.runs import load_run
+from evolution.search import Progress
+from evolution.studies.analysis.loading import load_results
+from evolution.studies.analysis.results import StudyResults
+from evolution.studies.directory import StudyDir
+from evolution.studies.engine import NAV2, Engine
+from evolution.studies.methods import opened, run_task
+from evolution.studies.reevaluation import read_reevaluation, reevaluate, write_reevaluation
+from evolution.studies.settings import Configuration, StudySettings
+from evolution.studies.tasks import Task, check_study, make_task, take_from_earlier
+from gym_mapbench.errors import MapBenchError, RunError
+
+PLAN_COST = 0.01
+"""Work of planning a path, in driven runs."""
+
+
+@dataclass(frozen=True)
+class StudyProgress:
+    """Where a study stands.
+
+    Args:
+        configuration: What is being run.
+        seed: Its seed.
+        step: ``search`` after a generation, ``done`` after a run with its re-evaluation.
+        best: Best fitness of this run so far.
+        fraction: Share of the work that is done, 0 to 1.
+        seconds_left: Estimated from the work done so far; None while nothing was.
+        runs_per_second: Driven runs per second so far.
+    """
+
+    configuration: str
+    seed: int
+    step: Literal["search", "done"]
+    best: float
+    fraction: float
+    seconds_left: float | None
+    runs_per_second: float
+
+
+OnProgress = Callable[[StudyProgress], None]
+
+
+def run_study(
+    settings: StudySettings,
+    path: str | Path,
+    *,
+    resume: bool = False,
+    only: Sequence[str] | None = None,
+    runs: int | None = None,
+    workers: int = 1,
+    engine: Engine = NAV2,
+    on_progress: OnProgress | None = None,
+) -> StudyResults:
+    """Run or continue a study.
+
+    Every run is a run directory of its own and can be killed at any moment; all of them share one
+    store of driven runs. A run that cannot be made costs itself and the runs that build on it: they are
+    counted in ``failed``, with the reasons in ``missing``, and the others go on.
+
+    Args:
+        settings: The study.
+        path: Its directory.
+        resume: Whether to continue a study that was begun there.
+        only: Names of the configurations to run now; all if None. The others are missing until they are run.
+        runs: Number of seeds to run now; all if None.
+        workers: Number of worker processes.
+        engine: How runs are driven.
+        on_progress: Called after every generation and every run.
+
+    Raises:
+        ConfigError: If an option cannot be used, or the directory holds another study, or something else.
+        RunError: If the directory is of another version, the study's own files are damaged, no worker starts,
+            or nothing can be written.
+    """
+    tasks = check_study(settings, engine)
+    chosen = _chosen(settings, tasks, only)
+    seeds = settings.seeds[: settings.runs if runs is None else runs]
+    directory = _directory(path, settings, resume)
+    with (
+        ResultStore(directory.store_path) as store,
+        _StudyEvaluator(engine.answer_job, store, workers=workers, warm_up=engine.warm_up) as evaluator,
+    ):
+        work = len(seeds) * sum(map(work_of, chosen))
+        study = _Study(directory, engine, evaluator, _Meter(evaluator, work, on_progress))
+        for first in chosen:
+            study.run(first, seeds)
+    return study.results()
+
+
+def _chosen(settings: StudySettings, tasks: Sequence[Task], only: Sequence[str] | None) -> list[Task]:
+    """The first task of each configuration to run, in the study's order."""
+    wanted = settings.names if only is None else [settings.configuration(name).name for name in only]
+    return [task for task in tasks if task.configuration.name in wanted]
+
+
+def _directory(path: str | Path, settings: StudySettings, resume: bool) -> StudyDir:
+    if not resume:
+        return StudyDir.create(path, settings)
+    directory = StudyDir.open(path)
+    directory.check(settings)
+    return directory
+
+
+class _StudyStoppedError(RunError):
+    """Nothing can be driven any more, so that going on with other runs is of no use."""
+
+
+class _StudyEvaluator(Evaluator):
+    """An evaluator whose own failures (workers, store) stop the study."""
+
+    def run(self, jobs: Sequence[Job], on_run: OnRun | None = None) -> list[RunResult]:
+        """Return the results of ``jobs``; raises ``_StudyStoppedError`` where an evaluator raises ``RunError``."""
+        try:
+            return super().run(jobs, on_run)
+        except RunError as error:
+            raise _StudyStoppedError(str(error)) from None
+
+
+@dataclass
+class _Study:
+    """A study being run; ``reasons`` and ``failed`` say which runs could not be made."""
+
+    directory: StudyDir
+    engine: Engine
+    evaluator: Evaluator
+    meter: _Meter
+    reasons: list[str] = field(default_factory=list)
+    failed: int = 0
+
+    def run(self, first: Task, seeds: Sequence[int]) -> None:
+        """Run one configuration, of which ``first`` is a task, with every seed."""
+        name = first.configuration.name
+        tasks: list[Task] = []
+        with self._costing(name, first, len(seeds)):
+            tasks = self._tasks(first.configuration, seeds)
+        for task in tasks:
+            with self._costing(f"{name}, seed {task.seed}", task, 1):
+                self._run(task)
+
+    def results(self) -> StudyResults:
+        """What there is now, with the reasons for what could not be made; none is said twice."""
+        results = load_results(self.directory.path, self.engine)
+        reasons = [one for one in self.reasons if not any(line.startswith(one) for line in results.missing)]
+        return replace(results, missing=(*reasons, *results.missing), failed=self.failed)
+
+    @contextmanager
+    def _costing(self, who: str, task: Task, runs: int) -> Iterator[None]:
+        """Let an error cost some runs like ``task``, unless it would cost all others too."""
+        try:
+            yield
+        except (WriteError, _StudyStoppedError):
+            raise
+        except MapBenchError as error:
+            self.reasons.append(f"{who}: {error}")
+            self.failed += runs
+            self.meter.skip(task, runs)
+
+    def _tasks(self, configuration: Configuration, seeds: Sequence[int]) -> list[Task]:
+        """One task a seed, with what is taken from earlier runs."""
+        if configuration.pop_size_from or configuration.cluster_scale_from:
+            take_from_earlier(configuration, self.directory, seeds, self.engine)
+        taken = {name: entry["search"] for name, entry in self.directory.read_resolved().items()}
+        settings = self.directory.settings
+        return [make_task(settings, configuration, seed, taken, self.engine) for seed in seeds]
+
+    def _run(self, task: Task) -> None:
+        """Run one task and re-evaluate what it found."""
+        name, seed = task.configuration.name, task.seed
+        self._check_parent(task)
+        if self.directory.is_finished(name, seed) and self._is_reevaluated(task):
+            self.meter.skip(task)
+            return
+        run_task(task, self.directory, self.evaluator, lambda progress: self.meter.search(task, progress))
+        run = load_run(self.directory.run_path(name, seed))
+        if task.fresh is not None:
+            document = reevaluate(run, task.experiment, task.fresh, self.evaluator)
+            write_reevaluation(self.directory.reevaluation_path(name, seed), document)
+        self.meter.done(task, run.best_results["fitness"])
+
+    def _is_reevaluated(self, task: Task) -> bool:
+        """Whether the best set of a finished run was driven again; refuses a run of another experiment."""
+        name, seed = task.configuration.name, task.seed
+        rundir = opened(self.directory.run_path(name, seed), task.experiment)
+        if task.fresh is None:
+            return True
+        path, seen = self.directory.reevaluation_path(name, seed), rundir.read_best_results()
+        try:
+            read_reevaluation(path, seen, task.experiment, task.fresh.search.repeats)
+        except RunError:
+            return False
+        return True
+
+    def _check_parent(self, task: Task) -> None:
+        parent = task.configuration.of
+        if parent is not None and not self.directory.is_finished(parent, task.seed):
+            raise RunError(f"builds on {parent}, whose run {task.seed} is not finished")
+
+
+class _Meter:
+    """Measures the work done, in runs to be driven at most, against the clock."""
+
+    def __init__(self, evaluator: Evaluator, total: float, on_progress: OnProgress | None) -> None:
+        self.evaluator = evaluator
+        self.on_progress = on_progress
+        self.total = total
+        self.finished = 0.0
+        self.skipped = 0.0
+        self.began = time.perf_counter()
+
+    def skip(self, task: Task, runs: int = 1) -> None:
+        """Count runs like ``task`` that need not or cannot be made."""
+        self.skipped += work_of(task) * runs
+        self.finished += work_of(task) * runs
+
+    def search(self, task: Task, progress: Progress) -> None:
+        """Report a generation of a search."""
+        share = progress.row["evaluations"] / task.experiment.search.evaluations
+        self._report(task, "search", progress.row["best"], self.finished + share * search_work(task))
+
+    def done(self, task: Task, best: float) -> None:
+        """Report a finished task."""
+        self.finished += work_of(task)
+        self._report(task, "done", best, self.finished)
+
+    def _report(self, task: Task, step: Literal["search", "done"], best: float, done: float) -> None:
+        if self.on_progress is None:
+            return
+        seconds = time.perf_counter() - self.began
+        worked = done - self.skipped
+        self.on_progress(
+            StudyProgress(
+                configuration=task.configuration.name,
+                seed=task.seed,
+                step=step,
+                best=best,
+                fraction=done / self.total if self.total else 1.0,
+                seconds_left=seconds / worked * (self.total - done) if worked > 0 else None,
+                runs_per_second=self.evaluator.driven / max(seconds, 1e-9),
+            )
+        )
+
+
+def work_of(task: Task) -> float:
+    """Runs to be driven for a task at most, its re-evaluation included."""
+    search = task.experiment.search
+    fresh = 0 if task.fresh is None else task.fresh.search.repeats
+    return search_work(task) + search.maps_per_set * len(task.experiment.controllers) * fresh
+
+
+def search_work(task: Task) -> float:
+    """Runs to be driven by the search of a task at most; a planned path is a hundredth of one."""
+    search, controllers = task.experiment.search, len(task.experiment.controllers)
+    if task.configuration.method == "best_triple":
+        return 0.0
+    if task.configuration.method == "path_length":
+        return search.evaluations * search.maps_per_set * PLAN_COST
+    return float(search.evaluations * search.maps_per_set * controllers * search.repeats)

@@ -1,0 +1,252 @@
+"""A study as data: configurations x seeds x budget, read from YAML."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, JsonValue, field_validator, model_validator
+
+from controllers.nav2_params.presets import overlay
+from evolution.search import SECTIONS
+from evolution.studies.baselines.cellular import BARN, CellularSettings
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.settings import Settings, read_yaml
+
+
+def _file_name(name: str) -> str:
+    """Refuse a name that is no part of a path on every system."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}", name):
+        raise ConfigError(f"expected up to 60 letters, digits and '_', '-', '.', got {name!r:.80}")
+    return name
+
+
+Name = Annotated[str, AfterValidator(_file_name)]
+Method = Literal["ga", "random", "cellular", "path_length", "best_triple"]
+Document = dict[str, JsonValue]
+
+SEARCHES = ("ga", "random", "cellular")
+"""Methods that drive what they sample."""
+JUDGES = (
+    "fitness",
+    "metric",
+    "aggregate",
+    "failures",
+    "maps_per_set",
+    "cluster_scale",
+    "base_cost",
+    "timeout_cost",
+    "pattern_weight",
+    "unevenness_weight",
+    "epsilon",
+    "timeout_outcomes",
+)
+"""Options of a search that decide what a fitness value means."""
+MAX_SEED = 2**31
+
+
+class Configuration(Settings):
+    """One way to find maps, run with every seed of the study.
+
+    Args:
+        name: Its name in every table and figure.
+        method: ``ga`` the thesis' search; ``random`` sampling only; ``cellular`` maps from BARN's cellular
+            automaton (sampling only, unless ``experiment.search.algorithm`` is ``ga``); ``path_length`` a GA
+            whose fitness is the length of the global path; ``best_triple`` the exact best set of all maps
+            that the configuration ``of`` drove.
+        experiment: What differs from the study's experiment: sections ``search``, ``controllers``, ``run``.
+        of: Whose maps ``best_triple`` chooses from.
+        pop_size_from: Earlier configurations; the population of the one with the best mean fitness is taken.
+        cluster_scale_from: Earlier configurations; the cluster scale is the median gap over their driven maps.
+        cellular: The automaton.
+    """
+
+    name: Name
+    method: Method = "ga"
+    experiment: Document = Field(default_factory=dict)
+    of: str | None = None
+    pop_size_from: tuple[str, ...] = ()
+    cluster_scale_from: tuple[str, ...] = ()
+    cellular: CellularSettings = BARN
+
+    @field_validator("experiment")
+    @classmethod
+    def _sections(cls, value: Document) -> Document:
+        return checked_sections(value)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Configuration:
+        if (self.method == "best_triple") != (self.of is not None):
+            raise ConfigError(f"of: expected with method best_triple and with no other, got {self.of!r}")
+        if self.method == "best_triple":
+            self._check_judging_only()
+        if self.method in ("ga", "random") and "algorithm" in search_of(self.experiment):
+            raise ConfigError(f"experiment.search.algorithm: expected none beside method {self.method}")
+        return self
+
+    def _check_judging_only(self) -> None:
+        """Maps that were driven can be judged otherwise, but not driven otherwise."""
+        other = [name for name in self.experiment if name != "search"]
+        other += [f"search.{name}" for name in search_of(self.experiment) if name not in JUDGES]
+        if other or self.pop_size_from:
+            what = f"experiment.{other[0]}" if other else "pop_size_from"
+            raise ConfigError(
+                f"{what}: best_triple judges maps that were driven before; expected only {', '.join(JUDGES)}"
+            )
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Configurations that must be done before this one."""
+        parent = () if self.of is None else (self.of,)
+        return tuple(dict.fromkeys((*parent, *self.pop_size_from, *self.cluster_scale_from)))
+
+
+class ReevaluationSettings(Settings):
+    """How the best set of every run is driven again.
+
+    Args:
+        seeds: Runs of every controller on every map, each with a seed no search saw; 0 for none.
+        noise: Noise of these runs (``none``, ``nominal``, or standard deviations); None for the search's own.
+    """
+
+    seeds: Annotated[int, Field(ge=0)] = 10
+    noise: str | Document | None = "nominal"
+
+
+class StudySettings(Settings):
+    """All of a study.
+
+    Args:
+        name: Its name.
+        runs: Runs of every configuration; all configurations have the same seeds.
+        first_seed: Seed of the first run; the others follow.
+        budget: Map sets evaluated in each run, unless a configuration says otherwise.
+        experiment: What all configurations share: sections ``search``, ``controllers``, ``run``.
+        configurations: What is compared, in order; one may build on those before it.
+        reevaluation: How the best sets are driven again.
+    """
+
+    name: Name
+    runs: Annotated[int, Field(ge=1, le=10_000)] = 24
+    first_seed: Annotated[int, Field(ge=0, lt=MAX_SEED - 10_000)] = 0
+    budget: Annotated[int, Field(ge=1)] = 600
+    experiment: Document = Field(default_factory=dict)
+    configurations: tuple[Configuration, ...]
+    reevaluation: ReevaluationSettings = ReevaluationSettings()
+
+    @field_validator("experiment")
+    @classmethod
+    def _sections(cls, value: Document) -> Document:
+        return checked_sections(value)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> StudySettings:
+        if not self.configurations:
+            raise ConfigError("configurations: expected at least one, got none")
+        earlier: dict[str, Configuration] = {}
+        for configuration in self.configurations:
+            if configuration.name in earlier:
+                raise ConfigError(f"configurations: expected different names, got {configuration.name!r} twice")
+            _check_needs(configuration, earlier)
+            earlier[configuration.name] = configuration
+        return self
+
+    @property
+    def seeds(self) -> range:
+        """Seeds of every configuration's runs."""
+        return range(self.first_seed, self.first_seed + self.runs)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the configurations, in order."""
+        return tuple(configuration.name for configuration in self.configurations)
+
+    def configuration(self, name: str) -> Configuration:
+        """Return a configuration by name.
+
+        Raises:
+            ConfigError: If there is none of that name.
+        """
+        for configuration in self.configurations:
+            if configuration.name == name:
+                return configuration
+        raise unknown_name("configuration", name, self.names)
+
+    def document(self, configuration: Configuration, seed: int, taken: Mapping[str, Document]) -> dict[str, Any]:
+        """Return the experiment of one run.
+
+        Args:
+            configuration: One of the study's.
+            seed: Seed of the run.
+            taken: By configuration, the options of its search that were taken from earlier ones.
+        """
+        if configuration.of is None:
+            algorithm = "random" if configuration.method in ("random", "cellular") else "ga"
+            below = overlay(self.experiment, {"search": {"evaluations": self.budget, "algorithm": algorithm}})
+        else:
+            below = self.document(self.configuration(configuration.of), seed, taken)
+        search = {**taken.get(configuration.name, {}), "seed": seed}
+        return overlay(overlay(below, configuration.experiment), {"search": search})
+
+
+def checked_sections(document: Document) -> Document:
+    """Refuse unknown sections of an experiment, and a seed: the study has its own."""
+    for name in document:
+        if name not in SECTIONS:
+            raise unknown_name("section", name, SECTIONS)
+    if "seed" in search_of(document):
+        raise ConfigError("search.seed: expected none, the study's first_seed and runs say which")
+    return document
+
+
+def search_of(document: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the section ``search``, empty if there is none.
+
+    Raises:
+        ConfigError: If it is not a mapping.
+    """
+    search = document.get("search", {})
+    if not isinstance(search, Mapping):
+        raise ConfigError(f"search: expected a mapping of options, got {type(search).__name__}")
+    return search
+
+
+def _check_needs(configuration: Configuration, earlier: Mapping[str, Configuration]) -> None:
+    """A configuration builds on earlier ones only, and on maps that were driven."""
+    for name in configuration.needs:
+        if name not in earlier:
+            raise ConfigError(f"{configuration.name}: {unknown_name('earlier configuration', name, earlier)}")
+    driven = configuration.cluster_scale_from + (() if configuration.of is None else (configuration.of,))
+    for name in driven:
+        if earlier[name].method not in SEARCHES:
+            raise ConfigError(f"{configuration.name}: {name} drives no maps of its own")
+
+
+def study_names() -> tuple[str, ...]:
+    """Names of the studies that come with the package."""
+    return tuple(sorted(name.removesuffix(".yaml") for name in _bundled()))
+
+
+def load_study(name_or_file: str | Path) -> StudySettings:
+    """Read a study by name or from a YAML file.
+
+    Raises:
+        ConfigError: If there is no such study, or it cannot be used.
+    """
+    path = Path(name_or_file)
+    if str(name_or_file) in study_names():
+        with resources.as_file(
+            resources.files("evolution.studies").joinpath("definitions", f"{name_or_file}.yaml")
+        ) as file:
+            return StudySettings.from_mapping(read_yaml(file), str(name_or_file))
+    if not path.exists() and path.suffix not in (".yaml", ".yml"):
+        raise unknown_name("study", name_or_file, study_names())
+    return StudySettings.from_mapping(read_yaml(path), str(path))
+
+
+def _bundled() -> Iterable[str]:
+    folder = resources.files("evolution.studies").joinpath("definitions")
+    return [entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml")]

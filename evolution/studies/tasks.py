@@ -1,0 +1,163 @@
+"""Tasks: one run of one configuration each, with its complete experiment and what it takes from earlier ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+from controllers.nav2_params.presets import overlay
+from evolution.runs import RunDir, driven_maps, load_run
+from evolution.search import MAX_MAPS, Experiment, Fitness, calibrate_scale
+from evolution.studies.directory import StudyDir
+from evolution.studies.engine import Engine
+from evolution.studies.settings import MAX_SEED, Configuration, StudySettings
+from gym_mapbench.errors import ConfigError, RunError
+
+
+@dataclass(frozen=True)
+class Task:
+    """One run of a study.
+
+    Args:
+        configuration: What is run.
+        seed: Its seed.
+        experiment: Search, controllers and world.
+        fresh: Controllers and world of the re-evaluation, with seeds of its own; None if there is none.
+    """
+
+    configuration: Configuration
+    seed: int
+    experiment: Experiment
+    fresh: Experiment | None
+
+
+def make_task(
+    settings: StudySettings,
+    configuration: Configuration,
+    seed: int,
+    taken: Mapping[str, dict[str, Any]],
+    engine: Engine,
+) -> Task:
+    """Build one run's experiment.
+
+    Args:
+        settings: The study.
+        configuration: One of its configurations.
+        seed: Seed of the run.
+        taken: By configuration, the options of its search that were taken from earlier ones.
+        engine: Reads experiments.
+
+    Raises:
+        ConfigError: If an option cannot be used, naming the configuration.
+    """
+    where = _where(settings, configuration)
+    experiment = engine.read_experiment(settings.document(configuration, seed, taken), where)
+    _check(configuration, experiment, where)
+    return Task(configuration, seed, experiment, _fresh(settings, experiment, engine, where))
+
+
+def check_study(settings: StudySettings, engine: Engine) -> list[Task]:
+    """Build every experiment once, so that what cannot be used is said before anything is driven.
+
+    Returns:
+        The first task of every configuration; one that takes its population from others has their first one's.
+
+    Raises:
+        ConfigError: If an option cannot be used, naming the configuration.
+    """
+    tasks: list[Task] = []
+    taken: dict[str, dict[str, Any]] = {}
+    for configuration in settings.configurations:
+        if configuration.pop_size_from:
+            (first,) = [one for one in tasks if one.configuration.name == configuration.pop_size_from[0]]
+            taken[configuration.name] = {"pop_size": first.experiment.search.pop_size}
+        tasks.append(make_task(settings, configuration, settings.first_seed, taken, engine))
+        try:
+            engine.check_experiment(tasks[-1].experiment)
+        except ConfigError as error:
+            raise ConfigError(f"{_where(settings, configuration)}: {error}") from None
+    return tasks
+
+
+def _where(settings: StudySettings, configuration: Configuration) -> str:
+    """What opens the error messages about a configuration."""
+    return f"{settings.name}: {configuration.name}"
+
+
+def _check(configuration: Configuration, experiment: Experiment, where: str) -> None:
+    """Refuse what a method cannot do."""
+    search = experiment.search
+    if configuration.method == "best_triple" and search.maps_per_set > MAX_MAPS:
+        raise ConfigError(f"{where}: best_triple: expected maps_per_set up to {MAX_MAPS}, got {search.maps_per_set}")
+    unscaled = search.fitness == "cluster" and search.cluster_scale is None and not configuration.cluster_scale_from
+    if configuration.method == "path_length" and unscaled:
+        raise ConfigError(f"{where}: path_length drives no maps to calibrate from; expected cluster_scale_from")
+
+
+def _fresh(settings: StudySettings, experiment: Experiment, engine: Engine, where: str) -> Experiment | None:
+    """The same controllers with seeds no search had, common to all runs, and the noise of the re-evaluation."""
+    options = settings.reevaluation
+    if options.seeds == 0:
+        return None
+    document = experiment.document()
+    if options.noise is not None:
+        document = overlay(document, {"run": {"environment": {"noise": options.noise}}})
+    fresh = engine.read_experiment(document, f"{where}: reevaluation")
+    return replace(fresh, search=fresh.search.replace(seed=MAX_SEED, repeats=options.seeds))
+
+
+def take_from_earlier(
+    configuration: Configuration, directory: StudyDir, seeds: Iterable[int], engine: Engine
+) -> dict[str, Any]:
+    """Decide what a configuration takes from earlier ones, once; the decision is kept in the study's directory.
+
+    Returns:
+        Options of its search.
+
+    Raises:
+        RunError: If runs it builds on are not finished or damaged, or do not give a scale.
+    """
+    kept = directory.read_resolved().get(configuration.name)
+    if kept is None:
+        seeds = list(seeds)
+        _need_finished(configuration, directory, seeds)
+        kept = {"search": _taken(configuration, directory, seeds, engine), "seeds": seeds}
+        if kept["search"]:
+            directory.write_resolved(configuration.name, kept)
+    search: dict[str, Any] = kept["search"]
+    return search
+
+
+def _need_finished(configuration: Configuration, directory: StudyDir, seeds: Sequence[int]) -> None:
+    for name in configuration.needs:
+        missing = [seed for seed in seeds if not directory.is_finished(name, seed)]
+        if missing:
+            raise RunError(f"builds on {name}, of which {len(missing)} of {len(seeds)} runs are not finished")
+
+
+def _taken(configuration: Configuration, directory: StudyDir, seeds: Sequence[int], engine: Engine) -> dict[str, Any]:
+    taken: dict[str, Any] = {}
+    if configuration.pop_size_from:
+        best = min(configuration.pop_size_from, key=lambda name: _mean_fitness(directory, name, seeds))
+        taken["pop_size"] = load_run(directory.run_path(best, seeds[0])).config["search"]["pop_size"]
+    if configuration.cluster_scale_from:
+        paths = [directory.run_path(name, seed) for name in configuration.cluster_scale_from for seed in seeds]
+        taken["cluster_scale"] = calibrate_scale([times for path in paths for times in _times(path, engine)])
+    return taken
+
+
+def _mean_fitness(directory: StudyDir, name: str, seeds: Sequence[int]) -> float:
+    runs = [RunDir.open(directory.run_path(name, seed)) for seed in seeds]
+    return fmean(run.read_best_results()["fitness"] for run in runs)
+
+
+def _times(path: Path, engine: Engine) -> list[tuple[float, ...]]:
+    """What every controller needed on each map of a run that has a value."""
+    run = load_run(path)
+    experiment = engine.read_experiment(run.config, str(path))
+    fitness = Fitness.of(experiment.search, experiment.run.time_limit)
+    values = [fitness.values_of(results) for results in driven_maps(run).values()]
+    return [times for times in values if times is not None]

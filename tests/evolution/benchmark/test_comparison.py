@@ -1,0 +1,111 @@
+"""Times measured elsewhere beside ours: a sample of the runner's CSV, made by hand."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from evolution.benchmark.comparison import compare, our_times, times_of_results
+from evolution.cli import main
+from gym_mapbench.errors import MapFormatError
+from gym_mapbench.mapio.runner_results import read_runner_results
+
+HEADER = "map,controller,repeat,outcome,time_s,path_length_m\n"
+SAMPLE = HEADER + "\n".join(
+    [
+        "map_1,dwb,0,goal,11.0,8.0",
+        "map_1,dwb,1,goal,13.0,8.0",
+        "map_1,rpp,0,goal,12.5,8.1",
+        "map_2,dwb,0,goal,40.0,9.0",
+        "map_2,rpp,0,goal,20.0,9.0",
+        "map_3,dwb,0,timeout,150.0,3.0",
+        "map_3,rpp,0,goal,30.0,9.0",
+        "map_4,mppi,0,goal,9.0,8.0",
+    ]
+)
+OURS = {
+    "runs": [
+        {"map": name, "controller": controller, "outcome": "goal", "time_s": time}
+        for name, controller, time in (
+            ("map_1", "dwb", 10.0),
+            ("map_1", "rpp", 10.5),
+            ("map_2", "dwb", 36.0),
+            ("map_2", "rpp", 18.0),
+            ("map_3", "dwb", 50.0),
+            ("map_3", "rpp", 25.0),
+            ("map_5", "rpp", 25.0),
+        )
+    ]
+}
+
+
+@pytest.fixture
+def files(tmp_path):
+    (tmp_path / "results.csv").write_text(SAMPLE)
+    (tmp_path / "bench.json").write_text(json.dumps(OURS))
+    return tmp_path
+
+
+def test_sample_by_hand(files):
+    theirs = times_of_results(read_runner_results(files / "results.csv"))
+    comparison = compare(our_times(files / "bench.json"), theirs)
+    ratios = {(pair.map, pair.controller): pair.ratio for pair in comparison.pairs}
+    assert ratios["map_1", "dwb"] == pytest.approx(1.2)
+    assert ratios["map_2", "rpp"] == pytest.approx(20 / 18)
+    # map_3 is left out: their DWB never arrived. On the others the gap grows from map_1 to map_2 on both sides.
+    assert comparison.order_kept == {"map_1": True, "map_2": True}
+    assert comparison.correlation[0] == pytest.approx(1.0)
+    assert comparison.missing == ("map_5/rpp: not in the results", "map_4/mppi: not driven by us")
+
+
+def test_changed_order_is_said():
+    ours = {("a", "x"): (10.0,), ("a", "y"): (10.0,), ("b", "x"): (10.0,), ("b", "y"): (20.0,)}
+    theirs = {("a", "x"): (10.0,), ("a", "y"): (40.0,), ("b", "x"): (10.0,), ("b", "y"): (20.0,)}
+    assert compare(ours, theirs).order_kept == {"a": False, "b": False}
+
+
+def test_nothing_in_common_is_refused():
+    with pytest.raises(MapFormatError, match="expected maps"):
+        compare({("a", "x"): (1.0,)}, {("b", "x"): (1.0,)})
+
+
+def test_the_command(files, capsys):
+    argv = ["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]
+    assert main(argv) == 0
+    assert "rank correlation" in capsys.readouterr().out
+    assert main([*argv, "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["order_kept"] == {"map_1": True, "map_2": True}
+
+
+def test_files_of_another_kind(files, capsys):
+    bench = files / "bench.json"
+    for text, reason in (("[]", "no runs with map"), ("{", "not the JSON"), (None, "No such file")):
+        bench.write_text(text) if text else bench.unlink()
+        assert main(["import-results", str(files / "results.csv"), "--ours", str(bench)]) == 2
+        line = capsys.readouterr().err
+        assert f"{bench}: expected a run directory, a bench.json or the directory of one ({reason}" in line
+        assert "Error" not in line
+
+
+def test_directory_of_a_benchmark(files, capsys):
+    argv = ["import-results", str(files / "results.csv"), "--format", "json", "--ours"]
+    assert main([*argv, str(files)]) == 0
+    of_directory = capsys.readouterr().out
+    assert main([*argv, str(files / "bench.json")]) == 0
+    assert of_directory == capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("count", "said"),
+    [(1, "none"), (3, "1.000 (too few pairs for an interval)"), (4, "too few"), (6, "95 % interval 1.000 to 1.000")],
+)
+def test_interval_only_of_enough_pairs(count, said, files, capsys):
+    ours, theirs = files / "ours.json", files / "theirs.csv"
+    rows = [
+        {"map": name, "controller": "rpp", "outcome": "goal", "time_s": 10.0 + i} for i, name in enumerate("abcdef")
+    ]
+    ours.write_text(json.dumps({"runs": rows[:count]}))
+    theirs.write_text(HEADER + "".join(f"{row['map']},rpp,0,goal,{row['time_s']},8.0\n" for row in rows[:count]))
+    assert main(["import-results", str(theirs), "--ours", str(ours)]) == 0
+    assert said in capsys.readouterr().out

@@ -1,0 +1,275 @@
+"""The command as a user meets it: what it prints, what it writes, and one line for every mistake."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from controllers.nav2_params import read_nav2_params
+from evolution.cli import main
+from evolution.commands.options import check_room
+from evolution.driving.worker import DriveSettings
+from evolution.runs.loading import load_run
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.scenario import Pose
+from tests.evolution import fake_runs
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+OFFICE = str(EXAMPLES / "office.yaml")
+
+
+@pytest.fixture
+def office(tmp_path):
+    """A copy of the example map that a test may spoil."""
+    for file in EXAMPLES.glob("office*"):
+        shutil.copy(file, tmp_path)
+    return tmp_path / "office.yaml"
+
+
+def refused(capsys, *argv):
+    """Run a command that must be refused: exit code 2, one line, no traceback; returns the line."""
+    try:
+        code = main([str(arg) for arg in argv])
+    except SystemExit as stop:
+        code = stop.code
+    output = capsys.readouterr()
+    assert code == 2
+    assert output.err.startswith("mapbench")
+    assert output.err.count("\n") == 1, output.err
+    assert "Traceback" not in output.err
+    return output.err
+
+
+@pytest.mark.parametrize(
+    ("argv", "expected"),
+    [
+        (["bench", "nowhere.yaml"], "nowhere.yaml"),
+        (["bench", OFFICE, "--controllers", "mpi"], "did you mean 'mppi'"),
+        (["bench", OFFICE, "--controllers", "dwb,,rpp"], "--controllers"),
+        (["bench", OFFICE, "--controllers", "=dwb"], "expected NAME or NAME=KIND, got '=dwb'"),
+        (["bench", OFFICE, "--controllers", "dwb="], "expected NAME or NAME=KIND, got 'dwb='"),
+        (["bench", OFFICE, "--controllers", "sac=nowhere.zip"], "nowhere.zip"),
+        (["bench", OFFICE, "--start", "1,2,3,4"], "x,y,yaw"),
+        (["bench", OFFICE, "--start", "nan,1,0"], "finite"),
+        (["bench", OFFICE, "--goal", "-inf,1,0"], "finite"),
+        (["bench", OFFICE, "--start", "-2,-1,0"], "on the map"),
+        (["bench", OFFICE, "--goal", "99,99,0"], "on the map"),
+        (["bench", OFFICE, "--start", "0.01,0.01,0"], "obstacle"),
+        (["bench", OFFICE, "--robot-radius", "3"], "office: start: expected room for the robot"),
+        (["drive", OFFICE, "--controller", "rpp", "--start", "0.1,3,0"], "office: start: expected room for the robot"),
+        (["evolve", "--robot-radius", "2"], "generated maps: start: expected room for the robot"),
+        (["bench", OFFICE, "--repeats", "0"], "at least 1"),
+        (["bench", OFFICE, "--robot", "turtlebot"], "turtlebot3"),
+        (["bench", OFFICE, "--robot-radius", "-1"], "--robot-radius: expected a finite number above 0"),
+        (["bench", OFFICE, "--robot", "jackal", "--robot-radius", "0.2"], "--robot"),
+        (["bench", OFFICE, "--time-limit", "0"], "--time-limit: expected a finite number above 0"),
+        (["bench", OFFICE, "--lo", "nan"], "--lo: expected a finite number above 0"),
+        (["bench", OFFICE, "--out", "/dev/null/results"], "/dev/null/results: cannot be made"),
+        (["bench", OFFICE, "--params", "nowhere.yaml"], "nowhere.yaml"),
+        (["bench", OFFICE, "--params", "fairr"], "a file or one of the presets thesis, fair, got 'fairr'"),
+        (["bench", OFFICE, "barn:somewhere"], "BARN"),
+        (["drive", OFFICE, "--controller", "rpp,dwb"], "one controller"),
+        (["drive", OFFICE, "--controller", "rpp", "--scenario", "7"], "1 to 1"),
+        (["drive", OFFICE, "--controller", "rpp", "--gif", "film.avi"], ".gif"),
+        (["drive", OFFICE, "--controller", "rpp", "--gif", "/nope/film.gif"], "a directory that can be written"),
+        (["evolve", "--preset", "quik"], "quick"),
+        (["evolve", "--pop-size", "9", "--evaluations", "3"], "evaluations"),
+        (["evolve", "--metric", "foo"], "(expected one of: barn_score, curvature,"),
+        (["evolve", "--controllers", "rpp"], "expected two or more to tell apart, got rpp alone"),
+        (["evolve", "--metric", "time", "--failures", "never"], "never"),
+        (["evolve", "--resume", "nowhere"], "nowhere"),
+        (["evolve", "--resume", "nowhere", "--pop-size", "9"], "--pop-size"),
+        (["evolve", "--config", "nowhere.yaml"], "nowhere.yaml"),
+        (["validate", "nowhere"], "nowhere"),
+        (["maps", "info", "nowhere.map"], "nowhere.map"),
+        (["export", OFFICE, "--format", "gazeboo", "--out", "x"], "gazebo"),
+        (["import-results", "nowhere.csv", "--ours", "nowhere"], "nowhere"),
+        (["evolv"], "evolve"),
+        (["evolve", "foo"], "mapbench evolve: unrecognized arguments: foo"),
+        (["maps", "convert", OFFICE, "b.yaml", "--start", "1,1,0"], "mapbench maps convert: unrecognized arguments"),
+    ],
+    ids=lambda value: " ".join(Path(part).name for part in value) if isinstance(value, list) else "",
+)
+def test_mistakes_get_one_line(argv, expected, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert expected in refused(capsys, *argv)
+    assert not list(tmp_path.iterdir())
+
+
+def test_poses_may_be_negative(tmp_path, capsys):
+    (tmp_path / "room.pgm").write_bytes(b"P5 200 120 255\n" + bytes([254]) * 24000)
+    room = tmp_path / "room.yaml"
+    room.write_text(
+        "{image: room.pgm, resolution: 0.05, origin: [-5, -3, 0], negate: 0, occupied_thresh: 0.65, free_thresh: 0.2}"
+    )
+    assert main(["maps", "info", str(room), "--start", "-2,-1,0", "--goal", "-.5,2,-1", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["tasks"] == 1
+
+
+def test_what_cannot_be_written_gets_one_line(tmp_path, capsys, monkeypatch):
+    def fail(*_):
+        raise OSError(28, "No space left on device", "film.gif")
+
+    monkeypatch.setattr("evolution.commands.maps.write_map_file", fail)
+    line = refused(capsys, "maps", "convert", OFFICE, tmp_path / "b.yaml")
+    assert line == "mapbench maps: film.gif: No space left on device\n"
+
+
+def test_one_map_without_room_spoils_no_benchmark():
+    (free,) = load_scenarios(OFFICE)
+    blocked = replace(free, start=Pose(0.1, 3.0, 0.0))
+    check_room([blocked, free], DriveSettings(navigation="thesis"))
+    with pytest.raises(ConfigError, match="office: start: expected room"):
+        check_room([blocked, blocked], DriveSettings(navigation="thesis"))
+
+
+def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
+    params = tmp_path / "fast.yaml"
+    params.write_text("controller_server: {ros__parameters: {controller_frequency: 100.0}}\n")
+    for command in (["bench", OFFICE], ["evolve"]):
+        assert main([*command, "--params", str(params), "--out", str(tmp_path / "out")]) == 2
+        line = capsys.readouterr().err.splitlines()[-1]
+        assert "controller_frequency: expected at most the env's rate of control, 20 Hz, got 100" in line
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def fake_robot(monkeypatch):
+    """Runs without a robot, of which those of the controller ``raises`` end in an error."""
+    for command in ("bench", "evolve"):
+        monkeypatch.setattr(f"evolution.commands.{command}.run_job", fake_runs.misbehave)
+        monkeypatch.setattr(f"evolution.commands.{command}.warm_up", fake_runs.touch_warm_up)
+    monkeypatch.setattr("evolution.commands.bench.summary_rows", lambda _: [])
+    monkeypatch.setattr("evolution.commands.evolve.write_run_figures", lambda _: None)
+
+
+SMALL_SEARCH = ["evolve", "--preset", "quick", "--pop-size", "2", "--evaluations", "2", "--maps-per-set", "1"]
+WITH_ERRORS = ["--controllers", "rpp,raises=rpp", "--workers", "1"]
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_errors_are_listed_under_the_table(capsys):
+    assert main(["bench", OFFICE, "--repeats", "2", *WITH_ERRORS]) == 0
+    assert capsys.readouterr().out.count("office/raises: ValueError: the costmap is upside down\n") == 1
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_errors_of_a_search_are_counted(tmp_path, capsys):
+    assert main([*SMALL_SEARCH, *WITH_ERRORS, "--out", str(tmp_path / "run")]) == 0
+    last = "2 of 4 runs ended in an error, the first because: ValueError: the costmap is upside down\n"
+    assert capsys.readouterr().err.endswith(last)
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_controllers_of_a_users_parameters_drive_unless_others_are_named(tmp_path, capsys):
+    def searched(name, *argv):
+        out = tmp_path / name
+        assert main([*SMALL_SEARCH, *argv, "--params", params, "--workers", "1", "--out", str(out)]) == 0
+        return load_run(out).controllers
+
+    params, config = str(EXAMPLES / "nav2_params.yaml"), tmp_path / "config.yaml"
+    assert main(["bench", OFFICE, "--params", params, "--workers", "1", "--format", "json"]) == 0
+    runs = json.loads(capsys.readouterr().out)["runs"]
+    assert [run["controller"] for run in runs] == ["FollowPath", "Pursuit"]
+    config.write_text("controllers: [mppi, dwb]\n")
+    assert searched("listed") == ("FollowPath", "Pursuit")
+    assert searched("configured", "--config", str(config)) == ("mppi", "dwb")
+    assert searched("named", "--config", str(config), "--controllers", "dwb,Pursuit") == ("dwb", "Pursuit")
+    bundle = tmp_path / "bundle"
+    assert main(["export", OFFICE, "--format", "gazebo", "--params", params, "--out", str(bundle)]) == 0
+    (exported,) = bundle.rglob("nav2_params.yaml")
+    assert list(read_nav2_params(exported).navigation.controllers)[:2] == ["FollowPath", "Pursuit"]
+
+
+def test_truncated_picture_is_refused(office, capsys):
+    picture = office.with_suffix(".pgm")
+    picture.write_bytes(picture.read_bytes()[:1000])
+    assert "office.pgm" in refused(capsys, "bench", office)
+
+
+def test_used_directories_are_refused(tmp_path, capsys):
+    used = tmp_path / "used"
+    used.mkdir()
+    (used / "precious.txt").write_text("mine")
+    for argv in (
+        ["evolve", "--out", used],
+        ["bench", OFFICE, "--out", used],
+        ["export", OFFICE, "--format", "map_server", "--out", used],
+    ):
+        refused(capsys, *argv)
+    assert [path.name for path in used.iterdir()] == ["precious.txt"]
+
+
+def test_unknown_keys_of_a_config_file(tmp_path, capsys):
+    config = tmp_path / "config.yaml"
+    config.write_text("search: {pop_sise: 4}\n")
+    assert "pop_size" in refused(capsys, "evolve", "--config", config)
+    config.write_text("serch: {}\n")
+    assert "'search'" in refused(capsys, "evolve", "--config", config)
+
+
+def test_bench_as_json_and_csv(tmp_path, capsys):
+    out = tmp_path / "out"
+    argv = ["bench", OFFICE, "--controllers", "rpp,slow=rpp", "--repeats", "2", "--workers", "1", "--out", str(out)]
+    assert main([*argv, "--format", "json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    runs = printed["runs"]
+    assert [(run["controller"], run["repeat"]) for run in runs] == [("rpp", 0), ("rpp", 1), ("slow", 0), ("slow", 1)]
+    assert {run["outcome"] for run in runs} == {"goal"}
+    assert runs[0]["time_s"] == runs[1]["time_s"]  # no noise: nothing differs
+    assert all(run["path_length_m"] > 8 for run in runs)
+    assert json.loads((out / "bench.json").read_text()) == printed
+    with (out / "bench.csv").open() as file:
+        assert [row["outcome"] for row in csv.DictReader(file)] == ["goal"] * 4
+
+
+def test_a_users_parameters_say_what_is_ignored(capsys):
+    params = str(EXAMPLES / "nav2_params.yaml")
+    code = main(["bench", OFFICE, "--controllers", "Pursuit", "--params", params, "--workers", "1"])
+    output = capsys.readouterr()
+    assert code == 0
+    (ignored,) = [line for line in output.err.splitlines() if "ignored, because only ROS reads them: " in line]
+    assert "FollowPath.debug_trajectory_details" in ignored
+    assert ignored.endswith("scan.data_type")
+    assert "Pursuit" in output.out
+
+
+def test_drive_writes_a_film(tmp_path, capsys):
+    film = tmp_path / "film.gif"
+    argv = ["drive", OFFICE, "--controller", "rpp", "--time-limit", "2", "--gif", str(film)]
+    assert main(argv) == 0
+    assert film.read_bytes().startswith(b"GIF89a")
+    assert "timeout" in capsys.readouterr().out
+    assert "nothing is overwritten" in refused(capsys, *argv)
+
+
+def test_films_and_windows_that_cannot_be_are_refused_first(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("evolution.commands.drive.drive", lambda _: pytest.fail("driven"))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    line = refused(capsys, "drive", OFFICE, "--controller", "rpp", "--mp4", tmp_path / "film.mp4")
+    assert "needs the program ffmpeg" in line
+    monkeypatch.setattr("matplotlib.pyplot.get_backend", lambda: "agg")
+    assert "expected a display" in refused(capsys, "drive", OFFICE, "--controller", "rpp", "--show")
+
+
+def test_maps_info_and_convert(tmp_path, capsys):
+    assert main(["maps", "info", OFFICE, "--format", "json"]) == 0
+    (office,) = json.loads(capsys.readouterr().out)["maps"]
+    assert (office["rows"], office["cols"]) == (140, 200)
+    target = tmp_path / "office.mapset.json"
+    assert main(["maps", "convert", OFFICE, str(target)]) == 0
+    assert load_scenarios(target)[0].map == load_scenarios(OFFICE)[0].map
+
+
+def test_help_teaches_by_example(capsys):
+    for command in ("evolve", "bench", "drive", "maps", "export", "import-results", "validate"):
+        with pytest.raises(SystemExit) as stop:
+            main([command, "--help"])
+        assert stop.value.code == 0
+        assert f"mapbench {command}" in capsys.readouterr().out.split("examples:")[1]

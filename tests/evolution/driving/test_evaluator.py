@@ -1,0 +1,172 @@
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import numpy as np
+import pytest
+
+from evolution.driving.evaluator import Evaluator
+from evolution.driving.jobs import ControllerSpec, JobPlan, RunResult
+from evolution.driving.store import ResultStore
+from evolution.search.operators.sampling import sample_map_set
+from gym_mapbench.errors import ConfigError, RunError
+from tests.evolution import fake_runs
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings
+
+
+def map_sets(count, seed=0):
+    rng = np.random.default_rng(seed)
+    return [sample_map_set(rng, 3, SMALL) for _ in range(count)]
+
+
+def plan_of(*names, **params):
+    return JobPlan(tuple(ControllerSpec(name=name, params=params) for name in names), FakeRunSettings())
+
+
+def jobs_of(plan, maps=1):
+    return [job for map_set in map_sets(maps) for job in plan.jobs(map_set[0])]
+
+
+def test_results_come_in_order_whatever_the_workers_do():
+    plan = JobPlan(CONTROLLERS, FakeRunSettings(), root_seed=3, repeats=2)
+    sets = map_sets(4)
+    expected = [
+        tuple(
+            tuple(
+                tuple(fake_runs.drive(job).time_s for job in plan.jobs(scenario) if job.controller == controller)
+                for controller in CONTROLLERS
+            )
+            for scenario in one
+        )
+        for one in sets
+    ]
+    for workers in (1, 2):
+        with Evaluator(fake_runs.drive, workers=workers) as evaluator:
+            results = evaluator.evaluate(sets, plan)
+        times = [tuple(tuple(tuple(r.time_s for r in c) for c in m) for m in one) for one in results]
+        assert times == expected
+        assert evaluator.driven == 4 * 3 * 3 * 2
+
+
+def test_nothing_is_driven_twice(tmp_path):
+    plan = JobPlan(CONTROLLERS, FakeRunSettings())
+    (one, other) = map_sets(2)
+    seen = []
+    with ResultStore(tmp_path / "results.sqlite") as store, Evaluator(fake_runs.drive, store) as evaluator:
+        first = evaluator.evaluate([one, one, other], plan, on_run=lambda job, _result, left: seen.append((job, left)))
+        assert evaluator.driven == len(store) == len({job.key for job, _ in seen}) == 18
+        assert [left for _, left in seen] == list(range(17, -1, -1))
+        again = evaluator.evaluate([other, one], plan)
+        assert (evaluator.driven, evaluator.reused) == (18, 18)
+    assert first == [again[1], again[1], again[0]]
+    with ResultStore(tmp_path / "results.sqlite") as store, Evaluator(fake_runs.misbehave, store) as evaluator:
+        assert evaluator.evaluate([one], plan) == [first[0]]
+        assert evaluator.driven == 0
+
+
+def test_a_faulty_controller_costs_its_own_runs_only(tmp_path):
+    plan = plan_of("good", "raises", "kills", "exits", "wrong_type", "hangs", "fails_once", mark=str(tmp_path / "mark"))
+    with Evaluator(fake_runs.misbehave, workers=2, timeout_s=1.0, retries=1) as evaluator:
+        results = dict(zip(plan.names, evaluator.run(jobs_of(plan)), strict=True))
+    assert results["good"].outcome in ("goal", "timeout")
+    assert results["good"].attempts == 1
+    errors = {name: result for name, result in results.items() if name not in ("good", "fails_once")}
+    assert {result.outcome for result in errors.values()} == {"error"}
+    assert {result.attempts for result in errors.values()} == {2}
+    assert errors["raises"].reason == "ValueError: the costmap is upside down"
+    assert errors["hangs"].reason == "no answer within 1 s"
+    assert errors["exits"].reason == "SystemExit: 3"
+    assert "the worker died" in errors["kills"].reason
+    assert "expected a RunResult, got NoneType" in errors["wrong_type"].reason
+    assert results["fails_once"].attempts == 2
+    assert results["fails_once"].time_s == fake_runs.drive(jobs_of(plan)[-1]).time_s
+
+
+def test_warm_up_runs_in_every_worker_and_its_failure_is_said():
+    jobs = jobs_of(plan_of("any"), maps=4)
+    with Evaluator(fake_runs.tell_warmth, warm_up=fake_runs.touch_warm_up) as evaluator:
+        assert {result.reason for result in evaluator.run(jobs)} == {"yes"}
+    cannot_start = pytest.raises(RunError, match=r"workers cannot start: ImportError: no LLVM here")
+    with Evaluator(fake_runs.drive, warm_up=fake_runs.broken_warm_up) as evaluator, cannot_start:
+        evaluator.run(jobs)
+
+
+def test_workers_that_cannot_start_end_the_run_with_one_line(tmp_path, monkeypatch):
+    (tmp_path / "vanishing.py").write_text("def drive(job):\n    return None\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    vanishing = __import__("vanishing")
+    (tmp_path / "vanishing.py").write_text("")
+    with Evaluator(vanishing.drive) as evaluator, pytest.raises(RunError, match="workers die before their first run"):
+        evaluator.run(jobs_of(plan_of("any")))
+
+
+@pytest.fixture
+def heard_interrupts():
+    """Python's own answer to Ctrl-C, which a shell's background jobs are told to ignore."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heard_interrupts")
+def test_ctrl_c_stops_the_workers_and_keeps_what_is_finished():
+    with Evaluator(fake_runs.drive) as evaluator:
+        done = evaluator.run(jobs_of(plan_of("any")))
+        evaluator.run_job = fake_runs.interrupt_parent
+        began = time.monotonic()
+        with pytest.raises(KeyboardInterrupt):
+            evaluator.run(jobs_of(plan_of("other", parent=os.getpid())))
+        assert time.monotonic() - began < 30
+        assert len(evaluator.store) == 1
+        assert evaluator.run(jobs_of(plan_of("any"))) == done
+
+
+def test_a_killed_parent_takes_hanging_workers_along():
+    script = """
+        import os, sys
+        from tests.evolution.fake_runs import misbehave
+        from tests.evolution.driving.test_evaluator import jobs_of, plan_of
+        from evolution.driving.evaluator import Evaluator
+        import evolution.driving.evaluator as module
+
+        if __name__ == "__main__":
+            def report(*_):
+                [pid] = evaluator._pool._pool_manager.worker_manager.workers
+                print(pid, flush=True)
+            evaluator = Evaluator(misbehave)
+            evaluator.run(jobs_of(plan_of("good")), report)
+            evaluator.run(jobs_of(plan_of("hangs")))
+    """
+    parent = subprocess.Popen([sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True)
+    with parent:
+        assert parent.stdout is not None
+        worker = int(parent.stdout.readline())
+        parent.kill()
+    for _ in range(100):
+        try:
+            os.kill(worker, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.1)
+    os.kill(worker, signal.SIGKILL)
+    pytest.fail("the worker outlived its parent")
+
+
+def test_bad_options_are_refused():
+    for options in ({"workers": 0}, {"retries": -1}, {"timeout_s": 0.0}):
+        with pytest.raises(ConfigError, match="evaluator: expected"):
+            Evaluator(fake_runs.drive, **options)
+
+
+def test_error_results_read_back_from_the_store():
+    with ResultStore() as store:
+        result = RunResult("error", 0.0, 0.0, "it broke", 2, {"a": 0.1}, {"b": 1e-9}, 7)
+        store.put("key", result)
+        store.put("key", RunResult("goal", 1.0, 1.0))
+        assert store.get("key") == result
+        assert store.get("other") is None

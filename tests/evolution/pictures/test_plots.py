@@ -1,0 +1,119 @@
+"""Figures are drawn from what they say, the same to the byte."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from evolution.pictures.plots import (
+    COLOURS,
+    _cliques,
+    box_figure,
+    critical_difference_figure,
+    curse_figure,
+    save_figure,
+    spread_figure,
+    times_figure,
+)
+from evolution.report.page import picture
+
+
+def test_equal_figures_are_equal_files(tmp_path):
+    for folder in ("a", "b"):
+        figure = box_figure({"seen": {"ga": [1, 2, 3.0]}, "fresh": {"ga": [2, 3, 400.0]}}, highest=100.0)
+        save_figure(figure, tmp_path / folder / "box")
+    for name in ("box.png", "box.svg"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+
+
+def legend(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_what_is_off_the_scale_is_counted():
+    # 100 is a set on which every run failed: it would squeeze everything else as 20000 does.
+    (axes,) = box_figure({"seen": {"ga": [1, 2, 3.0, 100.0, 20000.0], "random": [2.0]}}, highest=100.0).axes
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["ga\n(2 at 100 or more)", "random"]
+    assert axes.get_ylim()[1] < 100
+
+
+def test_spread_is_mean_and_standard_deviation():
+    table = np.array([[3.0, 1.0], [5.0, 1.0]])
+    figure = spread_figure({"ga": ([10, 20], table), "path": ([20], [[2.0], [4.0]])}, highest=100.0)
+    (axes,) = figure.axes
+    assert axes.lines[0].get_ydata().tolist() == [4.0, 1.0]
+    band = axes.collections[0].get_paths()[0].vertices
+    assert (band[:, 1].min(), band[:, 1].max()) == pytest.approx((1.0, 4.0 + np.sqrt(2)))  # as in Table 5.2: n - 1
+    assert legend(figure)[0] == "ga (n = 2)"
+
+
+def test_no_band_where_the_mean_is_off_the_figure():
+    table = np.array([[20000.0, 100.0, 4.0, 2.0], [20000.0, 100.0, 2.0, 2.0]])
+    figure = spread_figure({"ga": ([1, 2, 3, 4], table), "none": ([1, 2], [[500.0, 100.0]])}, highest=100.0)
+    (axes,) = figure.axes
+    assert np.isnan(axes.lines[0].get_ydata()).tolist() == [True, True, False, False]
+    band = np.concatenate([path.vertices for path in axes.collections[0].get_paths()])
+    assert band[:, 0].min() == 3
+    assert axes.get_ylim()[1] < 10
+    assert legend(figure) == ["ga (n = 2)", "none (n = 1), 100 or more"]
+
+
+def test_lines_differ_when_the_colours_are_used_up():
+    names = [f"n{i}" for i in range(len(COLOURS) + 2)]
+    curves = {name: ([1, 2, 3], [[3.0, 2.0, 1.0]]) for name in names}
+    (axes,) = spread_figure(curves, baselines={"n1", "n8"}).axes
+    looks = [(line.get_color(), line.get_marker(), line.get_linestyle()) for line in axes.lines]
+    assert len({(colour, marker) for colour, marker, _ in looks}) == len(names)
+    assert [line for _, _, line in looks] == ["-", "--", "-", "-", "-", "-", "-", "-", "--"]
+    part = spread_figure({name: curves[name] for name in names[3:5]}, names=names).axes[0]
+    assert [line.get_color() for line in part.lines] == [COLOURS[3], COLOURS[4]]
+
+
+def test_times_of_many_controllers_are_told_apart():
+    names = [f"c{i}" for i in range(len(COLOURS) + 2)]
+    figure = times_figure({name: [[1.0, 2.0], []] for name in names}, ["map_1", "map_2"])
+    (axes,) = figure.axes
+    assert legend(figure) == names
+    bars = [(patch.get_facecolor(), patch.get_hatch()) for patch in axes.patches]
+    assert len(set(bars)) == len(bars) == len(names)
+
+
+def test_what_is_off_the_scale_stands_at_the_edge():
+    groups = {"ga": ([-8, -7.0], [-6, -7.0]), "none": ([20000.0, -7.0], [1.0, 100.0])}
+    figure = curse_figure(groups, highest=100.0)
+    (axes,) = figure.axes
+    assert axes.lines[-1].get_xdata().tolist() == axes.lines[-1].get_ydata().tolist() == [-8.0, -6.0]
+    assert legend(figure) == ["ga", "none (2 off the scale)"]
+    above, beside = (
+        line.get_xydata().tolist()
+        for marker in "^>"
+        for line in axes.lines
+        if line.get_marker() == marker and len(line.get_xdata())
+    )
+    assert above == [[-7.0, pytest.approx(-5.84)]]
+    assert beside == [[pytest.approx(-5.84), pytest.approx(-5.84)]]
+
+
+def test_cliques_by_hand():
+    # 1.0 and 1.8 are closer than 1, so are 1.8 and 2.5, and all of 2.5 to 3.4; 5.0 stands alone.
+    assert _cliques(np.array([1.0, 1.8, 2.5, 3.0, 3.4, 5.0]), 1.0) == [(1.0, 1.8), (1.8, 2.5), (2.5, 3.4)]
+    assert _cliques(np.array([1.0, 3.0]), 1.0) == []
+    (axes,) = critical_difference_figure(["a", "b"], [1.2, 1.8], 1.0).axes
+    assert "1.00" in axes.get_title()
+
+
+def test_pictures_shrink_and_keep_their_colours():
+    figure = spread_figure({name: ([1, 2], [[i, i + 1.0]]) for i, name in enumerate("abcdefg")})
+    content = io.BytesIO()
+    figure.savefig(content, format="png")
+    small = picture("a", content.getvalue())
+    assert len(small.content) < 0.6 * len(content.getvalue())
+    before, after = (
+        np.asarray(Image.open(io.BytesIO(c)).convert("RGB"), dtype=int) for c in (content.getvalue(), small.content)
+    )
+    assert np.abs(before - after).mean() < 2.0
+    with pytest.raises(OSError, match="cannot identify"):
+        picture("a", b"no picture")

@@ -1,0 +1,216 @@
+"""The page in headless Chromium (Debian: chromium, chromium-driver): it opens, plays, sorts, enlarges and prints."""
+
+from __future__ import annotations
+
+import io
+import shutil
+
+import pytest
+from PIL import Image
+
+from evolution.report.of_study import report_of_study
+from evolution.report.page import Attachment, render_page
+from evolution.studies import load_results
+from evolution.studies.analysis.figures import drive_best_sets
+from tests.evolution.fake_study import ENGINE
+
+webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+
+from selenium.webdriver.common.by import By  # noqa: E402
+from selenium.webdriver.common.keys import Keys  # noqa: E402
+from selenium.webdriver.support.ui import Select, WebDriverWait  # noqa: E402
+
+CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+pytestmark = pytest.mark.skipif(not (CHROMIUM and DRIVER), reason="chromium or chromedriver is not installed")
+
+
+@pytest.fixture(scope="module")
+def page(study_path, tmp_path_factory):
+    """The report of a study as a file."""
+    results = load_results(study_path, ENGINE)
+    report = report_of_study(results, drive_best_sets(results, ENGINE))
+    picture = io.BytesIO()
+    Image.new("RGB", (400, 300), "#0072b2").save(picture, "png")
+    figures = [Attachment("A figure", "image/png", picture.getvalue())]
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    path.write_text(render_page(type(report)(**{**vars(report), "figures": figures})), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    """A browser without a window."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
+        options.add_argument(argument)
+    options.add_argument("--window-size=1280,1600")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture
+def opened(chromium, page):
+    """The page, freshly loaded; whatever a test does there, the console must stay empty."""
+    chromium.get(page.as_uri())
+    yield chromium
+    assert chromium.get_log("browser") == []
+
+
+def clock(browser):
+    return float(browser.find_element(By.ID, "clock").text.split()[0])
+
+
+def canvas(browser):
+    return browser.execute_script("return document.querySelector('canvas').toDataURL()")
+
+
+def column(browser, number):
+    rows = browser.find_element(By.CSS_SELECTOR, "table.sortable").find_elements(By.CSS_SELECTOR, "tbody tr")
+    return [float(row.find_elements(By.TAG_NAME, "td")[number].get_dom_attribute("data-sort")) for row in rows]
+
+
+def until(browser, condition):
+    WebDriverWait(browser, 10, poll_frequency=0.05).until(lambda _: condition())
+
+
+def test_it_opens_in_light_and_dark(opened):
+    assert opened.title == "Study: small"
+    assert len(opened.find_elements(By.TAG_NAME, "canvas")) == 3
+    papers = []
+    for scheme in ("light", "dark"):
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        opened.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+        papers.append(opened.find_element(By.TAG_NAME, "body").value_of_css_property("background-color"))
+    opened.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+    assert papers == ["rgba(255, 255, 255, 1)", "rgba(20, 24, 29, 1)"]
+
+
+def test_the_replay_plays_and_pauses(opened):
+    play = opened.find_element(By.ID, "play")
+    end = clock(opened)
+    assert end > 5.0
+    shown = canvas(opened)
+    play.click()
+    assert play.text == "Pause"
+    until(opened, lambda: 0.5 < clock(opened) < end)
+    play.click()
+    now = clock(opened)
+    assert play.text == "Play"
+    assert canvas(opened) != shown
+    assert clock(opened) == now
+
+
+def into_view(browser, selector):
+    found = browser.find_element(By.CSS_SELECTOR, selector)
+    browser.execute_script("arguments[0].scrollIntoView({block: 'start'})", found)
+    return found
+
+
+def press(browser, key, target="document.body", **modifiers):
+    """Press a key on an element; whether the page took it."""
+    event = {"key": key, "bubbles": True, "cancelable": True, **modifiers}
+    script = f"return !{target}.dispatchEvent(new KeyboardEvent('keydown', arguments[0]))"
+    return browser.execute_script(script, event)
+
+
+def test_the_replay_obeys_the_keyboard(opened):
+    into_view(opened, "#maps")
+    body = opened.find_element(By.TAG_NAME, "body")
+    end = clock(opened)
+    body.send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
+    assert clock(opened) == pytest.approx(end - 1.0, abs=0.11)
+    body.send_keys(Keys.ARROW_RIGHT)
+    assert clock(opened) == pytest.approx(end - 0.5, abs=0.11)
+    Select(opened.find_element(By.ID, "speed")).select_by_visible_text("30x")
+    body.send_keys(" ")
+    until(opened, lambda: clock(opened) == pytest.approx(end, abs=0.11))
+    until(opened, lambda: opened.find_element(By.ID, "play").text == "Play")
+    opened.find_element(By.ID, "scrub").send_keys(Keys.HOME)
+    assert clock(opened) == 0.0
+
+
+def test_keys_that_are_meant_for_others_are_left_alone(opened):
+    into_view(opened, "#maps")
+    end = clock(opened)
+    for modifier in ("altKey", "ctrlKey", "metaKey"):
+        assert not press(opened, "ArrowLeft", **{modifier: True})
+    for target in (".scroll", "nav a", "details summary"):
+        assert not press(opened, "ArrowLeft", f"document.querySelector('{target}')")
+        assert not press(opened, " ", f"document.querySelector('{target}')")
+    assert clock(opened) == end
+    assert press(opened, "ArrowLeft")
+    assert press(opened, "ArrowLeft", "document.querySelector('#boards canvas')")
+    assert clock(opened) == pytest.approx(end - 1.0, abs=0.11)
+    into_view(opened, "#repeat")
+    assert not press(opened, " ")
+    assert not press(opened, "ArrowRight")
+    assert opened.find_element(By.ID, "play").get_property("textContent") == "Play"
+
+
+def test_map_sets_and_views_can_be_chosen(opened):
+    choice = Select(opened.find_element(By.ID, "group"))
+    assert len(choice.options) == 7
+    before = canvas(opened)
+    choice.select_by_index(3)
+    assert "best_of_random" in choice.first_selected_option.text
+    assert canvas(opened) != before
+    Select(opened.find_element(By.ID, "view")).select_by_value("side")
+    assert len(opened.find_elements(By.TAG_NAME, "canvas")) == 9
+
+
+@pytest.mark.parametrize("how", ["click", "key"])
+def test_tables_sort(opened, how):
+    heading = opened.find_elements(By.CSS_SELECTOR, "table.sortable th")[2]
+    assert heading.text == "mean"
+    opened.execute_script("arguments[0].scrollIntoView({block: 'center'})", heading)
+    for order in ("descending", "ascending"):
+        if how == "click":
+            heading.click()
+        else:
+            heading.send_keys(Keys.ENTER)
+        until(opened, lambda order=order: column(opened, 2) == sorted(column(opened, 2), reverse=order == "descending"))
+        assert heading.get_dom_attribute("aria-sort") == order
+
+
+def test_figures_enlarge_and_close_by_keyboard(opened):
+    figure = opened.find_element(By.CSS_SELECTOR, "img.zoom")
+    opened.execute_script("arguments[0].scrollIntoView({block: 'center'})", figure)
+    figure.send_keys(Keys.ENTER)
+    until(opened, lambda: opened.find_elements(By.CSS_SELECTOR, ".medium-zoom--opened"))
+
+    def closes():  # not before the picture has come to rest
+        opened.find_element(By.TAG_NAME, "body").send_keys(Keys.ESCAPE)
+        return not opened.find_elements(By.CSS_SELECTOR, ".medium-zoom--opened")
+
+    until(opened, closes)
+
+
+def test_it_prints_without_its_controls(opened):
+    opened.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert not opened.find_element(By.ID, "play").is_displayed()
+    assert opened.find_element(By.CSS_SELECTOR, "table.sortable").is_displayed()
+    assert len(opened.execute_cdp_cmd("Page.printToPDF", {})["data"]) > 10_000
+    assert opened.find_element(By.CSS_SELECTOR, "caption .hint").is_displayed()
+    assert not opened.find_element(By.CSS_SELECTOR, "#tables > .hint").is_displayed()
+    assert opened.find_element(By.CSS_SELECTOR, ".scroll").value_of_css_property("overflow-x") == "visible"
+    opened.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_the_configuration_is_printed_although_it_is_folded(opened):
+    details = opened.find_element(By.TAG_NAME, "details")
+    for event, is_open in (("beforeprint", True), ("afterprint", False)):
+        opened.execute_script(f"window.dispatchEvent(new Event('{event}'))")
+        assert details.get_property("open") is is_open
+
+
+def test_only_tables_scroll_sideways_on_a_phone(opened):
+    size = {"width": 400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    root = opened.find_element(By.TAG_NAME, "html")
+    assert root.get_property("scrollWidth") == root.get_property("clientWidth")
+    note = opened.find_element(By.CSS_SELECTOR, "caption .hint")
+    assert note.rect["x"] + note.rect["width"] < 400
+    opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -1,0 +1,290 @@
+"""The page: self-contained, true to what it shows, and never written over somebody's file."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import shutil
+import zipfile
+from base64 import b64decode
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+import yaml
+
+from evolution.cli import main
+from evolution.report.of_study import report_of_study
+from evolution.report.page import Attachment, Report, Table, render_page
+from evolution.report.replays import ReplayedMap, replays_of, stuck_spots
+from evolution.report.writing import write_report
+from evolution.studies import StudySettings, load_results
+from evolution.studies.analysis.comparisons import analyse
+from evolution.studies.analysis.figures import drive_best_sets, write_study_figures
+from evolution.studies.analysis.tables import write_tables
+from evolution.studies.analysis.verdict import verdict_of
+from gym_mapbench.errors import ConfigError, RunError
+from tests.evolution.fake_study import ENGINE, small_study
+
+
+class Page(HTMLParser):
+    """What a page refers to, its texts and its scripts' data."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.references, self.texts, self.data, self.inside = [], [], "", ""
+        self.downloads = {}
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        named = dict(attributes)
+        self.inside = named.get("id", tag) if tag == "script" else tag
+        self.references += [named[key] for key in ("src", "href") if key in named]
+        if "download" in named:
+            self.downloads[named["download"]] = b64decode(named["href"].split("base64,")[1])
+
+    def handle_endtag(self, tag):
+        self.inside = ""
+
+    def handle_data(self, text):
+        if self.inside == "replays":
+            self.data += text
+        else:
+            self.texts.append(text)
+
+    @property
+    def text(self):
+        return " ".join(" ".join(self.texts).split())
+
+
+@pytest.fixture(scope="module")
+def results(study_path):
+    return load_results(study_path, ENGINE)
+
+
+@pytest.fixture(scope="module")
+def best_sets(results):
+    return drive_best_sets(results, ENGINE)
+
+
+@pytest.fixture(scope="module")
+def page(results, best_sets):
+    return Page(render_page(report_of_study(results, best_sets)))
+
+
+def test_nothing_is_loaded_from_elsewhere(page):
+    assert page.references
+    assert all(reference.startswith(("#", "data:")) for reference in page.references)
+
+
+def test_the_styles_load_nothing_either():
+    (style,) = re.findall(r"<style>(.*?)</style>", render_page(Report("t", "s", [], "c", "y")), flags=re.DOTALL)
+    assert "prefers-color-scheme: dark" in style
+    assert not re.search(r"@import|url\(|//", style)
+
+
+def test_the_verdict_comes_first_and_every_configuration_is_there(page):
+    assert page.text.index("has the best median") < page.text.rindex("Maps and replays")
+    for name in small_study().names:
+        assert name in page.text
+    for words in ("Fresh minus seen", "Table 5.2", "Tables 5.3 and 5.4", "Every two configurations", "Kruskal-Wallis"):
+        assert words in page.text
+
+
+def test_replays_are_the_driven_runs(page, best_sets):
+    data = json.loads(page.data)
+    assert data["controllers"] == ["dwb", "mppi", "rpp"]
+    assert len(data["groups"]) == len(small_study().configurations)
+    assert len(data["maps"]) == 3 * len(data["groups"])
+    shown, driven = data["maps"][0], best_sets[0].maps[0]
+    run, episode = shown["runs"][1], driven.episodes[1]
+    assert (run["controller"], run["outcome"]) == ("mppi", episode.outcome)
+    assert run["time"] == pytest.approx(episode.time, abs=1e-3)
+    assert (run["x"][-1], run["y"][-1]) == pytest.approx(tuple(episode.trajectory[-1, :2]), abs=1e-3)
+    assert [mark["kind"] for mark in run["marks"]] == ["spin", "contact"]
+    walls = np.zeros(driven.episodes[0].scenario.map.shape, dtype=bool)
+    for col, row, cols, rows in shown["walls"]:
+        assert not walls[row : row + rows, col : col + cols].any()
+        walls[row : row + rows, col : col + cols] = True
+    assert np.array_equal(walls, driven.episodes[0].scenario.map.occupancy)
+
+
+def test_downloads_repeat_the_study(page, results):
+    assert StudySettings(**yaml.safe_load(page.downloads["study.yaml"])) == results.settings
+    assert len(list(csv.DictReader(io.StringIO(page.downloads["runs.csv"].decode())))) == 14
+    with zipfile.ZipFile(io.BytesIO(page.downloads["best_map_sets.zip"])) as archive:
+        assert archive.namelist() == [f"{name}.json" for name in small_study().names]
+        assert json.loads(archive.read("gini_6.json"))["maps"]
+
+
+def test_equal_studies_give_equal_pages(results, best_sets):
+    pages = [render_page(report_of_study(results, drive_best_sets(results, ENGINE))) for _ in range(2)]
+    assert pages[0] == pages[1]
+
+
+def test_a_partial_study_says_what_is_missing(study_path, tmp_path):
+    path = tmp_path / "part"
+    shutil.copytree(study_path, path)
+    for name in small_study().names[1:]:
+        shutil.rmtree(path / "runs" / name)
+    shutil.rmtree(path / "reevaluation")
+    written = write_report(path, engine=ENGINE)
+    assert written == path / "report.html"
+    text = Page(written.read_text()).text
+    assert "This report is partial:" in text
+    assert "not what the search recorded" not in text
+    assert "random: none of its 2 runs was begun" in text
+    assert "gini_6, seed 0: not re-evaluated yet" in text
+    assert "There is nothing to compare it with." in text
+    shutil.rmtree(path / "runs")
+    assert "No run of this study is finished" in Page(write_report(path, engine=ENGINE).read_text()).text
+
+
+def test_a_run_that_cannot_be_loaded_makes_way(study_path, tmp_path):
+    path = tmp_path / "damaged"
+    shutil.copytree(study_path, path)
+    results = load_results(path, ENGINE)
+    best = min(results.of("gini_6"), key=lambda run: run.fitness)
+    for run in [best, *results.of("random")]:
+        (run.path / "best_map_set.json").write_text("{")
+    best_sets = drive_best_sets(results, ENGINE)
+    other = next(run for run in results.of("gini_6") if run is not best)
+    assert best_sets[0].run is other
+    assert "random" not in [best.run.configuration.name for best in best_sets]
+    text = Page(render_page(report_of_study(results, best_sets))).text
+    assert f"gini_6: the best run (seed {best.seed}) could not be loaded and driven again; seed {other.seed}" in text
+    assert "random: no replay, none of its best sets could be loaded and driven again" in text
+
+
+def test_changed_replays_have_a_heading_of_their_own(results, best_sets):
+    drive = replace(ENGINE, drive=lambda job: replace(ENGINE.drive(job), time=1.0))
+    text = Page(render_page(report_of_study(results, drive_best_sets(results, drive)))).text
+    assert "Replays that are not what the search recorded:" in text
+    assert "gini_6: The replay of dwb on map_1 ends with goal after 1.00 s; the search recorded goal after" in text
+    assert "This report is partial" not in text
+
+
+def test_the_subtitle_names_the_controllers_of_all(results):
+    run = results.runs[-1]
+    fewer = replace(run.experiment, controllers=run.experiment.controllers[1:])
+    mixed = replace(results, runs=(replace(run, experiment=fewer, fresh=None), *results.runs[:1]))
+    assert "controllers mppi, rpp, dwb; 2 runs" in report_of_study(mixed).subtitle
+
+
+def test_what_holds_by_construction_is_marked(page):
+    assert "By construction best_of_random never ranks behind random." in page.text
+    assert page.text.count("Pairs by construction are not tested") == 1
+
+
+def test_long_names_of_judges_are_short_names_of_files(results, tmp_path):
+    long = {"pattern_weight": 21.125, "unevenness_weight": 2.0625, "base_cost": 99.0, "timeout_cost": 11.0}
+    run = results.runs[0]
+    runs = []
+    for place, epsilon in enumerate((0.001, 0.002)):
+        search = run.experiment.search.replace(**long, epsilon=epsilon)
+        configuration = results.settings.configurations[place]
+        runs.append(replace(run, configuration=configuration, experiment=replace(run.experiment, search=search)))
+    figures = write_study_figures(replace(results, path=tmp_path, runs=tuple(runs)), [])
+    names = [figure.png.name for figure in figures if figure.png.name.startswith("progress")]
+    assert len(set(names)) == 2
+    assert max(map(len, names)) < 110
+
+
+def test_comparisons_are_made_once(results, best_sets, monkeypatch, tmp_path):
+    analysis = analyse(results)
+    made = []
+    monkeypatch.setattr("evolution.studies.analysis.comparisons._comparison", lambda *args: made.append(args))
+    elsewhere = replace(results, path=tmp_path)
+    write_tables(elsewhere, analysis)
+    figures = write_study_figures(elsewhere, best_sets[:1], analysis)
+    report_of_study(results, best_sets, figures, analysis)
+    verdict_of(results, analysis)
+    assert made == []
+
+
+def test_a_run_has_a_page_of_its_own(study_path, tmp_path):
+    shutil.copytree(study_path / "runs" / "gini_6" / "seed-0000", tmp_path / "run")
+    page = Page(write_report(tmp_path / "run", tmp_path / "page.html", engine=ENGINE).read_text())
+    assert "The search improved the best fitness" in page.text
+    assert set(page.downloads) == {"config.yaml", "best_map_set.json", "generations.csv"}
+    assert set(yaml.safe_load(page.downloads["config.yaml"])) == {"search", "controllers", "run"}
+    assert page.data.count('"controller":"dwb"') == 3
+
+
+def test_files_of_others_are_left_alone(study_path, tmp_path):
+    shutil.copytree(study_path / "runs" / "gini_6" / "seed-0000", tmp_path / "run")
+    mine = tmp_path / "mine.html"
+    mine.write_text("mine")
+    with pytest.raises(ConfigError, match=r"mine\.html: exists already; nothing is overwritten"):
+        write_report(tmp_path / "run", mine, engine=ENGINE)
+    with pytest.raises(ConfigError, match="exists already"):
+        write_report(tmp_path / "run", tmp_path, engine=ENGINE)
+    assert mine.read_text() == "mine"
+    (tmp_path / "run" / "report.html").write_text("the last one")
+    assert write_report(tmp_path / "run", tmp_path / "run" / "report.html", engine=ENGINE).stat().st_size > 10_000
+    with pytest.raises(RunError, match=r"neither a run nor a study \(no config.json, no study.json\)"):
+        write_report(tmp_path, tmp_path / "page.html", engine=ENGINE)
+    with pytest.raises(ConfigError, match=r"page\.html: there is no directory"):
+        write_report(tmp_path / "run", tmp_path / "none" / "page.html", engine=ENGINE)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["{run}", "--map", "2"], "--map: expected only with --gif or --mp4"),
+        (["{run}", "--out", "a.html", "--gif", "a.gif"], "--out: expected without --gif and --mp4"),
+        (["{run}", "--gif", "a.txt"], "a.txt: expected a name that ends in .gif or .mp4"),
+        (["{run}", "--gif", "a.gif", "--configuration", "x"], "--configuration: expected only with a study"),
+        (["nowhere"], "nowhere: neither a run nor a study"),
+    ],
+)
+def test_wrong_commands_are_one_line(arguments, message, study_path, capsys):
+    run = str(study_path / "runs" / "gini_6" / "seed-0000")
+    assert main(["report", *[argument.format(run=run) for argument in arguments]]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"mapbench report: {message}")
+    assert error.count("\n") == 1
+
+
+def test_text_cannot_break_the_page():
+    nasty = "</script><b>&"
+    report = Report(nasty, nasty, [nasty], nasty, nasty, tables=[Table(nasty, [nasty], [[nasty]])], missing=[nasty])
+    text = render_page(report)
+    assert nasty not in text
+    assert text.count("</script>") == 2
+
+
+def test_numbers_as_a_reader_wants_them():
+    table = Table("t", ["a"], [[0.12345], [3], [float("nan")], [0.00001234]], "Note.")
+    text = render_page(Report("t", "s", [], "c", "y", tables=[table]))
+    cells = re.findall(r'<td class="number" data-sort="(.*?)">(.*?)</td>', text)
+    assert cells == [("0.12345", "0.123"), ("3.0", "3"), ("", "–"), ("1.234e-05", "1.2e-05")]
+    assert '<th scope="col" class="number">a</th>' in text
+
+
+def test_wide_pictures_get_the_whole_width():
+    header = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"
+    assert Attachment("a", "image/png", header + (300).to_bytes(4, "big") + (100).to_bytes(4, "big")).wide
+    assert not Attachment("a", "image/png", header + (200).to_bytes(4, "big") + (100).to_bytes(4, "big")).wide
+    assert not Attachment("a", "image/svg+xml", b"<svg>").wide
+
+
+def test_stuck_spots_by_hand():
+    drive = np.column_stack([np.linspace(0, 2, 41), np.zeros(41)])
+    stand = np.repeat(drive[-1:], 50, axis=0)
+    go_on = drive + drive[-1]
+    states = np.vstack([drive, stand, go_on])
+    ((x, y, start, end),) = stuck_spots(states, 0.1)
+    assert (x, y) == pytest.approx((2.0, 0.0), abs=0.1)
+    assert start == pytest.approx(4.0, abs=0.3)
+    assert end == pytest.approx(9.0, abs=0.3)
+    assert stuck_spots(drive, 0.1) == []
+    assert stuck_spots(stand[:10], 0.1) == []
+
+
+def test_no_replay_no_board():
+    assert replays_of([])["maps"] == []
+    assert ReplayedMap("a", [], 0.1).group == ""

@@ -1,0 +1,467 @@
+"""What a study says: fresh seeds, comparisons, tables, verdict; by hand-made runs with known answers."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evolution.driving.jobs import RunResult
+from evolution.search.fitness import Fitness
+from evolution.search.settings import EvolveSettings, Experiment
+from evolution.studies import Configuration, StudyResults, StudyRun, StudySettings, load_results
+from evolution.studies.analysis.comparisons import analyse, compare
+from evolution.studies.analysis.fresh import conditions, fresh_rows, order_kept, selected_sets
+from evolution.studies.analysis.judges import judges_of, name_of
+from evolution.studies.analysis.tables import map_rows, pair_rows, rank_rows, summary_rows, test_rows, write_tables
+from evolution.studies.analysis.verdict import verdict_of
+from evolution.studies.reevaluation import Reevaluation, judge
+from gym_mapbench.errors import ConfigError
+from tests.evolution.fake_runs import CONTROLLERS
+from tests.evolution.fake_study import ENGINE, FakeEnvironment, FakeWorld
+
+WORLD = FakeWorld()
+GINI = Fitness.of(EvolveSettings(), 150.0)
+
+
+def goal(time):
+    return RunResult("goal", float(time), 1.0)
+
+
+def set_of(*maps):
+    """Results of maps, each a list of repeats of the three controllers' times; None is a timeout."""
+    return tuple(
+        tuple(
+            tuple(goal(t) if t else RunResult("timeout", 150.0, 1.0) for t in of_one)
+            for of_one in zip(*rows, strict=True)
+        )
+        for rows in maps
+    )
+
+
+ALIKE, TWICE, FAR = [5, 5, 5], [1, 1, 4], [0.1, 0.1, 9]
+
+
+def made_run(
+    name,
+    seed,
+    seen,
+    fresh=None,
+    *,
+    results=(),
+    readings=(0.1, 0.2, 0.3),
+    configuration=None,
+    world=WORLD,
+    controllers=CONTROLLERS,
+    scale=None,
+    map_set=None,
+    **search,
+):
+    """A run whose best set has this fitness, seen and on every fresh seed."""
+    experiment = Experiment(EvolveSettings(seed=seed, **search), controllers, world)
+    entries = [
+        {
+            "name": f"map_{i}",
+            "reading": r,
+            "runs": {spec.name: [{"time_s": 9.0, "outcome": "goal"}] for spec in controllers},
+        }
+        for i, r in enumerate(readings, start=1)
+    ]
+    document = {
+        "fitness": seen,
+        "cluster_scale": scale,
+        "success_rate": 1.0,
+        "map_set": map_set or f"{name}{seed}",
+        "maps": entries,
+    }
+    generations = [{"evaluations": 600, "best": seen}]
+    again = None
+    if fresh is not None:
+        one = GINI(set_of([ALIKE], [TWICE], [FAR]))
+        one = type(one)(**{**vars(one), "total": fresh})
+        again = Reevaluation(results, (one,), (one,), readings)
+    chosen = Configuration(name=name, **(configuration or {}))
+    return StudyRun(chosen, seed, Path(name), experiment, generations, document, [], again)
+
+
+def made_study(*runs):
+    names = list(dict.fromkeys(run.configuration.name for run in runs)) or ["none"]
+    settings = StudySettings(name="made", configurations=[{"name": name} for name in names])
+    return StudyResults(Path("made"), settings, "0", {}, {}, tuple(runs), ())
+
+
+def spread(middle, n=12, step=0.05):
+    return [middle + step * (i - n / 2) for i in range(n)]
+
+
+def groups(**means):
+    """Twelve runs of each configuration around a mean, the same seen and fresh."""
+    return made_study(
+        *[made_run(name, seed, value, value) for name, mean in means.items() for seed, value in enumerate(spread(mean))]
+    )
+
+
+def test_every_fresh_seed_is_judged_alone():
+    results = set_of([ALIKE, FAR], [TWICE, TWICE], [FAR, ALIKE])
+    one = judge(results, GINI, 1)
+    assert [f.readings for f in one] == [
+        pytest.approx(
+            (
+                0.0,
+                1 / 3,
+                0.645,
+            ),
+            abs=1e-3,
+        ),
+        pytest.approx((0.645, 1 / 3, 0.0), abs=1e-3),
+    ]
+    both = judge(results, GINI, 2)
+    assert len(both) == 1
+    assert both[0].values[1] == (1.0, 1.0, 4.0)
+    assert both[0].values[0] == (2.55, 2.55, 7.0)
+    # Three runs of two at a time: the third has no partner.
+    assert len(judge(set_of([ALIKE] * 3, [TWICE] * 3, [FAR] * 3), GINI, 2)) == 1
+    # Fewer than the search used: judged as they are.
+    assert len(judge(set_of([ALIKE]), GINI, 3)) == 1
+
+
+def test_order_and_curse_by_hand():
+    results = set_of([ALIKE, FAR, ALIKE], [TWICE, TWICE, [None, 1, 4]], [FAR, ALIKE, FAR])
+    singles = judge(results, GINI, 1)
+    again = Reevaluation(results, singles, singles, (0.0, 0.3, 0.6))
+    assert again.orders == (True, False)  # once as seen, once reversed; once a map has no reading
+    assert again.order_kept == 0.5
+    assert again.success_rate == pytest.approx((1 + 1 + 8 / 9) / 3)
+    assert again.fitness == np.median([one.total for one in singles])
+    assert np.isnan(Reevaluation(results, singles, singles, (0.0, None, 0.6)).order_kept)
+    run = made_run("a", 0, -8.0, -6.5)
+    assert run.winners_curse == pytest.approx(1.5)
+    assert np.isnan(made_run("a", 0, -8.0).winners_curse)
+
+
+def test_only_one_fitness_is_compared_at_a_time():
+    study = made_study(
+        *[made_run("a", s, -8.0 - s, -7.0) for s in range(3)],
+        *[made_run("b", s, -5.0 - s, -4.0) for s in range(3)],
+        *[made_run("c", s, -15.0, -14.0, fitness="cluster", cluster_scale=2.7, scale=2.7) for s in range(3)],
+    )
+    found = compare(study)
+    assert [(one.judge, one.quantity, sorted(one.values)) for one in found] == [
+        ("gini fitness", "fitness", ["a", "b"]),
+        ("gini fitness", "fresh_fitness", ["a", "b"]),
+        ("cluster fitness (cluster_scale 2.7)", "fitness", ["c"]),
+        ("cluster fitness (cluster_scale 2.7)", "fresh_fitness", ["c"]),
+    ]
+    assert found[2].pairs == []
+    assert found[2].ranking is None
+    assert name_of(EvolveSettings(metric="path_length", repeats=3)) == "gini fitness (metric path_length)"
+
+
+@pytest.mark.parametrize(
+    ("other", "named"),
+    [
+        ({"controllers": CONTROLLERS[:2]}, "gini fitness, controllers dwb, mppi"),
+        ({"world": FakeWorld(time_limit=60.0)}, "gini fitness, time_limit 60"),
+        ({"world": FakeWorld(environment=FakeEnvironment(noise="nominal"))}, "gini fitness, environment.noise nominal"),
+        ({"aggregate": "median"}, "gini fitness (aggregate median)"),
+    ],
+)
+def test_values_that_mean_something_else_are_not_compared(other, named):
+    study = made_study(
+        *[made_run("a", s, -8.0, -7.0) for s in range(3)],
+        *[made_run("b", s, -5.0, -4.0, **other) for s in range(3)],
+    )
+    first, second = judges_of(study)
+    assert (list(first.groups), list(second.groups), second.name) == (["a"], ["b"], named)
+    assert first.name.startswith("gini fitness")
+    assert first.name != second.name
+    assert all(one.pairs == [] and one.ranking is None for one in compare(study))
+
+
+def test_scales_of_their_own_are_not_compared():
+    own = {"fitness": "cluster"}
+    study = made_study(
+        *[made_run("a", s, -8.0, -7.0, scale=2.0 + s, **own) for s in range(3)],
+        *[made_run("b", s, -5.0, -4.0, scale=2.5 + s, **own) for s in range(3)],
+        *[made_run("given", s, -5.0, -4.0, scale=3.0, cluster_scale=3.0, **own) for s in range(3)],
+        *[made_run("calibrated", s, -6.0, -4.0, scale=3.0, **own) for s in range(3)],
+    )
+    apart, alike = judges_of(study)
+    assert (list(apart.groups), apart.scales, apart.comparable) == (["a", "b"], (2.0, 2.5, 3.0, 3.5, 4.0, 4.5), False)
+    assert (list(alike.groups), alike.name) == (["given", "calibrated"], "cluster fitness (cluster_scale 3)")
+    seen, fresh = analyse(study).of(apart)
+    for one in (seen, fresh):
+        assert (one.pairs, one.populations, one.ranking) == ([], [], None)
+    assert [row["configuration"] for row in summary_rows(seen)] == ["a", "b"]
+    assert len(analyse(study).of(alike)[0].pairs) == 1
+    assert verdict_of(study)[0] == (
+        "Cluster fitness (cluster_scale calibrated by every run): not compared. Every run calibrated a cluster scale "
+        "of its own (2 to 4.5), so the values of different runs are on different scales (a and b)."
+    )
+
+
+def test_what_a_value_means_is_said_with_the_costs_of_the_search():
+    (judge,) = judges_of(made_study(made_run("a", 0, -8.0)))
+    assert judge.meaning == (
+        "What the gini fitness means: lower is better. A set gains up to 20 for maps whose Gini coefficients spread "
+        "wide and evenly; a failed run costs its share of 100 (11.1 if 3 controllers drive 3 maps once), a timeout 10 "
+        "more, so 100 to 190 is a set on which every run failed; a set without a pattern (fewer than two maps with a "
+        "value, or two that read the same) costs 20000 times its success rate (thesis, Alg. 2)."
+    )
+    every_run_failed = set_of(*[[[None, None, None]]] * 3)
+    assert GINI(every_run_failed).total == 190.0
+    assert GINI(set_of([ALIKE], [ALIKE], [FAR])).total == 20000.0
+    (cluster,) = judges_of(made_study(made_run("a", 0, -8.0, fitness="cluster", base_cost=90.0, scale=1.0)))
+    assert "its share of 90 (10.0 if" in cluster.meaning
+    assert "pattern" not in cluster.meaning
+
+
+def test_populations_are_those_that_differ_in_nothing_else():
+    study = made_study(
+        *[made_run("p20", s, v, pop_size=20) for s, v in enumerate(spread(-8.0))],
+        *[made_run("p40", s, v, pop_size=40) for s, v in enumerate(spread(-8.1))],
+        *[made_run("twice", s, v, pop_size=40, repeats=2) for s, v in enumerate(spread(-8.1))],
+    )
+    (one,) = compare(study)
+    (test,) = one.populations
+    assert test.groups == ("p20", "p40")
+    assert test.n == (12, 12)
+    sentences = [sentence for sentence in verdict_of(study) if sentence.startswith("The population size")]
+    assert len(sentences) == 1
+    assert {row["test"] for row in test_rows(one)} == {"Kruskal-Wallis", "Friedman"}
+
+
+def test_equal_populations_are_no_comparison_of_populations():
+    dense = {"method": "cellular", "cellular": {"fill_probability": (0.3,)}}
+    study = made_study(
+        *[made_run("p20", s, v, pop_size=20) for s, v in enumerate(spread(-8.0))],
+        *[made_run("again", s, v, pop_size=20) for s, v in enumerate(spread(-8.0))],
+        *[made_run("sparse", s, v, configuration={"method": "cellular"}) for s, v in enumerate(spread(-8.0))],
+        *[made_run("dense", s, v, configuration=dense, pop_size=60) for s, v in enumerate(spread(-8.0))],
+    )
+    (one,) = compare(study)
+    assert one.populations == []
+
+
+def test_what_differs_by_construction_is_not_tested():
+    best = {"method": "best_triple", "of": "random"}
+    study = made_study(
+        *[made_run("random", s, v, v) for s, v in enumerate(spread(-8.0))],
+        *[made_run("exact", s, v - 1.0, v, configuration=best) for s, v in enumerate(spread(-8.0))],
+        *[made_run("ga", s, v - 0.1, v) for s, v in enumerate(spread(-8.0))],
+    )
+    seen, fresh = compare(study)
+    assert [pair.groups for pair in seen.pairs] == [("exact", "ga"), ("ga", "random")]
+    assert len(fresh.pairs) == 3
+    marked = pair_rows(seen)[-1]
+    assert (marked["first"], marked["second"], marked["by_construction"]) == ("exact", "random", "yes")
+    assert np.isnan(marked["p_holm"])
+    assert marked["a12"] > 0.9
+    assert not any(row["by_construction"] for row in [*pair_rows(seen)[:-1], *pair_rows(fresh)])
+    not_again = made_study(*[type(run)(**{**vars(run), "fresh": None}) for run in study.runs])
+    assert verdict_of(not_again)[2].startswith("exact chose afterwards among all maps that random had driven")
+
+
+def test_ranks_use_the_seeds_that_all_share():
+    study = made_study(
+        *[made_run("a", s, -9.0 - s) for s in range(5)],
+        *[made_run("b", s, -6.0 - s) for s in range(1, 6)],
+        *[made_run("c", s, -3.0 - s) for s in range(2, 9)],
+    )
+    (one,) = compare(study)
+    assert one.ranking.seeds == (2, 3, 4)
+    assert one.ranking.ranks == pytest.approx([1, 2, 3])
+    assert [row["configuration"] for row in rank_rows(one)] == ["a", "b", "c"]
+    assert one.ranking.test.effect == pytest.approx(1.0)
+
+
+def test_a_clear_difference_is_said_with_all_its_numbers():
+    study = groups(ga=-8.0, random=-6.0)
+    first, second = verdict_of(study)[:2]
+    assert first.startswith("Gini fitness, on fresh seeds: ga has the best median, -8.03 (95 % interval -8.")
+    assert first.endswith(", mean -8.03, n = 12; lower is better).")
+    assert second == (
+        "ga beats random (median 2.00 behind; ga better in 100 % of pairs of runs, A12; p < 0.001; n = 12 and 12)."
+    )
+    (row,) = pair_rows(compare(study)[0])
+    assert (row["first"], row["second"]) == ("ga", "random")
+    assert row["median_difference"] == pytest.approx(-2.0)
+    assert row["a12"] == 1.0
+    assert row["cliffs_delta"] == 1.0
+    assert row["p_holm"] < 0.001
+    assert [row["configuration"] for row in summary_rows(compare(study)[0])] == ["ga", "random"]
+
+
+def test_text_and_table_give_one_direction():
+    study = made_study(
+        *[made_run("worse", s, v, v) for s, v in enumerate(spread(-7.8))],
+        *[made_run("better", s, v, v) for s, v in enumerate(spread(-8.0))],
+    )
+    (row,) = pair_rows(compare(study)[1])
+    assert (row["first"], row["second"]) == ("better", "worse")
+    assert f"better better in {100 * row['a12']:.0f} % of pairs of runs, A12" in " ".join(verdict_of(study))
+    assert 0.5 < row["a12"] < 1.0
+
+
+def test_no_difference_is_said_as_well():
+    sentences = verdict_of(groups(ga=-8.0, random=-7.98))
+    assert sentences[1].startswith("No difference could be shown between ga and random (median 0.02 behind; ga better")
+    assert not any("so few" in sentence for sentence in sentences)
+
+
+def test_too_few_runs_are_named_pair_by_pair():
+    study = made_study(
+        *[made_run("ga", s, v) for s, v in enumerate(spread(-8.0))],
+        *[made_run("random", s, v) for s, v in enumerate(spread(-7.98))],
+        *[made_run("short", s, -7.9) for s in range(2)],
+    )
+    assert "With so few runs no difference from short could have been shown." in verdict_of(study)
+
+
+def test_the_interval_is_of_the_median_and_needs_five_runs():
+    values = [-9.0, -8.0, -7.0, -6.0, 20000.0]
+    (one,) = compare(made_study(*[made_run("ga", s, value) for s, value in enumerate(values)]))
+    (row,) = summary_rows(one)
+    assert row["ci_low"] <= row["median"] == -7.0 <= row["ci_high"]
+    assert row["ci_low"] == -9.0
+    (one,) = compare(made_study(*[made_run("ga", s, value) for s, value in enumerate(values[:4])]))
+    assert np.isnan(summary_rows(one)[0]["ci_low"])
+    assert "interval" not in verdict_of(made_study(*[made_run("ga", s, -8.0, -6.0) for s in range(4)]))[0]
+
+
+def test_few_fresh_values_are_no_verdict():
+    seen = [made_run(name, s, v) for name in ("ga", "random") for s, v in enumerate(spread(-8.0, 4))]
+    few = made_study(*[made_run("lucky", s, -8.0, -99.0) for s in range(3)], *seen)
+    first, *others = verdict_of(few)
+    assert first.startswith("Gini fitness, as the search saw it: ")
+    assert (
+        "Fewer than half of the runs were driven on fresh seeds, so this compares what the searches saw. Not driven "
+        "again: ga (4 of 4 runs) and random (4 of 4 runs)."
+    ) in others
+    most = made_study(*[made_run("ga", s, -8.0, -7.0) for s in range(5)], *seen[:1])
+    first, *others = verdict_of(most)
+    assert first.startswith("Gini fitness, on fresh seeds: ")
+    assert "Left out, because not driven on fresh seeds yet: ga (1 of 6 runs)." in others
+
+
+def test_fresh_minus_seen_is_said_with_its_interval():
+    study = made_study(*[made_run("ga", s, -8.0, -6.0) for s in range(6)])
+    assert verdict_of(study)[2] == "Runs of the best sets that reached the goal on fresh seeds: ga 100 %."
+    assert verdict_of(study)[3] == (
+        "Fresh minus seen, gini fitness: the searches saw a median of -8.00 on the sets they selected by driven runs; "
+        "with new seeds and nominal noise the difference is +2.00 in the median (95 % interval +2.00 to +2.00, n = 6 "
+        "different sets). This holds the luck of the selection (the winner's curse) and the added noise, and does not "
+        "tell them apart. All maps of a set were solved by all controllers on 100 % of the fresh seeds; on 100 % of "
+        "these they kept the order the search saw."
+    )
+    better = made_study(*[made_run("ga", s, -8.0, -8.5) for s in range(6)])
+    assert "the difference is -0.50 in the median" in verdict_of(better)[3]
+    assert not any("worse" in sentence for sentence in verdict_of(better))
+
+
+def test_luck_is_counted_once_and_where_something_was_selected():
+    study = made_study(
+        made_run("a", 0, -8.0, -6.0, map_set="same"),
+        made_run("a", 1, -8.0, -6.0, map_set="same"),
+        made_run("b", 0, -8.0, -6.0, map_set="same"),
+        made_run("c", 0, -8.0),
+        made_run("long", 0, 30.0, 9000.0, configuration={"method": "path_length"}),
+    )
+    assert [(run.configuration.name, run.seed) for run in selected_sets(study.runs)] == [("a", 0), ("a", 1)]
+    assert [row["configuration"] for row in fresh_rows(study)] == ["a", "b", "long"]
+
+
+@pytest.mark.parametrize(
+    ("searched", "again", "words"),
+    [
+        ("none", "nominal", "new seeds and nominal noise"),
+        ("none", {"scan": 0.1}, "new seeds and other noise"),
+        ("none", None, "new seeds"),
+        ("nominal", "nominal", "new seeds"),
+    ],
+)
+def test_added_noise_is_called_noise(searched, again, words):
+    run = made_run("a", 0, -8.0, -6.0, world=FakeWorld(environment=FakeEnvironment(noise=searched)))
+    settings = StudySettings(name="made", configurations=[{"name": "a"}], reevaluation={"noise": again})
+    study = StudyResults(Path("made"), settings, "0", {}, {}, (run,), ())
+    assert conditions(run, study) == words
+    assert ("added noise" in verdict_of(study)[-1]) == ("noise" in words)
+
+
+def test_the_order_is_judged_where_all_maps_are_solved():
+    results = set_of([ALIKE, FAR, ALIKE], [TWICE, TWICE, [None, 1, 4]], [FAR, ALIKE, FAR])
+    singles = judge(results, GINI, 1)
+    run = made_run("a", 0, -8.0, -6.0)
+    again = Reevaluation(results, singles, singles, (0.0, 0.3, 0.6))
+    driven = type(run)(**{**vars(run), "fresh": again})
+    assert order_kept([driven]) == pytest.approx((1 / 2, 2 / 3))  # as seen, reversed, and once not solved
+    unseen = type(run)(**{**vars(run), "fresh": Reevaluation(results, singles, singles, (0.0, None, 0.6))})
+    assert order_kept([unseen]) == pytest.approx((np.nan, np.nan), nan_ok=True)
+    never = Reevaluation(results, singles[2:], singles[2:], (0.0, 0.3, 0.6))
+    failed = type(run)(**{**vars(run), "fresh": never})
+    assert order_kept([failed]) == pytest.approx((np.nan, 0.0), nan_ok=True)
+    assert "On no fresh seed were all maps of a set solved" in verdict_of(made_study(failed))[-1]
+    assert order_kept([]) == pytest.approx((np.nan, np.nan), nan_ok=True)
+
+
+def test_what_repeats_buy_is_said():
+    study = made_study(
+        *[made_run("once", s, -8.0, -5.0) for s in range(3)],
+        *[made_run("thrice", s, -8.0, -7.5, repeats=3) for s in range(3)],
+    )
+    rows = {row["configuration"]: row for row in fresh_rows(study)}
+    assert (rows["once"]["winners_curse"], rows["thrice"]["winners_curse"]) == (3.0, 0.5)
+    assert verdict_of(study)[-1] == (
+        "Repeats of every run in the search (once with 1: fresh minus seen +3.00, order kept on 100 %; thrice with 3: "
+        "fresh minus seen +0.50, order kept on 100 %)."
+    )
+
+
+def test_little_is_said_about_little():
+    assert verdict_of(made_study()) == ["No run of this study is finished, so there is nothing to say yet."]
+    assert verdict_of(made_study(made_run("ga", 0, -8.0)))[0] == (
+        "Gini fitness, as the search saw it: ga has a median of -8.00 (mean -8.00, n = 1; lower is better). "
+        "There is nothing to compare it with."
+    )
+    no_pattern = verdict_of(made_study(made_run("a", 0, -8.0), made_run("b", 0, 20000.0)))
+    shown = "b (no pattern in the median; a better in 100 % of pairs of runs, A12; p = 1; n = 1 and 1)"
+    assert no_pattern[1] == f"No difference could be shown between a and {shown}."
+    assert no_pattern[2] == "With so few runs no difference from b could have been shown."
+
+
+def test_maps_by_hand():
+    results = set_of([[5, 6, 7], [7, None, 7]], [[5, 6, 7], [5, 6, 7]], [[None, 6, 7], [None, 6, 7]])
+    rows = map_rows(made_run("ga", 3, -8.0, -7.0, results=results))
+    assert len(rows) == 9
+    columns = ("map", "controller", "seen_s", "mean_s", "min_s", "max_s", "goals", "runs")
+    assert [rows[0][name] for name in columns] == ["map_1", "dwb", 9.0, 6.0, 5.0, 7.0, 2, 2]
+    assert rows[0]["std_s"] == pytest.approx(np.sqrt(2))
+    assert (rows[1]["goals"], rows[1]["otherwise"]) == (1, "1 timeout")
+    assert (rows[6]["goals"], rows[6]["otherwise"]) == (0, "2 timeout")
+    assert np.isnan(rows[6]["mean_s"])
+
+
+def test_a_study_is_written_as_tidy_tables(study_path):
+    results = load_results(study_path, ENGINE)
+    files = {path.stem: path for path in write_tables(results)}
+    assert set(files) == {
+        "runs", "reevaluation", "generations", "summary", "tests", "pairs", "ranks", "maps", "measures", "repeats"
+    }  # fmt: skip
+    read = {name: list(csv.DictReader(io.StringIO(path.read_text()))) for name, path in files.items()}
+    assert len(read["runs"]) == 14
+    assert len(read["reevaluation"]) == 14 * 3 * 3 * 4
+    assert len(read["maps"]) == 14 * 3 * 3
+    assert float(read["runs"][0]["fitness"]) == results.runs[0].fitness
+    assert {row["outcome"] for row in read["reevaluation"]} <= {"goal", "timeout"}
+    assert {row["min_clearance"] for row in read["reevaluation"]} == {"0.2"}
+    with pytest.raises(ConfigError, match="unknown table 'run'; did you mean 'runs'"):
+        results.rows("run")
+
+
+def test_a_study_is_a_data_frame_where_pandas_is_there(study_path):
+    pytest.importorskip("pandas")
+    frame = load_results(study_path, ENGINE).dataframe()
+    assert frame.groupby("configuration")["fitness"].count().to_dict() == dict.fromkeys(frame["configuration"], 2)
