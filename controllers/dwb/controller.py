@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import ControllerAbort, ControllerError, FollowerSetup, Twist
+from controllers.base import ControllerError, FollowerSetup, InvalidPath, Twist
 from controllers.dwb.critics import Critic, make_critics
 from controllers.dwb.kernels.plan import plan_window
 from controllers.dwb.kernels.verdict import judge_all, judge_cheapest
@@ -110,7 +110,7 @@ class DwbFollower:
 
         Raises:
             ControllerError: If every candidate is illegal; in Humble also in the case below.
-            ControllerAbort: If the plan is empty or ends.
+            InvalidPath: If the plan is empty or ends.
         """
         scene = self._look(pose, velocity, costmap, now)
         best = self._judge(scene, judge_cheapest).best
@@ -130,7 +130,7 @@ class DwbFollower:
 
         Raises:
             ControllerError: In Humble, if the plan is empty or ends.
-            ControllerAbort: In Jazzy, in the same case.
+            InvalidPath: In Jazzy, in the same case.
         """
         return self._judge(self._look(pose, velocity, costmap, now), judge_all)
 
@@ -148,7 +148,7 @@ class DwbFollower:
     def _near_plan(self, pose: Pose, costmap: Costmap) -> NDArray[np.float64]:
         """Return the part of the plan near the robot; forget what lies behind it."""
         p, humble = self.params, self.params.release == "humble"
-        invalid_path = ControllerError if humble else ControllerAbort
+        invalid_path = ControllerError if humble else InvalidPath
         if not len(self._plan):
             raise invalid_path("received plan with zero length")
         half = max(costmap.costs.shape) * costmap.resolution / 2.0

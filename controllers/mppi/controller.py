@@ -54,8 +54,9 @@ class MppiFollower:
         """Return the next command; arguments as in :class:`controllers.base.PathFollower`.
 
         Raises:
-            ControllerAbort: If no path is left ahead; in Humble also if all trajectories collide.
-            ControllerError: If all trajectories collide.
+            InvalidPath: If no path is left ahead.
+            ControllerAbort: If all trajectories collide, in Humble.
+            ControllerError: The same, in Jazzy.
         """
         patience = self.params.reset_period
         if patience is not None and self._last_call is not None and now - self._last_call > patience:

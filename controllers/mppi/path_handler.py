@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import ControllerAbort
+from controllers.base import InvalidPath
 from controllers.mppi.kernels.plan import find_window
 from controllers.mppi.params import MppiParams
 from gym_mapbench.costmap import Costmap
@@ -50,10 +50,10 @@ class PathHandler:
         """Return the poses ahead, ``(m, 3)``; poses passed are forgotten.
 
         Raises:
-            ControllerAbort: If there are none.
+            InvalidPath: If there are none.
         """
         if len(self._ahead) == 0:
-            raise ControllerAbort("Received plan with zero length")
+            raise InvalidPath("Received plan with zero length")
         place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
         search, prune = self._search_distance(costmap), self._params.prune_distance
         self._passed, end = find_window(
@@ -65,7 +65,7 @@ class PathHandler:
             self._plan = self._plan[self._cusp :]
             self._look_ahead()
         if len(window) == 0:
-            raise ControllerAbort("Resulting plan has 0 poses in it.")
+            raise InvalidPath("Resulting plan has 0 poses in it.")
         return window
 
     def goal(self, window: Path) -> tuple[float, float]:

@@ -9,12 +9,13 @@ from typing import Any
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import parse_nav2_params
 from controllers.parameters import overlay
+from controllers.releases import Release
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.settings import read_yaml
 
 __all__ = ["PRESETS", "load_preset", "overlay"]
 
-PRESETS = ("thesis", "fair")
+PRESETS = ("thesis", "fair", "jazzy", "jazzy_fair")
 
 
 @functools.cache
@@ -26,11 +27,13 @@ def load_preset(name: str) -> NavigationParams:
     """
     if name not in PRESETS:
         raise unknown_name("preset", name, PRESETS)
-    return parse_nav2_params(_read_preset(name)).navigation
+    document = _read_preset(name)
+    release: Release = document.pop("release", "humble")
+    return parse_nav2_params(document, release=release).navigation
 
 
 def _read_preset(name: str) -> dict[str, Any]:
-    """Read a preset's file; ``extends: other`` at its top lays it over another."""
+    """Read a preset's file; ``extends: other`` at its top lays it over another, ``release: jazzy`` says whose it is."""
     with as_file(files("controllers") / "presets" / f"{name}.yaml") as path:
         document: dict[str, Any] = read_yaml(path)
     base = document.pop("extends", None)

@@ -8,7 +8,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import ControllerAbort, ControllerError, FollowerSetup, Twist
+from controllers.base import ControllerAbort, ControllerError, FollowerSetup, InvalidPath, Twist
 from controllers.rpp import kernels
 from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import Costmap
@@ -89,7 +89,8 @@ class RppFollower:
 
         Raises:
             ControllerError: If the way to the carrot is blocked; in Humble also in the cases below.
-            ControllerAbort: If the plan is empty or the robot is off the costmap.
+            InvalidPath: If the plan is empty, or has one pose where a segment is asked for.
+            ControllerAbort: If the robot is off the costmap.
         """
         m = costmap
         status, v, w, carrot_x, carrot_y, self._begin, self._arrived = kernels.follow(
@@ -97,11 +98,15 @@ class RppFollower:
             m.costs, m.resolution, m.origin_x, m.origin_y, m.track_unknown_space, self._corners, self._tuning,
         )  # fmt: skip
         self.carrot = carrot_x, carrot_y
-        if status == kernels.COLLISION_AHEAD or (status != kernels.OK and self.params.release == "humble"):
-            raise ControllerError(REASONS[status])
         if status != kernels.OK:
-            raise ControllerAbort(REASONS[status])
+            raise self._error_of(status)(REASONS[status])
         return Twist(v, w)
+
+    def _error_of(self, status: int) -> type[ControllerError | ControllerAbort]:
+        """What a failure is in the release's words."""
+        if self.params.release == "humble" or status == kernels.COLLISION_AHEAD:
+            return ControllerError
+        return ControllerAbort if status == kernels.OFF_COSTMAP else InvalidPath
 
     def _forget_plan(self) -> None:
         self.set_plan(np.empty((0, 3)))

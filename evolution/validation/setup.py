@@ -76,7 +76,7 @@ def make_follower(oracle: Oracle, kind: str, variant: str = "default", seed: int
 
 def follower_params(kind: str, values: Mapping[str, Any]) -> dict[str, Any]:
     """Recorded parameters without those that only ROS needs."""
-    keys = CONTROLLERS[kind].keys
+    keys = CONTROLLERS[kind].keys_of(release)
     return {name: value for name, value in values.items() if not keys.is_ros_only(name)}
 
 
