@@ -45,9 +45,7 @@ class Findings:
             ((name, why),) = self.newer.items()
             return f"{name}: only {which} releases of Nav2 have this parameter, and {title}'s behaviour is built: {why}"
         names = ", ".join(self.newer)
-        return (
-            names and f"{len(self.newer)} parameters of {which} releases than {title}, remove them: {names}"
-        )
+        return names and f"{len(self.newer)} parameters of {which} releases than {title}, remove them: {names}"
 
     def _unknown(self) -> str:
         if len(self.unknown) == 1:

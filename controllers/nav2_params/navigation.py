@@ -256,7 +256,7 @@ class NavigationParams(Settings):
             if params.get("release", self.release) != self.release:
                 raise ConfigError(f"{name}: expected parameters of Nav2 {self.release.capitalize()}, got another's")
         if self.controller_server.goal_checker.plugin == "position" and self.release == "humble":
-            raise ConfigError("goal_checker: Nav2 Humble has no PositionGoalChecker; expected simple or stopped")
+            raise ConfigError("goal_checker.plugin: expected simple or stopped, got Jazzy's goal checker position")
         return self
 
     def controller(self, name: str) -> ControllerPlugin:

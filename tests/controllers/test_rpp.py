@@ -14,7 +14,7 @@ from controllers.base import ControllerError, FollowerSetup, Twist
 from controllers.rpp import regulation
 from controllers.rpp.controller import REASONS, RppFollower
 from controllers.rpp.kernels import COLLISION_AHEAD, EMPTY_PLAN, OFF_COSTMAP
-from controllers.rpp.params import NEWER_ONLY_KEYS, RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
+from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
@@ -262,8 +262,9 @@ def test_parameters_are_checked():
     with pytest.raises(ConfigError, match="cost_scaling_dist"):
         RppParams(cost_scaling_dist=0.0)
     known = set(RppParams.model_fields)
-    for elsewhere in (NEWER_ONLY_KEYS, ROS_ONLY_KEYS, RENAMED_KEYS):
+    for elsewhere in (ROS_ONLY_KEYS, RENAMED_KEYS):
         assert known.isdisjoint(elsewhere)
+    assert set(RppParams.DEFAULTS["jazzy"]) <= known
     assert set(RENAMED_KEYS.values()) <= known
 
 
