@@ -29,7 +29,7 @@ from controllers.behavior_tree import (
 )
 from controllers.behaviors import BackUp, Behavior, BehaviorServer, Spin, Wait
 from controllers.controller_server import ControllerServer
-from controllers.costmap_servers import CostmapServer, LocalCostmapServer
+from controllers.costmap_servers import CostmapServer
 from controllers.nav2_params.navigation import NavigationParams
 from gym_mapbench.episode import Event, Outcome
 from gym_mapbench.errors import EndpointError, PlanningError
@@ -58,7 +58,7 @@ class Blackboard:
     goal: Pose
     planner: GlobalPlanner
     global_costmap: CostmapServer
-    local_costmap: LocalCostmapServer
+    local_costmap: CostmapServer
     controller_server: ControllerServer
     behavior_server: BehaviorServer
     pose: Pose
@@ -165,7 +165,7 @@ class ClearEntireCostmap(Action):
 
     def update(self) -> Status:
         """Clear."""
-        server: CostmapServer = self._board.local_costmap if self._which == "local" else self._board.global_costmap
+        server = self._board.local_costmap if self._which == "local" else self._board.global_costmap
         server.clear()
         self._board.log(f"clear_{self._which}")
         return Status.SUCCESS

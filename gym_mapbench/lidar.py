@@ -37,8 +37,12 @@ class LidarSettings(Settings):
     @property
     def angles(self) -> NDArray[np.float64]:
         """``(beams,)`` angle of every beam to the robot's heading, rad."""
-        increment = 2 * math.pi / self.beams if self.angle_increment is None else self.angle_increment
-        return self.angle_min + increment * np.arange(self.beams, dtype=np.float64)
+        return self.angle_min + self.beam_angle * np.arange(self.beams, dtype=np.float64)
+
+    @property
+    def beam_angle(self) -> float:
+        """Angle from beam to beam, rad."""
+        return 2 * math.pi / self.beams if self.angle_increment is None else self.angle_increment
 
 
 class Lidar:

@@ -61,8 +61,12 @@ class PlainFollower:
 def plain_navigation(recoveries: bool = False, **changes) -> NavigationParams:
     """The thesis' parameters on the whole known map; recoveries off."""
     preset = load_preset("thesis")
-    known = CostmapParams.example_local(rolling_window=False, plugins=("static_layer", "inflation_layer"))
-    changes = {"local_costmap": known, "bt": preset.bt.replace(recoveries=recoveries), **changes}
+    plugins = ("static_layer", "inflation_layer")
+    known = {
+        "local_costmap": CostmapParams.example_local(rolling_window=False, plugins=plugins),
+        "global_costmap": CostmapParams.example_global(plugins=plugins),
+    }
+    changes = {**known, "bt": preset.bt.replace(recoveries=recoveries), **changes}
     return preset.replace(**changes)
 
 
