@@ -224,7 +224,7 @@ class NavigationParams(Settings):
     """Everything the navigator needs.
 
     Args:
-        release: Whose behaviour this is; that of the controllers and of NavFn is the same.
+        release: Whose behaviour this is; that of the controllers, of NavFn and of the costmaps is the same.
         controllers: Controllers by name, in order.
         velocity_smoother: None if there is none between controller and base.
     """
@@ -246,15 +246,18 @@ class NavigationParams(Settings):
         release = values.get("release", "humble")
         if release not in RELEASES:
             return values
-        navfn = PlannerPlugin(params={"release": release})
-        return {"planner": navfn, "bt": default_tree(release), **values}
+        navfn, costmap = PlannerPlugin(params={"release": release}), CostmapParams(nav2=release)
+        defaults = {"planner": navfn, "bt": default_tree(release), "local_costmap": costmap, "global_costmap": costmap}
+        return {**defaults, **values}
 
     @model_validator(mode="after")
     def _of_one_release(self) -> Self:
-        plugins = {**{f"controllers.{name}": p.params for name, p in self.controllers.items()}}
-        for name, params in {**plugins, "planner": self.planner.params}.items():
-            if params.get("release", self.release) != self.release:
-                raise ConfigError(f"{name}: expected parameters of Nav2 {self.release.capitalize()}, got another's")
+        releases = {f"controllers.{name}": plugin.params["release"] for name, plugin in self.controllers.items()}
+        releases["planner"] = self.planner.params.get("release", self.release)
+        releases |= {"local_costmap": self.local_costmap.nav2, "global_costmap": self.global_costmap.nav2}
+        for name, release in releases.items():
+            if release != self.release:
+                raise ConfigError(f"{name}: expected parameters of Nav2's {self.release}, got {release}'s")
         if self.controller_server.goal_checker.plugin == "position" and self.release == "humble":
             raise ConfigError("goal_checker.plugin: expected simple or stopped, got Jazzy's goal checker position")
         return self
