@@ -109,10 +109,8 @@ class Oracle:
 
     def controller_params(self, controller: str, variant: str) -> dict[str, Any]:
         """Parameters of a controller ("RPP", "DWB", "MPPI") in one of its variants."""
-        changes = self._changes(controller, variant)
-        return self.config["controllers"][controller] | {
-            k: v for k, v in changes.items() if k not in _NOT_OF_CONTROLLER
-        }
+        params = {**self.config["controllers"][controller], **self._changes(controller, variant)}
+        return {name: value for name, value in params.items() if name not in _NOT_OF_CONTROLLER}
 
     def costmap_of(self, preset: Preset, controller: str, variant: str) -> Preset:
         """The preset with the inflation radius that a variant of a controller was recorded with."""
