@@ -20,10 +20,10 @@ from tests.oracle_data import JAZZY_ORACLE, ORACLE, needs_jazzy_oracle, needs_or
 
 
 def run_of(
-    *, ours: float, recorded: float, success=True, controller="RPP", clearance=0.1, deviation=math.nan
+    *, ours: float, recorded: float, success=True, controller="RPP", clearance=0.1, deviation=math.nan, number=0
 ) -> DrivenRun:
     record = {
-        "map": 0,
+        "map": number,
         "controller": controller,
         "variant": "default",
         "local_costmap": "full",
@@ -72,10 +72,13 @@ def test_mppi_is_judged_by_the_median_of_its_seeds():
 
 
 def test_trajectories_and_the_tail_of_the_times():
-    driven = [run_of(ours=10, recorded=10, deviation=2e-6) for _ in range(18)]
-    driven += [run_of(ours=11, recorded=10, deviation=3e-5), run_of(ours=5, recorded=9, success=False, deviation=4e-6)]
+    driven = [run_of(ours=10, recorded=10, deviation=2e-6, number=number) for number in range(18)]
+    driven += [
+        run_of(ours=11, recorded=10, deviation=3e-5, number=18),
+        run_of(ours=5, recorded=9, success=False, deviation=4e-6),
+    ]
     driven += [run_of(ours=10, recorded=10, controller="MPPI", deviation=d) for d in (0.001, 0.002, 0.9)]
-    driven += [run_of(ours=10, recorded=10)]
+    driven += [run_of(ours=10, recorded=10, number=19)]
     measures = by_key(closed_loop_measures(driven))
     assert measures["trajectory_err_max_rpp"].value == 3e-5
     assert measures["trajectory_err_max_rpp"].count == 20
