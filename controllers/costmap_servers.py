@@ -12,6 +12,7 @@ from controllers.rate import Rate
 from gym_mapbench.costmap import Costmap, CostmapParams, LaserScan, LayeredCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
+from gym_mapbench.frames import IDENTITY
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.scenario import Pose
@@ -30,11 +31,12 @@ class CostmapServer:
         params: Layers and size.
         grid: The static map.
         footprint: The padded footprint.
-        lidar: Beams of the scans.
+        lidar: Beams of the scans, and the scanner's place on the robot.
     """
 
     _costmap: Costmap
     _pose: Pose
+    _frame: Pose
 
     def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint, lidar: LidarSettings) -> None:
         self._layered = LayeredCostmap(params, grid, footprint)
@@ -48,19 +50,24 @@ class CostmapServer:
         """The costmap as of its last update."""
         return self._costmap
 
-    def observe(self, pose: Pose, scan: Ranges | None, now: float) -> None:
-        """Take the pose and the ``(beams,)`` ranges (m) measured at ``now`` (s); update if it is time to.
+    def observe(self, pose: Pose, scan: Ranges | None, now: float, frame: Pose = IDENTITY) -> None:
+        """Take what is measured now; update if it is time to.
 
-        Ranges that are all the same as before are the same scan, which was taken where it first came.
+        Args:
+            pose: Of the robot, in the costmap's frame.
+            scan: ``(beams,)`` ranges, m. If they are all the same as before it is the same scan, which was taken where
+                it first came.
+            now: Seconds since the start of the run.
+            frame: Pose of the costmap's frame in the map's, by now.
 
         Raises:
             ConfigError: If the scan has not as many ranges as the lidar has beams.
         """
         if scan is not None and len(scan) != self._lidar.beams:
             raise ConfigError(f"scan: expected {self._lidar.beams} ranges, one a beam, got {len(scan)}")
-        self._pose = pose
+        self._pose, self._frame = pose, frame
         if scan is not None and (self._scan is None or not np.array_equal(scan, self._scan)):
-            self._scan, self._taken_at, self._is_buffered = scan, pose, False
+            self._scan, self._taken_at, self._is_buffered = scan, self._lidar.sensor_pose(pose), False
         if self._rate.is_due(now):
             self._update()
 
@@ -76,7 +83,7 @@ class CostmapServer:
         if self._scan is not None and not self._is_buffered:
             self._layered.observe(self._message(self._scan, self._taken_at), self._taken_at)
             self._is_buffered = True
-        self._costmap = self._layered.update(self._pose)
+        self._costmap = self._layered.update(self._pose, self._frame)
 
     def _message(self, scan: Ranges, taken_at: Pose) -> LaserScan:
         """Return a scan as a driver would send it: beams that hit nothing say so."""
@@ -84,4 +91,4 @@ class CostmapServer:
         farthest = max(abs(taken_at.x), abs(taken_at.y)) + lidar.range_max
         hair = HAIR * np.spacing(np.float32(farthest))
         ranges = np.where(scan < lidar.range_max, scan + hair, np.float32(np.inf))
-        return LaserScan(ranges, lidar.angle_min, lidar.beam_angle, 0.0, lidar.range_max)
+        return LaserScan(ranges, lidar.angle_min, lidar.beam_angle, lidar.range_min or 0.0, lidar.range_max)

@@ -33,6 +33,7 @@ from controllers.costmap_servers import CostmapServer
 from controllers.nav2_params.navigation import NavigationParams
 from gym_mapbench.episode import Event, Outcome
 from gym_mapbench.errors import EndpointError, PlanningError
+from gym_mapbench.frames import relate
 from gym_mapbench.planners.base import GlobalPlanner
 from gym_mapbench.scenario import Pose
 
@@ -43,7 +44,8 @@ class Blackboard:
 
     Attributes:
         now: Seconds since the start.
-        pose: Where the robot is.
+        pose: Where the robot is on the map.
+        local_pose: Where it is in the frame of the local costmap.
         odometry: How it moves.
         path: The newest global path, ``(n, 3)``; empty before the first one.
         cmd_vel_nav: Command of the controller server in this tick.
@@ -62,6 +64,7 @@ class Blackboard:
     controller_server: ControllerServer
     behavior_server: BehaviorServer
     pose: Pose
+    local_pose: Pose
     odometry: Twist = STOP
     now: float = 0.0
     path: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
@@ -75,6 +78,11 @@ class Blackboard:
     def clock(self) -> float:
         """Return the time, s."""
         return self.now
+
+    @property
+    def map_in_local(self) -> Pose:
+        """Where the map's frame is in the local costmap's, by the two poses of the robot."""
+        return relate(self.pose, self.local_pose)
 
     def has_path(self) -> bool:
         """Whether there was ever a path."""
@@ -96,9 +104,9 @@ class Blackboard:
         """Write down that something happened now."""
         self.events.append(Event(self.now, kind, detail))
 
-    def begin_tick(self, now: float, pose: Pose, odometry: Twist) -> None:
+    def begin_tick(self, now: float, pose: Pose, local_pose: Pose, odometry: Twist) -> None:
         """Take what is measured now; nobody has commanded anything yet."""
-        self.now, self.pose, self.odometry = now, pose, odometry
+        self.now, self.pose, self.local_pose, self.odometry = now, pose, local_pose, odometry
         self.cmd_vel_nav, self.recovery_command = STOP, None
 
 
@@ -140,12 +148,12 @@ class FollowPath(Action):
         if board.path is not self._path:
             self._path = board.path
             board.controller_server.set_plan(self._path)
-        status = board.controller_server.step(board.pose, board.odometry, board.local_costmap.costmap, board.now)
-        board.cmd_vel_nav = board.controller_server.command
-        board.controller_recovery_would_help = False
+        server, costmap = board.controller_server, board.local_costmap.costmap
+        status = server.step(board.local_pose, board.odometry, costmap, board.now, board.map_in_local)
+        board.cmd_vel_nav = server.command
+        board.controller_recovery_would_help = status is Status.FAILURE and server.recovery_would_help
         if status is Status.FAILURE:
-            board.failure = "controller_failure", board.controller_server.failure_reason
-            board.controller_recovery_would_help = board.controller_server.recovery_would_help
+            board.failure = "controller_failure", server.failure_reason
             board.log(*board.failure)
         return status
 
@@ -183,14 +191,14 @@ class RunBehavior(Action):
         """Send the goal."""
         if self._make_behavior is not None:
             self._board.log(self._kind)
-            self._board.behavior_server.run(self._make_behavior(), self._board.pose, self._board.now)
+            self._board.behavior_server.run(self._make_behavior(), self._board.local_pose, self._board.now)
 
     def update(self) -> Status:
         """Take the next command."""
         if self._make_behavior is None:
             return Status.FAILURE
         board = self._board
-        status = board.behavior_server.step(board.pose, board.local_costmap.costmap, board.now)
+        status = board.behavior_server.step(board.local_pose, board.local_costmap.costmap, board.now)
         board.recovery_command = board.behavior_server.command if status is Status.RUNNING else None
         return status
 

@@ -3,6 +3,9 @@
 One ``act`` is one control period. Within it, in this order: update the costmaps if it is time, replan if it is
 time, check progress, ask the path follower for a command, test the goal at the same pose. Time is counted in control
 periods, never by a clock on the wall.
+
+The planner works on the map. The controller, its checkers and the recovery behaviours work in the frame of the local
+costmap, which is ``odom`` (Nav2's ``global_frame`` of a costmap): shifted and turned against the map, smooth, drifting.
 """
 
 from __future__ import annotations
@@ -28,7 +31,9 @@ from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.episode import RECOVERY_KINDS, Event, Outcome
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
+from gym_mapbench.frames import relate
 from gym_mapbench.planners import make_planner
+from gym_mapbench.render import SeenCostmap
 from gym_mapbench.scenario import Pose
 
 
@@ -66,8 +71,9 @@ class Navigator:
 
     @property
     def observation_keys(self) -> tuple[str, ...]:
-        """``pose`` and ``velocity``, and ``scan`` where a layer of a costmap looks at it."""
-        return ("pose", "velocity", "scan") if self._observing_costmaps else ("pose", "velocity")
+        """``pose``, ``odom`` and ``velocity``, and ``scan`` where a layer of a costmap looks at it."""
+        keys = "pose", "odom", "velocity"
+        return (*keys, "scan") if self._observing_costmaps else keys
 
     @property
     def scan_rate(self) -> float:
@@ -79,6 +85,12 @@ class Navigator:
     def _observing_costmaps(self) -> tuple[CostmapParams, ...]:
         both = self.params.local_costmap, self.params.global_costmap
         return tuple(costmap for costmap in both if costmap.observes)
+
+    @property
+    def _local_in_odom(self) -> bool:
+        """Whether the local costmap lives in the odom frame; one that is a copy of the whole map stays on the map."""
+        local = self.params.local_costmap
+        return local.rolling_window or not local.writes("static_layer")
 
     def check_frequency(self, control_period: float) -> None:
         """Refuse an env that is slower than the controller server.
@@ -118,10 +130,12 @@ class Navigator:
         if self.status != "running":
             return STOP
         pose, odometry = Pose(*map(float, observation["pose"])), Twist(*map(float, observation["velocity"]))
+        local_pose = Pose(*map(float, observation["odom"])) if self._local_in_odom else pose
         now = round(self._steps * self._period, 9)
-        self._board.begin_tick(now, pose, odometry)
-        for costmap in (self._board.global_costmap, self._board.local_costmap):
-            costmap.observe(pose, observation.get("scan"), now)
+        board, scan = self._board, observation.get("scan")
+        board.begin_tick(now, pose, local_pose, odometry)
+        board.global_costmap.observe(pose, scan, now)
+        board.local_costmap.observe(local_pose, scan, now, relate(local_pose, pose))
         self._steps += 1
         outcome = self._tree.execute_tick()
         self._remember_path()
@@ -129,6 +143,12 @@ class Navigator:
             self._finish(outcome)
             return STOP
         return self._command(odometry)
+
+    @property
+    def seen_costmap(self) -> SeenCostmap:
+        """The local costmap as of now, where the robot believes it to be."""
+        board = self._board
+        return SeenCostmap(board.local_costmap.costmap, relate(board.local_pose, board.pose), board.pose)
 
     @property
     def number_recoveries(self) -> int:
@@ -171,6 +191,7 @@ class Navigator:
             ),
             behavior_server=BehaviorServer(params.behavior_server, footprint),
             pose=context.start,
+            local_pose=context.start,
             events=self.events,
         )
 

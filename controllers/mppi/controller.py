@@ -42,6 +42,10 @@ class MppiFollower:
         """Take a new global plan, ``(n, 3)`` x, y in m and yaw in rad, start to goal."""
         self._paths.set_plan(path)
 
+    def move_plan(self, path: NDArray[np.float64]) -> None:
+        """Take the same plan where it lies by now; what is behind stays behind."""
+        self._paths.move_plan(path)
+
     def end_action(self) -> None:
         """Forget the control sequence and take new noise (``reset``, which Jazzy calls when an action ends)."""
         self._optimizer.reset()

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
-from collections.abc import Iterable
 from pathlib import Path
 
 from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, load_preset, read_nav2_params
 from evolution.commands.progress import note
-from evolution.driving import ControllerSpec, DriveSettings
+from evolution.driving import ControllerSpec, DriveSettings, available_cores
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
-from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.noise import NOISES
 from gym_mapbench.robot import RobotSpec, make_robot
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.scenario import Pose
 
 
 def example_parser(
@@ -52,7 +50,7 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         choices=("ends", "slides"),
         help="whether touching a wall ends the run or the robot slides on, as in Gazebo",
     )
-    group.add_argument("--noise", choices=("none", "nominal"), help="noise of sensors, actuators and the start pose")
+    group.add_argument("--noise", choices=tuple(NOISES), help="noise of sensors, localisation, motors and start pose")
 
 
 def add_controllers_option(parser: argparse.ArgumentParser) -> None:
@@ -144,29 +142,9 @@ def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
     return controllers_from(names)
 
 
-def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
-    """Refuse maps on none of which the robot can stand at start and goal.
-
-    Where it can on some, runs on the others end in ``error`` with the reason.
-
-    Raises:
-        ConfigError: Naming the first of the maps.
-    """
-    problems = []
-    for scenario in scenarios:
-        try:
-            check_clearance(scenario, settings.environment.robot)
-        except ConfigError as error:
-            problems.append(f"{scenario.name}: {error}")
-        else:
-            return
-    if problems:
-        raise ConfigError(problems[0])
-
-
 def workers_of(args: argparse.Namespace) -> int:
     """Number of worker processes: as asked for, or all cores."""
-    return args.workers or len(os.sched_getaffinity(0))
+    return args.workers or available_cores()
 
 
 def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) -> DriveSettings:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from evolution.driving.evaluator import Evaluator, OnRun, RunJob
 from evolution.driving.jobs import ControllerSpec, Job, JobPlan, RunResult, RunSettings, SetResults, check_controllers
+from evolution.driving.launching import available_cores
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.seeds import derive_seed
 from evolution.driving.store import ResultStore
 from evolution.driving.warmup import warm_up
-from evolution.driving.worker import DriveSettings, drive, run_job, try_controllers
+from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers
 
 __all__ = [
     "ControllerSpec",
@@ -26,7 +27,9 @@ __all__ = [
     "RunResult",
     "RunSettings",
     "SetResults",
+    "available_cores",
     "check_controllers",
+    "check_room",
     "derive_seed",
     "drive",
     "environment_for",

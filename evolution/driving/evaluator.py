@@ -15,17 +15,17 @@ import os
 import queue
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
-from multiprocessing.context import BaseContext
 from types import TracebackType
 from typing import Self
 
 from pebble import ProcessExpired, ProcessPool
 
 from evolution.driving.jobs import Job, JobPlan, RunResult, SetResults
+from evolution.driving.launching import worker_context
 from evolution.driving.store import ResultStore
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.scenario import MapSet
@@ -151,7 +151,7 @@ class Evaluator:
                 yield job, replace(result, attempts=attempts[job.key], seed=job.seed)
             dead_pools = 0 if answered else dead_pools + 1
             if dead_pools == MAX_DEAD_POOLS:
-                raise RunError("workers die before their first run (is run_job importable, and the script guarded?)")
+                raise RunError("workers die before their first run (is run_job importable?)")
 
     def _round(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, RunResult]]:
         """Try every job once; what a broken pool lost is not answered."""
@@ -254,19 +254,3 @@ def error_result(reason: str) -> RunResult:
 def one_line(error: BaseException) -> str:
     """Say type and text of an error in one short line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:MAX_REASON]
-
-
-def worker_context(*functions: object) -> BaseContext:
-    """Return how workers are started; a fork server imports the modules of ``functions`` once for all of them."""
-    if "forkserver" not in multiprocessing.get_all_start_methods():
-        return multiprocessing.get_context("spawn")
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(list(_modules_of(functions)))
-    return context
-
-
-def _modules_of(functions: Iterable[object]) -> Iterator[str]:
-    for function in functions:
-        module = getattr(getattr(function, "func", function), "__module__", None)
-        if isinstance(module, str):
-            yield module

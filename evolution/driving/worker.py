@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from pydantic import field_validator
@@ -13,9 +13,12 @@ from controllers.navigator import Navigator
 from controllers.registry import make_controller
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import environment_for, run_episode
+from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.episode import Episode
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
+from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
 
 
@@ -70,14 +73,39 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
             controller.check_frequency(1.0 / settings.environment.control_hz)
 
 
-def drive(job: Job) -> Episode:
-    """Drive a job and return the whole recorded run."""
+def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
+    """Refuse maps on none of which the robot can stand at start and goal.
+
+    Where it can on some, runs on the others end in ``error`` with the reason.
+
+    Raises:
+        ConfigError: Naming the first of the maps.
+    """
+    problems = []
+    for scenario in scenarios:
+        try:
+            check_clearance(scenario, settings.environment.robot)
+        except ConfigError as error:
+            problems.append(f"{scenario.name}: {error}")
+        else:
+            return
+    if problems:
+        raise ConfigError(problems[0])
+
+
+def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Episode:
+    """Drive a job and return the whole recorded run.
+
+    Args:
+        job: The run.
+        watch: Called with the controller after every command that is driven.
+    """
     if not isinstance(job.settings, DriveSettings):
         raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
     controller = build_controller(job.controller, job.settings)
     env = environment_for(job.settings.environment, controller, own_goal_check=job.settings.own_goal_check)
     return run_episode(
-        env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed
+        env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed, watch=watch
     )
 
 

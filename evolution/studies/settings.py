@@ -109,7 +109,7 @@ class ReevaluationSettings(Settings):
 
     Args:
         seeds: Runs of every controller on every map, each with a seed no search saw; 0 for none.
-        noise: Noise of these runs (``none``, ``nominal``, or standard deviations); None for the search's own.
+        noise: Noise of these runs (``none``, ``nominal``, ``rough``, or settings); None for the search's own.
     """
 
     seeds: Annotated[int, Field(ge=0)] = 10
@@ -236,15 +236,23 @@ def load_study(name_or_file: str | Path) -> StudySettings:
     Raises:
         ConfigError: If there is no such study, or it cannot be used.
     """
+    return StudySettings.from_mapping(read_definition(name_or_file), str(name_or_file))
+
+
+def read_definition(name_or_file: str | Path) -> Any:
+    """Read the YAML of a study of the package by its name, or of a file.
+
+    Raises:
+        ConfigError: If there is none.
+    """
     path = Path(name_or_file)
     if str(name_or_file) in study_names():
-        with resources.as_file(
-            resources.files("evolution.studies").joinpath("definitions", f"{name_or_file}.yaml")
-        ) as file:
-            return StudySettings.from_mapping(read_yaml(file), str(name_or_file))
+        folder = resources.files("evolution.studies").joinpath("definitions")
+        with resources.as_file(folder.joinpath(f"{name_or_file}.yaml")) as file:
+            return read_yaml(file)
     if not path.exists() and path.suffix not in (".yaml", ".yml"):
         raise unknown_name("study", name_or_file, study_names())
-    return StudySettings.from_mapping(read_yaml(path), str(path))
+    return read_yaml(path)
 
 
 def _bundled() -> Iterable[str]:

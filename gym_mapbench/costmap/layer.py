@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,3 +106,14 @@ class Layer(ABC):
             master: ``(rows, cols)`` uint8.
             cells: Which of them to write.
         """
+
+
+def shifted(grid: NDArray[Any], d_row: int, d_col: int, default: int) -> NDArray[Any]:
+    """Return a grid as seen from a window moved by whole cells; entering cells are ``default`` (``updateOrigin``)."""
+    moved = np.full_like(grid, default)
+    rows, cols = grid.shape
+    to_rows, to_cols = slice(max(0, -d_row), rows - max(0, d_row)), slice(max(0, -d_col), cols - max(0, d_col))
+    from_rows, from_cols = slice(max(0, d_row), rows - max(0, -d_row)), slice(max(0, d_col), cols - max(0, -d_col))
+    if abs(d_row) < rows and abs(d_col) < cols:
+        moved[to_rows, to_cols] = grid[from_rows, from_cols]
+    return moved

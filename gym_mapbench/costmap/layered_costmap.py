@@ -9,7 +9,7 @@ import numpy as np
 
 from gym_mapbench.costmap.grid import FREE_SPACE, NO_INFORMATION, Costmap
 from gym_mapbench.costmap.inflation_layer import Inflation
-from gym_mapbench.costmap.layer import IN_MAP_FRAME, Costs, Layer, Window
+from gym_mapbench.costmap.layer import IN_MAP_FRAME, Costs, Layer, Window, shifted
 from gym_mapbench.costmap.obstacle_layer import ObstacleGrid, VoxelGrid
 from gym_mapbench.costmap.params import CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
@@ -17,7 +17,6 @@ from gym_mapbench.costmap.static_layer import StaticMap, static_costs
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.gridmap import MAX_CELLS, GridMap
-from gym_mapbench.kernels.layers import shifted
 from gym_mapbench.scenario import Pose
 
 

@@ -99,7 +99,8 @@ def clear_polygon(layer, resolution, origin_x, origin_y, corners):
     for i in range(len(cells)):
         trace_edge(cells[i - 1], cells[i], cols, lowest, highest)
     for col in range(cols):
-        layer[lowest[col] : highest[col] + 1, col] = FREE
+        for row in range(lowest[col], highest[col] + 1):
+            layer[row, col] = FREE
 
 
 @kernel

@@ -1,13 +1,11 @@
-"""How a grid follows its window, and how a layer's grid is written into the master grid of a costmap.
+"""How a layer's grid is written into the master grid of a costmap.
 
-Source: nav2_costmap_2d/src/costmap_2d.cpp (``updateOrigin``), src/costmap_layer.cpp, plugins/static_layer.cpp.
+Source: nav2_costmap_2d/src/costmap_layer.cpp, plugins/static_layer.cpp.
 """
 
 from __future__ import annotations
 
 import math
-
-import numpy as np
 
 from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import kernel
@@ -17,18 +15,6 @@ TRUE_OVERWRITE = -1
 OVERWRITE = 0
 MAX = 1
 MAX_WITHOUT_UNKNOWN_OVERWRITE = 2
-
-
-@kernel
-def shifted(grid, d_row, d_col, default):
-    """Return ``(rows, cols)`` cells as seen from a window moved by whole cells; entering cells are ``default``."""
-    rows, cols = grid.shape
-    moved = np.full_like(grid, default)
-    if abs(d_row) < rows and abs(d_col) < cols:
-        first, last = max(0, -d_col), cols - max(0, d_col)
-        for row in range(max(0, -d_row), rows - max(0, d_row)):
-            moved[row, first:last] = grid[row + d_row, first + d_col : last + d_col]
-    return moved
 
 
 @kernel

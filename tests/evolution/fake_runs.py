@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -90,3 +91,13 @@ def touch_warm_up() -> None:
 def tell_warmth(job: Job) -> RunResult:
     """Report whether this worker was warmed up."""
     return RunResult("goal", 1.0, 1.0, reason=os.environ.get("WARMED_UP", "no"))
+
+
+def noisy(job: Job) -> RunResult:
+    """As :func:`drive`; where the world is noisy, one run in four is a timeout, and all others take longer."""
+    result = drive(job)
+    recoveries = {"n_recoveries": float(job.seed % 3)}
+    if job.settings.model_dump()["environment"]["noise"]["scan"] == 0:
+        return replace(result, outcome="goal", metrics=recoveries)
+    outcome = "timeout" if job.seed % 4 == 0 else "goal"
+    return replace(result, outcome=outcome, time_s=1.2 * result.time_s, metrics=recoveries)

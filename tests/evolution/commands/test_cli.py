@@ -8,12 +8,13 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from controllers.nav2_params import read_nav2_params
 from evolution.cli import main
-from evolution.commands.options import check_room
-from evolution.driving.worker import DriveSettings
+from evolution.driving import DriveSettings, check_room
 from evolution.runs.loading import load_run
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import load_scenarios
@@ -142,11 +143,9 @@ def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
 @pytest.fixture
 def fake_robot(monkeypatch):
     """Runs without a robot, of which those of the controller ``raises`` end in an error."""
-    for command in ("bench", "evolve"):
-        monkeypatch.setattr(f"evolution.commands.{command}.run_job", fake_runs.misbehave)
-        monkeypatch.setattr(f"evolution.commands.{command}.warm_up", fake_runs.touch_warm_up)
-    monkeypatch.setattr("evolution.commands.bench.summary_rows", lambda _: [])
-    monkeypatch.setattr("evolution.commands.evolve.write_run_figures", lambda _: None)
+    monkeypatch.setattr("evolution.api.run_job", fake_runs.misbehave)
+    monkeypatch.setattr("evolution.api.warm_up", fake_runs.touch_warm_up)
+    monkeypatch.setattr("evolution.api.write_run_figures", lambda _: None)
 
 
 SMALL_SEARCH = ["evolve", "--preset", "quick", "--pop-size", "2", "--evaluations", "2", "--maps-per-set", "1"]
@@ -247,6 +246,19 @@ def test_drive_writes_a_film(tmp_path, capsys):
     assert film.read_bytes().startswith(b"GIF89a")
     assert "timeout" in capsys.readouterr().out
     assert "nothing is overwritten" in refused(capsys, *argv)
+
+
+def test_a_film_shows_the_costmap(tmp_path, capsys):
+    films = {}
+    for option in ([], ["--show-costmap"]):
+        film = tmp_path / f"film{len(option)}.gif"
+        argv = ["drive", OFFICE, "--controller", "rpp", "--noise", "nominal", "--time-limit", "1", "--gif", str(film)]
+        assert main([*argv, *option]) == 0
+        with Image.open(film) as frames:
+            films[len(option)] = np.asarray(frames.convert("RGB")).astype(int)
+    magenta = [((one - (196, 0, 196)) ** 2).sum(axis=2).min() for one in films.values()]
+    assert magenta[1] < 8000 < magenta[0]
+    assert "--gif, --mp4 or --show" in refused(capsys, "drive", OFFICE, "--controller", "rpp", "--show-costmap")
 
 
 def test_films_and_windows_that_cannot_be_are_refused_first(tmp_path, capsys, monkeypatch):
