@@ -7,7 +7,8 @@
     |-- MapFormatError (ValueError)    a file that is not what it claims to be
     |-- PlanningError              a global planner could not answer
     |   `-- NoPathError            start and goal are not connected
-    `-- RunError                   a run directory, a store or a worker
+    |-- RunError                   a run directory, a store or a worker
+    `-- PluginError                code that a user added, and that failed
 """
 
 from __future__ import annotations
@@ -41,6 +42,10 @@ class NoPathError(PlanningError):
 
 class RunError(MapBenchError):
     """A run directory, a result store or a worker that cannot be used."""
+
+
+class PluginError(MapBenchError):
+    """Something a user added (a metric, a fitness, a reader of maps...) that failed or returned nonsense."""
 
 
 def nearest_name(name: str, valid: Iterable[str], cutoff: float = NEAR) -> str | None:

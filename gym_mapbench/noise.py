@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from gym_mapbench.errors import unknown_name
+from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.scenario import Pose, wrap_angle
 from gym_mapbench.settings import Settings
 
@@ -41,7 +41,7 @@ class NoiseSettings(Settings):
     scan: Deviation = 0.0
 
 
-NOISES: dict[str, NoiseSettings] = {
+_LEVELS: dict[str, NoiseSettings] = {
     "none": NoiseSettings(),
     # An indoor robot of the TurtleBot3's kind: the LDS-01 is good for 15 mm below 0.5 m, AMCL for about a cell.
     "nominal": NoiseSettings(
@@ -57,6 +57,8 @@ NOISES: dict[str, NoiseSettings] = {
     ),
 }
 
+NOISES: Registry[NoiseSettings] = Registry("noise", "noise_levels", _LEVELS, check=must_be(NoiseSettings))
+
 
 def make_noise(name: str) -> NoiseSettings:
     """Return a preset by name.
@@ -64,9 +66,7 @@ def make_noise(name: str) -> NoiseSettings:
     Raises:
         ConfigError: If there is no such preset.
     """
-    if name not in NOISES:
-        raise unknown_name("noise", name, NOISES)
-    return NOISES[name]
+    return NOISES.get(name)
 
 
 def disturb_pose(pose: Pose, xy: float, yaw: float, rng: np.random.Generator) -> Pose:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.settings import Settings
 
 Positive = Annotated[float, Field(gt=0)]
@@ -64,7 +65,7 @@ def _is_convex_around_origin(corners: NDArray[np.float64]) -> bool:
     return bool(((turns > 0).all() and (sides > 0).all()) or ((turns < 0).all() and (sides < 0).all()))
 
 
-ROBOTS: dict[str, RobotSpec] = {
+_PRESETS: dict[str, RobotSpec] = {
     # Nav2's example (nav2_bringup/params/nav2_params.yaml): the radius of its costmaps, MPPI's and RPP's top speed.
     "turtlebot3_waffle": RobotSpec(name="turtlebot3_waffle"),
     # ROBOTIS e-manual: 0.22 m/s, 2.84 rad/s; the 138 mm x 178 mm base fits a disc of 0.105 m.
@@ -88,6 +89,8 @@ ROBOTS: dict[str, RobotSpec] = {
     ),
 }
 
+ROBOTS: Registry[RobotSpec] = Registry("robot", "robots", _PRESETS, check=must_be(RobotSpec))
+
 
 def make_robot(name: str) -> RobotSpec:
     """Return a preset by name.
@@ -95,6 +98,4 @@ def make_robot(name: str) -> RobotSpec:
     Raises:
         ConfigError: If there is no such preset.
     """
-    if name not in ROBOTS:
-        raise unknown_name("robot", name, ROBOTS)
-    return ROBOTS[name]
+    return ROBOTS.get(name)

@@ -46,14 +46,18 @@ def bench(
 
 
 def summary_rows(runs: Sequence[BenchRun]) -> list[tuple[str, ...]]:
-    """One row per map and controller: goals, times and measures of the successful runs, how the others ended."""
+    """One row per map and controller: goals, times and measures of the successful runs, how the others ended.
+
+    The measures are length, clearance, recoveries, and whatever was asked for besides.
+    """
     groups: dict[tuple[str, str], list[RunResult]] = {}
     for one in runs:
         groups.setdefault((one.job.scenario.name, one.job.controller.name), []).append(one.result)
-    return [(name, controller, *_summary(results)) for (name, controller), results in groups.items()]
+    asked = runs[0].job.metrics if runs else ()
+    return [(name, controller, *_summary(results, asked)) for (name, controller), results in groups.items()]
 
 
-def _summary(results: Sequence[RunResult]) -> tuple[str, ...]:
+def _summary(results: Sequence[RunResult], asked: Sequence[str]) -> tuple[str, ...]:
     good = [result for result in results if result.success]
     times = np.array([result.time_s for result in good])
     others = Counter(result.outcome for result in results if not result.success)
@@ -63,6 +67,7 @@ def _summary(results: Sequence[RunResult]) -> tuple[str, ...]:
         _mean([result.path_length_m for result in good]),
         _mean([result.metrics["min_clearance"] for result in good]),
         _mean([result.metrics["n_recoveries"] for result in results if result.outcome != "error"]),
+        *(_mean([result.metrics[name] for result in good]) for name in asked),
         ", ".join(f"{count} {outcome}" for outcome, count in others.items()),
     )
 

@@ -58,6 +58,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="FACTOR",
         help="only in the BARN score printed for barn:DIR: faster than FACTOR optimal times earns no more (default 2)",
     )
+    parser.add_argument(
+        "--metric", action="append", default=[], metavar="NAME", help="measure this too: a name or module:attribute"
+    )
     parser.add_argument("--format", choices=("table", "json", "csv"), default="table")
     parser.add_argument("--out", metavar="DIR", help="also write bench.json and bench.csv there")
     parser.set_defaults(run=run)
@@ -72,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     options.check_room(scenarios, settings)
     controllers = options.controllers_of(args)
     try_controllers(controllers, settings)
-    plan = JobPlan(controllers, settings, args.seed or 0, args.repeats)
+    plan = JobPlan(controllers, settings, args.seed or 0, args.repeats, tuple(args.metric))
     out = None if args.out is None else _new_directory(Path(args.out))
     total = len(scenarios) * len(plan.controllers) * args.repeats
     with (
@@ -126,7 +129,7 @@ def _print_table(runs: Sequence[BenchRun]) -> None:
     table = Table()
     for column in ("map", "controller", "goals"):
         table.add_column(column)
-    for column in ("mean s", "min s", "max s", "length m", "clearance m", "recoveries"):
+    for column in ("mean s", "min s", "max s", "length m", "clearance m", "recoveries", *runs[0].job.metrics):
         table.add_column(column, justify="right")
     table.add_column("otherwise")
     for row in summary_rows(runs):

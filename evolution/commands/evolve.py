@@ -52,7 +52,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     search.add_argument("--maps-per-set", type=options.positive, metavar="N")
     search.add_argument("--repeats", type=options.positive, metavar="R", help="runs of each controller on each map")
     search.add_argument(
-        "--metric", metavar="NAME", help=f"quantity that is compared (default time): {', '.join(METRIC_NAMES)}"
+        "--metric",
+        metavar="NAME",
+        help=f"quantity that is compared (default time): {', '.join(METRIC_NAMES)}, or module:attribute",
     )
     search.add_argument("--failures", choices=("exclude", "censor", "par2"), help="what a failed run counts")
     options.add_controllers_option(parser)

@@ -7,15 +7,19 @@ import math
 import os
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
-from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, load_preset, read_nav2_params
+from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, PlannerPlugin, load_preset, read_nav2_params
 from evolution.commands.progress import note
 from evolution.driving import ControllerSpec, DriveSettings
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.robot import RobotSpec, make_robot
+from gym_mapbench.noise import NOISES
+from gym_mapbench.planners import PLANNERS
+from gym_mapbench.registry import Registry
+from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
 from gym_mapbench.scenario import Pose, Scenario
 
 
@@ -42,7 +46,8 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         help="a nav2_params.yaml, whose controller_plugins drive unless others are named, or the preset thesis "
         "(Nav2's examples; the default) or fair (same limits for all)",
     )
-    group.add_argument("--robot", metavar="NAME", help="turtlebot3_waffle, turtlebot3_burger or jackal")
+    group.add_argument("--planner", metavar="NAME", help=f"global planner: {names_in(PLANNERS)}")
+    group.add_argument("--robot", metavar="NAME", help=names_in(ROBOTS))
     group.add_argument(
         "--robot-radius", type=positive_number, metavar="M", help="radius of the robot's disc and of its costmaps"
     )
@@ -52,7 +57,14 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         choices=("ends", "slides"),
         help="whether touching a wall ends the run or the robot slides on, as in Gazebo",
     )
-    group.add_argument("--noise", choices=("none", "nominal"), help="noise of sensors, actuators and the start pose")
+    group.add_argument(
+        "--noise", metavar="NAME", help=f"noise of sensors, actuators and the start pose: {names_in(NOISES)}"
+    )
+
+
+def names_in(registry: Registry[Any]) -> str:
+    """Say what an option takes that names an entry of a registry."""
+    return f"{', '.join(registry.built_in)}, or module:attribute"
 
 
 def add_controllers_option(parser: argparse.ArgumentParser) -> None:
@@ -230,6 +242,8 @@ def _robot_of(settings: DriveSettings, from_params: bool) -> RobotSpec:
 def _navigation(args: argparse.Namespace, settings: DriveSettings) -> object:
     """Nav2's parameters; a robot named on the command line also shapes the costmaps."""
     navigation = settings.navigation
+    if args.planner is not None:
+        navigation = navigation.replace(planner=PlannerPlugin(name=args.planner))
     if args.robot is None and args.robot_radius is None:
         return navigation
     shape = {"robot_radius": args.robot_radius, "footprint": None}

@@ -7,7 +7,18 @@ jobs, whatever the worker processes do; what was driven before comes from the :c
 from __future__ import annotations
 
 from evolution.driving.evaluator import Evaluator, OnRun, RunJob
-from evolution.driving.jobs import ControllerSpec, Job, JobPlan, RunResult, RunSettings, SetResults, check_controllers
+from evolution.driving.jobs import (
+    RUN_COLUMNS,
+    TIME,
+    ControllerSpec,
+    Job,
+    JobPlan,
+    RunResult,
+    RunSettings,
+    SetResults,
+    check_controllers,
+    check_metric,
+)
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.seeds import derive_seed
 from evolution.driving.store import ResultStore
@@ -15,6 +26,8 @@ from evolution.driving.warmup import warm_up
 from evolution.driving.worker import DriveSettings, drive, run_job, try_controllers
 
 __all__ = [
+    "RUN_COLUMNS",
+    "TIME",
     "ControllerSpec",
     "DriveSettings",
     "Evaluator",
@@ -27,6 +40,7 @@ __all__ = [
     "RunSettings",
     "SetResults",
     "check_controllers",
+    "check_metric",
     "derive_seed",
     "drive",
     "environment_for",

@@ -83,12 +83,12 @@ def drive(job: Job) -> Episode:
 
 def run_job(job: Job) -> RunResult:
     """Drive a job and keep its measures; wall-clock values stand apart from what a seed repeats."""
-    return result_of(drive(job))
+    return result_of(drive(job), job.metrics)
 
 
-def result_of(episode: Episode) -> RunResult:
-    """Measure a recorded run."""
-    metrics = measure(episode)
+def result_of(episode: Episode, also: Iterable[str] = ()) -> RunResult:
+    """Measure a recorded run, with further metrics besides the project's own."""
+    metrics = measure(episode, also)
     steps = max(1, len(episode.commands))
     return RunResult(
         outcome=episode.outcome,

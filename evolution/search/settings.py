@@ -9,9 +9,9 @@ from typing import Annotated, Any, Literal, Protocol, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from evolution.driving import ControllerSpec, JobPlan, RunSettings, check_controllers
+from evolution.driving import TIME, ControllerSpec, JobPlan, RunSettings, check_controllers, check_metric
 from gym_mapbench.episode import Outcome
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.settings import Settings
@@ -21,8 +21,8 @@ Weight = Annotated[float, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0)]
 Count = Annotated[int, Field(ge=1)]
 
-METRIC_NAMES = ("time", *METRICS)
-"""What may be compared between controllers."""
+METRIC_NAMES = (TIME, *METRICS.built_in)
+"""What may be compared between controllers, third parties' metrics left out."""
 
 
 class MutationSettings(Settings):
@@ -81,7 +81,7 @@ class EvolveSettings(Settings):
         seed: Root of all randomness.
         repeats: Runs of each controller on each map.
         aggregate: How the repeats of a controller on a map become one value.
-        metric: Quantity compared between controllers, one of ``METRIC_NAMES``.
+        metric: Quantity compared between controllers: one of ``METRIC_NAMES``, or a third party's metric.
         failures: What a map counts on which a controller failed: ``exclude`` (thesis: no value), ``censor``
             (a failed run counts the time limit) or ``par2`` (twice the time limit).
         timeout_outcomes: Outcomes that count as timeouts in Eq. 4.5.
@@ -122,9 +122,7 @@ class EvolveSettings(Settings):
     @field_validator("metric")
     @classmethod
     def _known(cls, value: str) -> str:
-        if value not in METRIC_NAMES:
-            raise unknown_name("metric", value, METRIC_NAMES)
-        return value
+        return check_metric(value)
 
     @model_validator(mode="after")
     def _consistent(self) -> EvolveSettings:
@@ -186,8 +184,8 @@ class Experiment:
 
     @property
     def plan(self) -> JobPlan:
-        """Which runs a scenario needs."""
-        return JobPlan(self.controllers, self.run, self.search.seed, self.search.repeats)
+        """Which runs a scenario needs, and what is measured on them."""
+        return JobPlan(self.controllers, self.run, self.search.seed, self.search.repeats, (self.search.metric,))
 
     def document(self) -> dict[str, Any]:
         """Return everything as JSON-able values, under ``search``, ``controllers`` and ``run``."""

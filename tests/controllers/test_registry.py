@@ -4,11 +4,11 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
-from controllers import registry
 from controllers.nav2_params import load_preset, parse_nav2_params
 from controllers.navigator import Navigator
 from controllers.registry import controller_names, make_controller
 from controllers.rl import as_controller
+from gym_mapbench import registry
 from gym_mapbench.errors import ConfigError
 from tests.controllers.plain_follower import PlainFollower
 
