@@ -17,6 +17,7 @@ from evolution.driving import Evaluator, ResultStore, run_job, try_controllers, 
 from evolution.pictures import write_run_figures
 from evolution.runs import LoadedRun, RunDir, load_run
 from evolution.search import (
+    FITNESSES,
     METRIC_NAMES,
     Experiment,
     evolve,
@@ -46,7 +47,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     search = parser.add_argument_group("the search")
     search.add_argument("--preset", help=f"options to start from: {', '.join(preset_names())} (default thesis)")
     search.add_argument("--config", metavar="FILE", help="YAML with the sections search, controllers, run")
-    search.add_argument("--fitness", choices=("gini", "cluster"))
+    search.add_argument("--fitness", metavar="NAME", help=options.names_in(FITNESSES))
     search.add_argument("--pop-size", type=options.positive, metavar="N")
     search.add_argument("--evaluations", type=options.positive, metavar="N", help="map sets evaluated in all")
     search.add_argument("--maps-per-set", type=options.positive, metavar="N")
@@ -84,7 +85,8 @@ def run(args: argparse.Namespace) -> int:
 def _new(args: argparse.Namespace) -> tuple[RunDir, Experiment]:
     experiment = _experiment(args)
     search = experiment.search
-    default = Path("runs") / f"{search.fitness}-pop{search.pop_size}-seed{search.seed}"
+    fitness = search.fitness.replace(":", ".")
+    default = Path("runs") / f"{fitness}-pop{search.pop_size}-seed{search.seed}"
     return RunDir.create(args.out or default, experiment), experiment
 
 

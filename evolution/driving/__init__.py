@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from evolution.driving.evaluator import Evaluator, OnRun, RunJob
 from evolution.driving.jobs import (
+    RESULT_FIELDS,
     RUN_COLUMNS,
     TIME,
     ControllerSpec,
@@ -26,6 +27,7 @@ from evolution.driving.warmup import warm_up
 from evolution.driving.worker import DriveSettings, drive, run_job, try_controllers
 
 __all__ = [
+    "RESULT_FIELDS",
     "RUN_COLUMNS",
     "TIME",
     "ControllerSpec",

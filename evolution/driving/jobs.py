@@ -27,21 +27,10 @@ from gym_mapbench.settings import Settings
 TIME = "time"
 """The simulated seconds until the end: what may be compared besides the metrics."""
 
-RUN_COLUMNS = frozenset(
-    [
-        "generation",
-        "map",
-        "controller",
-        "repeat",
-        "seed",
-        "noise_seed",
-        "outcome",
-        "time_s",
-        "path_length_m",
-        "reason",
-        "attempts",
-    ]
-)
+RESULT_FIELDS = ("outcome", "time_s", "path_length_m", "reason", "attempts")
+"""The fields of a result that a seed repeats, metrics and the seed itself left out."""
+
+RUN_COLUMNS = frozenset({"generation", "map", "controller", "repeat", "seed", "noise_seed", *RESULT_FIELDS})
 """What tables say of a run besides its metrics."""
 
 

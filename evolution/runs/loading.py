@@ -8,10 +8,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from evolution.driving import RUN_COLUMNS, RunResult
+from evolution.driving import RESULT_FIELDS, RUN_COLUMNS, RunResult
 from evolution.files import Row, read_npz
 from evolution.runs.directory import MAPS, RunDir, controllers_in
-from evolution.search import RESULT_FIELDS, MapResults
+from evolution.search import MapResults
 from gym_mapbench.errors import RunError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import MapSet

@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Protocol, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from evolution.driving import TIME, ControllerSpec, JobPlan, RunSettings, check_controllers, check_metric
+from evolution.search.patterns import FITNESSES
 from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings
@@ -20,6 +21,15 @@ Probability = Annotated[float, Field(ge=0, le=1)]
 Weight = Annotated[float, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0)]
 Count = Annotated[int, Field(ge=1)]
+
+
+def _fitness(name: str) -> str:
+    """Refuse the name of no fitness."""
+    FITNESSES.get(name)
+    return name
+
+
+FitnessName = Annotated[str, AfterValidator(_fitness)]
 
 METRIC_NAMES = (TIME, *METRICS.built_in)
 """What may be compared between controllers, third parties' metrics left out."""
@@ -73,7 +83,8 @@ class EvolveSettings(Settings):
     """All options of one search.
 
     Args:
-        fitness: ``gini`` (Alg. 1 and 2) or ``cluster`` (Alg. 3 and 4).
+        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), or a third party's (see
+            :mod:`evolution.search.patterns`).
         algorithm: ``ga``, or ``random``: every generation is sampled anew (a baseline).
         pop_size: Individuals in the population, and offspring a generation.
         evaluations: Individuals evaluated in all, the first population included.
@@ -97,7 +108,7 @@ class EvolveSettings(Settings):
         shapes: Size of the maps and what is drawn on them.
     """
 
-    fitness: Literal["gini", "cluster"] = "gini"
+    fitness: FitnessName = "gini"
     algorithm: Literal["ga", "random"] = "ga"
     pop_size: Annotated[int, Field(ge=2)] = 40
     evaluations: Count = 600

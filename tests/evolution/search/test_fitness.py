@@ -8,10 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evolution.driving.jobs import RunResult
-from evolution.search.fitness import (
+from evolution.search.fitness import Fitness, calibrate_scale
+from evolution.search.patterns import (
     NO_PATTERN,
-    Fitness,
-    calibrate_scale,
     cluster_score,
     gini,
     gini_fitness,
