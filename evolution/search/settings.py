@@ -7,9 +7,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Protocol, Self
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from evolution.driving import TIME, ControllerSpec, JobPlan, RunSettings, check_controllers, check_metric
+from evolution.search.operators.changes import OPERATORS
 from evolution.search.patterns import FITNESSES
 from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import ConfigError
@@ -48,6 +56,8 @@ class MutationSettings(Settings):
         move_distance: Farthest move along each axis, cells.
         scale_factor: Smallest and largest factor of an obstacle's height and width.
         connectivity: Neighbours of a cell that belong to the same obstacle, 4 (SciPy's default) or 8.
+        operators: Further operators by name, with the probability that a chosen obstacle is given to each (see
+            :mod:`evolution.search.operators.changes`).
     """
 
     probability: Probability = 0.5
@@ -59,6 +69,22 @@ class MutationSettings(Settings):
     move_distance: Count = 15
     scale_factor: tuple[Positive, Positive] = (0.5, 1.5)
     connectivity: Literal[4, 8] = 4
+    operators: dict[str, Probability] = Field(default_factory=dict)
+
+    @field_validator("operators")
+    @classmethod
+    def _known(cls, value: dict[str, float]) -> dict[str, float]:
+        for name in value:
+            if f"{name}_probability" in cls.model_fields:
+                raise ConfigError(f"expected other operators, got {name!r}, which has a probability of its own")
+            OPERATORS.get(name)
+        return value
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave further operators out where there are none: such a run is written as ever."""
+        values: dict[str, Any] = dump(self)
+        return {name: value for name, value in values.items() if name != "operators" or value}
 
     @field_validator("shapes_per_map", "scale_factor")
     @classmethod
@@ -69,14 +95,16 @@ class MutationSettings(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> MutationSettings:
-        if not math.isclose(sum(self.probabilities), 1.0, abs_tol=1e-9):
-            raise ConfigError(f"move, scale, remove and add: expected a sum of 1, got {self.probabilities}")
+        if not math.isclose(sum(self.probabilities.values()), 1.0, abs_tol=1e-9):
+            chances = ", ".join(f"{name} {chance:g}" for name, chance in self.probabilities.items())
+            raise ConfigError(f"probabilities: expected a sum of 1, got {chances}")
         return self
 
     @property
-    def probabilities(self) -> tuple[float, float, float, float]:
-        """Of move, scale, remove and add, in this order."""
-        return self.move_probability, self.scale_probability, self.remove_probability, self.add_probability
+    def probabilities(self) -> dict[str, float]:
+        """Of every operator by name: move, scale, remove and add, then the others."""
+        named = {name: getattr(self, f"{name}_probability") for name in ("move", "scale", "remove", "add")}
+        return named | self.operators
 
 
 class EvolveSettings(Settings):

@@ -8,18 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymoo.core.population import Population
 
+from evolution.search.operators.changes import Edit, move, scale, scale_shape
 from evolution.search.operators.crossover import CROSSOVERS, MapCrossover, pool_crossover, position_crossover
 from evolution.search.operators.duplicates import MapSetDuplicates
-from evolution.search.operators.mutation import (
-    MapMutation,
-    cut_out,
-    draw_changes,
-    label_obstacles,
-    move_obstacle,
-    mutate_map,
-    scale_obstacle,
-    scale_shape,
-)
+from evolution.search.operators.mutation import MapMutation, draw_changes, label_obstacles, mutate_map
 from evolution.search.operators.repair import MapRepair, repair_scenario
 from evolution.search.operators.sampling import MapSampling, as_column, sample_map_set, scenario_on
 from evolution.search.settings import MutationSettings
@@ -45,6 +37,11 @@ def in_order(cells, shapes):
 
 def inner(cells):
     return cells[1:-1, 1:-1]
+
+
+def edit_of(cells, labels, **options):
+    """An edit of obstacle 1."""
+    return Edit(cells, labels, 1, THESIS, MutationSettings(**options))
 
 
 @given(seeds, seeds, st.sampled_from([SMALL, THESIS.replace(n_obstacles=(15, 20))]))
@@ -76,8 +73,8 @@ def test_a_moved_obstacle_keeps_its_shape_and_stays_inside(seed, height, width, 
     labels = np.zeros((20, 20), dtype=np.int32)
     labels[row : row + height, col : col + width] = 1
     moved = np.zeros((20, 20), dtype=np.bool_)
-    move_obstacle(moved, labels, 1, 5, np.random.default_rng(seed))
-    [shape, new_row, new_col] = cut_out(moved.astype(np.int32), 1)
+    move(edit_of(moved, labels, move_distance=5), np.random.default_rng(seed))
+    [shape, new_row, new_col] = edit_of(moved, moved.astype(np.int32)).cut_out()
     assert shape.shape == (height, width)
     assert shape.all()
     assert max(abs(new_row - row), abs(new_col - col)) <= 5
@@ -97,7 +94,7 @@ def test_scaling_by_one_changes_nothing_and_keeps_the_middle():
     labels, _ = label_obstacles(cells)
     for factor, size in ((1.0, (6, 10)), (2.0, (12, 20)), (0.5, (3, 5))):
         scaled = np.zeros_like(cells)
-        scale_obstacle(scaled, labels, 1, (factor, factor), np.random.default_rng(0))
+        scale(edit_of(scaled, labels, scale_factor=(factor, factor)), np.random.default_rng(0))
         rows, cols = np.nonzero(scaled)
         assert (np.ptp(rows) + 1, np.ptp(cols) + 1) == size
         assert abs(rows.min() + rows.max() - 25) <= 1
@@ -123,7 +120,9 @@ def test_changes_follow_their_probabilities():
     changes = [change for _ in range(4000) for change in draw_changes(20, MutationSettings(), rng)]
     assert len(changes) / 4000 == pytest.approx(2.0, abs=0.05)
     shares = Counter(operation for _, operation in changes)
-    assert [shares[operation] / len(changes) for operation in range(4)] == pytest.approx([0.25] * 4, abs=0.02)
+    assert {name: share / len(changes) for name, share in shares.items()} == pytest.approx(
+        dict.fromkeys(("move", "scale", "remove", "add"), 0.25), abs=0.02
+    )
     assert {obstacle for obstacle, _ in changes} == set(range(1, 21))
     for _ in range(100):
         chosen = [obstacle for obstacle, _ in draw_changes(3, MutationSettings(shapes_per_map=(3, 3)), rng)]
