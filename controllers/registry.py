@@ -24,7 +24,7 @@ from controllers.navigator import Navigator
 from controllers.rl import load_sb3
 from controllers.rpp.controller import RppFollower
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.registry import Registry, accepted_keywords, blamed_on, must_be_callable
+from gym_mapbench.registry import Registry, accepted_keywords, must_be_callable
 
 FOLLOWERS: dict[str, Callable[[Any], PathFollower]] = {"dwb": DwbFollower, "mppi": MppiFollower, "rpp": RppFollower}
 """Nav2's controllers; each is made from its own parameters."""
@@ -99,7 +99,7 @@ def _make_third_party(
         if key not in accepted:
             raise unknown_name(f"parameter of {name}", key, accepted - {"navigation"})
     given = {"navigation": navigation} if "navigation" in accepted else {}
-    with blamed_on("controller", name):
+    with CONTROLLERS.blamed(name):
         made = make(**given, **params)
     missing = [part for part in ("observation_keys", "reset", "act") if not hasattr(made, part)]
     if missing:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gym_mapbench.clearance import measure_clearance
 from gym_mapbench.episode import RECOVERY_KINDS, Episode
 from gym_mapbench.errors import PluginError
-from gym_mapbench.registry import Registry, blamed_on, must_be_callable
+from gym_mapbench.registry import Registry, must_be_callable
 from gym_mapbench.task import distance_to_goal
 
 Floats = NDArray[np.float64]
@@ -160,7 +160,7 @@ def measure(episode: Episode, also: Iterable[str] = ()) -> dict[str, float]:
 
 def _measure_one(name: str, episode: Episode) -> float:
     """Measure what a third party defined."""
-    with blamed_on("metric", name):
+    with METRICS.blamed(name):
         value: Any = METRICS.get(name)(episode)
     if isinstance(value, Real | np.bool_) and math.isfinite(value):
         return float(value)

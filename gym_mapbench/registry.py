@@ -142,6 +142,24 @@ class Registry(Generic[T]):
     def __getitem__(self, name: str) -> T:
         return self.get(name)
 
+    @contextmanager
+    def blamed(self, name: str) -> Iterator[None]:
+        """Say in one line that a third party's entry failed, why, and in which line of it.
+
+        Errors of this project pass as they are, and so does whatever its own entries raise.
+
+        Raises:
+            PluginError: Instead of whatever else is raised inside.
+        """
+        try:
+            yield
+        except MapBenchError:
+            raise
+        except Exception as error:
+            if name in self.built_in:
+                raise
+            raise PluginError(f"{self.what} {name!r}: {describe(error)}") from error
+
     def _points(self) -> dict[str, EntryPoint]:
         return {point.name: point for point in entry_points(group=self.group)}
 
@@ -189,25 +207,6 @@ def accepted_keywords(function: Callable[..., Any]) -> frozenset[str]:
         return frozenset()
     named = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     return frozenset(p.name for p in parameters if p.kind in named)
-
-
-@contextmanager
-def blamed_on(what: str, name: str) -> Iterator[None]:
-    """Say in one line which third party's code failed, and in which line of it.
-
-    Args:
-        what: Its kind, e.g. ``"metric"``.
-        name: Its name.
-
-    Raises:
-        PluginError: Instead of whatever is raised inside; the errors of this project pass as they are.
-    """
-    try:
-        yield
-    except MapBenchError:
-        raise
-    except Exception as error:
-        raise PluginError(f"{what} {name!r}: {describe(error)}") from error
 
 
 def describe(error: BaseException) -> str:

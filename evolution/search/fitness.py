@@ -17,7 +17,6 @@ from evolution.driving import RunResult, SetResults
 from evolution.search.patterns import FITNESSES, Pattern, Times, pairwise_gaps
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import PluginError, RunError
-from gym_mapbench.registry import blamed_on
 
 AGGREGATES: dict[str, Callable[[list[float]], float]] = {"mean": fmean, "median": median}
 
@@ -132,7 +131,7 @@ class Fitness:
 
     def _pattern_of(self, values: Sequence[Times | None]) -> tuple[tuple[float | None, ...], float]:
         """Read the maps that have values, and judge their readings."""
-        with blamed_on("fitness", self.settings.fitness):
+        with FITNESSES.blamed(self.settings.fitness):
             readings = tuple(None if times is None else float(self.kind.read(times)) for times in values)
             read = [reading for reading in readings if reading is not None]
             pattern = float(self.kind.judge(read, [times for times in values if times is not None]))

@@ -10,7 +10,7 @@ from gym_mapbench.planners.base import GlobalPlanner, Path
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
 from gym_mapbench.planners.smac_2d import Smac2DParams, Smac2DPlanner, SmootherParams
 from gym_mapbench.planners.theta_star import ThetaStarParams, ThetaStarPlanner
-from gym_mapbench.registry import Registry, blamed_on
+from gym_mapbench.registry import Registry
 from gym_mapbench.settings import Settings
 
 __all__ = [
@@ -70,7 +70,7 @@ def make_planner(name: str, **params: Any) -> GlobalPlanner:
     """
     entry = PLANNERS.get(name)
     settings = entry.params.from_mapping(params, name)
-    with blamed_on("planner", name):
+    with PLANNERS.blamed(name):
         planner = entry.make(settings)
     if not callable(getattr(planner, "plan", None)):
         raise ConfigError(f"planner {name!r}: expected one with 'plan', got a {type(planner).__name__}")

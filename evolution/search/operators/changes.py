@@ -1,4 +1,4 @@
-"""What mutation can do to an obstacle: move, scale, remove, add (thesis, section 4.1.5), or what a third party registers.
+"""What mutation can do to an obstacle: move, scale, remove, add (thesis, section 4.1.5), or a third party's own.
 
 An operator draws on the inside of a map while it is mutated. A third party's is a function ``(edit, rng) -> None``,
 named ``module:attribute`` or registered in :data:`OPERATORS`; how often it is used stands in the ``operators`` of

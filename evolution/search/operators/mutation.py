@@ -17,7 +17,6 @@ from evolution.search.operators.changes import OPERATORS, Edit, Labels
 from evolution.search.operators.sampling import Cells, Column, as_column, scenario_on
 from evolution.search.settings import MutationSettings
 from gym_mapbench.generator import ShapeSettings, clear_and_border, interior
-from gym_mapbench.registry import blamed_on
 from gym_mapbench.scenario import MapSet
 
 
@@ -31,7 +30,7 @@ def mutate_map(cells: Cells, shapes: ShapeSettings, settings: MutationSettings, 
     changes = [(obstacle, name, OPERATORS.get(name)) for obstacle, name in draw_changes(count, settings, rng)]
     changed = inside & ~np.isin(labels, [obstacle for obstacle, _, operator in changes if operator.lifts])
     for obstacle, name, operator in changes:
-        with blamed_on("mutation operator", name):
+        with OPERATORS.blamed(name):
             operator.change(Edit(changed, labels, obstacle, shapes, settings), rng)
     mutated = cells.copy()
     interior(mutated, shapes.border)[:] = changed
