@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
     out = None if args.out is None else _new_directory(Path(args.out))
     total = len(scenarios) * len(plan.controllers) * args.repeats
     with (
-        Evaluator(run_job, workers=options.workers_of(args), warm_up=warm_up) as evaluator,
+        Evaluator(run_job, workers=options.workers_of(args), warm_up=warm_up, executor=args.executor) as evaluator,
         WorkBar("driving", total) as bar,
     ):
         runs = bench(scenarios, plan, evaluator, bar.advance)

@@ -71,7 +71,9 @@ def run(args: argparse.Namespace) -> int:
     rundir, experiment = _resumed(args) if args.resume else _new(args)
     with (
         ResultStore(rundir.store_path) as store,
-        Evaluator(run_job, store, workers=options.workers_of(args), warm_up=warm_up) as evaluator,
+        Evaluator(
+            run_job, store, workers=options.workers_of(args), warm_up=warm_up, executor=args.executor
+        ) as evaluator,
         WorkBar("evolving", experiment.search.evaluations) as bar,
     ):
         evolve(experiment, evaluator, rundir, on_generation=bar.on_generation, on_run=bar.on_run)
@@ -91,9 +93,12 @@ def _new(args: argparse.Namespace) -> tuple[RunDir, Experiment]:
 
 
 def _resumed(args: argparse.Namespace) -> tuple[RunDir, Experiment]:
-    given = [name for name in vars(args) if name not in ("resume", "workers", "run", "command") and getattr(args, name)]
+    other = ("resume", "workers", "executor", "run", "command")
+    given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:
-        raise ConfigError(f"--resume: expected no other option than --workers, got --{given[0].replace('_', '-')}")
+        raise ConfigError(
+            f"--resume: expected no other option than --workers and --executor, got --{given[0].replace('_', '-')}"
+        )
     rundir = RunDir.open(args.resume)
     return rundir, experiment_of(rundir.config)
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, PlannerPlugin, load_preset, read_nav2_params
 from evolution.commands.progress import note
-from evolution.driving import ControllerSpec, DriveSettings
+from evolution.driving import EXECUTORS, ControllerSpec, DriveSettings
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
@@ -78,9 +78,17 @@ def add_controllers_option(parser: argparse.ArgumentParser) -> None:
 
 
 def add_work_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--seed`` and ``--workers``."""
+    """Add ``--seed``, ``--workers`` and ``--executor``."""
     parser.add_argument("--seed", type=non_negative, metavar="N", help="root of all randomness (default 0)")
+    add_workers_options(parser)
+
+
+def add_workers_options(parser: argparse.ArgumentParser) -> None:
+    """Add ``--workers`` and ``--executor``."""
     parser.add_argument("--workers", type=positive, metavar="N", help="worker processes (default: all cores)")
+    parser.add_argument(
+        "--executor", default="processes", metavar="NAME", help=f"what runs are driven on: {names_in(EXECUTORS)}"
+    )
 
 
 def add_task_options(parser: argparse.ArgumentParser) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import replace
 from pathlib import Path
 
 from rich.progress import TaskProgressColumn, TextColumn
@@ -13,6 +14,7 @@ from evolution.commands import options
 from evolution.commands.progress import Bar, console, errors, note
 from evolution.report import write_report
 from evolution.studies import (
+    NAV2,
     StudyAnalysis,
     StudyDir,
     StudyProgress,
@@ -48,7 +50,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--resume", action="store_true", help="continue the study in the directory")
     parser.add_argument("--only", metavar="A,B,..", help="run only these configurations now; the others stay missing")
     parser.add_argument("--runs", type=options.positive, metavar="N", help="run only the first N seeds now")
-    parser.add_argument("--workers", type=options.positive, metavar="N", help="worker processes (default: all cores)")
+    options.add_workers_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -64,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
             only=only,
             runs=args.runs,
             workers=options.workers_of(args),
+            engine=replace(NAV2, executor=args.executor),
             on_progress=bar.show,
         )
     analysis = analyse(results)

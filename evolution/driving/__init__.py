@@ -6,7 +6,8 @@ jobs, whatever the worker processes do; what was driven before comes from the :c
 
 from __future__ import annotations
 
-from evolution.driving.evaluator import Evaluator, OnRun, RunJob
+from evolution.driving.evaluator import Evaluator, OnRun
+from evolution.driving.executors import EXECUTORS, Crew, RunJob
 from evolution.driving.jobs import (
     RESULT_FIELDS,
     RUN_COLUMNS,
@@ -27,10 +28,12 @@ from evolution.driving.warmup import warm_up
 from evolution.driving.worker import DriveSettings, drive, run_job, try_controllers
 
 __all__ = [
+    "EXECUTORS",
     "RESULT_FIELDS",
     "RUN_COLUMNS",
     "TIME",
     "ControllerSpec",
+    "Crew",
     "DriveSettings",
     "Evaluator",
     "Job",

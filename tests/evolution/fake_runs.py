@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 import signal
 import time
+from concurrent.futures import Executor, ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
+from evolution.driving.executors import Crew
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from gym_mapbench.generator import ShapeSettings
 from gym_mapbench.settings import Settings
@@ -90,3 +93,13 @@ def touch_warm_up() -> None:
 def tell_warmth(job: Job) -> RunResult:
     """Report whether this worker was warmed up."""
     return RunResult("goal", 1.0, 1.0, reason=os.environ.get("WARMED_UP", "no"))
+
+
+def plain_pool(crew: Crew) -> Executor:
+    """Make the standard library's own pool."""
+    return ProcessPoolExecutor(crew.workers, mp_context=get_context("forkserver"), initializer=crew.prepare)
+
+
+def no_pool(crew: Crew) -> Executor:
+    """Fail to make one."""
+    raise OSError("the cluster is closed on Sundays")
