@@ -18,7 +18,7 @@ import yaml
 
 from evolution.cli import main
 from evolution.report.of_study import report_of_study
-from evolution.report.page import Attachment, Report, Table, render_page
+from evolution.report.page import Attachment, Report, Section, Table, render_page
 from evolution.report.replays import ReplayedMap, replays_of, stuck_spots
 from evolution.report.writing import write_report
 from evolution.studies import StudySettings, load_results
@@ -251,7 +251,15 @@ def test_wrong_commands_are_one_line(arguments, message, study_path, capsys):
 
 def test_text_cannot_break_the_page():
     nasty = "</script><b>&"
-    report = Report(nasty, nasty, [nasty], nasty, nasty, tables=[Table(nasty, [nasty], [[nasty]])], missing=[nasty])
+    report = Report(
+        nasty,
+        nasty,
+        [nasty],
+        nasty,
+        nasty,
+        sections=[Section(nasty, [nasty], [Table(nasty, [nasty], [[nasty]])])],
+        missing=[nasty],
+    )
     text = render_page(report)
     assert nasty not in text
     assert text.count("</script>") == 2
@@ -259,7 +267,7 @@ def test_text_cannot_break_the_page():
 
 def test_numbers_as_a_reader_wants_them():
     table = Table("t", ["a"], [[0.12345], [3], [float("nan")], [0.00001234]], "Note.")
-    text = render_page(Report("t", "s", [], "c", "y", tables=[table]))
+    text = render_page(Report("t", "s", [], "c", "y", sections=[Section("s", tables=[table])]))
     cells = re.findall(r'<td class="number" data-sort="(.*?)">(.*?)</td>', text)
     assert cells == [("0.12345", "0.123"), ("3.0", "3"), ("", "–"), ("1.234e-05", "1.2e-05")]
     assert '<th scope="col" class="number">a</th>' in text
