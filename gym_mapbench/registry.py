@@ -12,6 +12,7 @@ process. It runs the code of the module, so a file that names one is as trustwor
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import os
 import re
@@ -19,7 +20,6 @@ import sys
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from multiprocessing import parent_process
 from pathlib import Path
@@ -168,7 +168,8 @@ class Registry(Generic[T]):
         try:
             return load_attribute(value)
         except ConfigError as error:
-            raise ConfigError(f"{self.what} {name!r}: {error}") from error
+            where = "" if name == value else f": {value}"
+            raise ConfigError(f"{self.what} {name!r}{where} cannot be loaded ({error})") from error
 
     def _checked(self, name: str, entry: Any) -> T:
         try:
@@ -187,14 +188,14 @@ def load_attribute(value: str) -> Any:
     if not {"", os.getcwd()} & set(sys.path):
         sys.path.append(os.getcwd())
     try:
-        found: Any = import_module(module_name)
+        found: Any = importlib.import_module(module_name)
     except (Exception, SystemExit) as error:
-        raise ConfigError(f"{value} cannot be loaded ({describe(error)})") from error
+        raise ConfigError(describe(error)) from error
     for part in path.split("."):
         if not hasattr(found, part):
             near = nearest_name(part, dir(found))
             hint = f"; did you mean {near!r}?" if near else ""
-            raise ConfigError(f"{value} cannot be loaded ({module_name} has no {part!r}{hint})")
+            raise ConfigError(f"{module_name} has no {part!r}{hint}")
         found = getattr(found, part)
     return found
 
@@ -218,4 +219,4 @@ def describe(error: BaseException) -> str:
 
 def _is_machinery(file: str) -> bool:
     """Whether a line of this file says nothing about where a third party's code failed."""
-    return file == __file__ or file.startswith("<frozen")
+    return file in (__file__, importlib.__file__) or file.startswith("<frozen")

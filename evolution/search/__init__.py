@@ -18,6 +18,7 @@ from evolution.search.experiments import (
 )
 from evolution.search.fitness import Fitness, FitnessBreakdown, calibrate_scale
 from evolution.search.loop import EvolveResult, Progress, Recorder, evolve
+from evolution.search.operators.changes import OPERATORS, Edit, Operator
 from evolution.search.operators.sampling import scenario_on
 from evolution.search.patterns import FITNESSES, Pattern, gini
 from evolution.search.problem import Evaluation
@@ -29,7 +30,9 @@ __all__ = [
     "FITNESSES",
     "MAX_MAPS",
     "METRIC_NAMES",
+    "OPERATORS",
     "SECTIONS",
+    "Edit",
     "Evaluation",
     "EvolveResult",
     "EvolveSettings",
@@ -39,6 +42,7 @@ __all__ = [
     "FitnessName",
     "MapResults",
     "MutationSettings",
+    "Operator",
     "Pattern",
     "Progress",
     "Record",

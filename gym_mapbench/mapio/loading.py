@@ -102,12 +102,13 @@ def _read(name: str, path: Path, options: dict[str, float]) -> list[TaskedMap]:
     form = FORMATS.get(name)
     with FORMATS.blamed(name):
         files = form.files_in(path) if path.is_dir() else [path]
-        maps = [tasked for file in files for tasked in form.read(file, **options)]
+        read = [form.read(file, **options) for file in files]
     if not files:
         raise MapFormatError(f"{path}: no {name} maps found in this folder")
-    if not all(isinstance(tasked, TaskedMap) for tasked in maps):
-        raise PluginError(f"map format {name!r}: expected a list of TaskedMap, got {maps!r:.80}")
-    return maps
+    for maps in read:
+        if not isinstance(maps, list) or not all(isinstance(tasked, TaskedMap) for tasked in maps):
+            raise PluginError(f"map format {name!r}: expected a list of TaskedMap, got {maps!r:.80}")
+    return [tasked for maps in read for tasked in maps]
 
 
 def _format_and_path(text: str) -> tuple[str, Path]:

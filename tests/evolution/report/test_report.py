@@ -296,3 +296,55 @@ def test_stuck_spots_by_hand():
 def test_no_replay_no_board():
     assert replays_of([])["maps"] == []
     assert ReplayedMap("a", [], 0.1).group == ""
+
+
+def best_fitness(run):
+    best = run.generations[-1]["best"]
+    return Section("My <own> section", [f"It ended at {best:.2f}."], [Table("Best", ("fitness",), [[best]])])
+
+
+def silent(run):
+    return None
+
+
+def lost(run):
+    return {}["nothing"]
+
+
+def mistaken(run):
+    return "<p>text</p>"
+
+
+def uneven(run):
+    return Section("x", tables=[Table("t", ("a", "b"), [[1]])])
+
+
+HERE = "tests.evolution.report.test_report"
+
+
+@pytest.fixture
+def run_path(study_path, tmp_path):
+    return shutil.copytree(study_path / "runs" / "gini_6" / "seed-0000", tmp_path / "run")
+
+
+def test_sections_of_ones_own(run_path):
+    names = [f"{HERE}:{name}" for name in ("best_fitness", "silent", "lost", "mistaken", "uneven")]
+    page = Page(write_report(run_path, engine=ENGINE, sections=names).read_text())
+    assert "#section-3" in page.references
+    assert "My <own> section It ended at" in page.text
+    assert page.text.index("Figures A click") < page.text.index("It ended at") < page.text.index("mapbench evolve")
+    for words in (
+        "lost': KeyError: 'nothing', test_report.py line",
+        "mistaken': expected a Section or None, got a str",
+        "table 't': expected 2 cells in every row",
+    ):
+        assert words in page.text
+    assert page.text.count("report section '") == 2
+
+
+def test_sections_that_are_not_there(run_path, study_path):
+    with pytest.raises(ConfigError, match="unknown report section 'tabels'; did you mean 'tables'"):
+        write_report(run_path, engine=ENGINE, sections=["tabels"])
+    assert not (run_path / "report.html").exists()
+    with pytest.raises(ConfigError, match="sections: expected only of a run"):
+        write_report(study_path, engine=ENGINE, sections=["tables"])

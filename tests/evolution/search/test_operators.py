@@ -15,7 +15,7 @@ from evolution.search.operators.mutation import MapMutation, draw_changes, label
 from evolution.search.operators.repair import MapRepair, repair_scenario
 from evolution.search.operators.sampling import MapSampling, as_column, sample_map_set, scenario_on
 from evolution.search.settings import MutationSettings
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, PluginError
 from gym_mapbench.generator import ShapeSettings, clear_and_border, sample_map
 from gym_mapbench.scenario import MapSet, Scenario
 from tests.evolution.fake_runs import SMALL
@@ -211,3 +211,52 @@ def test_duplicates_are_found_by_content_in_any_order():
     parents = Population.new("X", as_column([third]))
     kept = MapSetDuplicates().do(fresh, parents)
     assert [individual.X[0] for individual in kept] == [one, other]
+
+
+def fill(edit, rng):
+    edit.cells[:] = True
+
+
+def stumble(edit, rng):
+    raise LookupError("no obstacle is good enough")
+
+
+HERE = "tests.evolution.search.test_operators"
+NONE = {f"{name}_probability": 0.0 for name in ("move", "scale", "remove", "add")}
+
+
+def test_operators_of_others_are_used_as_often_as_asked_for():
+    options = MutationSettings(operators={f"{HERE}:fill": 0.5}, **NONE | {"add_probability": 0.5})
+    rng = np.random.default_rng(0)
+    names = [name for _ in range(2000) for _, name in draw_changes(20, options, rng)]
+    assert names.count(f"{HERE}:fill") / len(names) == pytest.approx(0.5, abs=0.03)
+    full = MutationSettings(operators={f"{HERE}:fill": 1.0}, **NONE)
+    mutated = mutate_map(sample_map(rng, SMALL), SMALL, full, rng)
+    assert np.array_equal(mutated, clear_and_border(np.ones_like(mutated), SMALL))
+
+
+def test_settings_without_other_operators_are_written_as_ever():
+    assert "operators" not in MutationSettings().model_dump(mode="json")
+    options = MutationSettings(operators={f"{HERE}:fill": 0.5}, move_probability=0.0, scale_probability=0.0)
+    assert MutationSettings(**options.model_dump(mode="json")) == options
+    assert options.replace(connectivity=8).operators == options.operators
+
+
+@pytest.mark.parametrize(
+    ("operators", "message"),
+    [
+        ({"door": 0.5}, "operators: unknown mutation operator 'door'"),
+        ({"add": 0.5}, "operators: expected other operators, got 'add', which has a probability of its own"),
+        ({f"{HERE}:fill": 0.5}, "probabilities: expected a sum of 1, got move 0.25, .*fill 0.5"),
+        ({f"{HERE}:HERE": 0.5}, "expected a function"),
+    ],
+)
+def test_wrong_operators(operators, message):
+    with pytest.raises(ConfigError, match=message):
+        MutationSettings(operators=operators)
+
+
+def test_an_operator_that_fails_says_so():
+    options = MutationSettings(operators={f"{HERE}:stumble": 1.0}, **NONE)
+    with pytest.raises(PluginError, match=r"stumble': LookupError: no obstacle is good enough, test_operators.py line"):
+        mutate_map(sample_map(np.random.default_rng(0), SMALL), SMALL, options, np.random.default_rng(0))
