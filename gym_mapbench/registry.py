@@ -50,7 +50,7 @@ def must_be(kind: type[T]) -> Callable[[Any], T]:
 
     def check(entry: Any) -> T:
         if not isinstance(entry, kind):
-            raise ConfigError(f"expected a {kind.__name__}, got {type(entry).__name__}")
+            raise ConfigError(f"expected {kind.__name__}, got {type(entry).__name__}")
         return entry
 
     return check

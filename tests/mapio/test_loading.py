@@ -130,9 +130,8 @@ def test_a_file_with_a_colon_in_its_name_is_a_file(tmp_path, monkeypatch):
 
 def test_a_registered_format_is_known_by_its_suffix(rows, monkeypatch):
     monkeypatch.setattr(FORMATS, "_entries", dict(FORMATS._entries))
-    FORMATS.register(
-        "rows", MapFormat(read_rows, suffixes=(".rows",), files_in=lambda path: sorted(path.glob("*.rows")))
-    )
+    form = MapFormat(read_rows, suffixes=(".rows",), files_in=lambda folder: sorted(folder.glob("*.rows")))
+    FORMATS.register("rows", form)
     for path in (rows, rows.parent, f"rows:{rows}"):
         assert [tasked.name for tasked in load_maps(path)] == ["room"]
     with pytest.raises(ConfigError, match="is only read"):
@@ -144,7 +143,7 @@ def test_readers_that_fail_say_so(rows):
         load_maps(f"{HERE}:read_nothing:{rows}")
     with pytest.raises(PluginError, match=r"read_badly': ValueError: .*, test_loading.py line \d+"):
         load_maps(f"{HERE}:read_badly:{rows}")
-    with pytest.raises(ConfigError, match="resolution: .* says its own"):
+    with pytest.raises(ConfigError, match=r"resolution: .* says its own"):
         load_maps(f"{HERE}:read_rows:{rows}", resolution=0.1)
     with pytest.raises(MapFormatError, match="no mapset maps found in this folder"):
         load_maps(f"mapset:{rows.parent}")

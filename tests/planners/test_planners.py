@@ -173,7 +173,7 @@ def test_the_navigator_takes_them_by_name():
     assert PlannerPlugin(name=f"{HERE}:made").params == {"rows": 2}
     navigation = load_preset("thesis").replace(planner=plugin)
     assert NavigationParams(**navigation.model_dump(mode="json")) == navigation
-    with pytest.raises(ConfigError, match="planner.name: expected one that ROS has"):
+    with pytest.raises(ConfigError, match=r"planner\.name: expected one that ROS has"):
         write_nav2_params(navigation)
     with pytest.raises(ConfigError, match="unknown planner 'navfm'; did you mean 'navfn'"):
         PlannerPlugin(name="navfm")
