@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import statistics
 import time
@@ -21,11 +22,12 @@ from controllers.nav2_params import NavigationParams, load_preset
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RppParams
 from gym_mapbench.config import EnvConfig
-from gym_mapbench.costmap import Costmap, build_static_costmap
+from gym_mapbench.costmap import Costmap, LaserScan, LayeredCostmap, build_static_costmap
 from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.lidar import Lidar, LidarSettings
 from gym_mapbench.planners import make_planner
 from gym_mapbench.scenario import Pose, Scenario
 from gym_mapbench.simulation import Simulation
@@ -141,6 +143,7 @@ def world_timings(scenario: Scenario) -> Iterator[Timing]:
     full = full_costmap(scenario, navigation)
     planner = make_planner("navfn")
     yield measure("inflate a 150 x 150 map", lambda: full_costmap(scenario, navigation), 100)
+    yield from costmap_timings(scenario)
     yield measure("NavFn plan, 150 x 150", lambda: planner.plan(full, scenario.start, scenario.goal), 100)
     simulation = Simulation(scenario.map, EnvConfig().robot, scenario.start, 100.0)
     yield measure("5 Box2D ticks", lambda: simulation.advance(0.1, 0.3, 5), 1000)
@@ -148,6 +151,26 @@ def world_timings(scenario: Scenario) -> Iterator[Timing]:
         yield env_timing(scenario, beams)
     env = MapBenchEnv(observation=("pose", "velocity"))
     yield measure("env reset", lambda: env.reset(options={"scenario": scenario}), 100)
+
+
+def costmap_timings(scenario: Scenario) -> Iterator[Timing]:
+    """Updates of both costmaps along a drive, each with a new scan of 360 beams."""
+    navigation, lidar = load_preset("thesis"), LidarSettings()
+    path = make_planner("navfn").plan(full_costmap(scenario, navigation), scenario.start, scenario.goal)
+    poses = [Pose(x, y, np.arctan2(*(path[i + 2, :2] - path[i, :2])[::-1])) for i, (x, y, _) in enumerate(path[:-2])]
+    noise = np.random.default_rng(0)
+    scanner, increment = Lidar(lidar, scenario.map), 2 * np.pi / lidar.beams
+    drive = [(pose, scanner.scan(pose) + noise.normal(0, 0.01, lidar.beams).astype(np.float32)) for pose in poses[::4]]
+    for name, params in (("local", navigation.local_costmap), ("global", navigation.global_costmap)):
+        costmap = LayeredCostmap(params, scenario.map, footprint(navigation))
+        seen = itertools.cycle(drive)
+
+        def update(costmap: LayeredCostmap = costmap, seen: Iterator[tuple[Pose, np.ndarray]] = seen) -> None:
+            pose, ranges = next(seen)
+            costmap.observe(LaserScan(ranges, 0.0, increment, 0.12, lidar.range_max), pose)
+            costmap.update(pose)
+
+        yield measure(f"{name} costmap, scan and update", update, 400)
 
 
 def env_timing(scenario: Scenario, beams: int) -> Timing:

@@ -50,11 +50,11 @@ class Context:
     Args:
         robot: Shape and limits of the robot.
         grid: The static map.
-        start: Start pose.
-        goal: Goal pose.
+        start: Start pose on the map.
+        goal: Goal pose on the map.
         control_period: Seconds between two calls of ``act``.
         rng: The run's own generator; the only source of randomness a controller may use.
-        lidar: Beams behind the observation's ``scan``.
+        lidar: Beams behind the observation's ``scan``, and the scanner's place on the robot.
     """
 
     robot: RobotSpec
@@ -112,7 +112,11 @@ class FollowerSetup:
 
 
 class PathFollower(Protocol):
-    """A controller plugin in Nav2's sense (``nav2_core::Controller``)."""
+    """A controller plugin in Nav2's sense (``nav2_core::Controller``).
+
+    Plan, pose and costmap are all given in the frame of the local costmap, where Nav2's controllers transform the plan
+    to themselves. As that frame moves against the map, so does the plan: see :meth:`move_plan`.
+    """
 
     def reset(self, setup: FollowerSetup) -> None:
         """Forget everything of the last run."""
@@ -122,11 +126,19 @@ class PathFollower(Protocol):
         """Take a new global plan, ``(n, 3)`` x, y in m and yaw in rad, start to goal."""
         ...
 
+    def move_plan(self, path: NDArray[np.float64]) -> None:
+        """Take the whole plan of the last :meth:`set_plan` once more, where it lies by now.
+
+        Shifted and turned it is still the same plan, of as many poses: what of it is behind the robot stays there,
+        and nothing else is forgotten either.
+        """
+        ...
+
     def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
         """Return the next command.
 
         Args:
-            pose: Pose of the robot.
+            pose: Pose of the robot, in the costmap's frame.
             velocity: Odometry, already thresholded.
             costmap: Local costmap.
             now: Seconds since the start of the run.

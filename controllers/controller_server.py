@@ -1,6 +1,8 @@
 """ControllerServer: Nav2's FollowPath action around one path follower.
 
-Source: nav2_controller (Humble) src/controller_server.cpp, ``computeControl`` and what it calls.
+Source: nav2_controller (Humble) src/controller_server.cpp, ``computeControl`` and what it calls. Paths come in the
+frame of the map; everything else, checkers included, is in the frame of the local costmap. Nav2's controllers all
+transform the plan to it in every cycle; here the server does it for them, with the newest transform.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from controllers.checkers import make_goal_checker, make_progress_checker
 from controllers.nav2_params.navigation import ControllerServer as ControllerServerParams
 from controllers.rate import TIME_RESOLUTION, Rate
 from gym_mapbench.costmap import Costmap
+from gym_mapbench.frames import IDENTITY, transform_path
 from gym_mapbench.scenario import Pose
 
 
@@ -52,7 +55,7 @@ class ControllerServer:
         self.calls = 0
 
     def start(self, path: NDArray[np.float64], now: float) -> None:
-        """Begin to follow ``path``, ``(n, 3)`` x, y in m and yaw in rad."""
+        """Begin to follow ``path``, ``(n, 3)`` x, y in m and yaw in rad on the map."""
         self.set_plan(path)
         self._progress_checker.reset()
         self._last_valid_time = now
@@ -60,18 +63,30 @@ class ControllerServer:
 
     def set_plan(self, path: NDArray[np.float64]) -> None:
         """Take a new path; the goal checker forgets what was reached, the progress checker does not."""
-        self._path = path
+        self._path, self._map_seen = path, IDENTITY
         self._goal_checker.reset()
         if len(path):
             self._goal = Pose(*map(float, path[-1]))
             self._follower.set_plan(path)
 
-    def step(self, pose: Pose, odometry: Twist, costmap: Costmap, now: float) -> Status:
-        """Do the cycle that is due, if one is: progress, command, goal; the goal is tested at the same pose."""
+    def step(
+        self, pose: Pose, odometry: Twist, costmap: Costmap, now: float, map_in_costmap: Pose = IDENTITY
+    ) -> Status:
+        """Do the cycle that is due, if one is: progress, command, goal; the goal is tested at the same pose.
+
+        Args:
+            pose: Of the robot, in the costmap's frame.
+            odometry: Measured velocity.
+            costmap: The local costmap.
+            now: Seconds since the start of the run.
+            map_in_costmap: Where the map's frame is by now, in the costmap's.
+        """
         if not self._rate.is_due(now):
             return Status.RUNNING
         if not len(self._path):
             return self._abort("Path is empty.")
+        if map_in_costmap != self._map_seen:
+            self._move_plan(map_in_costmap)
         if not self._progress_checker.check(pose, now):
             return self._abort("Failed to make progress")
         velocity = self._without_noise(odometry)
@@ -90,6 +105,13 @@ class ControllerServer:
     def cancel(self) -> None:
         """Stop the robot."""
         self.command = STOP
+
+    def _move_plan(self, map_in_costmap: Pose) -> None:
+        """Give the follower the path where it lies by now."""
+        self._map_seen = map_in_costmap
+        path = transform_path(map_in_costmap, self._path)
+        self._goal = Pose(*path[-1].tolist())
+        self._follower.move_plan(path)
 
     def _compute(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
         """Ask the follower, with a stopwatch."""

@@ -5,99 +5,90 @@ Source: nav2_costmap_2d (Humble) src/costmap_2d_ros.cpp.
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.rate import Rate
-from gym_mapbench.costmap import Costmap, CostmapParams, LocalCostmap, build_static_costmap
+from gym_mapbench.costmap import Costmap, CostmapParams, LaserScan, LayeredCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
+from gym_mapbench.frames import IDENTITY
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.scenario import Pose
 
 Ranges = NDArray[np.floating]
 
-
-class CostmapServer(Protocol):
-    """Keeps a costmap."""
-
-    @property
-    def costmap(self) -> Costmap:
-        """The costmap as of its last update."""
-        ...
-
-    def clear(self) -> None:
-        """Forget what was seen before now (``ClearEntirely``); the next user finds it updated."""
-        ...
+HAIR = 32
+"""Steps of single precision. The simulated lidar is exact, so without noise its hits lie on the border of the wall's
+cell, and rounding would decide which cell they are in: this much farther along the ray they are inside the wall."""
 
 
-class GlobalCostmapServer:
-    """The whole map, inflated, built once.
-
-    The obstacle layer is left out: in a static world that the map shows as it is, it marks only what the
-    map has already.
-    """
-
-    def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint) -> None:
-        self._costmap = build_static_costmap(grid, params, footprint)
-
-    @property
-    def costmap(self) -> Costmap:
-        """The costmap."""
-        return self._costmap
-
-    def clear(self) -> None:
-        """Nothing: no more is known than the map."""
-
-
-class LocalCostmapServer:
-    """The costmap around the robot, updated at ``update_frequency``.
+class CostmapServer:
+    """A costmap, global or local, updated at ``update_frequency`` with the newest scan.
 
     Args:
         params: Layers and size.
         grid: The static map.
         footprint: The padded footprint.
-        start: Where the robot starts.
-        lidar: Beams of the scans.
+        lidar: Beams of the scans, and the scanner's place on the robot.
     """
 
     _costmap: Costmap
-    _seen: tuple[Pose, Ranges | None]
+    _pose: Pose
+    _frame: Pose
 
-    def __init__(
-        self, params: CostmapParams, grid: GridMap, footprint: Footprint, start: Pose, lidar: LidarSettings
-    ) -> None:
-        self._window = LocalCostmap(params, grid, footprint)
-        self._window.reset(start)
+    def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint, lidar: LidarSettings) -> None:
+        self._layered = LayeredCostmap(params, grid, footprint)
         self._rate = Rate(params.update_frequency)
-        self._angles = lidar.angles
-        self._range_max = lidar.range_max
+        self._lidar = lidar
+        self._scan: Ranges | None = None
+        self._is_buffered = True
 
     @property
     def costmap(self) -> Costmap:
         """The costmap as of its last update."""
         return self._costmap
 
-    def observe(self, pose: Pose, scan: Ranges | None, now: float) -> None:
-        """Take the pose and the ``(beams,)`` ranges (m) measured at ``now`` (s); update if it is time to.
+    def observe(self, pose: Pose, scan: Ranges | None, now: float, frame: Pose = IDENTITY) -> None:
+        """Take what is measured now; update if it is time to.
+
+        Args:
+            pose: Of the robot, in the costmap's frame.
+            scan: ``(beams,)`` ranges, m. If they are all the same as before it is the same scan, which was taken where
+                it first came.
+            now: Seconds since the start of the run.
+            frame: Pose of the costmap's frame in the map's, by now.
 
         Raises:
             ConfigError: If the scan has not as many ranges as the lidar has beams.
         """
-        if scan is not None and len(scan) != len(self._angles):
-            raise ConfigError(f"scan: expected {len(self._angles)} ranges, one a beam, got {len(scan)}")
-        self._seen = pose, scan
+        if scan is not None and len(scan) != self._lidar.beams:
+            raise ConfigError(f"scan: expected {self._lidar.beams} ranges, one a beam, got {len(scan)}")
+        self._pose, self._frame = pose, frame
+        if scan is not None and (self._scan is None or not np.array_equal(scan, self._scan)):
+            self._scan, self._taken_at, self._is_buffered = scan, self._lidar.sensor_pose(pose), False
         if self._rate.is_due(now):
             self._update()
 
     def clear(self) -> None:
-        """Forget all layers and fill them again from the last observation."""
-        self._window.clear()
+        """Forget all layers (``ClearEntirely``) and fill them again from the newest scan.
+
+        Nav2 fills them at the next regular update, for which the planner and the controller wait.
+        """
+        self._layered.clear()
         self._update()
 
     def _update(self) -> None:
-        pose, scan = self._seen
-        self._costmap = self._window.update(pose, scan, self._angles, self._range_max)
+        if self._scan is not None and not self._is_buffered:
+            self._layered.observe(self._message(self._scan, self._taken_at), self._taken_at)
+            self._is_buffered = True
+        self._costmap = self._layered.update(self._pose, self._frame)
+
+    def _message(self, scan: Ranges, taken_at: Pose) -> LaserScan:
+        """Return a scan as a driver would send it: beams that hit nothing say so."""
+        lidar = self._lidar
+        farthest = max(abs(taken_at.x), abs(taken_at.y)) + lidar.range_max
+        hair = HAIR * np.spacing(np.float32(farthest))
+        ranges = np.where(scan < lidar.range_max, scan + hair, np.float32(np.inf))
+        return LaserScan(ranges, lidar.angle_min, lidar.beam_angle, lidar.range_min or 0.0, lidar.range_max)

@@ -29,10 +29,11 @@ from controllers.behavior_tree import (
 )
 from controllers.behaviors import BackUp, Behavior, BehaviorServer, Spin, Wait
 from controllers.controller_server import ControllerServer
-from controllers.costmap_servers import CostmapServer, LocalCostmapServer
+from controllers.costmap_servers import CostmapServer
 from controllers.nav2_params.navigation import NavigationParams
 from gym_mapbench.episode import Event, Outcome
 from gym_mapbench.errors import PlanningError
+from gym_mapbench.frames import relate
 from gym_mapbench.planners.base import GlobalPlanner
 from gym_mapbench.scenario import Pose
 
@@ -43,7 +44,8 @@ class Blackboard:
 
     Attributes:
         now: Seconds since the start.
-        pose: Where the robot is.
+        pose: Where the robot is on the map.
+        local_pose: Where it is in the frame of the local costmap.
         odometry: How it moves.
         path: The newest global path, ``(n, 3)``; empty before the first one.
         cmd_vel_nav: Command of the controller server in this tick.
@@ -55,10 +57,11 @@ class Blackboard:
     goal: Pose
     planner: GlobalPlanner
     global_costmap: CostmapServer
-    local_costmap: LocalCostmapServer
+    local_costmap: CostmapServer
     controller_server: ControllerServer
     behavior_server: BehaviorServer
     pose: Pose
+    local_pose: Pose
     odometry: Twist = STOP
     now: float = 0.0
     path: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
@@ -71,6 +74,11 @@ class Blackboard:
         """Return the time, s."""
         return self.now
 
+    @property
+    def map_in_local(self) -> Pose:
+        """Where the map's frame is in the local costmap's, by the two poses of the robot."""
+        return relate(self.pose, self.local_pose)
+
     def has_path(self) -> bool:
         """Whether there was ever a path."""
         return len(self.path) > 0
@@ -79,9 +87,9 @@ class Blackboard:
         """Write down that something happened now."""
         self.events.append(Event(self.now, kind, detail))
 
-    def begin_tick(self, now: float, pose: Pose, odometry: Twist) -> None:
+    def begin_tick(self, now: float, pose: Pose, local_pose: Pose, odometry: Twist) -> None:
         """Take what is measured now; nobody has commanded anything yet."""
-        self.now, self.pose, self.odometry = now, pose, odometry
+        self.now, self.pose, self.local_pose, self.odometry = now, pose, local_pose, odometry
         self.cmd_vel_nav, self.recovery_command = STOP, None
 
 
@@ -121,10 +129,11 @@ class FollowPath(Action):
         if board.path is not self._path:
             self._path = board.path
             board.controller_server.set_plan(self._path)
-        status = board.controller_server.step(board.pose, board.odometry, board.local_costmap.costmap, board.now)
-        board.cmd_vel_nav = board.controller_server.command
+        server, costmap = board.controller_server, board.local_costmap.costmap
+        status = server.step(board.local_pose, board.odometry, costmap, board.now, board.map_in_local)
+        board.cmd_vel_nav = server.command
         if status is Status.FAILURE:
-            board.failure = "controller_failure", board.controller_server.failure_reason
+            board.failure = "controller_failure", server.failure_reason
             board.log(*board.failure)
         return status
 
@@ -143,7 +152,7 @@ class ClearEntireCostmap(Action):
 
     def update(self) -> Status:
         """Clear."""
-        server: CostmapServer = self._board.local_costmap if self._which == "local" else self._board.global_costmap
+        server = self._board.local_costmap if self._which == "local" else self._board.global_costmap
         server.clear()
         self._board.log(f"clear_{self._which}")
         return Status.SUCCESS
@@ -161,14 +170,14 @@ class RunBehavior(Action):
         """Send the goal."""
         if self._make_behavior is not None:
             self._board.log(self._kind)
-            self._board.behavior_server.run(self._make_behavior(), self._board.pose, self._board.now)
+            self._board.behavior_server.run(self._make_behavior(), self._board.local_pose, self._board.now)
 
     def update(self) -> Status:
         """Take the next command."""
         if self._make_behavior is None:
             return Status.FAILURE
         board = self._board
-        status = board.behavior_server.step(board.pose, board.local_costmap.costmap, board.now)
+        status = board.behavior_server.step(board.local_pose, board.local_costmap.costmap, board.now)
         board.recovery_command = board.behavior_server.command if status is Status.RUNNING else None
         return status
 

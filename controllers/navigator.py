@@ -1,8 +1,11 @@
 """Navigator: Nav2's NavigateToPose as a policy over the env API.
 
-One ``act`` is one control period. Within it, in this order: replan if it is time, update the local
-costmap if it is time, check progress, ask the path follower for a command, test the goal at the same
-pose. Time is counted in control periods, never by a clock on the wall.
+One ``act`` is one control period. Within it, in this order: update the costmaps if it is time, replan if it is
+time, check progress, ask the path follower for a command, test the goal at the same pose. Time is counted in control
+periods, never by a clock on the wall.
+
+The planner works on the map. The controller, its checkers and the recovery behaviours work in the frame of the local
+costmap, which is ``odom`` (Nav2's ``global_frame`` of a costmap): shifted and turned against the map, smooth, drifting.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ from controllers.base import STOP, Context, FollowerSetup, Observation, PathFoll
 from controllers.behavior_tree import Node, Status
 from controllers.behaviors import BehaviorServer
 from controllers.controller_server import ControllerServer
-from controllers.costmap_servers import GlobalCostmapServer, LocalCostmapServer
+from controllers.costmap_servers import CostmapServer
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigate_to_pose import (
     Blackboard,
@@ -24,10 +27,13 @@ from controllers.navigate_to_pose import (
 )
 from controllers.rate import TIME_RESOLUTION
 from controllers.velocity_smoother import VelocitySmoother
+from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.episode import RECOVERY_KINDS, Event, Outcome
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
+from gym_mapbench.frames import relate
 from gym_mapbench.planners import make_planner
+from gym_mapbench.render import SeenCostmap
 from gym_mapbench.scenario import Pose
 
 
@@ -65,14 +71,26 @@ class Navigator:
 
     @property
     def observation_keys(self) -> tuple[str, ...]:
-        """``pose`` and ``velocity``, and ``scan`` where a layer of the local costmap looks at it."""
-        sees = any(self.params.local_costmap.writes(layer) for layer in ("obstacle_layer", "voxel_layer"))
-        return ("pose", "velocity", "scan") if sees else ("pose", "velocity")
+        """``pose``, ``odom`` and ``velocity``, and ``scan`` where a layer of a costmap looks at it."""
+        keys = "pose", "odom", "velocity"
+        return (*keys, "scan") if self._observing_costmaps else keys
 
     @property
     def scan_rate(self) -> float:
-        """How often the local costmap looks at the scan, Hz."""
-        return self.params.local_costmap.update_frequency
+        """How often the quicker of the costmaps that look at scans does so, Hz."""
+        rates = [costmap.update_frequency for costmap in self._observing_costmaps]
+        return max(rates, default=self.params.local_costmap.update_frequency)
+
+    @property
+    def _observing_costmaps(self) -> tuple[CostmapParams, ...]:
+        both = self.params.local_costmap, self.params.global_costmap
+        return tuple(costmap for costmap in both if costmap.observes)
+
+    @property
+    def _local_in_odom(self) -> bool:
+        """Whether the local costmap lives in the odom frame; one that is a copy of the whole map stays on the map."""
+        local = self.params.local_costmap
+        return local.rolling_window or not local.writes("static_layer")
 
     def check_frequency(self, control_period: float) -> None:
         """Refuse an env that is slower than the controller server.
@@ -112,9 +130,12 @@ class Navigator:
         if self.status != "running":
             return STOP
         pose, odometry = Pose(*map(float, observation["pose"])), Twist(*map(float, observation["velocity"]))
+        local_pose = Pose(*map(float, observation["odom"])) if self._local_in_odom else pose
         now = round(self._steps * self._period, 9)
-        self._board.begin_tick(now, pose, odometry)
-        self._board.local_costmap.observe(pose, observation.get("scan"), now)
+        board, scan = self._board, observation.get("scan")
+        board.begin_tick(now, pose, local_pose, odometry)
+        board.global_costmap.observe(pose, scan, now)
+        board.local_costmap.observe(local_pose, scan, now, relate(local_pose, pose))
         self._steps += 1
         outcome = self._tree.execute_tick()
         self._remember_path()
@@ -122,6 +143,12 @@ class Navigator:
             self._finish(outcome)
             return STOP
         return self._command(odometry)
+
+    @property
+    def seen_costmap(self) -> SeenCostmap:
+        """The local costmap as of now, where the robot believes it to be."""
+        board = self._board
+        return SeenCostmap(board.local_costmap.costmap, relate(board.local_pose, board.pose), board.pose)
 
     @property
     def number_recoveries(self) -> int:
@@ -154,15 +181,14 @@ class Navigator:
         return Blackboard(
             goal=context.goal,
             planner=make_planner(params.planner.name, **params.planner.params),
-            global_costmap=GlobalCostmapServer(params.global_costmap, context.grid, global_footprint),
-            local_costmap=LocalCostmapServer(
-                params.local_costmap, context.grid, footprint, context.start, context.lidar
-            ),
+            global_costmap=CostmapServer(params.global_costmap, context.grid, global_footprint, context.lidar),
+            local_costmap=CostmapServer(params.local_costmap, context.grid, footprint, context.lidar),
             controller_server=ControllerServer(
                 self.follower, params.controller_server, abort_is_exception=self._abort_is_exception
             ),
             behavior_server=BehaviorServer(params.behavior_server, footprint),
             pose=context.start,
+            local_pose=context.start,
             events=self.events,
         )
 

@@ -1,1 +1,24 @@
-"""The search over env configs: operators, fitness, evaluation, studies and the command ``mapbench``."""
+"""The search over env configs: driving, evolution, benchmarks, studies and the command ``mapbench``.
+
+::
+
+    from evolution import bench, evolve, load, study
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from evolution.api import bench, evolve, load, study
+
+__all__ = ["bench", "evolve", "load", "study"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load the functions when they are first asked for: a part of this package must not cost all of it."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from evolution import api
+
+    return getattr(api, name)

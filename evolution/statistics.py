@@ -94,6 +94,16 @@ def median_interval(values: ArrayLike, rng: np.random.Generator, confidence: flo
     return bootstrap_interval(sample, rng, np.median, confidence)
 
 
+def wilson_interval(successes: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
+    """Wilson's interval of a share; everything is possible where there is no trial."""
+    from scipy import stats
+
+    if n == 0:
+        return 0.0, 1.0
+    interval = stats.binomtest(successes, n).proportion_ci(confidence, method="wilson")
+    return float(interval.low), float(interval.high)
+
+
 def bootstrap_interval(
     values: ArrayLike,
     rng: np.random.Generator,

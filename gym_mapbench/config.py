@@ -11,12 +11,12 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.generator import ShapeSettings, default_task
+from gym_mapbench.generator import FamilySpecs, ShapeSettings, default_task
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, RewardSettings
 from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.noise import NoiseSettings, make_noise
-from gym_mapbench.robot import RobotSpec, make_robot
+from gym_mapbench.robot import LidarMount, RobotSpec, make_robot
 from gym_mapbench.scenario import MapSet, Pose, Scenario
 from gym_mapbench.settings import Settings, read_yaml
 
@@ -40,7 +40,10 @@ class EnvConfig(Settings):
         start: ``(x, y, yaw)`` m, rad; None takes the map's own, or the thesis'.
         goal: The same for the goal.
         resolution: Side of a cell of text rows, pictures and random maps, m; None means 0.05.
-        shapes: What random maps are made of.
+        family: Draw maps of this family at every reset, e.g. ``"doors"``: a name of
+            :data:`gym_mapbench.generator.FAMILIES`, a mapping ``{name: doors, options: {gap: [0.6, 0.7]}}``, or
+            several of these, of which one is drawn each time. None: random shapes, as in the thesis.
+        shapes: Size and borders of drawn maps, and what random shapes are like.
         robot: A preset's name or the options of a robot.
         physics_hz: Physics steps per second.
         control_hz: Actions per second; ``physics_hz`` must be a multiple of it.
@@ -50,11 +53,12 @@ class EnvConfig(Settings):
         goal_ends_episode: Whether reaching the goal ends the episode.
         xy_goal_tolerance: m; once the position was this close, only the heading counts (Nav2's SimpleGoalChecker).
         yaw_goal_tolerance: rad.
-        observation: Which of ``pose velocity goal scan path costmap`` are observed.
-        lidar: Beams and range of the scan.
+        observation: Which of ``pose odom velocity goal scan path costmap`` are observed.
+        lidar: Beams and ranges of the scan, and the scanner's place on the robot.
         path: The observed window of the global path.
         costmap: The observed window of the costmap.
-        noise: ``none``, ``nominal``, or standard deviations.
+        noise: ``none``, ``nominal``, ``rough``, or a mapping of :class:`~gym_mapbench.noise.NoiseSettings`, of which
+            ``level`` may be the level it begins with: ``{level: nominal, scan: 0.02}``.
         reward: Weights of the reward's terms.
     """
 
@@ -62,8 +66,9 @@ class EnvConfig(Settings):
     start: tuple[float, float, float] | None = None
     goal: tuple[float, float, float] | None = None
     resolution: Annotated[float, Field(gt=0)] | None = None
+    family: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()
-    robot: RobotSpec = RobotSpec(name="turtlebot3_waffle")
+    robot: RobotSpec = make_robot("turtlebot3_waffle")
     physics_hz: Rate = 100.0
     control_hz: Rate = 20.0
     time_limit: Annotated[float, Field(gt=0, le=1e6)] = 150.0
@@ -131,6 +136,8 @@ class EnvConfig(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> EnvConfig:
+        if self.family and self.maps is not None:
+            raise ConfigError("family: expected none beside maps, which say what to drive on")
         ticks = self.physics_hz / self.control_hz
         if abs(ticks - round(ticks)) > 1e-9 or ticks < 0.5:
             raise ConfigError(
@@ -142,10 +149,30 @@ class EnvConfig(Settings):
             raise ConfigError(f"physics_hz: expected at least {needed:g} for this robot, got {self.physics_hz:g}")
         return self
 
+    @model_validator(mode="after")
+    def _lidar_fits(self) -> EnvConfig:
+        lidar = self.mounted_lidar
+        away, reach = math.hypot(lidar.place.x, lidar.place.y), self.robot.circumscribed_radius
+        if away > reach:
+            raise ConfigError(f"lidar: expected a place on the robot, within {reach:g} m of its centre, got {away:g} m")
+        if lidar.no_reading == "zero" and self.noise.scan_dropout and not lidar.range_min:
+            raise ConfigError("lidar.range_min: expected more than 0 where lost beams say 0 m, got 0")
+        return self
+
     @property
     def ticks(self) -> int:
         """Physics steps per control step."""
         return round(self.physics_hz / self.control_hz)
+
+    @property
+    def late_ticks(self) -> int:
+        """Physics steps of every control step in which the robot still obeys the command before."""
+        return math.floor(self.noise.latency * self.ticks + 0.5)
+
+    @property
+    def mounted_lidar(self) -> LidarSettings:
+        """The scanner at its place on the robot; nothing about it is left open."""
+        return self.lidar.mounted(self.robot.lidar if self.noise.lidar_mount == "robot" else LidarMount())
 
     @property
     def max_steps(self) -> int:
@@ -157,7 +184,7 @@ class EnvConfig(Settings):
         from gym_mapbench.mapio.bundle import bundle_document
         from gym_mapbench.mapio.tasked_map import group_scenarios
 
-        return self.replace(maps=bundle_document(group_scenarios(map_set)), start=None, goal=None)
+        return self.replace(maps=bundle_document(group_scenarios(map_set)), start=None, goal=None, family=())
 
     def load_scenarios(self) -> tuple[Scenario, ...] | None:
         """Load the scenarios of ``maps``; None where every reset draws a random one.

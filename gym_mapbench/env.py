@@ -15,7 +15,7 @@ from gym_mapbench.action import action_space, to_command
 from gym_mapbench.clearance import check_clearance, draw_start
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import unknown_name
-from gym_mapbench.noise import disturb_command
+from gym_mapbench.noise import Streams, Wander
 from gym_mapbench.observation import Observer, observation_space
 from gym_mapbench.render import Snapshot, Window, draw
 from gym_mapbench.robot import RobotSpec
@@ -63,6 +63,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self.observation_space = observation_space(self.config)
         self.action_space = action_space(self.config)
         self._source = ScenarioSource(self.config, scenarios)
+        self._late_ticks = self.config.late_ticks
+        self._prompt_ticks = self.config.ticks - self._late_ticks
         self._task: Task | None = None
         self._window: Window | None = None
 
@@ -88,9 +90,13 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self._task = None
         self.scenario = self._source.choose(options or {}, self.np_random)
         check_clearance(self.scenario, self.robot)
-        start = draw_start(self.scenario, self.robot, self.config.noise, self.np_random)
-        self._simulation = Simulation(self.scenario.map, self.robot, start, self.config.physics_hz)
-        self._observer = Observer(self.config, self.scenario)
+        config, noise, streams = self.config, self.config.noise, Streams.spawn(self.np_random)
+        start = draw_start(self.scenario, self.robot, noise, streams.start)
+        self._simulation = Simulation(self.scenario.map, self.robot, start, config.physics_hz)
+        self._observer = Observer(config, self.scenario, start, streams)
+        gains = noise.actuation_v, noise.actuation_w
+        self._actuation = Wander(gains, noise.actuation_time_constant, 1.0 / config.control_hz, streams.actuation)
+        self._command = 0.0, 0.0
         self._trail = [start]
         self._task = Task(self.config, self.scenario, start)
         if self.render_mode == "human":
@@ -107,11 +113,10 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             ConfigError: If the action is anything else.
             gymnasium.error.ResetNeeded: If no episode is running.
         """
-        task, noise = self._task, self.config.noise
+        task = self._task
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
-        command = disturb_command(to_command(action, self.config), noise.actuation_v, noise.actuation_w, self.np_random)
-        contact = self._simulation.advance(*command, self.config.ticks)
+        contact = self._drive(to_command(action, self.config))
         terms = task.step(self._simulation.pose, contact)
         observation, info = self._observe(), self._info(task, contact, terms)
         if self.render_mode is not None:
@@ -139,13 +144,15 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
 
     def snapshot(self) -> Snapshot:
         """Return what a picture of this moment needs."""
+        sensor, scan = self._observer.beams(self._simulation.pose) or (None, None)
         return Snapshot(
             scenario=self.scenario,
             robot=self.robot,
             pose=self._simulation.pose,
             trail=np.array(self._trail)[:, :2],
             path=self._observer.path,
-            scan=self._observer.beams(self._simulation.pose),
+            scan=scan,
+            sensor=sensor,
         )
 
     def close(self) -> None:
@@ -154,8 +161,15 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             self._window.close()
             self._window = None
 
+    def _drive(self, command: tuple[float, float]) -> bool:
+        """Drive for one control period, at first still by the command before; return whether a wall was touched."""
+        gain_v, gain_w = self._actuation.advance()
+        before, self._command = self._command, (command[0] * (1 + gain_v), command[1] * (1 + gain_w))
+        contact = self._late_ticks > 0 and self._simulation.advance(*before, self._late_ticks)
+        return self._simulation.advance(*self._command, self._prompt_ticks) or contact
+
     def _observe(self) -> Observation:
-        return self._observer.observe(self._simulation.pose, self._simulation.velocity, self.np_random)
+        return self._observer.observe(self._simulation.pose, self._simulation.velocity)
 
     def _info(self, task: Task, contact: bool, terms: dict[str, float]) -> dict[str, Any]:
         return {

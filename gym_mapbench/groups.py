@@ -8,7 +8,7 @@ from pydantic import Field
 
 from gym_mapbench.settings import Settings
 
-OBSERVATION_KEYS = ("pose", "velocity", "goal", "scan", "path", "costmap")
+OBSERVATION_KEYS = ("pose", "odom", "velocity", "goal", "scan", "path", "costmap")
 Weight = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 

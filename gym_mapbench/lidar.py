@@ -1,28 +1,40 @@
-"""The laser scanner: exact distances to the walls of the grid."""
+"""The laser scanner: exact distances to the walls of the grid, and what it reports of them."""
 
 from __future__ import annotations
 
 import functools
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.frames import IDENTITY, compose
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.raycast import cast_rays
+from gym_mapbench.robot import LidarMount
 from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
 
 
 class LidarSettings(Settings):
-    """A planar scanner at the robot's centre; the defaults are the TurtleBot3's LDS-01.
+    """A planar scanner on the robot; the defaults are the TurtleBot3's LDS-01.
+
+    The place, and the shortest distance, are None where they are left to the noise level: at the centre from 0 m on, or
+    where the robot's own scanner is. :meth:`mounted` fills them in.
 
     Args:
         beams: Number of beams, counter-clockwise from ``angle_min``.
+        x: Place of the scanner in the robot's frame, m forwards of its centre.
+        y: The same, m to the left.
+        yaw: Heading of the scanner in the robot's frame, rad.
+        range_min: Shortest distance, m; what is nearer is not measured.
         range_max: Largest distance, m; also what a beam that hits nothing says.
-        angle_min: Angle of the first beam to the robot's heading, rad.
+        no_reading: What a beam says that is lost, or hits something nearer than ``range_min``. ``range_max``: as if
+            there was nothing, as drivers that report infinity. ``zero``: 0 m, as LDS-01 and LDS-02 do.
+        angle_min: Angle of the first beam to the scanner's heading, rad.
         angle_increment: Angle from beam to beam, rad; None spreads them over a full turn.
         scan_rate: Scans per second; in between the last one is observed again, as with a real scanner (the
             LDS-01 turns at 5 Hz). None: every observation has its own.
@@ -30,39 +42,90 @@ class LidarSettings(Settings):
 
     beams: Annotated[int, Field(ge=1, le=100_000)] = 360
     range_max: Annotated[float, Field(gt=0, le=1e6)] = 3.5
+    x: float | None = None
+    y: float | None = None
+    yaw: float | None = None
+    range_min: Annotated[float, Field(ge=0, le=1e6)] | None = None
+    no_reading: Literal["range_max", "zero"] = "range_max"
     angle_min: float = 0.0
     angle_increment: float | None = None
     scan_rate: Annotated[float, Field(gt=0)] | None = None
 
     @property
     def angles(self) -> NDArray[np.float64]:
-        """``(beams,)`` angle of every beam to the robot's heading, rad."""
-        increment = 2 * math.pi / self.beams if self.angle_increment is None else self.angle_increment
-        return self.angle_min + increment * np.arange(self.beams, dtype=np.float64)
+        """``(beams,)`` angle of every beam to the scanner's heading, rad."""
+        return self.angle_min + self.beam_angle * np.arange(self.beams, dtype=np.float64)
+
+    @property
+    def beam_angle(self) -> float:
+        """Angle from beam to beam, rad."""
+        return 2 * math.pi / self.beams if self.angle_increment is None else self.angle_increment
+
+    @property
+    def no_range(self) -> float:
+        """What a beam without a reading says, m."""
+        return self.range_max if self.no_reading == "range_max" else 0.0
+
+    @property
+    def place(self) -> Pose:
+        """The scanner in the robot's frame; the robot's centre as far as it is left open."""
+        return Pose(self.x or 0.0, self.y or 0.0, self.yaw or 0.0)
+
+    @model_validator(mode="after")
+    def _ranges_in_order(self) -> LidarSettings:
+        if self.range_min is not None and self.range_min >= self.range_max:
+            raise ConfigError(f"range_min: expected less than range_max {self.range_max:g}, got {self.range_min:g}")
+        return self
+
+    def sensor_pose(self, robot: Pose) -> Pose:
+        """Return the pose of the scanner on a robot at ``robot``, in the same frame."""
+        place = self.place
+        return robot if place == IDENTITY else compose(robot, place)
+
+    def mounted(self, mount: LidarMount) -> LidarSettings:
+        """Return the scanner with what was left open filled in from ``mount``."""
+        return _mounted(self, mount)
 
 
 class Lidar:
     """A scanner on one map; cells off the map are walls, unknown cells are free.
 
     Args:
-        settings: Beams and range.
+        settings: Beams, ranges and place on the robot.
         grid: The map.
     """
 
     def __init__(self, settings: LidarSettings, grid: GridMap) -> None:
-        self._range_max = settings.range_max
+        self._settings = settings
         self._beams = _directions(settings)
         self._walls = grid.framed
         self._resolution = grid.resolution
         self._origin = grid.origin
 
     def scan(self, pose: Pose) -> NDArray[np.float32]:
-        """Return ``(beams,)`` distances from a pose on the map, m, in a new array."""
+        """Return ``(beams,)`` distances from the scanner of a robot at a pose on the map, m, in a new array."""
         ranges = np.empty(len(self._beams), dtype=np.float32)
-        cast_rays(
-            self._walls, self._resolution, *self._origin, pose.x, pose.y, pose.yaw, self._beams, self._range_max, ranges
-        )
+        sensor, range_max = self._settings.sensor_pose(pose), self._settings.range_max
+        cast_rays(self._walls, self._resolution, *self._origin, *sensor, self._beams, range_max, ranges)
         return ranges
+
+    def report(self, ranges: NDArray[np.float32], lost: NDArray[np.bool_] | None) -> NDArray[np.float32]:
+        """Return what the scanner says of ``(beams,)`` measured ranges, m, of which some beams may be lost."""
+        range_min = self._settings.range_min
+        if not range_min and lost is None:
+            return ranges
+        unread = ranges < np.float32(range_min or 0.0)
+        if lost is not None:
+            unread |= lost
+        return np.where(unread, np.float32(self._settings.no_range), ranges)
+
+
+@functools.lru_cache(maxsize=8)
+def _mounted(settings: LidarSettings, mount: LidarMount) -> LidarSettings:
+    """Fill in a place; kept, as every episode asks for it."""
+    return settings.replace(
+        **{name: value for name, value in mount.model_dump().items() if getattr(settings, name) is None}
+    )
 
 
 @functools.lru_cache(maxsize=8)

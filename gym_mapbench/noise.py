@@ -1,59 +1,168 @@
-"""Noise: what differs from run to run when it is switched on. All of it is off by default."""
+"""Noise: what differs from run to run when it is switched on. All of it is off by default.
+
+Each source of noise draws from a generator of its own, and as often a second whatever the robot does. So at equal
+seeds all controllers meet the same noise at the same time, and it stays the same when another source is switched
+on or off (common random numbers).
+"""
 
 from __future__ import annotations
 
-from typing import Annotated
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.scenario import Pose, wrap_angle
 from gym_mapbench.settings import Settings
 
-Deviation = Annotated[float, Field(ge=0, le=1e3)]
+Share = Annotated[float, Field(ge=0, le=1)]
+Metres = Annotated[float, Field(ge=0, le=1)]
+Radians = Annotated[float, Field(ge=0, le=math.pi)]
+Seconds = Annotated[float, Field(ge=0, le=3600)]
+Speed = Annotated[float, Field(ge=0, le=1)]
 
 
 class NoiseSettings(Settings):
-    """Standard deviations of normal distributions; 0 switches that noise off.
+    """What is wrong with sensors, motors and localisation; 0 switches a noise off, and so does each default.
+
+    Deviations are those of normal distributions. A mapping may begin with ``level``, the name of one of
+    :data:`NOISES`, whose values its own then replace.
 
     Args:
-        start_xy: Of the start position along x and y, m.
-        start_yaw: Of the start heading, rad.
-        pose_xy: Of the estimated position along x and y, m.
-        pose_yaw: Of the estimated heading, rad.
-        odometry_v: Of the measured forward speed, m/s.
+        odom_frame: Where the odom frame lies, in which wheel odometry counts and the local costmap lives.
+            ``aligned``: at the start it is the map frame. ``random``: at the start it is shifted and turned
+            against the map by any amount, as on a robot, which begins to count wherever it is switched on.
+        start_xy: Of the true start position along x and y, m.
+        start_yaw: Of the true start heading, rad.
+        pose_xy: Of the localisation's error along the map's x and y, m.
+        pose_yaw: Of the localisation's error in heading, rad.
+        pose_time_constant: Time in which the localisation's error forgets all but 37 % of what it was, s; with 0
+            any two errors are independent.
+        update_min_d: Distance along an axis of the odom frame after which the localisation corrects itself, m (a
+            parameter of AMCL, as the next). Between two corrections the estimate follows wheel odometry.
+        update_min_a: Turn after which it corrects itself, rad.
+        odometry_v: Of the measured forward speed, m/s; independent at each control step, and not in the odom pose.
         odometry_w: Of the measured turn rate, rad/s.
+        odometry_distance: Of the relative error of the distance that wheel odometry counts; one for a run, as wheels
+            keep their diameter.
+        odometry_turn: Of the relative error of the turn that it counts; one for a run, as the axle keeps its length.
+        odometry_veer: Of the turn that it counts for each metre driven straight on, rad/m; one for a run, as one
+            wheel is larger than the other.
         actuation_v: Of the factor on the commanded forward speed.
         actuation_w: Of the factor on the commanded turn rate.
-        scan: Of every range of the lidar, m.
+        actuation_time_constant: As ``pose_time_constant``, of these factors.
+        latency: Share of the control period for which the robot still obeys the command before, rounded to whole
+            physics steps.
+        lidar_mount: Where the scanner is as far as ``lidar`` does not say so. ``centre``: at the robot's centre, and
+            it sees from 0 m on. ``robot``: where the robot's own is.
+        scan: Of each range of the lidar, m.
+        scan_relative: The same in parts of the range; where both are given, their squares add up.
+        scan_dropout: Probability that a beam comes back with nothing.
     """
 
-    start_xy: Deviation = 0.0
-    start_yaw: Deviation = 0.0
-    pose_xy: Deviation = 0.0
-    pose_yaw: Deviation = 0.0
-    odometry_v: Deviation = 0.0
-    odometry_w: Deviation = 0.0
-    actuation_v: Deviation = 0.0
-    actuation_w: Deviation = 0.0
-    scan: Deviation = 0.0
+    odom_frame: Literal["aligned", "random"] = "aligned"
+    start_xy: Metres = 0.0
+    start_yaw: Radians = 0.0
+    pose_xy: Metres = 0.0
+    pose_yaw: Radians = 0.0
+    pose_time_constant: Seconds = 0.0
+    update_min_d: Metres = 0.25
+    update_min_a: Radians = 0.2
+    odometry_v: Speed = 0.0
+    odometry_w: Speed = 0.0
+    odometry_distance: Share = 0.0
+    odometry_turn: Share = 0.0
+    odometry_veer: Radians = 0.0
+    actuation_v: Share = 0.0
+    actuation_w: Share = 0.0
+    actuation_time_constant: Seconds = 0.0
+    latency: Share = 0.0
+    lidar_mount: Literal["centre", "robot"] = "centre"
+    scan: Metres = 0.0
+    scan_relative: Share = 0.0
+    scan_dropout: Share = 0.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _on_top_of_a_level(cls, values: Any) -> Any:
+        if not isinstance(values, Mapping) or "level" not in values:
+            return values
+        own = {key: value for key, value in values.items() if key != "level"}
+        level = values["level"]
+        if not isinstance(level, str):
+            raise ConfigError(f"level: expected one of {', '.join(NOISES)}, got {level!r:.80}")
+        return {**make_noise(level).model_dump(), **own}
+
+    @property
+    def drifts(self) -> bool:
+        """Whether wheel odometry counts wrongly."""
+        return bool(self.odometry_distance or self.odometry_turn or self.odometry_veer)
 
 
 _LEVELS: dict[str, NoiseSettings] = {
     "none": NoiseSettings(),
-    # An indoor robot of the TurtleBot3's kind: the LDS-01 is good for 15 mm below 0.5 m, AMCL for about a cell.
+    # A TurtleBot3 that is well looked after.
     "nominal": NoiseSettings(
+        odom_frame="random",
         start_xy=0.02,
         start_yaw=0.03,
-        pose_xy=0.01,
-        pose_yaw=0.01,
-        odometry_v=0.01,
-        odometry_w=0.02,
+        # Particle filters against external references: from millimetres with an industrial scanner and scan matching on
+        # top (Roewekaemper et al., IROS 2012) to 6.7 cm in the mean with depth cameras (Schmitt et al., IPIN 2012). A
+        # hobby scanner on a 5 cm grid lies between. The time constant is assumed: AMCL weighs its particles anew every
+        # 0.25 m, half a second to a second of driving, but keeps most of them.
+        pose_xy=0.03,
+        pose_yaw=0.02,
+        pose_time_constant=5.0,
+        # Two to three encoder ticks (4096 a turn, wheel radius 33 mm) in 50 ms.
+        odometry_v=0.002,
+        odometry_w=0.01,
+        # On smooth floors systematic errors prevail; uncalibrated robots end a 16 m square 0.3 m off, 2 % (Borenstein
+        # and Feng, UMBmark, 1996).
+        odometry_distance=0.01,
+        odometry_turn=0.02,
+        odometry_veer=0.01,
+        # Assumed, no data sheet says it: a few per cent of load and slip that last for seconds.
         actuation_v=0.03,
         actuation_w=0.03,
-        scan=0.015,
+        actuation_time_constant=2.0,
+        # Assumed: 10 ms of computing and messages in a period of 50 ms.
+        latency=0.2,
+        # Nav2's own simulation of the TurtleBot3: 10 mm at any range, no beam is lost.
+        lidar_mount="robot",
+        scan=0.01,
+    ),
+    # One that is not.
+    "rough": NoiseSettings(
+        odom_frame="random",
+        start_xy=0.05,
+        start_yaw=0.1,
+        # Towards the 6.7 cm above.
+        pose_xy=0.05,
+        pose_yaw=0.035,
+        pose_time_constant=3.0,
+        odometry_v=0.01,
+        odometry_w=0.02,
+        # Twice the uncalibrated robot of UMBmark.
+        odometry_distance=0.02,
+        odometry_turn=0.04,
+        odometry_veer=0.02,
+        # Assumed, as above.
+        actuation_v=0.06,
+        actuation_w=0.06,
+        actuation_time_constant=2.0,
+        latency=0.6,
+        # LDS-01, data sheet: 15 mm below 0.5 m, 5 % beyond, of which 3.5 % are precision; read as three deviations of
+        # noise plus 10 mm of everything else. LDS-02: 10 mm below 0.3 m, 3 % beyond. That 2 % of beams are lost
+        # (dark, shiny, slanting surfaces) is assumed.
+        lidar_mount="robot",
+        scan=0.01,
+        scan_relative=0.012,
+        scan_dropout=0.02,
     ),
 }
 
@@ -61,12 +170,70 @@ NOISES: Registry[NoiseSettings] = Registry("noise", "noise_levels", _LEVELS, che
 
 
 def make_noise(name: str) -> NoiseSettings:
-    """Return a preset by name.
+    """Return a level by name.
 
     Raises:
-        ConfigError: If there is no such preset.
+        ConfigError: If there is no such level.
     """
     return NOISES.get(name)
+
+
+def read_noise(value: str | Mapping[str, Any], where: str) -> NoiseSettings:
+    """Return a level by name, or the settings of a mapping; ``where`` opens every error message.
+
+    Raises:
+        ConfigError: If there is no such level, or a setting is unknown or out of range.
+    """
+    return make_noise(value) if isinstance(value, str) else NoiseSettings.from_mapping(value, where)
+
+
+class Streams(NamedTuple):
+    """One generator for each source of noise."""
+
+    start: np.random.Generator
+    odom_frame: np.random.Generator
+    localisation: np.random.Generator
+    odometry: np.random.Generator
+    velocity: np.random.Generator
+    actuation: np.random.Generator
+    scan: np.random.Generator
+    dropout: np.random.Generator
+
+    @classmethod
+    def spawn(cls, rng: np.random.Generator) -> Streams:
+        """Make them from the env's generator, which itself draws nothing."""
+        return cls(*rng.spawn(len(cls._fields)))
+
+
+class Wander:
+    """An error that wanders around 0: an Ornstein-Uhlenbeck process, anywhere in its spread from the first moment on.
+
+    Args:
+        deviations: Stationary standard deviation of every component; where all are 0, nothing is drawn.
+        time_constant: Seconds in which the correlation falls to 1/e; 0 for none at all.
+        period: Seconds from one call of :meth:`advance` to the next.
+        rng: Where it draws from.
+    """
+
+    def __init__(
+        self, deviations: tuple[float, ...], time_constant: float, period: float, rng: np.random.Generator
+    ) -> None:
+        self.is_on = any(deviations)
+        self._deviations = np.array(deviations)
+        self._kept = math.exp(-period / time_constant) if time_constant else 0.0
+        self._fresh = math.sqrt(1.0 - self._kept**2)
+        self._rng = rng
+        if self.is_on:
+            self._next = rng.standard_normal(len(deviations))
+
+    def advance(self) -> list[float]:
+        """Return the error of this moment and move on to the next."""
+        if not self.is_on:
+            return [0.0] * len(self._deviations)
+        now = self._next
+        self._next = self._kept * now + self._fresh * self._rng.standard_normal(len(now))
+        error: list[float] = (self._deviations * now).tolist()
+        return error
 
 
 def disturb_pose(pose: Pose, xy: float, yaw: float, rng: np.random.Generator) -> Pose:
@@ -87,19 +254,20 @@ def disturb_velocity(
     return float(velocity[0] + v * dv), float(velocity[1] + w * dw)
 
 
-def disturb_command(command: tuple[float, float], v: float, w: float, rng: np.random.Generator) -> tuple[float, float]:
-    """Scale speed and turn rate by normal factors around 1; nothing is drawn where both deviations are 0."""
-    if not (v or w):
-        return command
-    dv, dw = rng.standard_normal(2)
-    return float(command[0] * (1 + v * dv)), float(command[1] * (1 + w * dw))
-
-
 def disturb_ranges(
-    ranges: NDArray[np.float32], deviation: float, range_max: float, rng: np.random.Generator
+    ranges: NDArray[np.float32], deviation: float, relative: float, range_max: float, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Add normal noise to ranges ``(beams,)`` m that hit something; the result stays within 0 and ``range_max``."""
-    if not deviation:
+    """Add normal noise to ranges that hit something; nothing is drawn where both deviations are 0.
+
+    Args:
+        ranges: ``(beams,)`` m, ``range_max`` where nothing was hit.
+        deviation: Standard deviation, m.
+        relative: The same in parts of the range; the squares of both add up.
+        range_max: Largest range, m; the result stays within 0 and it.
+        rng: Where the noise is drawn from.
+    """
+    if not (deviation or relative):
         return ranges
-    noisy = ranges + np.float32(deviation) * rng.standard_normal(len(ranges), dtype=np.float32)
+    spread = np.hypot(np.float32(deviation), np.float32(relative) * ranges) if relative else np.float32(deviation)
+    noisy = ranges + spread * rng.standard_normal(len(ranges), dtype=np.float32)
     return np.where(ranges < range_max, np.clip(noisy, 0.0, np.float32(range_max)), ranges)

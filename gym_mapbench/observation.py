@@ -1,6 +1,6 @@
 """What the robot observes: the space of every key beside what fills it.
 
-``pose`` and ``velocity`` are float64, because controllers that are compared with Nav2's to 1e-9 read
+``pose``, ``odom`` and ``velocity`` are float64, because controllers that are compared with Nav2's to 1e-9 read
 them; the rest is float32. Every array of every observation is new.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
@@ -19,7 +19,8 @@ from gym_mapbench.costmap import NO_INFORMATION, Costmap, CostmapParams, Inflati
 from gym_mapbench.groups import PathWindow
 from gym_mapbench.kernels.path import see_path
 from gym_mapbench.lidar import Lidar
-from gym_mapbench.noise import disturb_pose, disturb_ranges, disturb_velocity
+from gym_mapbench.localisation import Localisation, Odometry
+from gym_mapbench.noise import Streams, disturb_ranges, disturb_velocity
 from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose, Scenario, wrap_angle
 
@@ -32,9 +33,10 @@ FAST = 1e3
 def observation_space(config: EnvConfig) -> spaces.Dict:
     """Return the space of the keys chosen in ``config``.
 
-    ``pose``: x, y (m), yaw (rad) in the world. ``velocity``: v (m/s), omega (rad/s). ``goal``: x, y, yaw in
-    the robot's frame. ``scan``: ranges, m. ``path``: x, y of the first point, of the second..., in the robot's
-    frame, m. ``costmap``: ``(1, cells, cells)`` Nav2 cost values, row 0 at the bottom.
+    ``pose``: x, y (m), yaw (rad) on the map, as the localisation has them. ``odom``: the same in the odom frame, as
+    wheel odometry has them. ``velocity``: v (m/s), omega (rad/s). ``goal``: x, y, yaw in the robot's frame. ``scan``:
+    ranges from the scanner, m. ``path``: x, y of the first point, of the second..., in the robot's frame, m.
+    ``costmap``: ``(1, cells, cells)`` Nav2 cost values, row 0 at the bottom.
     """
     return spaces.Dict({key: SPACES[key](config) for key in config.observation})
 
@@ -51,6 +53,7 @@ def _pose_space(dtype: type) -> spaces.Box:
 
 SPACES: dict[str, Callable[[EnvConfig], spaces.Box]] = {
     "pose": lambda config: _pose_space(np.float64),
+    "odom": lambda config: _pose_space(np.float64),
     "velocity": lambda config: _vector(FAST, 2, np.float64),
     "goal": lambda config: _pose_space(np.float32),
     "scan": lambda config: spaces.Box(0.0, config.lidar.range_max, (config.lidar.beams,), np.float32),
@@ -59,12 +62,30 @@ SPACES: dict[str, Callable[[EnvConfig], spaces.Box]] = {
 }
 
 
+class Moment(NamedTuple):
+    """What is known of the robot in one control step.
+
+    Args:
+        true: True pose.
+        estimate: Pose on the map as the localisation has it.
+        odom: Pose in the odom frame as wheel odometry has it.
+        velocity: Measured speed (m/s) and turn rate (rad/s).
+    """
+
+    true: Pose
+    estimate: Pose
+    odom: Pose
+    velocity: tuple[float, float]
+
+
 class Observer:
     """Observes the robot on one scenario.
 
     Args:
         config: Keys, sensors and noise.
         scenario: Map and task.
+        start: Where the robot truly starts.
+        streams: What the noise is drawn from.
 
     ``path`` is the global path, ``(n, 3)`` x, y (m), yaw (rad); None where it is not observed.
 
@@ -72,59 +93,71 @@ class Observer:
         NoPathError: If ``path`` is observed and there is none.
     """
 
-    def __init__(self, config: EnvConfig, scenario: Scenario) -> None:
+    def __init__(self, config: EnvConfig, scenario: Scenario, start: Pose, streams: Streams) -> None:
         self._config = config
-        self._goal = scenario.goal
+        self._streams = streams
+        self._odometry = Odometry(config.noise, start, streams.odom_frame, streams.odometry)
+        self._localisation = Localisation(config.noise, 1.0 / config.control_hz, streams.localisation)
+        self.goal = scenario.goal
         self._keys = config.observation
         self.path: NDArray[np.float64] | None = None
         if "scan" in self._keys:
-            self._lidar = Lidar(config.lidar, scenario.map)
+            self._lidar = Lidar(config.mounted_lidar, scenario.map)
             rate = config.lidar.scan_rate
             self._observations_per_scan = 1 if rate is None else max(1, round(config.control_hz / rate))
             self._observations = 0
         if "path" in self._keys or "costmap" in self._keys:
             costmap = _plan_costmap(config, scenario)
-            self._window = CostmapView(costmap, config.costmap.cells)
+            self.window = CostmapView(costmap, config.costmap.cells)
         if "path" in self._keys:
             self.path = NavfnPlanner().plan(costmap, scenario.start, scenario.goal)
-            self._ahead = PathView(self.path, config.path)
+            self.ahead = PathView(self.path, config.path)
 
-    def observe(self, pose: Pose, velocity: tuple[float, float], rng: np.random.Generator) -> dict[str, NDArray[Any]]:
-        """Return one observation, noise included, of a true pose and velocity."""
+    def observe(self, pose: Pose, velocity: tuple[float, float]) -> dict[str, NDArray[Any]]:
+        """Return one observation, noise included, of a true pose and velocity; call it once a control step."""
         noise = self._config.noise
-        estimate = disturb_pose(pose, noise.pose_xy, noise.pose_yaw, rng)
-        measured = disturb_velocity(velocity, noise.odometry_v, noise.odometry_w, rng)
-        return {key: self._observe(key, pose, estimate, measured, rng) for key in self._keys}
+        odom = self._odometry.advance(pose)
+        estimate = self._localisation.advance(pose, odom)
+        counted = self._odometry.measure(velocity)
+        measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._streams.velocity)
+        moment = Moment(pose, estimate, odom, measured)
+        return {key: CONTENTS[key](self, moment) for key in self._keys}
 
-    def beams(self, pose: Pose) -> NDArray[np.float64] | None:
-        """Return ``(beams, 2)`` world angle (rad) and range (m) of every beam, without noise; None without a scan."""
+    def beams(self, pose: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
+        """Return where the beams start, and ``(beams, 2)`` world angle (rad) and range (m) of each, without noise.
+
+        None without a scan.
+        """
         if "scan" not in self._keys:
             return None
-        return np.stack([pose.yaw + self._config.lidar.angles, self._lidar.scan(pose)], axis=1)
+        lidar = self._config.mounted_lidar
+        sensor = lidar.sensor_pose(pose)
+        return sensor, np.stack([sensor.yaw + lidar.angles, self._lidar.scan(pose)], axis=1)
 
-    def _observe(
-        self, key: str, pose: Pose, estimate: Pose, velocity: tuple[float, float], rng: np.random.Generator
-    ) -> NDArray[Any]:
-        """Fill one key."""
-        if key == "pose":
-            return np.array(estimate)
-        if key == "velocity":
-            return np.array(velocity)
-        if key == "goal":
-            return in_robot_frame(self._goal, estimate)
-        if key == "scan":
-            return self._scan_or_hold(pose, rng)
-        if key == "path":
-            return self._ahead.ahead_of(estimate)
-        return self._window.around(estimate)
-
-    def _scan_or_hold(self, pose: Pose, rng: np.random.Generator) -> NDArray[np.float32]:
+    def scan_or_hold(self, pose: Pose) -> NDArray[np.float32]:
         """Return a new scan if the scanner has one by now, or else the last one again, in a new array."""
         if self._observations % self._observations_per_scan == 0:
-            settings = self._config.lidar
-            self._last_scan = disturb_ranges(self._lidar.scan(pose), self._config.noise.scan, settings.range_max, rng)
+            self._last_scan = self._scan(pose)
         self._observations += 1
         return self._last_scan.copy()
+
+    def _scan(self, pose: Pose) -> NDArray[np.float32]:
+        """Measure: noise on every range, then the beams that are lost or too near."""
+        noise, streams, range_max = self._config.noise, self._streams, self._config.lidar.range_max
+        ranges = disturb_ranges(self._lidar.scan(pose), noise.scan, noise.scan_relative, range_max, streams.scan)
+        lost = streams.dropout.random(len(ranges)) < noise.scan_dropout if noise.scan_dropout else None
+        return self._lidar.report(ranges, lost)
+
+
+CONTENTS: dict[str, Callable[[Observer, Moment], NDArray[Any]]] = {
+    "pose": lambda observer, moment: np.array(moment.estimate),
+    "odom": lambda observer, moment: np.array(moment.odom),
+    "velocity": lambda observer, moment: np.array(moment.velocity),
+    "goal": lambda observer, moment: in_robot_frame(observer.goal, moment.estimate),
+    "scan": lambda observer, moment: observer.scan_or_hold(moment.true),
+    "path": lambda observer, moment: observer.ahead.ahead_of(moment.estimate),
+    "costmap": lambda observer, moment: observer.window.around(moment.estimate),
+}
 
 
 def in_robot_frame(goal: Pose, pose: Pose) -> NDArray[np.float32]:

@@ -21,7 +21,6 @@ import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.metadata import EntryPoint, entry_points
-from multiprocessing import parent_process
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -81,8 +80,7 @@ class Registry(Generic[T]):
     def register(self, name: str, entry: Any = None) -> Any:
         """Add an entry for as long as this process lives; without one, a decorator.
 
-        Worker processes import the script that is running again, and so know what it registers outside of
-        ``if __name__ == "__main__"``; they know nothing of a notebook. Name it ``module:attribute`` there.
+        Worker processes know nothing of it: what they need is named ``module:attribute``.
 
         Args:
             name: Its name; one that was registered before is replaced, so that a cell can be run twice.
@@ -100,6 +98,19 @@ class Registry(Generic[T]):
             raise ConfigError(f"{self.what} {name!r}: expected a new name without ':'")
         self._entries[name] = self._checked(name, entry)
         return entry
+
+    def for_workers(self, name: str) -> str:
+        """Return a name that worker processes will have to find.
+
+        Raises:
+            ConfigError: If it was registered in this process, of which workers know nothing.
+        """
+        if name in self._entries and name not in self.built_in:
+            raise ConfigError(
+                f"{self.what} {name!r}: is registered in this process alone; for worker processes name it "
+                "module:attribute, or give it an entry point"
+            )
+        return name
 
     def names(self) -> tuple[str, ...]:
         """All names there are, sorted, those of installed packages included; nothing is imported."""
@@ -132,11 +143,6 @@ class Registry(Generic[T]):
         points = self._points()
         if name in points:
             return self._checked(name, self._load(name, points[name].value))
-        if parent_process() is not None:
-            raise ConfigError(
-                f"{self.what} {name!r} is not known in this worker process: name it module:attribute, "
-                "or register it where a worker imports it"
-            )
         raise unknown_name(self.what, name, {*self._entries, *points, *others})
 
     def __getitem__(self, name: str) -> T:

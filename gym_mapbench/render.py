@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.clearance import counter_clockwise
+from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.raster import paint_convex, paint_fan, paint_line, paint_ring
 from gym_mapbench.robot import RobotSpec
@@ -29,7 +30,29 @@ GOAL: Colour = np.array((191, 97, 106), np.float32)
 ROBOT: Colour = np.array((46, 91, 130), np.float32)
 NOSE: Colour = np.array((255, 255, 255), np.float32)
 
+ESTIMATE: Colour = np.array((200, 80, 20), np.float32)
+LETHAL: Colour = np.array((196, 0, 196), np.float32)
+INSCRIBED: Colour = np.array((0, 190, 190), np.float32)
+LOW_COST: Colour = np.array((40, 60, 235), np.float32)
+HIGH_COST: Colour = np.array((235, 30, 40), np.float32)
+COSTMAP_ALPHA = 0.55
+
 DEFAULT_SIZE = 600
+
+
+@dataclass(frozen=True)
+class SeenCostmap:
+    """A costmap as the robot has it, where it believes it to be.
+
+    Args:
+        costmap: The cost values, in a frame of their own.
+        frame: Pose of that frame on the map, by the robot's localisation.
+        estimate: Where the robot believes to be on the map.
+    """
+
+    costmap: Costmap
+    frame: Pose
+    estimate: Pose
 
 
 @dataclass(frozen=True)
@@ -43,6 +66,8 @@ class Snapshot:
         trail: ``(n, 2)`` where it was, m.
         path: ``(n, 2)`` or more columns, the path to show, m; None for none.
         scan: ``(beams, 2)`` angle in the world (rad) and range (m) of every beam; None for none.
+        sensor: Where the beams start; None for the robot's centre.
+        seen: A costmap of the robot, and where it believes to be; None for none.
     """
 
     scenario: Scenario
@@ -51,6 +76,8 @@ class Snapshot:
     trail: NDArray[np.float64]
     path: NDArray[np.float64] | None = None
     scan: NDArray[np.float64] | None = None
+    sensor: Pose | None = None
+    seen: SeenCostmap | None = None
 
 
 def draw(snapshot: Snapshot, size: int = DEFAULT_SIZE) -> Frame:
@@ -66,7 +93,9 @@ def draw(snapshot: Snapshot, size: int = DEFAULT_SIZE) -> Frame:
     canvas = Canvas(snapshot.scenario.map, size)
     robot, pose = snapshot.robot, snapshot.pose
     if snapshot.scan is not None:
-        canvas.fan(pose, snapshot.scan, SCAN, 0.45)
+        canvas.fan(snapshot.sensor or pose, snapshot.scan, SCAN, 0.45)
+    if snapshot.seen is not None:
+        canvas.costmap(snapshot.seen)
     if snapshot.path is not None:
         canvas.line(snapshot.path[:, :2], 1.5, PATH)
     canvas.line(snapshot.trail, 3.0, TRAIL)
@@ -78,6 +107,8 @@ def draw(snapshot: Snapshot, size: int = DEFAULT_SIZE) -> Frame:
     else:
         canvas.convex(_placed(np.asarray(robot.footprint), pose), ROBOT)
     canvas.line(_heading(pose, 0.7 * robot.circumscribed_radius), 2.5, NOSE)
+    if snapshot.seen is not None:
+        canvas.ring(snapshot.seen.estimate, robot.circumscribed_radius, 1.5, ESTIMATE)
     return canvas.frame()
 
 
@@ -126,6 +157,20 @@ class Canvas:
         angles, ranges = _closed(scan)
         paint_fan(self._pixels, column, line, angles, ranges * self._scale, colour, alpha)
 
+    def costmap(self, seen: SeenCostmap) -> None:
+        """Lay the colours of a costmap over the picture: free cells stay as they are."""
+        height, width, _ = self._pixels.shape
+        x = self._x0 + (np.arange(width) + 0.5) / self._scale - seen.frame.x
+        y = (self._y1 - (np.arange(height) + 0.5) / self._scale - seen.frame.y)[:, np.newaxis]
+        cos, sin = np.cos(seen.frame.yaw), np.sin(seen.frame.yaw)
+        costmap = seen.costmap
+        cols = np.floor((cos * x + sin * y - costmap.origin_x) / costmap.resolution).astype(np.int64)
+        rows = np.floor((cos * y - sin * x - costmap.origin_y) / costmap.resolution).astype(np.int64)
+        inside = (rows >= 0) & (rows < costmap.costs.shape[0]) & (cols >= 0) & (cols < costmap.costs.shape[1])
+        costs = costmap.costs[rows[inside], cols[inside]]
+        alpha = (COSTMAP_ALPHA * (costs > 0)).astype(np.float32)[:, np.newaxis]
+        self._pixels[inside] += alpha * (_cost_colours()[costs] - self._pixels[inside])
+
     def _to_pixels(self, points: ArrayLike) -> NDArray[np.float64]:
         """Column and line of points ``(n, 2)`` m; pixel centres are at whole numbers plus a half."""
         x, y = np.asarray(points, dtype=np.float64).T
@@ -157,6 +202,15 @@ class Window:
     def close(self) -> None:
         """Close the window."""
         self._plt.close(self._figure)
+
+
+@functools.cache
+def _cost_colours() -> NDArray[np.float32]:
+    """Colour ``(256, 3)`` of every cost, after RViz' scheme "costmap": blue to red, cyan inscribed, magenta lethal."""
+    share = np.linspace(0.0, 1.0, 256, dtype=np.float32)[:, np.newaxis]
+    colours: NDArray[np.float32] = LOW_COST + share * (HIGH_COST - LOW_COST)
+    colours[INSCRIBED_INFLATED_OBSTACLE], colours[LETHAL_OBSTACLE], colours[NO_INFORMATION] = INSCRIBED, LETHAL, UNKNOWN
+    return colours
 
 
 @functools.lru_cache(maxsize=4)

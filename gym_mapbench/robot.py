@@ -15,6 +15,22 @@ from gym_mapbench.settings import Settings
 Positive = Annotated[float, Field(gt=0)]
 
 
+class LidarMount(Settings):
+    """Where a robot's scanner sits, and how near it sees; at the centre and from 0 m on, unless told otherwise.
+
+    Args:
+        x: In the robot's frame, m forwards of its centre.
+        y: m to the left.
+        yaw: Heading, rad.
+        range_min: Shortest distance it measures, m.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+    range_min: Annotated[float, Field(ge=0)] = 0.0
+
+
 class RobotSpec(Settings):
     """A differential-drive robot: a disc, or a convex polygon where ``footprint`` is given.
 
@@ -28,6 +44,7 @@ class RobotSpec(Settings):
         max_angular_velocity: rad/s.
         max_linear_acceleration: m/s^2, speeding up and braking.
         max_angular_acceleration: rad/s^2.
+        lidar: Where its scanner sits; noise levels from ``nominal`` on put it there.
     """
 
     name: str = "custom"
@@ -38,6 +55,7 @@ class RobotSpec(Settings):
     max_angular_velocity: Positive = 1.9
     max_linear_acceleration: Positive = 2.5
     max_angular_acceleration: Positive = 3.2
+    lidar: LidarMount = LidarMount()
 
     @field_validator("footprint")
     @classmethod
@@ -67,7 +85,8 @@ def _is_convex_around_origin(corners: NDArray[np.float64]) -> bool:
 
 _PRESETS: dict[str, RobotSpec] = {
     # Nav2's example (nav2_bringup/params/nav2_params.yaml): the radius of its costmaps, MPPI's and RPP's top speed.
-    "turtlebot3_waffle": RobotSpec(name="turtlebot3_waffle"),
+    # The scanners of both TurtleBot3: turtlebot3_description/urdf (base_scan); LDS-01's data sheet: 0.12 m.
+    "turtlebot3_waffle": RobotSpec(name="turtlebot3_waffle", lidar=LidarMount(x=-0.064, range_min=0.12)),
     # ROBOTIS e-manual: 0.22 m/s, 2.84 rad/s; the 138 mm x 178 mm base fits a disc of 0.105 m.
     "turtlebot3_burger": RobotSpec(
         name="turtlebot3_burger",
@@ -75,6 +94,7 @@ _PRESETS: dict[str, RobotSpec] = {
         max_linear_velocity=0.22,
         max_reverse_velocity=0.22,
         max_angular_velocity=2.84,
+        lidar=LidarMount(x=-0.032, range_min=0.12),
     ),
     # BARN Challenge: half sizes 0.21 m x 0.165 m, up to 2 m/s.
     "jackal": RobotSpec(

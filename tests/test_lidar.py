@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gym_mapbench.config import EnvConfig
 from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.gridmap import GridMap
@@ -55,6 +56,38 @@ def test_beams_go_counter_clockwise_from_the_first_angle():
     assert lidar.scan(Pose(3.5, 2.0, math.pi / 2)) == pytest.approx([2.0, 2.5, 1.0, 0.5])
     aside = Lidar(LidarSettings(beams=2, angle_min=-math.pi / 2, angle_increment=math.pi), grid)
     assert aside.scan(Pose(3.5, 2.0, 0.0)) == pytest.approx([1.0, 2.0])
+
+
+def test_beams_start_at_the_scanner_and_turn_with_it():
+    grid = GridMap.from_rows(["#####", "#...#", "#...#", "#...#", "#####"], 1.0)
+    ahead = Lidar(LidarSettings(beams=4, x=0.5, y=-0.25), grid)
+    assert ahead.scan(Pose(2.0, 2.0, 0.0)).tolist() == [1.5, 2.25, 1.5, 0.75]
+    assert ahead.scan(Pose(2.0, 2.0, math.pi / 2)) == pytest.approx([1.5, 1.25, 1.5, 1.75])
+    turned = Lidar(LidarSettings(beams=4, yaw=math.pi / 2), grid)
+    assert turned.scan(Pose(3.5, 2.0, 0.0)) == pytest.approx([2.0, 2.5, 1.0, 0.5])
+    settings = LidarSettings(x=0.1, y=0.2, yaw=0.3)
+    assert settings.sensor_pose(Pose(1.0, 1.0, math.pi / 2)) == pytest.approx((0.8, 1.1, 0.3 + math.pi / 2))
+    assert LidarSettings().sensor_pose(Pose(1.0, 1.0, 1.0)) == (1.0, 1.0, 1.0)
+
+
+def test_the_place_is_the_lidars_own_or_the_robots_or_the_centre():
+    centred, mounted = EnvConfig().mounted_lidar, EnvConfig(noise="nominal").mounted_lidar
+    assert (centred.x, centred.y, centred.yaw, centred.range_min) == (0.0, 0.0, 0.0, 0.0)
+    assert (mounted.x, mounted.y, mounted.yaw, mounted.range_min) == (-0.064, 0.0, 0.0, 0.12)
+    own = EnvConfig(noise="nominal", lidar={"x": 0.1}, robot="turtlebot3_burger").mounted_lidar
+    assert (own.x, own.range_min) == (0.1, 0.12)
+    assert EnvConfig(lidar={"x": 0.1}).mounted_lidar.place == Pose(0.1, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("no_reading", "expected"), [("range_max", 3.5), ("zero", 0.0)])
+def test_what_is_too_near_is_not_measured(no_reading, expected):
+    options = {**ROOM_OPTIONS, "start": (0.33, 1.5, 0.0), "observation": ("scan",)}
+    exact = MapBenchEnv(**options).reset()[0]["scan"]
+    blind = MapBenchEnv(**options, lidar={"range_min": 0.3, "no_reading": no_reading}).reset()[0]["scan"]
+    near = exact < 0.3
+    assert near.sum() > 30
+    assert (blind[near] == np.float32(expected)).all()
+    assert (blind[~near] == exact[~near]).all()
 
 
 def test_what_is_out_of_range_says_the_range():

@@ -87,10 +87,12 @@ def test_modules_come_from_the_current_directory_too(numbers, tmp_path, monkeypa
         numbers.get("leaving_me:many")
 
 
-def test_a_worker_says_what_it_cannot_know(numbers, monkeypatch):
-    monkeypatch.setattr(registry, "parent_process", object)
-    with pytest.raises(ConfigError, match="number 'three' is not known in this worker process: name it module:att"):
-        numbers.get("three")
+def test_what_workers_cannot_know_is_refused_before(numbers):
+    numbers.register("three", 3)
+    for name in ("one", "seven", f"{HERE}:Box.inside"):
+        assert numbers.for_workers(name) == name
+    with pytest.raises(ConfigError, match=r"number 'three': is registered in this process alone; .* module:attribute"):
+        numbers.for_workers("three")
 
 
 def test_blame_is_for_third_parties_only(numbers):

@@ -5,9 +5,23 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 
+from gym_mapbench.costmap import Costmap
 from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.render import FREE, GOAL, PATH, ROBOT, START, TRAIL, UNKNOWN, WALL, Canvas, Snapshot, draw
+from gym_mapbench.render import (
+    FREE,
+    GOAL,
+    PATH,
+    ROBOT,
+    START,
+    TRAIL,
+    UNKNOWN,
+    WALL,
+    Canvas,
+    SeenCostmap,
+    Snapshot,
+    draw,
+)
 from gym_mapbench.robot import ROBOTS, RobotSpec
 from gym_mapbench.scenario import Pose, Scenario
 from tests.worlds import ROOM, ROOM_GOAL, ROOM_OPTIONS, ROOM_START
@@ -41,6 +55,23 @@ def test_things_are_where_they_are():
     ring = pixel(frame, 0.8 - 0.22, 0.8), pixel(frame, 2.2 + 0.22, 2.2)
     assert np.abs(np.subtract(ring, (colour(START), colour(GOAL)), dtype=int)).max() < 80
     assert np.abs(np.subtract(pixel(frame, 1.5, 0.8), colour(PATH), dtype=int)).max() < 60
+
+
+def test_beams_start_at_the_scanner():
+    beams = np.stack([np.linspace(-0.5, 0.5, 50), np.full(50, 0.5)], axis=1)
+    centred = draw(snapshot(robot=RobotSpec(radius=0.05), scan=beams))
+    aside = draw(snapshot(robot=RobotSpec(radius=0.05), scan=beams, sensor=Pose(1.5, 2.0, 0.0)))
+    assert pixel(centred, 1.8, 1.5) == pixel(aside, 1.8, 2.0) != colour(FREE)
+    assert pixel(centred, 1.8, 2.0) == pixel(aside, 1.8, 1.5) == colour(FREE)
+
+
+def test_the_env_draws_its_beams_where_its_scanner_is():
+    env = MapBenchEnv(**ROOM_OPTIONS, lidar={"x": -0.1, "yaw": 0.5, "beams": 8})
+    env.reset()
+    shown = env.snapshot()
+    assert shown.sensor == pytest.approx((0.7, 0.8, 0.5))
+    assert shown.scan[:, 0] == pytest.approx(0.5 + np.arange(8) * np.pi / 4)
+    assert shown.scan[4, 1] == pytest.approx(0.6 / np.cos(0.5))
 
 
 def test_polygons_lie_as_they_are_turned():
@@ -124,3 +155,18 @@ def test_a_window_shows_every_step(monkeypatch):
     env.close()
     assert not plt.fignum_exists("MapBench")
     env.close()
+
+
+def test_a_costmap_lies_where_its_frame_is():
+    grid = GridMap(np.zeros((40, 40), dtype=bool), 0.05)
+    costs = np.zeros((10, 10), dtype=np.uint8)
+    costs[2, 7] = 254
+    # The frame is turned by a quarter: a step along its x is one along the map's y.
+    seen = SeenCostmap(Costmap(costs, 0.05, 0.0, 0.0), Pose(1.0, 0.5, np.pi / 2), Pose(1.0, 1.0, 0.0))
+    canvas = Canvas(grid, 400)
+    before = canvas.frame().astype(int)
+    canvas.costmap(seen)
+    changed = np.argwhere((canvas.frame() != before).any(axis=2))
+    x, y = (changed[:, 1] + 0.5) / 200, (400 - changed[:, 0] - 0.5) / 200
+    assert (x.min(), x.max()) == pytest.approx((1.0 - 0.15, 1.0 - 0.10), abs=0.006)
+    assert (y.min(), y.max()) == pytest.approx((0.5 + 0.35, 0.5 + 0.40), abs=0.006)

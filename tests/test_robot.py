@@ -5,14 +5,14 @@ import math
 import pytest
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
+from gym_mapbench.robot import ROBOTS, LidarMount, RobotSpec, make_robot
 
 
 def test_the_default_is_the_robot_of_nav2s_example():
     robot = RobotSpec()
     assert (robot.radius, robot.max_linear_velocity, robot.max_angular_velocity) == (0.22, 0.5, 1.9)
     assert (robot.max_linear_acceleration, robot.max_angular_acceleration) == (2.5, 3.2)
-    assert robot == ROBOTS["turtlebot3_waffle"].replace(name="custom")
+    assert robot == ROBOTS["turtlebot3_waffle"].replace(name="custom", lidar=LidarMount())
 
 
 def test_presets_by_name():

@@ -89,6 +89,11 @@ class DwbFollower:
         for critic in self._critics:
             critic.reset()
 
+    def move_plan(self, path: NDArray[np.float64]) -> None:
+        """Take the same plan where it lies by now; what was pruned stays so, and no critic forgets."""
+        self._plan = path[len(path) - len(self._plan) :]
+        self._goal = Pose(*path[-1].tolist())
+
     def set_speed_limit(self, speed: float, percentage: bool) -> None:
         """Scale the top speeds: ``speed`` is m/s, or per cent of the parameters' values; 0 lifts the limit.
 

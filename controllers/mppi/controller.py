@@ -42,6 +42,10 @@ class MppiFollower:
         """Take a new global plan, ``(n, 3)`` x, y in m and yaw in rad, start to goal."""
         self._paths.set_plan(path)
 
+    def move_plan(self, path: NDArray[np.float64]) -> None:
+        """Take the same plan where it lies by now; what is behind stays behind."""
+        self._paths.move_plan(path)
+
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
         """Limit the speed to ``speed`` m/s, or per cent of ``vx_max``; 0 or a reset of the optimizer lifts it."""
         self._optimizer.set_speed_limit(speed, percentage)

@@ -46,6 +46,11 @@ class PathHandler:
         self._plan = np.array(path, dtype=np.float64, order="C")
         self._look_ahead()
 
+    def move_plan(self, path: Path) -> None:
+        """Take the same plan where it lies by now; poses passed and cusps stay what they are."""
+        self._plan = path[len(path) - len(self._plan) :]
+        self._ahead = self._plan[: self._cusp] if self._cusp else self._plan
+
     def local_path(self, pose: Pose, costmap: Costmap) -> Path:
         """Return the poses ahead, ``(m, 3)``; poses passed are forgotten.
 

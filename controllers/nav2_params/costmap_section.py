@@ -7,22 +7,10 @@ from typing import Any
 from controllers.nav2_params.keys import COSTMAP, LAYERS, SOURCE
 from controllers.nav2_params.plugins import COSTMAP_LAYERS, name_of_class
 from controllers.nav2_params.section import Section, parameter_names
-from gym_mapbench.costmap import CostmapParams, ObstacleLayer
+from gym_mapbench.costmap import CostmapParams, ObservationSource
 from gym_mapbench.errors import ConfigError
 
 DEFAULT_LAYERS = ("static_layer", "obstacle_layer", "inflation_layer")
-SOURCE_NAMES = frozenset(
-    {
-        "marking",
-        "clearing",
-        "obstacle_max_range",
-        "obstacle_min_range",
-        "raytrace_max_range",
-        "raytrace_min_range",
-        "inf_is_valid",
-    }
-)
-LAYER_NAMES = frozenset(ObstacleLayer.model_fields) - SOURCE_NAMES
 
 
 def read_costmap(section: Section) -> CostmapParams:
@@ -45,7 +33,7 @@ def read_costmap(section: Section) -> CostmapParams:
             raise ConfigError(f"{section.name}.plugins: expected one {kind} at most, got another: {name!r}")
         layers[kind] = _read_layer(group, kind)
     section.leave_groups()
-    scalars = [name for name in parameter_names(CostmapParams) if "." not in name]
+    scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name != "nav2"]
     return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **layers, "plugins": tuple(layers)})
 
 
@@ -58,10 +46,11 @@ def _layer_kind(group: Section, name: str) -> str:
 
 def _read_layer(group: Section, kind: str) -> dict[str, Any]:
     group.values.pop("plugin", None)
-    if kind not in ("obstacle_layer", "voxel_layer"):
-        return group.read(LAYERS[kind], [*type(CostmapParams.model_fields[kind].default).model_fields])
+    names = type(CostmapParams.model_fields[kind].default).model_fields
+    if "scan" not in names:
+        return group.read(LAYERS[kind], [*names])
     source = _take_source(group)
-    return {**group.read(LAYERS[kind], LAYER_NAMES), **source}
+    return {**group.read(LAYERS[kind], names.keys() - {"scan"}), "scan": source}
 
 
 def _take_source(group: Section) -> dict[str, Any]:
@@ -80,4 +69,4 @@ def _take_source(group: Section) -> dict[str, Any]:
         raise ConfigError(
             f"{lidars[0].name}.observation_persistence: expected 0 (only the latest scan counts), got {persistence!r}"
         )
-    return lidars[0].read(SOURCE, SOURCE_NAMES)
+    return lidars[0].read(SOURCE, ObservationSource.model_fields)

@@ -160,8 +160,6 @@ LAYERS = {
         ros_only=frozenset(
             {
                 "map_vis_z",
-                "max_obstacle_height",
-                "min_obstacle_height",
                 "observation_sources",
                 "plugin",
                 "tf_filter_tolerance",
@@ -173,18 +171,11 @@ LAYERS = {
         ros_only=frozenset(
             {
                 "map_vis_z",
-                "mark_threshold",
-                "max_obstacle_height",
-                "min_obstacle_height",
                 "observation_sources",
-                "origin_z",
                 "plugin",
                 "publish_voxel_map",
                 "tf_filter_tolerance",
                 "transform_tolerance",
-                "unknown_threshold",
-                "z_resolution",
-                "z_voxels",
             }
         ),
     ),
@@ -195,8 +186,6 @@ SOURCE = Keys(
         {
             "data_type",
             "expected_update_rate",
-            "max_obstacle_height",
-            "min_obstacle_height",
             "sensor_frame",
             "topic",
             "transport_type",

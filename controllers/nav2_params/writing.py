@@ -20,8 +20,7 @@ from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
 
 BASE_FRAME = "base_link"
-SCAN = {"topic": "/scan", "data_type": "LaserScan", "max_obstacle_height": 2.0}
-LAYER_OPTIONS = ("enabled", "footprint_clearing_enabled", "combination_method")
+SCAN = {"topic": "/scan", "data_type": "LaserScan"}
 
 
 def write_nav2_params(
@@ -123,6 +122,7 @@ def _behavior_server(navigation: NavigationParams) -> dict[str, Any]:
 
 def _costmap(params: CostmapParams, frame: str, robot: RobotSpec | None) -> dict[str, Any]:
     values = _options(params)
+    del values["nav2"]
     layers = {name: values.pop(name) for name in COSTMAP_LAYERS}
     if robot is not None and params.footprint is None and params.robot_radius is None:
         values |= {"robot_radius": robot.radius} if robot.footprint is None else {"footprint": robot.footprint}
@@ -134,9 +134,7 @@ def _costmap(params: CostmapParams, frame: str, robot: RobotSpec | None) -> dict
 
 def _layer(name: str, options: dict[str, Any]) -> dict[str, Any]:
     """One layer's group; the options of its lidar form a group of their own."""
-    named = {"plugin": COSTMAP_LAYERS[name]}
-    if name not in ("obstacle_layer", "voxel_layer"):
-        return {**named, **options}
-    source = {key: value for key, value in options.items() if key not in LAYER_OPTIONS}
-    own = {key: options[key] for key in LAYER_OPTIONS}
-    return {**named, **own, "observation_sources": "scan", "scan": {**SCAN, **source}}
+    named = {"plugin": COSTMAP_LAYERS[name], **options}
+    if "scan" not in options:
+        return named
+    return {**named, "observation_sources": "scan", "scan": {**SCAN, **options["scan"]}}

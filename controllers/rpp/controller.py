@@ -66,6 +66,10 @@ class RppFollower:
         self._steps = np.hypot(*np.diff(self._path[:, :2], axis=0).T)
         self._begin = 0
 
+    def move_plan(self, path: NDArray[np.float64]) -> None:
+        """Take the same plan where it lies by now; what is behind stays behind."""
+        self._path = path
+
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
         """Limit the speed to ``speed`` m/s, or per cent of ``desired_linear_vel``; 0 lifts the limit."""
         base = self.params.desired_linear_vel

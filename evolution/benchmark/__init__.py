@@ -15,23 +15,23 @@ from evolution.benchmark.barn import (
     reference_of,
     score_runs,
 )
-from evolution.benchmark.comparison import BENCH, Comparison, compare, our_times, times_of_results
-from evolution.benchmark.runs import BenchRun, bench, summary_rows
+from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
+from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
 
 __all__ = [
-    "BENCH",
     "PREFIX",
     "BarnScore",
-    "BenchRun",
+    "Benchmark",
     "Comparison",
     "barn_settings",
     "bench",
+    "bench_row",
     "compare",
     "correlation_with",
     "load_barn",
     "our_times",
+    "read_bench",
     "reference_of",
     "score_runs",
-    "summary_rows",
     "times_of_results",
 ]

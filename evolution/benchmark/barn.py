@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from evolution.benchmark.runs import BenchRun
+from evolution.benchmark.runs import Benchmark
 from evolution.driving import DriveSettings
+from evolution.files import Row
 from evolution.statistics import rank_correlation
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
@@ -77,11 +78,11 @@ def barn_settings(settings: DriveSettings) -> DriveSettings:
     return settings.replace(environment=environment, navigation=navigation, own_goal_check=False)
 
 
-def score_runs(runs: Sequence[BenchRun], source: str, low: float) -> list[BarnScore]:
+def score_runs(benchmark: Benchmark, source: str, low: float) -> list[BarnScore]:
     """Score every run.
 
     Args:
-        runs: Of the worlds of ``source``.
+        benchmark: On the worlds of ``source``.
         source: ``barn:DIR``.
         low: Factor of the optimal time below which faster earns no more (4 in 2022, 2 since).
 
@@ -89,7 +90,7 @@ def score_runs(runs: Sequence[BenchRun], source: str, low: float) -> list[BarnSc
         ConfigError: If a world's published path, from which the optimal time comes, is missing.
     """
     lengths = _official_lengths(source)
-    return [_score(one, lengths[one.job.scenario.name], low) for one in runs]
+    return [_score(row, lengths[row["map"]], low) for row in benchmark.rows]
 
 
 def reference_of(source: str) -> Mapping[str, float]:
@@ -110,11 +111,10 @@ def correlation_with(reference: Mapping[str, float], scores: Sequence[BarnScore]
     return rho, low, high, len(times)
 
 
-def _score(one: BenchRun, length: float, low: float) -> BarnScore:
-    result = one.result
-    time = result.time_s - result.metrics.get("motion_start", 0.0)
-    score = score_barn(result.success, time, length / TOP_SPEED, low)
-    return BarnScore(one.job.scenario.name, one.job.controller.name, result.success, time, score)
+def _score(row: Row, length: float, low: float) -> BarnScore:
+    success, time = row["outcome"] == "goal", row["time_s"] - (row.get("motion_start") or 0.0)
+    score = score_barn(success, time, length / TOP_SPEED, low)
+    return BarnScore(row["map"], row["controller"], success, time, score)
 
 
 def _official_lengths(source: str) -> dict[str, float]:

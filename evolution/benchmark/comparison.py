@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from evolution.benchmark.runs import read_bench
 from evolution.runs import CONFIG, load_run
 from evolution.search import gini
 from evolution.statistics import rank_correlation
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.runner_results import RunnerResult
 
-BENCH = "bench.json"
 INTERVAL_PAIRS = 5
 """Fewest pairs that bound a rank correlation; fewer leave it anywhere between -1 and 1."""
 
@@ -89,7 +87,7 @@ def our_times(path: str | Path) -> Times:
     """Times of a run directory's best map set, or of a ``bench.json`` or the directory that holds one.
 
     Raises:
-        MapFormatError: If it is neither.
+        RunError: If it is neither.
     """
     path = Path(path)
     if (path / CONFIG).is_file():
@@ -100,20 +98,8 @@ def our_times(path: str | Path) -> Times:
             for name, runs in entry["runs"].items()
             for one in runs
         )
-    return _bench_times(path / BENCH if (path / BENCH).is_file() else path)
-
-
-def _bench_times(path: Path) -> Times:
-    try:
-        runs: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["runs"]
-        return _collected((one["map"], one["controller"], one["outcome"] == "goal", one["time_s"]) for one in runs)
-    except OSError as error:
-        reason = error.strerror
-    except (ValueError, RecursionError):
-        reason = "not the JSON of one"
-    except (KeyError, TypeError):
-        reason = "no runs with map, controller, outcome and time_s"
-    raise MapFormatError(f"{path}: expected a run directory, a {BENCH} or the directory of one ({reason})")
+    rows = read_bench(path).rows
+    return _collected((row["map"], row["controller"], row["outcome"] == "goal", row["time_s"]) for row in rows)
 
 
 def _correlation(solved: Sequence[Pair]) -> tuple[float, float, float]:

@@ -2,79 +2,151 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
 
 import numpy as np
+from pydantic import FiniteFloat
 
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
+from evolution.files import Document, Row, Table, Tabled, check_rows, read_json, write_text
+from gym_mapbench.episode import Outcome
+from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.scenario import Scenario
+
+BENCH, BENCH_TABLE = "bench.json", "bench.csv"
+TABLES = ("summary", "runs")
+
+
+class BenchRow(Document):
+    """A run in ``bench.json``; it also has measures."""
+
+    map: str
+    controller: str
+    outcome: Outcome
+    time_s: FiniteFloat
 
 
 @dataclass(frozen=True)
-class BenchRun:
-    """One driven run of a benchmark."""
+class Benchmark(Tabled):
+    """The runs of a benchmark.
 
-    job: Job
-    result: RunResult
+    Args:
+        rows: One row a run, JSON-able: map, controller, repeat, seed, outcome, time (s), length (m), reason, and
+            every measure by name.
+        metrics: Measures that were asked for: they are in the summary as well.
+    """
 
-    def row(self) -> dict[str, Any]:
-        """All fields of the run, JSON-able; a measure that is not a number is None."""
-        measures = {**self.result.metrics, **self.result.timings}
-        return {
-            "map": self.job.scenario.name,
-            "controller": self.job.controller.name,
-            "repeat": self.job.repeat,
-            "seed": self.result.seed,
-            "outcome": self.result.outcome,
-            "time_s": self.result.time_s,
-            "path_length_m": self.result.path_length_m,
-            "reason": self.result.reason,
-            **{name: value if math.isfinite(value) else None for name, value in measures.items() if name != "time"},
-        }
+    rows: tuple[Row, ...]
+    metrics: tuple[str, ...] = ()
+
+    def table(self, name: str = "summary") -> Table:
+        """Return a table.
+
+        Args:
+            name: ``summary`` (one row a map and controller; measures are means over the runs that reached the goal)
+                or ``runs`` (one row a run).
+
+        Raises:
+            ConfigError: If there is no such table.
+        """
+        if (name or "summary") not in TABLES:
+            raise unknown_name("table", name, TABLES)
+        return Table(self.rows) if name == "runs" else Table(_summary(rows, self.metrics) for rows in self._groups())
+
+    @property
+    def errors(self) -> list[str]:
+        """Why runs ended in an error, each reason once for a controller on a map."""
+        failed = [row for row in self.rows if row["outcome"] == "error"]
+        return list(dict.fromkeys(f"{row['map']}/{row['controller']}: {row.get('reason', '')}" for row in failed))
+
+    def to_json(self) -> str:
+        """Return one object with ``runs``, as text."""
+        return json.dumps({"runs": list(self.rows)}, indent=1, allow_nan=False) + "\n"
+
+    def save(self, directory: Path) -> None:
+        """Write ``bench.json`` and ``bench.csv``.
+
+        Raises:
+            RunError: If they cannot be written.
+        """
+        write_text(directory / BENCH, self.to_json())
+        write_text(directory / BENCH_TABLE, self.table("runs").to_csv())
+
+    def _groups(self) -> list[list[Row]]:
+        """The runs of each controller on each map."""
+        groups: dict[tuple[str, str], list[Row]] = {}
+        for row in self.rows:
+            groups.setdefault((row["map"], row["controller"]), []).append(row)
+        return list(groups.values())
 
 
-def bench(
-    scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on_run: OnRun | None = None
-) -> list[BenchRun]:
+def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on_run: OnRun | None = None) -> Benchmark:
     """Drive every controller on every scenario as ``plan`` says; in the order of scenarios and controllers."""
     jobs = [job for scenario in scenarios for job in plan.jobs(scenario)]
-    return [BenchRun(job, result) for job, result in zip(jobs, evaluator.run(jobs, on_run), strict=True)]
-
-
-def summary_rows(runs: Sequence[BenchRun]) -> list[tuple[str, ...]]:
-    """One row per map and controller: goals, times and measures of the successful runs, how the others ended.
-
-    The measures are length, clearance, recoveries, and whatever was asked for besides.
-    """
-    groups: dict[tuple[str, str], list[RunResult]] = {}
-    for one in runs:
-        groups.setdefault((one.job.scenario.name, one.job.controller.name), []).append(one.result)
-    asked = runs[0].job.metrics if runs else ()
-    return [(name, controller, *_summary(results, asked)) for (name, controller), results in groups.items()]
-
-
-def _summary(results: Sequence[RunResult], asked: Sequence[str]) -> tuple[str, ...]:
-    good = [result for result in results if result.success]
-    times = np.array([result.time_s for result in good])
-    others = Counter(result.outcome for result in results if not result.success)
-    return (
-        f"{len(good)}/{len(results)}",
-        *(f"{value:.2f}" if len(times) else "-" for value in _spread(times)),
-        _mean([result.path_length_m for result in good]),
-        _mean([result.metrics["min_clearance"] for result in good]),
-        _mean([result.metrics["n_recoveries"] for result in results if result.outcome != "error"]),
-        *(_mean([result.metrics[name] for result in good]) for name in asked),
-        ", ".join(f"{count} {outcome}" for outcome, count in others.items()),
+    return Benchmark(
+        tuple(bench_row(job, result) for job, result in zip(jobs, evaluator.run(jobs, on_run), strict=True)),
+        plan.metrics,
     )
 
 
-def _spread(times: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float, float]:
-    return (times.mean(), times.min(), times.max()) if len(times) else (math.nan,) * 3
+def read_bench(path: str | Path) -> Benchmark:
+    """Read a ``bench.json``, or the directory that holds one.
+
+    Raises:
+        RunError: If there is none, or it holds something else.
+    """
+    path = Path(path)
+    path = path / BENCH if (path / BENCH).is_file() else path
+    if not path.is_file():
+        raise RunError(f"{path}: expected a {BENCH} or the directory of one")
+    rows = read_json(path).get("runs")
+    if not isinstance(rows, list):
+        raise RunError(f"{path}: expected the runs of a benchmark, got {type(rows).__name__}")
+    check_rows(BenchRow, rows, path)
+    return Benchmark(tuple(rows))
 
 
-def _mean(values: Sequence[float]) -> str:
-    return f"{np.mean(values):.2f}" if values else "-"
+def bench_row(job: Job, result: RunResult) -> Row:
+    """Return all fields of a run, JSON-able; a measure that is not a number is None."""
+    measures = {**result.metrics, **result.timings}
+    return {
+        "map": job.scenario.name,
+        "controller": job.controller.name,
+        "repeat": job.repeat,
+        "seed": result.seed,
+        "outcome": result.outcome,
+        "time_s": result.time_s,
+        "path_length_m": result.path_length_m,
+        "reason": result.reason,
+        **{name: value if math.isfinite(value) else None for name, value in measures.items() if name != "time"},
+    }
+
+
+def _summary(rows: Sequence[Row], metrics: Sequence[str]) -> Row:
+    """Goals, times and measures of the runs of one controller on one map, and how those without a goal ended."""
+    good = [row for row in rows if row["outcome"] == "goal"]
+    times = [row["time_s"] for row in good]
+    others = Counter(row["outcome"] for row in rows if row["outcome"] != "goal")
+    return {
+        "map": rows[0]["map"],
+        "controller": rows[0]["controller"],
+        "goals": f"{len(good)}/{len(rows)}",
+        "mean s": _mean(times),
+        "min s": min(times, default=None),
+        "max s": max(times, default=None),
+        "length m": _mean([row.get("path_length_m") for row in good]),
+        "clearance m": _mean([row.get("min_clearance") for row in good]),
+        "recoveries": _mean([row.get("n_recoveries") for row in rows if row["outcome"] != "error"]),
+        **{name: _mean([row.get(name) for row in good]) for name in metrics},
+        "otherwise": ", ".join(f"{count} {outcome}" for outcome, count in others.items()),
+    }
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return float(np.mean(known)) if known else None

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 
+from controllers.base import Controller
+from controllers.navigator import Navigator
+from evolution.api import load_all
 from evolution.commands import options
-from evolution.commands.bench import load_all
 from evolution.commands.progress import console
-from evolution.driving import JobPlan, drive, try_controllers
+from evolution.driving import JobPlan, check_room, drive, try_controllers
 from evolution.pictures import check_display, check_film, save_animation, show_animation
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
+from gym_mapbench.render import SeenCostmap
 
 EXAMPLES = """  mapbench drive runs/first --controller mppi --gif mppi.gif
+  mapbench drive runs/first --controller rpp --noise nominal --show-costmap --gif costmap.gif
   mapbench drive office.yaml --controller rpp --start 1,1,0 --goal 8,6,1.57 --show"""
 
 
@@ -29,6 +34,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--seed", type=options.non_negative, default=0, metavar="N")
     parser.add_argument("--gif", metavar="FILE", help="write the run as an animated picture")
     parser.add_argument("--mp4", metavar="FILE", help="write it as a film (needs ffmpeg)")
+    parser.add_argument(
+        "--show-costmap", action="store_true", help="lay the robot's local costmap over the pictures, as RViz does"
+    )
     parser.add_argument("--show", action="store_true", help="show it in a window")
     parser.set_defaults(run=run)
 
@@ -40,25 +48,39 @@ def run(args: argparse.Namespace) -> int:
         check_film(path)
     if args.show:
         check_display()
-    scenarios = load_all([args.map], args)
+    if args.show_costmap and not (targets or args.show):
+        raise ConfigError("--show-costmap: expected --gif, --mp4 or --show beside it")
+    scenarios = load_all([args.map], args.start, args.goal)
     if args.scenario > len(scenarios):
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")
     scenario = scenarios[args.scenario - 1]
     settings = options.drive_settings(args)
-    options.check_room([scenario], settings)
+    check_room([scenario], settings)
     controllers = options.listed_controllers(args.controller)
     if len(controllers) != 1:
         raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
     try_controllers(controllers, settings)
-    plan = JobPlan(controllers, settings, args.seed)
-    episode = drive(plan.jobs(scenario)[0])
+    (job,) = JobPlan(controllers, settings, args.seed).jobs(scenario)
+    seen: list[SeenCostmap] = []
+    episode = drive(job, partial(_look, seen) if args.show_costmap else None)
     _print(episode)
     for path in targets:
-        save_animation(episode, settings.environment.robot, path)
+        save_animation(episode, settings.environment.robot, path, seen)
         console.print(f"wrote {path}")
     if args.show:
-        show_animation(episode, settings.environment.robot)
+        show_animation(episode, settings.environment.robot, seen)
     return 0
+
+
+def _look(seen: list[SeenCostmap], controller: Controller) -> None:
+    """Keep the controller's local costmap.
+
+    Raises:
+        ConfigError: If it has none.
+    """
+    if not isinstance(controller, Navigator):
+        raise ConfigError("--show-costmap: expected one of Nav2's controllers; this one keeps no costmap")
+    seen.append(controller.seen_costmap)
 
 
 def _print(episode: Episode) -> None:

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, PlannerPlugin, load_preset, read_nav2_params
 from evolution.commands.progress import note
-from evolution.driving import EXECUTORS, ControllerSpec, DriveSettings
+from evolution.driving import EXECUTORS, ControllerSpec, DriveSettings, available_cores
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
-from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import FAMILIES
 from gym_mapbench.noise import NOISES
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.registry import Registry
 from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.scenario import Pose
 
 
 def example_parser(
@@ -58,7 +56,7 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         help="whether touching a wall ends the run or the robot slides on, as in Gazebo",
     )
     group.add_argument(
-        "--noise", metavar="NAME", help=f"noise of sensors, actuators and the start pose: {names_in(NOISES)}"
+        "--noise", metavar="NAME", help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)}"
     )
 
 
@@ -95,6 +93,24 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
     """Add ``--start`` and ``--goal``."""
     parser.add_argument("--start", type=pose, metavar="X,Y,YAW", help="start pose, m and rad")
     parser.add_argument("--goal", type=pose, metavar="X,Y,YAW", help="goal pose, m and rad")
+
+
+def add_family_option(group: argparse._ActionsContainer, default: str) -> None:
+    """Add ``--family``."""
+    group.add_argument(
+        "--family",
+        type=names,
+        metavar="A,B,..",
+        help=f"kinds of maps to draw, all as likely: {names_in(FAMILIES)} (default: {default})",
+    )
+
+
+def names(text: str) -> tuple[str, ...]:
+    """Read names separated by commas."""
+    parts = tuple(part.strip() for part in text.split(","))
+    if not all(parts):
+        raise argparse.ArgumentTypeError(f"expected names separated by commas, got {text!r}")
+    return parts
 
 
 def positive(text: str) -> int:
@@ -164,29 +180,9 @@ def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
     return controllers_from(names)
 
 
-def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
-    """Refuse maps on none of which the robot can stand at start and goal.
-
-    Where it can on some, runs on the others end in ``error`` with the reason.
-
-    Raises:
-        ConfigError: Naming the first of the maps.
-    """
-    problems = []
-    for scenario in scenarios:
-        try:
-            check_clearance(scenario, settings.environment.robot)
-        except ConfigError as error:
-            problems.append(f"{scenario.name}: {error}")
-        else:
-            return
-    if problems:
-        raise ConfigError(problems[0])
-
-
 def workers_of(args: argparse.Namespace) -> int:
     """Number of worker processes: as asked for, or all cores."""
-    return args.workers or len(os.sched_getaffinity(0))
+    return args.workers or available_cores()
 
 
 def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) -> DriveSettings:

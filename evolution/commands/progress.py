@@ -8,9 +8,12 @@ from types import TracebackType
 from typing import Self
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table as Grid
 
 from evolution.driving import Job, RunResult
+from evolution.files import Table
 from evolution.search import Progress as Generation
 
 PIPE_WIDTH = 160
@@ -21,6 +24,16 @@ errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
 def note(text: str) -> None:
     """Say something on standard error, apart from the results; one line where nobody watches."""
     errors.print(text, highlight=False, markup=False, soft_wrap=not errors.is_terminal)
+
+
+def print_table(table: Table) -> None:
+    """Show a table on standard output, numbers to the right."""
+    grid = Grid(title=table.title or None, title_justify="left")
+    for name in table.columns:
+        grid.add_column(name, justify="right" if table.numeric(name) else "left")
+    for cells in table.cells():
+        grid.add_row(*map(escape, cells))
+    console.print(grid)
 
 
 class RunsPerSecond:
@@ -45,7 +58,7 @@ class Bar:
         columns: Shown after it; the field ``state`` is a text.
     """
 
-    def __init__(self, what: str, total: float, *columns: ProgressColumn) -> None:
+    def __init__(self, what: str, total: float | None, *columns: ProgressColumn) -> None:
         self.bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -66,14 +79,14 @@ class Bar:
 
 
 class WorkBar(Bar):
-    """A bar over a known amount of work; ``evaluations`` of a search or runs of a benchmark.
+    """A bar over evaluations of a search or runs of a benchmark.
 
     Args:
         what: Shown before the bar.
-        total: Amount of work.
+        total: Amount of work; None where the first finished run says how many are left.
     """
 
-    def __init__(self, what: str, total: int) -> None:
+    def __init__(self, what: str, total: int | None = None) -> None:
         self.speed = RunsPerSecond()
         state = TextColumn("{task.fields[state]}")
         super().__init__(what, total, TextColumn("{task.completed:.0f}/{task.total:.0f}"), state, TimeRemainingColumn())
@@ -95,8 +108,9 @@ class WorkBar(Bar):
         """Count one driven run of a search."""
         self.speed.runs += 1
 
-    def advance(self, job: Job, result: RunResult, _left: int) -> None:
+    def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a benchmark."""
         self.speed.runs += 1
+        self.bar.update(self.task, total=self.speed.runs + left)
         state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed.rate:.1f} runs/s"
         self.bar.update(self.task, advance=1, state=state)

@@ -4,33 +4,33 @@ from __future__ import annotations
 
 import argparse
 import math
-from dataclasses import replace
-from pathlib import Path
 
 from rich.progress import TaskProgressColumn, TextColumn
-from rich.table import Table
+from rich.table import Table as Grid
 
+from evolution.api import study
 from evolution.commands import options
-from evolution.commands.progress import Bar, console, errors, note
+from evolution.commands.progress import Bar, RunsPerSecond, console, errors, note, print_table
+from evolution.driving import Job, RunResult
+from evolution.files import Row, Table
 from evolution.report import write_report
 from evolution.studies import (
-    NAV2,
     StudyAnalysis,
-    StudyDir,
     StudyProgress,
-    StudySettings,
+    StudyResults,
+    SweepResults,
     analyse,
-    is_study,
-    load_study,
-    run_study,
+    study_in,
     study_names,
     summary_rows,
     verdict_of,
 )
-from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.errors import RunError
 
+RUNS_PER_LINE = 100
 EXAMPLES = """  mapbench study quick                             a few minutes, every method once
   mapbench study thesis --out runs/thesis          chapter 5, and beyond
+  mapbench study noise --runs 20                   what noise does, on 20 maps
   mapbench study runs/thesis --resume              after an interruption
   mapbench study thesis --out runs/part --only gini_40,random --runs 8
   mapbench report runs/thesis                      the page again"""
@@ -48,50 +48,67 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     parser.add_argument("--out", metavar="DIR", help="study directory (default runs/study-NAME)")
     parser.add_argument("--resume", action="store_true", help="continue the study in the directory")
-    parser.add_argument("--only", metavar="A,B,..", help="run only these configurations now; the others stay missing")
-    parser.add_argument("--runs", type=options.positive, metavar="N", help="run only the first N seeds now")
+    parser.add_argument("--only", metavar="A,B,..", help="run only these configurations (or worlds) now")
+    parser.add_argument("--runs", type=options.positive, metavar="N", help="run only the first N seeds (or maps) now")
     options.add_workers_options(parser)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run or continue, write tables, figures and the page, and print the verdict."""
-    settings, directory = _study(args)
+    """Run or continue, write tables and figures, and print what came out."""
     only = None if args.only is None else [name.strip() for name in args.only.split(",")]
+    settings, directory = study_in(args.study, args.out, resume=args.resume)
     with StudyBar(settings.name) as bar:
-        results = run_study(
+        results = study(
             settings,
-            directory,
+            out=directory,
             resume=args.resume,
             only=only,
             runs=args.runs,
-            workers=options.workers_of(args),
-            engine=replace(NAV2, executor=args.executor),
+            workers=args.workers,
+            executor=args.executor,
             on_progress=bar.show,
+            on_run=bar.advance,
         )
+    return _show_sweep(results) if isinstance(results, SweepResults) else _show_study(results)
+
+
+def _show_study(results: StudyResults) -> int:
+    """Write the page and print the verdict."""
     analysis = analyse(results)
-    page = write_report(directory, analysis=analysis, on_step=note)
+    page = write_report(results.path, analysis=analysis, on_step=note)
     _print(analysis)
-    console.print(f"Look at {page}, and at {directory / 'tables'} and {directory / 'figures'}.", highlight=False)
+    console.print(f"Look at {page}, and at {results.path / 'tables'} and {results.path / 'figures'}.", highlight=False)
     if results.failed:
         raise RunError(f"{results.failed} runs could not be made (see missing, above); --resume tries them again")
     return 0
 
 
-def _study(args: argparse.Namespace) -> tuple[StudySettings, Path]:
-    """The study and its directory; a directory to be resumed says itself which study it is."""
-    if args.resume and is_study(args.study):
-        if args.out is not None:
-            raise ConfigError(f"--out: expected none beside the study directory {args.study}")
-        return StudyDir.open(args.study).settings, Path(args.study)
-    settings = load_study(args.study)
-    return settings, Path(args.out or Path("runs") / f"study-{settings.name}")
+def _show_sweep(results: SweepResults) -> int:
+    """Print what every world changes, with intervals of 95 %."""
+    rows = [
+        {
+            "world": row["world"],
+            "controller": row["controller"],
+            "n": row["n"],
+            **{name: _with_interval(row, name) for name in ("success", "gained", "time_ratio", "recoveries")},
+            "changed": f"{row['changed']:.3f}",
+        }
+        for row in results.table()
+    ]
+    print_table(Table(rows, f"{results.settings.name}: each world beside the first, 95 % intervals in brackets"))
+    console.print(f"Look at {results.path / 'figures'} and {results.path / 'effects.csv'}.", highlight=False)
+    return 0
+
+
+def _with_interval(row: Row, name: str) -> str:
+    return f"{row[name]:.3f} [{row[f'{name}_low']:.3f}, {row[f'{name}_high']:.3f}]"
 
 
 def _print(analysis: StudyAnalysis) -> None:
     """Show Table 5.2, the verdict, and what is missing."""
     for comparison in analysis.comparisons:
-        table = Table(title=f"Best fitness of a run: {comparison.title}", title_justify="left")
+        table = Grid(title=f"Best fitness of a run: {comparison.title}", title_justify="left")
         columns = ("configuration", "n", "mean", "std", "median", "ci_low", "ci_high")
         for column in columns:
             table.add_column(column, justify="left" if column == "configuration" else "right")
@@ -114,6 +131,7 @@ class StudyBar(Bar):
     """Progress over the whole study: a bar where somebody watches, a line a run where output is kept."""
 
     def __init__(self, name: str) -> None:
+        self.speed = RunsPerSecond()
         super().__init__(name, 1.0, TaskProgressColumn(), TextColumn("{task.fields[state]}"))
 
     def show(self, progress: StudyProgress) -> None:
@@ -124,6 +142,15 @@ class StudyBar(Bar):
         self.bar.update(self.task, completed=progress.fraction, state=f"{state}, {speed}{left}")
         if not errors.is_terminal and progress.step == "done":
             print(f"{state}; {100 * progress.fraction:.0f} % of the work done, {speed}{left}", flush=True)
+
+    def advance(self, job: Job, result: RunResult, left: int) -> None:
+        """Show one finished run of a sweep."""
+        self.speed.runs += 1
+        whole = self.speed.runs + left
+        state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed.rate:.1f} runs/s"
+        self.bar.update(self.task, completed=self.speed.runs / whole, state=state)
+        if not errors.is_terminal and (left == 0 or self.speed.runs % RUNS_PER_LINE == 0):
+            print(f"{self.speed.runs} of {whole} runs driven, {self.speed.rate:.1f} runs/s", flush=True)
 
 
 def duration(seconds: float) -> str:

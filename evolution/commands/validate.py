@@ -12,6 +12,7 @@ from rich.table import Table
 from evolution.commands import options
 from evolution.commands.progress import console, errors
 from evolution.validation import (
+    LayersOracle,
     Measure,
     Oracle,
     closed_loop_measures,
@@ -19,6 +20,7 @@ from evolution.validation import (
     disagreements,
     drive_recorded,
     dwb_measures,
+    layer_measures,
     mppi_measures,
     navfn_measures,
     rpp_measures,
@@ -26,7 +28,8 @@ from evolution.validation import (
 
 EXAMPLES = """  mapbench validate nav2-oracle
   mapbench validate nav2-oracle --format json > validation.json
-  mapbench validate nav2-oracle --units-only           single calls only, a few seconds"""
+  mapbench validate nav2-oracle --units-only           single calls only, a few seconds
+  mapbench validate nav2-oracle-layers                 what the sensor layers make of recorded scans"""
 
 UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, mppi_measures)
 
@@ -34,7 +37,10 @@ UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, m
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(
-        subparsers, "validate", "Compare costmaps, plans, commands and whole runs with recorded Nav2 results.", EXAMPLES
+        subparsers,
+        "validate",
+        "Compare costmaps, layers, plans, commands and runs with recorded Nav2 results.",
+        EXAMPLES,
     )
     parser.add_argument("directory", metavar="DIR", help="recorded results in the oracle's format")
     parser.add_argument("--format", choices=("table", "json"), default="table")
@@ -45,13 +51,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Measure and print."""
-    oracle = Oracle(args.directory)
-    measures = [measure for take in UNIT_MEASURES for measure in take(oracle)]
-    differing: list[str] = []
-    if not args.units_only:
-        driven = drive_recorded(oracle, options.workers_of(args))
-        measures += closed_loop_measures(driven)
-        differing = disagreements(driven)
+    measures, differing = measure_layers(args) if LayersOracle.is_in(args.directory) else measure_navigation(args)
     if args.format == "json":
         print(json_of(measures, differing))
     else:
@@ -59,6 +59,21 @@ def run(args: argparse.Namespace) -> int:
         for line in differing:
             errors.print(f"differs: {line}", highlight=False)
     return 0
+
+
+def measure_layers(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
+    """Measure against recorded costmap layers; nothing is driven, so nothing ends otherwise."""
+    return layer_measures(LayersOracle(args.directory)), []
+
+
+def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
+    """Measure against recorded costmaps, plans, commands and runs; the runs that ended otherwise are named."""
+    oracle = Oracle(args.directory)
+    measures = [measure for take in UNIT_MEASURES for measure in take(oracle)]
+    if args.units_only:
+        return measures, []
+    driven = drive_recorded(oracle, options.workers_of(args))
+    return measures + closed_loop_measures(driven), disagreements(driven)
 
 
 def json_of(measures: Sequence[Measure], differing: Sequence[str]) -> str:

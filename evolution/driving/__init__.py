@@ -21,11 +21,12 @@ from evolution.driving.jobs import (
     check_controllers,
     check_metric,
 )
+from evolution.driving.launching import available_cores
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.seeds import derive_seed
 from evolution.driving.store import ResultStore
 from evolution.driving.warmup import warm_up
-from evolution.driving.worker import DriveSettings, drive, run_job, try_controllers
+from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers
 
 __all__ = [
     "EXECUTORS",
@@ -44,8 +45,10 @@ __all__ = [
     "RunResult",
     "RunSettings",
     "SetResults",
+    "available_cores",
     "check_controllers",
     "check_metric",
+    "check_room",
     "derive_seed",
     "drive",
     "environment_for",

@@ -147,7 +147,7 @@ class Evaluator:
                 yield job, replace(result, attempts=attempts[job.key], seed=job.seed)
             dead_pools = 0 if answered else dead_pools + 1
             if dead_pools == MAX_DEAD_POOLS:
-                raise RunError("workers die before their first run (is run_job importable, and the script guarded?)")
+                raise RunError("workers die before their first run (is run_job importable?)")
 
     def _round(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, RunResult]]:
         """Try every job once; what a broken executor lost is not answered."""

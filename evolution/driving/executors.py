@@ -18,12 +18,12 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing.context import BaseContext
 from typing import Any, TypeVar
 
 from pebble import ProcessPool
 
 from evolution.driving.jobs import Job, RunResult
+from evolution.driving.launching import worker_context
 from gym_mapbench.registry import Registry, must_be_callable
 
 RunJob = Callable[[Job], RunResult]
@@ -59,10 +59,6 @@ class Crew:
 
 class Processes(Executor):
     """Worker processes of this machine, one job each at a time; a job that takes too long is killed with its process.
-
-    Workers come from a *fork server* (a clean process without threads that has imported the code of the job once; a
-    replaced worker is there in milliseconds), or are spawned where there is none. Plain ``fork`` would copy a process
-    with threads (the pool's own, BLAS), which may deadlock.
 
     Args:
         crew: What is asked for.
@@ -145,12 +141,3 @@ def error_result(reason: str) -> RunResult:
 def one_line(error: BaseException) -> str:
     """Say type and text of an error in one short line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:MAX_REASON]
-
-
-def worker_context(modules: tuple[str, ...]) -> BaseContext:
-    """Return how workers are started; a fork server imports ``modules`` once for all of them."""
-    if "forkserver" not in multiprocessing.get_all_start_methods():
-        return multiprocessing.get_context("spawn")
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(list(modules))
-    return context

@@ -21,6 +21,7 @@ from evolution.files import PACKAGE_VERSION
 from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.metrics import METRICS
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
 
@@ -59,6 +60,11 @@ class RunSettings(Protocol):
     @property
     def time_limit(self) -> float:
         """Simulated seconds after which a run is a timeout."""
+        ...
+
+    @property
+    def robot(self) -> RobotSpec:
+        """Who drives; families of maps are drawn so that it can."""
         ...
 
     def model_dump(self, *, mode: str = ...) -> dict[str, Any]:
@@ -216,8 +222,12 @@ def check_metric(name: str) -> str:
 
 
 def asked_for(names: Iterable[str]) -> tuple[str, ...]:
-    """Return those of the named metrics that are not measured on every run anyway, each once."""
-    checked = dict.fromkeys(check_metric(name) for name in names)
+    """Return those of the named metrics that are not measured on every run anyway, each once.
+
+    Raises:
+        ConfigError: If there is no metric of a name, or workers cannot find it.
+    """
+    checked = dict.fromkeys(METRICS.for_workers(check_metric(name)) for name in names)
     return tuple(name for name in checked if name not in (TIME, *METRICS.built_in))
 
 

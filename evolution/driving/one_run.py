@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,7 @@ def run_episode(
     name: str,
     seed: int,
     noise_seed: int | None = None,
+    watch: Callable[[Controller], object] | None = None,
 ) -> Episode:
     """Drive ``scenario`` once, from reset to the end.
 
@@ -53,6 +55,7 @@ def run_episode(
         name: Name under which the controller is reported.
         seed: Seed of the controller's generator, and of the env's unless ``noise_seed`` is given.
         noise_seed: Seed of the env's own noise; the same for all controllers gives common random numbers.
+        watch: Called with the controller after every command that is driven.
 
     Returns:
         The recorded run.
@@ -67,6 +70,8 @@ def run_episode(
         log.controller_seconds += time.perf_counter() - began
         if getattr(controller, "status", "running") != "running":
             break
+        if watch is not None:
+            watch(controller)
         observation, _, _, _, info = env.step(np.asarray(command, dtype=np.float64))
         log.add(command, info)
     outcome, reason = _outcome(controller, info)
@@ -97,7 +102,7 @@ def _context(config: EnvConfig, scenario: Scenario, seed: int) -> Context:
         goal=scenario.goal,
         control_period=1.0 / config.control_hz,
         rng=np.random.default_rng(seed),
-        lidar=config.lidar,
+        lidar=config.mounted_lidar,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from pydantic import field_validator
@@ -10,12 +10,17 @@ from pydantic import field_validator
 from controllers.base import Controller
 from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
 from controllers.navigator import Navigator
-from controllers.registry import make_controller
+from controllers.registry import CONTROLLERS, make_controller
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import environment_for, run_episode
+from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.episode import Episode
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
+from gym_mapbench.planners import PLANNERS
+from gym_mapbench.robot import RobotSpec
+from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
 
 
@@ -42,6 +47,11 @@ class DriveSettings(Settings):
         """Simulated seconds after which a run is a timeout."""
         return self.environment.time_limit
 
+    @property
+    def robot(self) -> RobotSpec:
+        """The robot that drives."""
+        return self.environment.robot
+
 
 def load_navigation(name: str) -> NavigationParams:
     """Load a preset by name, or a user's ``nav2_params.yaml``."""
@@ -62,22 +72,50 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
     """Make every controller once, so that what cannot drive is said before anything is driven.
 
     Raises:
-        ConfigError: Naming the first that cannot be made, or that would not fit the world's rate of control.
+        ConfigError: Naming the first that cannot be made, that workers cannot find, or that would not fit the world's
+            rate of control.
     """
+    PLANNERS.for_workers(settings.navigation.planner.name)
     for spec in specs:
+        CONTROLLERS.for_workers(spec.registered_name)
         controller = build_controller(spec, settings)
         if isinstance(controller, Navigator):
             controller.check_frequency(1.0 / settings.environment.control_hz)
 
 
-def drive(job: Job) -> Episode:
-    """Drive a job and return the whole recorded run."""
+def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
+    """Refuse maps on none of which the robot can stand at start and goal.
+
+    Where it can on some, runs on the others end in ``error`` with the reason.
+
+    Raises:
+        ConfigError: Naming the first of the maps.
+    """
+    problems = []
+    for scenario in scenarios:
+        try:
+            check_clearance(scenario, settings.environment.robot)
+        except ConfigError as error:
+            problems.append(f"{scenario.name}: {error}")
+        else:
+            return
+    if problems:
+        raise ConfigError(problems[0])
+
+
+def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Episode:
+    """Drive a job and return the whole recorded run.
+
+    Args:
+        job: The run.
+        watch: Called with the controller after every command that is driven.
+    """
     if not isinstance(job.settings, DriveSettings):
         raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
     controller = build_controller(job.controller, job.settings)
     env = environment_for(job.settings.environment, controller, own_goal_check=job.settings.own_goal_check)
     return run_episode(
-        env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed
+        env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed, watch=watch
     )
 
 

@@ -6,7 +6,7 @@ read from one, checked; an error of one line where it is not what it should be.
 
 from __future__ import annotations
 
-from evolution.files.directories import DirectoryKind, differences
+from evolution.files.directories import DirectoryKind, differences, new_directory
 from evolution.files.documents import Document, Versions, check, check_rows
 from evolution.files.plain import (
     Row,
@@ -23,6 +23,7 @@ from evolution.files.plain import (
     write_json,
     write_text,
 )
+from evolution.files.table import Table, Tabled
 from evolution.files.versions import PACKAGE_VERSION, written_elsewhere
 
 __all__ = [
@@ -30,6 +31,8 @@ __all__ = [
     "DirectoryKind",
     "Document",
     "Row",
+    "Table",
+    "Tabled",
     "Versions",
     "WriteError",
     "append_line",
@@ -38,6 +41,7 @@ __all__ = [
     "csv_of",
     "differences",
     "make_directory",
+    "new_directory",
     "npz_of",
     "read_csv",
     "read_json",

@@ -50,9 +50,11 @@ class DirectoryKind:
             ConfigError: If there is anything there already; nothing is changed.
             RunError: If it cannot be made.
         """
-        _refuse_used(path, self.mark, self.what)
+        if self.holds(path):
+            what = f"already holds a {self.what}"
+            raise ConfigError(f"{path}: {what}; continue it with --resume, or choose another directory")
+        new_directory(path)
         config = {"format": self.format, "format_version": self.format_version, **versions(), **document}
-        make_directory(path)
         write_json(path / self.mark, config)
         return config
 
@@ -97,11 +99,15 @@ def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, 
         yield name, was, now
 
 
-def _refuse_used(path: Path, mark: str, what: str) -> None:
-    """Refuse a path that holds something; hidden files (half-written ones among them) do not count."""
+def new_directory(path: Path) -> None:
+    """Make a directory, or take an empty one; hidden files (half-written ones among them) do not count.
+
+    Raises:
+        ConfigError: If it holds anything; nothing is changed.
+        RunError: If it cannot be made.
+    """
     if path.exists() and not path.is_dir():
         raise ConfigError(f"{path}: expected a new directory, got a file")
-    if (path / mark).exists():
-        raise ConfigError(f"{path}: already holds a {what}; continue it with --resume, or choose another directory")
     if path.is_dir() and any(not entry.name.startswith(".") for entry in path.iterdir()):
         raise ConfigError(f"{path}: expected a new or empty directory, got one that holds other files")
+    make_directory(path)

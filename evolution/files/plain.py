@@ -88,7 +88,7 @@ def csv_of(rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
-TEXT_COLUMN = re.compile(r"map(_\d+|_set)?|best_map_set|controller|outcome|reason")
+TEXT_COLUMN = re.compile(r"map(_\d+|_set)?|best_map_set|world|controller|outcome|reason")
 
 
 def read_csv(path: Path) -> list[Row]:

@@ -7,11 +7,13 @@ equal bytes.
 from __future__ import annotations
 
 from evolution.pictures.animation import check_display, check_film, save_animation, show_animation
+from evolution.pictures.map_table import maps_figure
 from evolution.pictures.plots import (
     box_figure,
     colour_of,
     critical_difference_figure,
     curse_figure,
+    effects_figure,
     save_figure,
     spread_figure,
     times_figure,
@@ -36,6 +38,8 @@ __all__ = [
     "critical_difference_figure",
     "curse_figure",
     "drive_best",
+    "effects_figure",
+    "maps_figure",
     "save_animation",
     "save_figure",
     "show_animation",

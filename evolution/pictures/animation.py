@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from PIL import Image
 
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError, RunError
-from gym_mapbench.render import Snapshot, Window, draw
+from gym_mapbench.render import SeenCostmap, Snapshot, Window, draw
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose
 
@@ -25,18 +25,24 @@ FFMPEG = "ffmpeg"
 Frame = NDArray[np.uint8]
 
 
-def frames(episode: Episode, robot: RobotSpec, size: int = 480) -> Iterator[Frame]:
+Seen = Sequence[SeenCostmap]
+
+
+def frames(episode: Episode, robot: RobotSpec, size: int = 480, seen: Seen = ()) -> Iterator[Frame]:
     """Draw a run: ``(height, width, 3)`` uint8 frames, at most 400, evenly spaced in time, the last one held.
 
     Args:
         episode: The recorded run.
         robot: The robot that drove it.
         size: Length of the longer side, pixels.
+        seen: A costmap for every control step, to lay over the map; none if empty.
     """
     path = episode.path if len(episode.path) else None
     for row in frame_rows(len(episode.trajectory)):
         pose = Pose(*episode.trajectory[row, :3].tolist())
-        yield draw(Snapshot(episode.scenario, robot, pose, episode.trajectory[: row + 1, :2], path), size)
+        overlay = seen[min(row, len(seen) - 1)] if seen else None
+        trail = episode.trajectory[: row + 1, :2]
+        yield draw(Snapshot(episode.scenario, robot, pose, trail, path, seen=overlay), size)
 
 
 def frame_rows(count: int) -> list[int]:
@@ -76,34 +82,34 @@ def check_display() -> None:
         raise ConfigError("show: expected a display for a window, got none; a .gif needs none")
 
 
-def save_animation(episode: Episode, robot: RobotSpec, path: Path) -> None:
-    """Write a run as ``.gif`` or ``.mp4``, 20 frames a second.
+def save_animation(episode: Episode, robot: RobotSpec, path: Path, seen: Seen = ()) -> None:
+    """Write a run as ``.gif`` or ``.mp4``, 20 frames a second; ``seen`` as for :func:`frames`.
 
     Raises:
         ConfigError: As :func:`check_film`.
         RunError: If ``ffmpeg`` is missing or fails.
     """
     check_film(path)
-    _WRITERS[path.suffix](episode, robot, path)
+    _WRITERS[path.suffix](episode, robot, path, seen)
 
 
-def show_animation(episode: Episode, robot: RobotSpec) -> None:
-    """Show a run in a window."""
+def show_animation(episode: Episode, robot: RobotSpec, seen: Seen = ()) -> None:
+    """Show a run in a window; ``seen`` as for :func:`frames`."""
     window = Window()
-    for frame in frames(episode, robot):
+    for frame in frames(episode, robot, seen=seen):
         window.show(frame, 1.0 / FRAMES_PER_SECOND)
     window.close()
 
 
-def _save_gif(episode: Episode, robot: RobotSpec, path: Path) -> None:
-    pictures = [Image.fromarray(frame).quantize(GIF_COLOURS) for frame in frames(episode, robot, size=360)]
+def _save_gif(episode: Episode, robot: RobotSpec, path: Path, seen: Seen) -> None:
+    pictures = [Image.fromarray(frame).quantize(GIF_COLOURS) for frame in frames(episode, robot, 360, seen)]
     durations = [1000 // FRAMES_PER_SECOND] * (len(pictures) - 1) + [1500]
     pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=durations, loop=0, optimize=True)
 
 
-def _save_mp4(episode: Episode, robot: RobotSpec, path: Path) -> None:
+def _save_mp4(episode: Episode, robot: RobotSpec, path: Path, seen: Seen) -> None:
     """Hand the raw frames to ffmpeg; an even size is what its common codec takes."""
-    drawn = [frame[: len(frame) // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames(episode, robot)]
+    drawn = [frame[: len(frame) // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames(episode, robot, seen=seen)]
     height, width, _ = drawn[0].shape
     options = f"-y -f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {FRAMES_PER_SECOND} -i - -pix_fmt yuv420p".split()
     done = subprocess.run(

@@ -37,13 +37,13 @@ def round_of(names: Sequence[str], name: str) -> int:
 
 
 def new_figure(
-    columns: int = 1, width: float = 6.4, height: float = 4.2, sharey: bool = False
+    columns: int = 1, width: float = 6.4, height: float = 4.2, sharey: bool = False, rows: int = 1
 ) -> tuple[Figure, NDArray[Any]]:
-    """Make a figure of ``columns`` axes side by side without touching pyplot's global state."""
+    """Make a figure of ``rows`` times ``columns`` axes without touching pyplot's global state."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, np.atleast_1d(figure.subplots(1, columns, sharey=sharey))
+    return figure, np.atleast_1d(figure.subplots(rows, columns, sharey=sharey))
 
 
 def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = ("png", "svg")) -> list[Path]:
@@ -169,6 +169,47 @@ def _look(names: Sequence[str], name: str) -> dict[str, Any]:
 def _legend_below(figure: Figure, **entries: Any) -> None:
     """A legend that covers nothing, however many names there are."""
     figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=3, **entries)
+
+
+EFFECTS = {
+    "success": ("runs at the goal", None),
+    "time_ratio": ("time / time in the first world", 1.0),
+    "recoveries": ("recoveries a run", 0.0),
+}
+"""Quantities of a sweep: the axis' label, and the value that means no effect."""
+
+
+def effects_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
+    """Success, time and recoveries of every controller in every world of a sweep, with 95 % intervals.
+
+    Args:
+        rows: One a world and controller: ``world``, ``controller``, each quantity of :data:`EFFECTS`, and its interval
+            under the quantity's name with ``_low`` and ``_high``.
+    """
+    worlds = list(dict.fromkeys(row["world"] for row in rows))
+    names = list(dict.fromkeys(row["controller"] for row in rows))
+    figure, panels = new_figure(len(EFFECTS), width=3.7 * len(EFFECTS), height=1.3 + 0.42 * len(worlds), sharey=True)
+    for axes, (quantity, (label, neutral)) in zip(panels, EFFECTS.items(), strict=True):
+        for place, name in enumerate(names):
+            own = [row for row in rows if row["controller"] == name]
+            at = [worlds.index(row["world"]) + 0.2 * (place - (len(names) - 1) / 2) for row in own]
+            _intervals(axes, own, quantity, at, **_look(names, name), label=name)
+        if neutral is not None:
+            axes.axvline(neutral, color="#999999", linewidth=0.8, zorder=0)
+        axes.set_xlabel(label)
+        axes.grid(axis="y", color="#eeeeee")
+    panels[0].set_yticks(range(len(worlds)), worlds)
+    panels[0].invert_yaxis()
+    _legend_below(figure, handles=panels[0].get_legend_handles_labels()[0])
+    return figure
+
+
+def _intervals(axes: Axes, rows: Sequence[Mapping[str, Any]], quantity: str, at: Sequence[float], **look: Any) -> None:
+    """One quantity of some rows along x, with its interval where there is one."""
+    values = np.array([row[quantity] for row in rows], dtype=float)
+    low, high = (np.array([row[f"{quantity}_{end}"] for row in rows], dtype=float) for end in ("low", "high"))
+    reach = np.nan_to_num(np.maximum([values - low, high - values], 0.0))
+    axes.errorbar(values, at, xerr=reach, linestyle="none", markersize=5, elinewidth=1.2, capsize=2, **look)
 
 
 def box_figure(

@@ -6,13 +6,14 @@ In: the generations of a search; :class:`RunDir` records them in plain files. Ou
 
 from __future__ import annotations
 
-from evolution.runs.directory import CONFIG, STORE, RunDir
+from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
 from evolution.runs.loading import LoadedRun, driven_maps, load_run
 from evolution.runs.results import errors_in, results_document, results_in
 
 __all__ = [
     "CONFIG",
+    "RUN",
     "STORE",
     "LoadedRun",
     "RunDir",

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from evolution.driving import RESULT_FIELDS, RUN_COLUMNS, RunResult
-from evolution.files import Row, read_npz
+from evolution.files import Row, Table, Tabled, read_npz
 from evolution.runs.directory import MAPS, RunDir, controllers_in
 from evolution.search import MapResults
-from gym_mapbench.errors import RunError
+from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import MapSet
 
 
 @dataclass(frozen=True)
-class LoadedRun:
+class LoadedRun(Tabled):
     """A run read back, as far as it has come; tables are lists of rows with numbers as numbers.
 
     Args:
@@ -42,6 +43,33 @@ class LoadedRun:
     best: MapSet
     best_results: Mapping[str, Any]
     timing: list[Row]
+
+    def table(self, name: str = "best") -> Table:
+        """Return a table.
+
+        Args:
+            name: ``best`` (the best map set: a row a map, every controller's mean time in s, and how the fitness reads
+                the map), ``generations``, ``individuals`` or ``runs`` (the files of these names).
+
+        Raises:
+            ConfigError: If there is no such table.
+        """
+        tables = {"best": self._best_rows(), "generations": self.generations, "individuals": self.individuals}
+        tables["runs"] = self.runs
+        if (name or "best") not in tables:
+            raise unknown_name("table", name, tables)
+        title = f"Best map set, fitness {self.best_results['fitness']:.4f}" if name in ("", "best") else ""
+        return Table(tables[name or "best"], title)
+
+    def _best_rows(self) -> list[Row]:
+        return [
+            {
+                "map": entry["name"],
+                **{f"{name}, s": _time_or_outcome(entry["runs"][name]) for name in self.controllers},
+                "reading": entry["reading"],
+            }
+            for entry in self.best_results["maps"]
+        ]
 
     @property
     def finished(self) -> bool:
@@ -113,3 +141,9 @@ def driven_maps(run: LoadedRun, until: int | None = None) -> dict[str, MapResult
 def _result(row: Mapping[str, Any]) -> RunResult:
     metrics = {name: float(value) for name, value in row.items() if name not in RUN_COLUMNS and value is not None}
     return RunResult(**{name: row[name] for name in RESULT_FIELDS}, metrics=metrics, seed=row["seed"])
+
+
+def _time_or_outcome(runs: Sequence[Mapping[str, Any]]) -> float | str:
+    """Mean time of the runs of one controller on one map, s, or how the first without a goal ended."""
+    failed = [run["outcome"] for run in runs if run["outcome"] != "goal"]
+    return str(failed[0]) if failed else fmean(run["time_s"] for run in runs)

@@ -10,6 +10,7 @@ from evolution.search.exact import MAX_MAPS, MapResults, best_set
 from evolution.search.experiments import (
     DEFAULT_CONTROLLERS,
     SECTIONS,
+    check_experiment,
     controllers_from,
     experiment_of,
     load_preset,
@@ -49,6 +50,7 @@ __all__ = [
     "Recorder",
     "best_set",
     "calibrate_scale",
+    "check_experiment",
     "controllers_from",
     "evolve",
     "experiment_of",

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from evolution.driving import ControllerSpec, DriveSettings
+import numpy as np
+
+from evolution.driving import ControllerSpec, DriveSettings, check_room, try_controllers
+from evolution.search.operators.sampling import scenario_on
 from evolution.search.settings import Experiment
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_from
+from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import read_yaml
 
 SECTIONS = ("search", "controllers", "run")
@@ -78,3 +84,27 @@ def _controller(entry: object) -> ControllerSpec:
             raise ConfigError(f"controllers: expected NAME or NAME=KIND, got {entry!r}")
         return ControllerSpec(name=name, kind=kind)
     return ControllerSpec.from_mapping(entry, "controllers")
+
+
+def check_experiment(experiment: Experiment) -> None:
+    """Refuse an experiment that could only fail, before anything is driven.
+
+    Raises:
+        ConfigError: If there is nobody to compare with, a controller cannot drive in this world, the robot does not
+            fit on a map without obstacles, or a family has no map for it.
+    """
+    names, settings = experiment.plan.names, experiment.run
+    if len(names) < 2:
+        raise ConfigError(f"controllers: expected two or more to tell apart, got {names[0]} alone")
+    if not isinstance(settings, DriveSettings):
+        raise TypeError(f"expected DriveSettings, got {type(settings).__name__}")
+    try_controllers(experiment.controllers, settings)
+    check_room([_emptiest(experiment.search.shapes)], settings)
+    for family in experiment.search.families:
+        draw_from(np.random.default_rng(0), [family], experiment.search.shapes, settings.robot)
+
+
+def _emptiest(shapes: ShapeSettings) -> Scenario:
+    """The generated map without obstacles; a robot that does not fit there fits nowhere."""
+    cells = clear_and_border(np.zeros((shapes.size, shapes.size), dtype=np.bool_), shapes)
+    return replace(scenario_on(cells, shapes), name="generated maps")

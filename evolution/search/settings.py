@@ -21,7 +21,7 @@ from evolution.search.operators.changes import OPERATORS
 from evolution.search.patterns import FITNESSES
 from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator import ShapeSettings
+from gym_mapbench.generator import FamilySpecs, ShapeSettings
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.settings import Settings
 
@@ -133,7 +133,10 @@ class EvolveSettings(Settings):
         crossover: ``pool`` (the maps of both parents are shared out anew) or ``position``.
         crossover_probability: p_c.
         mutation: How obstacles change.
-        shapes: Size of the maps and what is drawn on them.
+        families: Of which new maps are drawn, and of which mutation adds pieces: names of
+            :data:`gym_mapbench.generator.FAMILIES`, or mappings of ``name`` and ``options``; all as likely. None:
+            random shapes, as in the thesis.
+        shapes: Size of the maps and what random shapes are like.
     """
 
     fitness: FitnessName = "gini"
@@ -156,6 +159,7 @@ class EvolveSettings(Settings):
     crossover: Literal["pool", "position"] = "pool"
     crossover_probability: Probability = 1.0
     mutation: MutationSettings = MutationSettings()
+    families: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()
 
     @field_validator("metric")

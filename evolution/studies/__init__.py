@@ -8,7 +8,7 @@ In: :class:`StudySettings`, from a file or by the name of a study of the package
     from evolution.studies import load_study, run_study
 
     results = run_study(load_study("quick"), "runs/quick", workers=2)
-    results.dataframe()                # one row a run; needs pandas
+    results.to_pandas()                # one row a run; needs pandas
     results.rows("reevaluation")       # one row for every run on fresh seeds, without pandas
 """
 
@@ -31,12 +31,17 @@ from evolution.studies.analysis.tables import (
 from evolution.studies.analysis.verdict import verdict_of
 from evolution.studies.directory import STUDY, StudyDir, is_study
 from evolution.studies.engine import NAV2, Engine
+from evolution.studies.kinds import AnyStudy, load_definition, study_in
 from evolution.studies.running import StudyProgress, run_study
 from evolution.studies.settings import Configuration, ReevaluationSettings, StudySettings, load_study, study_names
+from evolution.studies.sweep.running import SWEEP, SweepResults, load_sweep, run_sweep
+from evolution.studies.sweep.settings import SweepSettings
 
 __all__ = [
     "NAV2",
     "STUDY",
+    "SWEEP",
+    "AnyStudy",
     "BestSet",
     "Comparison",
     "Configuration",
@@ -49,17 +54,23 @@ __all__ = [
     "StudyResults",
     "StudyRun",
     "StudySettings",
+    "SweepResults",
+    "SweepSettings",
     "analyse",
     "drive_best_sets",
     "fresh_rows",
     "is_study",
+    "load_definition",
     "load_results",
     "load_study",
+    "load_sweep",
     "map_rows",
     "measure_rows",
     "pair_rows",
     "rank_rows",
     "run_study",
+    "run_sweep",
+    "study_in",
     "study_names",
     "summary_rows",
     "test_rows",

@@ -15,6 +15,7 @@ from evolution.studies.directory import StudyDir
 from evolution.studies.engine import Engine
 from evolution.studies.settings import MAX_SEED, Configuration, StudySettings
 from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.noise import read_noise
 
 
 @dataclass(frozen=True)
@@ -107,9 +108,16 @@ def _fresh(settings: StudySettings, experiment: Experiment, engine: Engine, wher
         return None
     document = experiment.document()
     if options.noise is not None:
-        document = overlay(document, {"run": {"environment": {"noise": options.noise}}})
+        document = overlay(document, {"run": {"environment": {"noise": _complete(options.noise, where)}}})
     fresh = engine.read_experiment(document, f"{where}: reevaluation")
     return replace(fresh, search=fresh.search.replace(seed=MAX_SEED, repeats=options.seeds))
+
+
+def _complete(noise: str | dict[str, Any], where: str) -> str | dict[str, Any]:
+    """A level's name, or every one of the settings, so that nothing is left of the search's own."""
+    if isinstance(noise, str):
+        return noise
+    return read_noise(noise, f"{where}: reevaluation.noise").model_dump(mode="json")
 
 
 def take_from_earlier(

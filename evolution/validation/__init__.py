@@ -1,4 +1,4 @@
-"""Validation: our costmaps, planner and controllers against recorded results of Nav2's own code.
+"""Validation: our costmaps, their layers, planner and controllers against recorded results of Nav2's own code.
 
 In: a directory of recorded results. Out: a list of :class:`Measure`, each with its target, the number of cases and the
 worst of them.
@@ -7,12 +7,14 @@ worst of them.
 from __future__ import annotations
 
 from evolution.validation.closed_loop import closed_loop_measures, disagreements, drive_recorded
+from evolution.validation.layers import LayersOracle, layer_measures
 from evolution.validation.measures import Measure
 from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
 from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, rpp_measures
 
 __all__ = [
+    "LayersOracle",
     "Measure",
     "Oracle",
     "closed_loop_measures",
@@ -20,6 +22,7 @@ __all__ = [
     "disagreements",
     "drive_recorded",
     "dwb_measures",
+    "layer_measures",
     "mppi_measures",
     "navfn_measures",
     "rpp_measures",

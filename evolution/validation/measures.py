@@ -48,6 +48,10 @@ class Cases:
         """The median error."""
         return self._measure(float(np.median(self.errors)) if self.errors else np.nan)
 
+    def mean(self) -> Measure:
+        """The mean error."""
+        return self._measure(float(np.mean(self.errors)) if self.errors else np.nan)
+
     def agreement(self, count: int | None = None) -> Measure:
         """One minus the mean error: the share of cases that agree, where errors are 0, 1 or shares.
 

@@ -7,21 +7,18 @@ handed out here has row 0 at the bottom, as everywhere in this project.
 from __future__ import annotations
 
 import itertools
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from evolution.validation.recorded import Arrays, read_arrays, read_config, read_json
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import Pose
-
-Arrays = dict[str, NDArray[Any]]
 
 _REQUIRED = {
     "maps.npz": ("occupied", "map_id"),
@@ -65,9 +62,7 @@ class Oracle:
 
     def __init__(self, directory: str | Path) -> None:
         self.directory = Path(directory)
-        if not self.directory.is_dir():
-            raise MapFormatError(f"{self.directory}: expected a directory of recorded results, found none")
-        self.config: dict[str, Any] = self._json("config.json", dict)
+        self.config = read_config(directory)
         for key in ("presets", "simulation", "controllers", "variants", "planner"):
             if not isinstance(self.config.get(key), dict):
                 raise MapFormatError(f"{self.directory / 'config.json'}: expected a mapping under {key!r}, found none")
@@ -97,13 +92,13 @@ class Oracle:
 
     def runs(self, preset: Preset) -> list[dict[str, Any]]:
         """Records of ``runs_PRESET.json``."""
-        records: list[dict[str, Any]] = self._json(f"runs_{preset.name}.json", list)
+        path = self.directory / f"runs_{preset.name}.json"
+        records: list[dict[str, Any]] = read_json(path, list)
         records = [_NEVER_DRIVEN | record if _was_not_driven(record) else record for record in records]
         needed = ("map", "controller", "variant", "local_costmap", "reason", "strict_success", "time", "min_clearance")
         for position, record in enumerate(records):
             missing = [key for key in needed if not isinstance(record, dict) or key not in record]
             if missing:
-                path = self.directory / f"runs_{preset.name}.json"
                 raise MapFormatError(f"{path}: run {position}: expected {missing[0]!r}, found none")
         return records
 
@@ -118,34 +113,8 @@ class Oracle:
     def arrays(self, name: str, kind: str | None = None) -> Arrays:
         """All arrays of one ``.npz`` file, read once."""
         if name not in self._cache:
-            self._cache[name] = self._load(name, _REQUIRED[kind or name])
+            self._cache[name] = read_arrays(self.directory / name, _REQUIRED[kind or name])
         return self._cache[name]
-
-    def _load(self, name: str, required: tuple[str, ...]) -> Arrays:
-        path = self.directory / name
-        try:
-            with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-                loaded = {key: archive[key] for key in archive.files}
-        except FileNotFoundError:
-            raise MapFormatError(f"{path}: expected recorded results, found no such file") from None
-        except Exception as error:  # numpy and zipfile raise many kinds on broken archives
-            raise MapFormatError(f"{path}: not a readable .npz archive ({error})") from None
-        missing = [key for key in required if key not in loaded]
-        if missing:
-            raise MapFormatError(f"{path}: expected the field {missing[0]!r}, found {sorted(loaded)}")
-        return loaded
-
-    def _json(self, name: str, kind: type) -> Any:
-        path = self.directory / name
-        try:
-            loaded = json.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise MapFormatError(f"{path}: expected recorded results, found no such file") from None
-        except (OSError, ValueError, RecursionError) as error:
-            raise MapFormatError(f"{path}: not readable as JSON ({error})") from None
-        if not isinstance(loaded, kind):
-            raise MapFormatError(f"{path}: expected a JSON {kind.__name__}, got {type(loaded).__name__}")
-        return loaded
 
     def _preset(self, name: str, values: dict[str, Any]) -> Preset:
         lengths = ("resolution", "robot_radius", "inflation_radius", "cost_scaling_factor", "footprint_padding")

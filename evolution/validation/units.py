@@ -13,7 +13,8 @@ from controllers.base import ControllerAbort, ControllerError, PathFollower, Twi
 from controllers.dwb.controller import DwbFollower
 from controllers.rpp.controller import RppFollower
 from evolution.validation.measures import Cases, Measure
-from evolution.validation.oracle import Arrays, Oracle, Preset, ragged
+from evolution.validation.oracle import Oracle, Preset, ragged
+from evolution.validation.recorded import Arrays
 from evolution.validation.setup import follower_setup, full_costmaps, make_follower
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import NoPathError

@@ -1,15 +1,20 @@
-"""Cost of a footprint: the dearest cell under its outline.
+"""A footprint on a grid: the dearest cell under its outline, and the cells within it.
 
-Source: nav2_costmap_2d/src/footprint_collision_checker.cpp; Bresenham as in nav2_util's line iterator.
+Source: nav2_costmap_2d/src/footprint_collision_checker.cpp, footprint.cpp, costmap_2d.cpp; for the cost Bresenham as in
+nav2_util's line iterator.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.kernels.raytrace import line_cell, touch
 
+FREE = 0
 LETHAL = 254
 
 
@@ -67,3 +72,42 @@ def footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners):
                 return LETHAL
         previous = cell
     return worst
+
+
+@kernel
+def touch_footprint(corners, x, y, yaw, box):
+    """Place ``corners`` ``(n, 2)`` m at a pose: returns them there, and widens ``box`` to hold them."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    placed = np.empty_like(corners)
+    for i in range(len(corners)):
+        placed[i, 0] = x + (corners[i, 0] * cos - corners[i, 1] * sin)
+        placed[i, 1] = y + (corners[i, 0] * sin + corners[i, 1] * cos)
+        touch(box, placed[i, 0], placed[i, 1])
+    return placed
+
+
+@kernel
+def clear_polygon(layer, resolution, origin_x, origin_y, corners):
+    """Free a convex polygon, ``(n, 2)`` m, outline included, unless a corner is off the map."""
+    rows, cols = layer.shape
+    cells = np.empty(len(corners), np.int64)
+    for i in range(len(corners)):
+        cells[i] = cell_index(corners[i, 0], corners[i, 1], origin_x, origin_y, resolution, rows, cols)
+        if cells[i] < 0:
+            return
+    lowest, highest = np.full(cols, rows), np.full(cols, -1)
+    for i in range(len(cells)):
+        trace_edge(cells[i - 1], cells[i], cols, lowest, highest)
+    for col in range(cols):
+        for row in range(lowest[col], highest[col] + 1):
+            layer[row, col] = FREE
+
+
+@kernel
+def trace_edge(start, end, cols, lowest, highest):
+    """Widen the span of rows that an outline covers in every column by one of its edges."""
+    row0, col0, row1, col1 = start // cols, start % cols, end // cols, end % cols
+    for step in range(max(abs(row1 - row0), abs(col1 - col0)) + 1):
+        row, col = line_cell(row0, col0, row1, col1, step)
+        lowest[col] = min(lowest[col], row)
+        highest[col] = max(highest[col], row)

@@ -20,8 +20,10 @@ STEP_COL = (-1, 0, 1, 0)
 
 
 @kernel
-def inflate(costs, reach, cost_of, inflate_unknown, inflate_around_unknown):
-    """Write inflated costs over ``costs`` ``(rows, cols)`` uint8, in place.
+def inflate(costs, reach, cost_of, inflate_unknown, inflate_around_unknown, row0, col0, row1, col1):
+    """Write inflated costs over ``costs`` ``(rows, cols)`` uint8, in place, in rows ``row0:row1`` and ``col0:col1``.
+
+    Obstacles up to ``reach`` outside these rows and columns count, none beyond.
 
     Args:
         costs: Cost values with obstacles of 254.
@@ -29,23 +31,26 @@ def inflate(costs, reach, cost_of, inflate_unknown, inflate_around_unknown):
         cost_of: ``(reach**2 + 1,)`` uint8, cost at a squared distance in cells.
         inflate_unknown: Whether any cost replaces 255, not only 253 and more.
         inflate_around_unknown: Whether cells of 255 count as obstacles.
+        row0: First row to write.
+        col0: First column.
+        row1: Row after the last one.
+        col1: Column after the last one.
     """
     rows, cols = costs.shape
     sources = np.zeros((rows, cols), np.bool_)
-    for row in range(rows):
-        for col in range(cols):
+    for row in range(max(0, row0 - reach), min(rows, row1 + reach)):
+        for col in range(max(0, col0 - reach), min(cols, col1 + reach)):
             cost = costs[row, col]
             sources[row, col] = cost == LETHAL or (inflate_around_unknown and cost == UNKNOWN)
-    write_inflated(costs, brushfire(sources, reach), cost_of, inflate_unknown)
+    write_inflated(costs, brushfire(sources, reach), cost_of, inflate_unknown, row0, col0, row1, col1)
 
 
 @kernel
-def write_inflated(costs, squared, cost_of, inflate_unknown):
-    """Apply Nav2's write rule to every cell within reach; ``squared`` ``(rows, cols)`` int32, cells^2."""
-    rows, cols = costs.shape
+def write_inflated(costs, squared, cost_of, inflate_unknown, row0, col0, row1, col1):
+    """Apply Nav2's write rule to these cells, where within reach; ``squared`` ``(rows, cols)`` int32, cells^2."""
     least = 1 if inflate_unknown else INSCRIBED
-    for row in range(rows):
-        for col in range(cols):
+    for row in range(row0, row1):
+        for col in range(col0, col1):
             if squared[row, col] < len(cost_of):
                 cost = cost_of[squared[row, col]]
                 old = costs[row, col]

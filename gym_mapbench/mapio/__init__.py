@@ -2,10 +2,11 @@
 
 from gym_mapbench.mapio.bundle import save_map_set
 from gym_mapbench.mapio.conversion import write_map_file, write_maps
-from gym_mapbench.mapio.loading import load_map_set, load_maps, load_scenarios
+from gym_mapbench.mapio.loading import PoseLike, load_map_set, load_maps, load_scenarios
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
 
 __all__ = [
+    "PoseLike",
     "Task",
     "TaskedMap",
     "group_scenarios",

@@ -20,6 +20,7 @@ FORMS = {
     "thesis": {},
     "all keys": {"observation": OBSERVATION_KEYS},
     "noisy": {"observation": OBSERVATION_KEYS, "noise": "nominal"},
+    "rough": {"observation": OBSERVATION_KEYS, "noise": "rough", "lidar": {"no_reading": "zero"}},
     "jackal": {"robot": "jackal"},
     "burger": {"robot": "turtlebot3_burger", "collision_ends_episode": False, "lidar": {"beams": 24}},
 }

@@ -11,6 +11,7 @@ from controllers.base import STOP, Context, Twist
 from controllers.nav2_params import NavigationParams, load_preset
 from controllers.navigator import Navigator
 from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.frames import IDENTITY, compose
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.robot import make_robot
 from gym_mapbench.scenario import Pose, wrap_angle
@@ -43,6 +44,10 @@ class PlainFollower:
         self.path = path
         self.log.append(("set_plan", len(path)))
 
+    def move_plan(self, path) -> None:
+        self.path = path
+        self.log.append(("move_plan", len(path)))
+
     def compute_velocity_commands(self, pose, velocity, costmap, now) -> Twist:
         self.log.append(("compute", now, pose, velocity))
         self.costmap = costmap
@@ -61,8 +66,12 @@ class PlainFollower:
 def plain_navigation(recoveries: bool = False, **changes) -> NavigationParams:
     """The thesis' parameters on the whole known map; recoveries off."""
     preset = load_preset("thesis")
-    known = CostmapParams.example_local(rolling_window=False, plugins=("static_layer", "inflation_layer"))
-    changes = {"local_costmap": known, "bt": preset.bt.replace(recoveries=recoveries), **changes}
+    plugins = ("static_layer", "inflation_layer")
+    known = {
+        "local_costmap": CostmapParams.example_local(rolling_window=False, plugins=plugins),
+        "global_costmap": CostmapParams.example_global(plugins=plugins),
+    }
+    changes = {**known, "bt": preset.bt.replace(recoveries=recoveries), **changes}
     return preset.replace(**changes)
 
 
@@ -71,15 +80,20 @@ def context(grid: GridMap = OPEN, start: Pose = START, goal: Pose = GOAL) -> Con
 
 
 class Drive:
-    """A robot without inertia under a navigator, until the run is over."""
+    """A robot without inertia under a navigator, until the run is over; it always knows where it is."""
 
-    def __init__(self, navigator: Navigator, start: Pose = START, velocity: Twist = STOP) -> None:
+    def __init__(
+        self, navigator: Navigator, start: Pose = START, velocity: Twist = STOP, map_in_odom: Pose = IDENTITY
+    ) -> None:
         self.navigator = navigator
+        self.map_in_odom = map_in_odom
         self.pose, self.velocity = start, velocity
         self.commands: list[Twist] = []
 
     def step(self) -> Twist:
-        command = self.navigator.act({"pose": np.array(self.pose), "velocity": np.array(self.velocity)})
+        odom = compose(self.map_in_odom, self.pose)
+        poses = {"pose": np.array(self.pose), "odom": np.array(odom)}
+        command = self.navigator.act({**poses, "velocity": np.array(self.velocity)})
         self.commands.append(command)
         x, y, yaw = self.pose
         v, w = command

@@ -30,7 +30,7 @@ from controllers.nav2_params.navigation import (
 )
 from controllers.nav2_params.parsing import SECTIONS
 from controllers.nav2_params.plugins import CONTROLLERS
-from gym_mapbench.costmap import CostmapParams, InflationLayer, ObstacleLayer
+from gym_mapbench.costmap import CostmapParams, InflationLayer, ObservationSource, ObstacleLayer
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.robot import make_robot
 from tests.oracle_data import DATA, needs_data
@@ -133,7 +133,7 @@ def test_a_file_is_read_section_by_section():
         width=4,
         footprint=((0.2, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.2, -0.1)),
         plugins=("obstacle_layer", "inflation_layer"),
-        obstacle_layer=ObstacleLayer(clearing=True, obstacle_max_range=2.0),
+        obstacle_layer=ObstacleLayer(scan=ObservationSource(clearing=True, obstacle_max_range=2.0)),
         inflation_layer=InflationLayer(inflation_radius=0.3),
     )
 
@@ -202,7 +202,9 @@ def test_namespaces_and_both_separators_of_a_class_are_understood():
 def test_an_obstacle_layer_without_a_lidar_neither_marks_nor_clears():
     layer = {"plugin": "nav2_costmap_2d::ObstacleLayer"}
     read = parse_nav2_params(costmap(plugins=["obstacle_layer"], obstacle_layer=layer))
-    assert read.navigation.local_costmap.obstacle_layer == ObstacleLayer(marking=False, clearing=False)
+    assert read.navigation.local_costmap.obstacle_layer == ObstacleLayer(
+        scan=ObservationSource(marking=False, clearing=False)
+    )
 
 
 def test_dwb_is_what_follow_path_means_unless_told():
@@ -435,7 +437,13 @@ positive = st.floats(0.01, 10)
 axes = st.tuples(positive, st.just(0.0), positive)
 negative_axes = st.tuples(positive, st.just(0.0), positive).map(lambda axis: tuple(-value for value in axis))
 corners = st.just(((0.3, 0.2), (-0.3, 0.2), (0.0, -0.25)))
-obstacle_layers = st.builds(ObstacleLayer, enabled=st.booleans(), clearing=st.booleans(), obstacle_max_range=positive)
+obstacle_layers = st.builds(
+    ObstacleLayer,
+    enabled=st.booleans(),
+    scan=st.builds(
+        ObservationSource, clearing=st.booleans(), obstacle_max_range=positive, max_obstacle_height=positive
+    ),
+)
 costmap_params = st.builds(
     CostmapParams,
     robot_radius=st.none() | positive,

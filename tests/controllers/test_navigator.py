@@ -26,6 +26,8 @@ from tests.controllers.plain_follower import (
     walled_off,
 )
 
+STANDING = {"pose": np.array(START), "odom": np.array(START), "velocity": np.zeros(2)}
+
 
 def drive(follower=None, params=None, grid=OPEN, steps=4000, **options) -> tuple[Navigator, Drive]:
     navigator = Navigator(follower or PlainFollower(), params or plain_navigation(), "plain", **options)
@@ -319,9 +321,9 @@ class TestLocalCostmap:
         assert np.array_equal(navigator.follower.costmap.costs, expected.costs)
 
     def test_scan_is_asked_for_only_where_a_layer_looks_at_it(self):
-        assert Navigator(PlainFollower(), plain_navigation(), "plain").observation_keys == ("pose", "velocity")
+        assert Navigator(PlainFollower(), plain_navigation(), "plain").observation_keys == ("pose", "odom", "velocity")
         rolling = Navigator(PlainFollower(), load_preset("thesis"), "plain")
-        assert rolling.observation_keys == ("pose", "velocity", "scan")
+        assert rolling.observation_keys == ("pose", "odom", "velocity", "scan")
 
     def test_window_is_updated_at_its_own_rate(self):
         navigator = Navigator(PlainFollower(), load_preset("thesis"), "plain")
@@ -329,7 +331,7 @@ class TestLocalCostmap:
         scan = np.full(360, 3.5, dtype=np.float32)
         seen = []
         for _ in range(12):
-            navigator.act({"pose": np.array(START), "velocity": np.zeros(2), "scan": scan})
+            navigator.act({**STANDING, "scan": scan})
             costmap = navigator.follower.costmap
             seen.append((costmap.costs == 254).any())
             scan = scan.copy()
@@ -340,4 +342,4 @@ class TestLocalCostmap:
         navigator = Navigator(PlainFollower(), load_preset("thesis"), "plain")
         navigator.reset(context())
         with pytest.raises(ConfigError, match="scan: expected 360 ranges, one a beam, got 10"):
-            navigator.act({"pose": np.array(START), "velocity": np.zeros(2), "scan": np.ones(10)})
+            navigator.act({**STANDING, "scan": np.ones(10)})

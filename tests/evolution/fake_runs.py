@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from concurrent.futures import Executor, ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import numpy as np
 from evolution.driving.executors import Crew
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from gym_mapbench.generator import ShapeSettings
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
 
 SMALL = ShapeSettings(
@@ -33,6 +35,11 @@ class FakeRunSettings(Settings):
 
     time_limit: float = 150.0
     world: str = "flat"
+
+    @property
+    def robot(self) -> RobotSpec:
+        """One that fits on small maps."""
+        return RobotSpec(radius=0.05)
 
 
 def drive(job: Job) -> RunResult:
@@ -93,6 +100,16 @@ def touch_warm_up() -> None:
 def tell_warmth(job: Job) -> RunResult:
     """Report whether this worker was warmed up."""
     return RunResult("goal", 1.0, 1.0, reason=os.environ.get("WARMED_UP", "no"))
+
+
+def noisy(job: Job) -> RunResult:
+    """As :func:`drive`; where the world is noisy, one run in four is a timeout, and all others take longer."""
+    result = drive(job)
+    recoveries = {"n_recoveries": float(job.seed % 3)}
+    if job.settings.model_dump()["environment"]["noise"]["scan"] == 0:
+        return replace(result, outcome="goal", metrics=recoveries)
+    outcome = "timeout" if job.seed % 4 == 0 else "goal"
+    return replace(result, outcome=outcome, time_s=1.2 * result.time_s, metrics=recoveries)
 
 
 def plain_pool(crew: Crew) -> Executor:

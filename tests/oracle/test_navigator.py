@@ -52,7 +52,8 @@ def drive_again(oracle: Oracle, preset, record) -> tuple[Navigator, np.ndarray]:
     )
     plant, commands = RecordedPlant(preset.start), []
     while navigator.status == "running":
-        command = navigator.act({"pose": np.array(plant.pose), "velocity": np.array((plant.v, plant.w))})
+        pose = np.array(plant.pose)
+        command = navigator.act({"pose": pose, "odom": pose, "velocity": np.array((plant.v, plant.w))})
         commands.append(command)
         plant.drive(command)
     return navigator, np.array(commands)

@@ -12,7 +12,7 @@ import pytest
 from controllers.base import ControllerError, FollowerSetup, Twist
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RppParams
-from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, LocalCostmap
+from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, LayeredCostmap
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.gridmap import GridMap
@@ -84,7 +84,7 @@ def rolling_window(config, preset, map_id, start):
         ),
     )
     grid = GridMap.from_image_array(occupied, spec["resolution"])
-    window = LocalCostmap(params, grid, Footprint.from_radius(spec["robot_radius"]))
+    window = LayeredCostmap(params, grid, Footprint.from_radius(spec["robot_radius"]))
     window.reset(start)
     return window
 

@@ -7,7 +7,7 @@ named ``module:attribute`` or registered in :data:`OPERATORS`; how often it is u
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from evolution.search.operators.sampling import Cells
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator import ShapeSettings, draw_position, draw_shape, stamp
+from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_obstacle, stamp
 from gym_mapbench.registry import Registry
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ class Edit:
         obstacle: Number of the chosen one; 0 if the map had none.
         shapes: What is drawn on maps.
         settings: Options of mutation.
+        families: Of which new obstacles are pieces; none for random shapes.
     """
 
     cells: Cells
@@ -44,6 +45,7 @@ class Edit:
     obstacle: int
     shapes: ShapeSettings
     settings: MutationSettings
+    families: Sequence[FamilySpec] = ()
 
     def cut_out(self) -> tuple[Cells, int, int]:
         """Return the chosen obstacle as a stamp, with the row and col of its lower-left cell."""
@@ -97,9 +99,8 @@ def remove(edit: Edit, rng: np.random.Generator) -> None:
 
 def add(edit: Edit, rng: np.random.Generator) -> None:
     """Draw a new obstacle as sampling does."""
-    shape = draw_shape(rng, edit.shapes)
     rows, cols = edit.cells.shape
-    stamp(edit.cells, shape, *draw_position(rng, (shape.shape[0], shape.shape[1]), (rows, cols)))
+    stamp(edit.cells, *draw_obstacle(rng, edit.shapes, edit.families, (rows, cols)))
 
 
 def _operator(entry: Any) -> Operator:

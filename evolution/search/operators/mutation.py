@@ -7,6 +7,7 @@ they do not cut into each other.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,14 +17,27 @@ from scipy import ndimage
 from evolution.search.operators.changes import OPERATORS, Edit, Labels
 from evolution.search.operators.sampling import Cells, Column, as_column, scenario_on
 from evolution.search.settings import MutationSettings
-from gym_mapbench.generator import ShapeSettings, clear_and_border, interior
+from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, interior
 from gym_mapbench.scenario import MapSet
 
 
-def mutate_map(cells: Cells, shapes: ShapeSettings, settings: MutationSettings, rng: np.random.Generator) -> Cells:
+def mutate_map(
+    cells: Cells,
+    shapes: ShapeSettings,
+    settings: MutationSettings,
+    rng: np.random.Generator,
+    families: Sequence[FamilySpec] = (),
+) -> Cells:
     """Return a copy of ``(rows, cols)`` cells with some obstacles changed.
 
     The border is taken off before and put back after; start and goal areas are cleared again.
+
+    Args:
+        cells: The map.
+        shapes: The world's shapes and border.
+        settings: How obstacles change.
+        rng: Source of all randomness.
+        families: Of which pieces are added; random shapes if there are none.
     """
     inside = interior(cells, shapes.border)
     labels, count = label_obstacles(inside, settings.connectivity)
@@ -31,7 +45,7 @@ def mutate_map(cells: Cells, shapes: ShapeSettings, settings: MutationSettings, 
     changed = inside & ~np.isin(labels, [obstacle for obstacle, _, operator in changes if operator.lifts])
     for obstacle, name, operator in changes:
         with OPERATORS.blamed(name):
-            operator.change(Edit(changed, labels, obstacle, shapes, settings), rng)
+            operator.change(Edit(changed, labels, obstacle, shapes, settings, tuple(families)), rng)
     mutated = cells.copy()
     interior(mutated, shapes.border)[:] = changed
     return clear_and_border(mutated, shapes)
@@ -56,10 +70,14 @@ def draw_changes(count: int, settings: MutationSettings, rng: np.random.Generato
 
 
 def mutate_map_set(
-    map_set: MapSet, shapes: ShapeSettings, settings: MutationSettings, rng: np.random.Generator
+    map_set: MapSet,
+    shapes: ShapeSettings,
+    settings: MutationSettings,
+    rng: np.random.Generator,
+    families: Sequence[FamilySpec] = (),
 ) -> MapSet:
-    """Return a map set of which every map is mutated."""
-    mutated = (mutate_map(scenario.map.occupancy, shapes, settings, rng) for scenario in map_set)
+    """Return a map set of which every map is mutated; arguments as for :func:`mutate_map`."""
+    mutated = (mutate_map(scenario.map.occupancy, shapes, settings, rng, families) for scenario in map_set)
     return MapSet(tuple(scenario_on(cells, shapes) for cells in mutated))
 
 
@@ -69,18 +87,20 @@ class MapMutation(Mutation):  # type: ignore[misc]
     Args:
         shapes: The world's shapes and border.
         settings: How obstacles change.
+        families: Of which pieces are added; random shapes if there are none.
     """
 
-    def __init__(self, shapes: ShapeSettings, settings: MutationSettings) -> None:
+    def __init__(self, shapes: ShapeSettings, settings: MutationSettings, families: Sequence[FamilySpec] = ()) -> None:
         super().__init__(prob=1.0)
         self.shapes = shapes
         self.settings = settings
+        self.families = families
 
     def _do(self, _problem: Any, X: Column, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
         # p_m is applied here, so that what is not mutated costs nothing; pymoo's own would discard finished work.
         hit = random_state.random(len(X)) < self.settings.probability
         sets = [
-            mutate_map_set(map_set, self.shapes, self.settings, random_state) if mutated else map_set
+            mutate_map_set(map_set, self.shapes, self.settings, random_state, self.families) if mutated else map_set
             for map_set, mutated in zip(X[:, 0], hit, strict=True)
         ]
         return as_column(sets)

@@ -12,7 +12,7 @@ import numpy as np
 
 from evolution.files import Row
 from evolution.studies.analysis.results import StudyResults, StudyRun
-from gym_mapbench.noise import NoiseSettings, make_noise
+from gym_mapbench.noise import read_noise
 
 
 def selected_sets(runs: Sequence[StudyRun]) -> list[StudyRun]:
@@ -45,8 +45,7 @@ def conditions(run: StudyRun, results: StudyResults) -> str:
     searched = run.experiment.document()["run"]["environment"]["noise"]
     if noise is None or searched == noise:
         return "new seeds"
-    resolved = make_noise(noise) if isinstance(noise, str) else NoiseSettings.from_mapping(noise, "reevaluation.noise")
-    if searched == resolved.model_dump(mode="json"):
+    if searched == read_noise(noise, "reevaluation.noise").model_dump(mode="json"):
         return "new seeds"
     return f"new seeds and {noise if isinstance(noise, str) else 'other'} noise"
 

@@ -6,18 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
-from evolution.files import Row
+from evolution.files import Row, Table, Tabled
 from evolution.search import Experiment
 from evolution.studies.reevaluation import Reevaluation
 from evolution.studies.settings import Configuration, StudySettings
 from gym_mapbench.errors import unknown_name
-
-if TYPE_CHECKING:
-    import pandas
-
-Table = Literal["runs", "reevaluation", "generations"]
 
 
 @dataclass(frozen=True)
@@ -81,7 +76,7 @@ class StudyRun:
 
 
 @dataclass(frozen=True)
-class StudyResults:
+class StudyResults(Tabled):
     """A study as far as it has come.
 
     Args:
@@ -114,7 +109,7 @@ class StudyResults:
         found = {name: self.of(name) for name in self.settings.names}
         return {name: runs for name, runs in found.items() if runs}
 
-    def rows(self, table: Table = "runs") -> list[Row]:
+    def rows(self, table: str = "runs") -> list[Row]:
         """Return a tidy table, one observation a row.
 
         Args:
@@ -128,11 +123,9 @@ class StudyResults:
             raise unknown_name("table", table, tables)
         return [row for run in self.runs for row in tables[table](run)]
 
-    def dataframe(self, table: Table = "runs") -> pandas.DataFrame:
-        """Return a tidy table (see :meth:`rows`) as a pandas DataFrame; pandas must be installed."""
-        import pandas
-
-        return pandas.DataFrame(self.rows(table))
+    def table(self, name: str = "runs") -> Table:
+        """Return a tidy table; see :meth:`rows`."""
+        return Table(self.rows(name or "runs"))
 
 
 def _run_rows(run: StudyRun) -> list[Row]:

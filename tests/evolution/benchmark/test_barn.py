@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from evolution.benchmark.barn import barn_settings, correlation_with, load_barn, reference_of, refined, score_runs
-from evolution.benchmark.runs import BenchRun
+from evolution.benchmark.runs import bench
 from evolution.driving.jobs import ControllerSpec, JobPlan, RunResult
 from evolution.driving.worker import DriveSettings
 from gym_mapbench.gridmap import GridMap
@@ -40,11 +41,11 @@ def test_scores_by_hand():
     source = f"barn:{DATA / 'barn'}"
     scenarios = {scenario.name: scenario for scenario in load_barn(source)}
     plan = JobPlan((ControllerSpec(name="rpp"),), DriveSettings(navigation="thesis"))
-    (job,) = plan.jobs(scenarios["world_42"])
 
     def scored(outcome, time, low=2.0):
         result = RunResult(outcome, time, 10.0, metrics={"motion_start": 0.5})
-        return score_runs([BenchRun(job, result)], source, low)[0]
+        answers = SimpleNamespace(run=lambda jobs, _: [result for _ in jobs])
+        return score_runs(bench([scenarios["world_42"]], plan, answers), source, low)[0]
 
     assert scored("goal", 0.5).score == pytest.approx(1 / 2)
     assert scored("goal", 1e6).score == pytest.approx(1 / 8)

@@ -80,11 +80,16 @@ def test_the_command(files, capsys):
 
 def test_files_of_another_kind(files, capsys):
     bench = files / "bench.json"
-    for text, reason in (("[]", "no runs with map"), ("{", "not the JSON"), (None, "No such file")):
+    for text, reason in (
+        ("[]", "expected a JSON object, got list"),
+        ("{", "cannot be read"),
+        ('{"runs": [{"map": "a"}]}', "line 1: controller: is missing"),
+        (None, "expected a bench.json or the directory of one"),
+    ):
         bench.write_text(text) if text else bench.unlink()
         assert main(["import-results", str(files / "results.csv"), "--ours", str(bench)]) == 2
         line = capsys.readouterr().err
-        assert f"{bench}: expected a run directory, a bench.json or the directory of one ({reason}" in line
+        assert f"{bench}: {reason}" in line
         assert "Error" not in line
 
 

@@ -16,7 +16,7 @@ from evolution.search.operators.repair import MapRepair, repair_scenario
 from evolution.search.operators.sampling import MapSampling, as_column, sample_map_set, scenario_on
 from evolution.search.settings import MutationSettings
 from gym_mapbench.errors import ConfigError, PluginError
-from gym_mapbench.generator import ShapeSettings, clear_and_border, sample_map
+from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, sample_map
 from gym_mapbench.scenario import MapSet, Scenario
 from tests.evolution.fake_runs import SMALL
 
@@ -78,6 +78,22 @@ def test_a_moved_obstacle_keeps_its_shape_and_stays_inside(seed, height, width, 
     assert shape.shape == (height, width)
     assert shape.all()
     assert max(abs(new_row - row), abs(new_col - col)) <= 5
+
+
+def test_what_is_added_is_a_piece_of_a_family():
+    families = [FamilySpec(name="doors", options={"thickness": [0.1, 0.1]})]
+    empty = clear_and_border(np.zeros((150, 150), dtype=np.bool_), THESIS)
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        added = inner(mutate_map(empty, THESIS, ONLY["add"].replace(shapes_per_map=(1, 1)), rng, families))
+        rows, cols = np.nonzero(added)
+        sides = sorted((np.ptp(rows) + 1, np.ptp(cols) + 1))
+        assert sides[0] == 2
+        assert 2 < sides[1] <= 30
+    column = as_column([sample_map_set(rng, 2, THESIS)])
+    settings = ONLY["add"].replace(probability=1.0)
+    pairs = [MapMutation(THESIS, settings, families)._do(None, column, random_state=rng)[0, 0] for _ in range(2)]
+    assert pairs[0].digest != pairs[1].digest
 
 
 @given(st.integers(1, 30), st.integers(1, 30), st.floats(0.3, 3.0))

@@ -463,5 +463,5 @@ def test_a_study_is_written_as_tidy_tables(study_path):
 
 def test_a_study_is_a_data_frame_where_pandas_is_there(study_path):
     pytest.importorskip("pandas")
-    frame = load_results(study_path, ENGINE).dataframe()
+    frame = load_results(study_path, ENGINE).to_pandas()
     assert frame.groupby("configuration")["fitness"].count().to_dict() == dict.fromkeys(frame["configuration"], 2)

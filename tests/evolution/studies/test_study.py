@@ -19,12 +19,13 @@ import yaml
 from evolution.driving.store import ResultStore
 from evolution.runs.directory import CHECKPOINT, CONFIG, STORE, TIMING
 from evolution.runs.loading import load_run
-from evolution.studies import StudySettings, load_results, load_study, run_study, study_names
+from evolution.studies import StudySettings, load_definition, load_results, load_study, run_study, study_names
 from evolution.studies.directory import STUDY
 from evolution.studies.engine import NAV2
 from evolution.studies.settings import MAX_SEED
-from evolution.studies.tasks import check_study
+from evolution.studies.tasks import _complete, check_study
 from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.noise import NOISES, NoiseSettings
 from tests.evolution.fake_runs import broken_warm_up
 from tests.evolution.fake_study import ENGINE, small_study
 
@@ -48,7 +49,7 @@ def changed(**options):
     return {**document, **options}
 
 
-@pytest.mark.parametrize("name", study_names())
+@pytest.mark.parametrize("name", [name for name in study_names() if isinstance(load_definition(name), StudySettings)])
 def test_studies_of_the_package_can_be_run(name):
     settings = load_study(name)
     assert [task.configuration.name for task in check_study(settings, NAV2)] == list(settings.names)
@@ -135,6 +136,15 @@ def test_the_automaton_draws_other_maps(study_path):
         for name in ("random", "cellular")
     }
     assert not np.isclose(walls["random"], walls["cellular"], rtol=0.02)
+
+
+def test_the_noise_of_the_re_evaluation_leaves_nothing_of_the_searchs():
+    assert _complete("nominal", "study") == "nominal"
+    whole = _complete({"level": "rough", "scan": 0.5}, "study")
+    assert NoiseSettings(**whole) == NOISES["rough"].replace(scan=0.5)
+    assert set(whole) == set(NoiseSettings.model_fields)
+    with pytest.raises(ConfigError, match=r"study: reevaluation\.noise: unknown key 'scna'; did you mean 'scan'"):
+        _complete({"scna": 0.5}, "study")
 
 
 def test_the_best_sets_are_driven_again_with_fresh_seeds(study_path):

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.footprint import Footprint
@@ -18,7 +18,8 @@ from gym_mapbench.settings import Settings
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
-LAYERS = ("static_layer", "obstacle_layer", "voxel_layer", "inflation_layer")
+OBSTACLE_LAYERS = ("obstacle_layer", "voxel_layer")
+LAYERS = ("static_layer", *OBSTACLE_LAYERS, "inflation_layer")
 
 
 class StaticLayer(Settings):
@@ -45,32 +46,72 @@ class InflationLayer(Settings):
     inflate_around_unknown: bool = False
 
 
-class ObstacleLayer(Settings):
-    """Nav2's ``ObstacleLayer`` or ``VoxelLayer`` with one lidar, its source's options included.
+class ObservationSource(Settings):
+    """A lidar as an obstacle layer uses it: an entry of its ``observation_sources``.
 
     Args:
-        enabled: Whether the layer writes at all.
-        footprint_clearing_enabled: Whether the cells under the robot are set free.
-        combination_method: 1 writes the greater cost, 0 overwrites.
         marking: Whether hits mark obstacles.
         clearing: Whether rays clear the cells they pass.
         obstacle_max_range: Farthest hit that is marked, m.
         obstacle_min_range: Nearest hit that is marked, m.
         raytrace_max_range: How far along a ray cells are cleared, m.
         raytrace_min_range: From where on a ray cells are cleared, m.
+        min_obstacle_height: Lowest point that is used at all, m.
+        max_obstacle_height: Highest point that is used at all, m.
         inf_is_valid: Whether a ray that hits nothing clears as if it ended just short of the sensor's range.
     """
 
-    enabled: bool = True
-    footprint_clearing_enabled: bool = True
-    combination_method: Literal[0, 1] = 1
     marking: bool = True
     clearing: bool = False
     obstacle_max_range: NonNegative = 2.5
     obstacle_min_range: NonNegative = 0.0
     raytrace_max_range: NonNegative = 3.0
     raytrace_min_range: NonNegative = 0.0
+    min_obstacle_height: float = 0.0
+    max_obstacle_height: float = 0.0
     inf_is_valid: bool = False
+
+
+BRINGUP_SCAN = ObservationSource(clearing=True, max_obstacle_height=2.0)
+
+
+class ObstacleLayer(Settings):
+    """Nav2's ``ObstacleLayer`` with one lidar.
+
+    Args:
+        enabled: Whether the layer writes at all.
+        footprint_clearing_enabled: Whether the cells under the robot are set free.
+        combination_method: 0 overwrites, 1 writes the greater cost, 2 (Jazzy) does so except over unknown cells.
+        min_obstacle_height: Lowest hit that is marked, m.
+        max_obstacle_height: Highest hit that is marked, m.
+        scan: The lidar.
+    """
+
+    enabled: bool = True
+    footprint_clearing_enabled: bool = True
+    combination_method: Literal[0, 1, 2] = 1
+    min_obstacle_height: float = 0.0
+    max_obstacle_height: float = 2.0
+    scan: ObservationSource = ObservationSource()
+
+
+class VoxelLayer(ObstacleLayer):
+    """Nav2's ``VoxelLayer`` with one lidar: as ``ObstacleLayer``, and columns of voxels.
+
+    Args:
+        z_voxels: Voxels in a column.
+        z_resolution: Height of a voxel, m.
+        origin_z: Where the lowest one begins, m.
+        mark_threshold: How many marked voxels a column may have and still not be an obstacle.
+        unknown_threshold: How many unknown voxels a cleared column may have and still be free; those that are missing
+            to 16 are added.
+    """
+
+    z_voxels: Annotated[int, Field(ge=1, le=16)] = 10
+    z_resolution: Positive = 0.2
+    origin_z: float = 0.0
+    mark_threshold: Annotated[int, Field(ge=0, le=16)] = 0
+    unknown_threshold: Annotated[int, Field(ge=0, le=16)] = 15
 
 
 class CostmapParams(Settings):
@@ -93,6 +134,9 @@ class CostmapParams(Settings):
         unknown_cost_value: Map value, as an unsigned byte, that means unknown.
         trinary_costmap: Whether map values below the threshold are free rather than scaled.
         plugins: Names of the layers in the order in which they write.
+        nav2: Release whose layers these are; ours, not Nav2's. Jazzy's voxel layer loses no ray that leaves the window
+            and looks at ``min_obstacle_height``, its obstacle layer takes ranges in metres, and ``combination_method``
+            may be 2.
     """
 
     robot_radius: Positive | None = None
@@ -113,8 +157,9 @@ class CostmapParams(Settings):
     plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
     static_layer: StaticLayer = StaticLayer()
     obstacle_layer: ObstacleLayer = ObstacleLayer()
-    voxel_layer: ObstacleLayer = ObstacleLayer()
+    voxel_layer: VoxelLayer = VoxelLayer()
     inflation_layer: InflationLayer = InflationLayer()
+    nav2: Literal["humble", "jazzy"] = "humble"
 
     @classmethod
     def example_local(cls, **changes: Any) -> CostmapParams:
@@ -125,7 +170,7 @@ class CostmapParams(Settings):
             "height": 3,
             "resolution": 0.05,
             "plugins": ("voxel_layer", "inflation_layer"),
-            "voxel_layer": ObstacleLayer(clearing=True),
+            "voxel_layer": VoxelLayer(z_voxels=16, z_resolution=0.05, scan=BRINGUP_SCAN),
             "inflation_layer": InflationLayer(cost_scaling_factor=3.0),
         }
         return cls(**{**example, **changes})
@@ -137,7 +182,7 @@ class CostmapParams(Settings):
             "update_frequency": 1.0,
             "resolution": 0.05,
             "track_unknown_space": True,
-            "obstacle_layer": ObstacleLayer(clearing=True),
+            "obstacle_layer": ObstacleLayer(scan=BRINGUP_SCAN),
             "inflation_layer": InflationLayer(cost_scaling_factor=3.0),
         }
         return cls(**{**example, **changes})
@@ -169,9 +214,21 @@ class CostmapParams(Settings):
                 raise unknown_name("costmap layer", name, LAYERS)
         return value
 
+    @model_validator(mode="after")
+    def _known_combinations(self) -> CostmapParams:
+        for name in OBSTACLE_LAYERS:
+            if self.nav2 == "humble" and self.writes(name) and getattr(self, name).combination_method == 2:
+                raise ConfigError(f"{name}.combination_method: expected 0 or 1 (2 is new in Jazzy), got 2")
+        return self
+
     def writes(self, layer: str) -> bool:
         """Whether a layer of this name is among the plugins and enabled."""
         return layer in self.plugins and bool(getattr(self, layer).enabled)
+
+    @property
+    def observes(self) -> bool:
+        """Whether a layer looks at scans."""
+        return any(self.writes(name) for name in OBSTACLE_LAYERS)
 
     def make_footprint(self, robot: RobotSpec) -> Footprint:
         """Return the padded footprint: of these options where they give one, else of the robot."""

@@ -1,4 +1,4 @@
-"""The costmap's values, layers and window, against Nav2's worked examples and slow twins of the kernels."""
+"""Cost values of the map and around obstacles, against Nav2's worked examples and slow twins of the kernels."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gym_mapbench.costmap import (
     NO_INFORMATION,
     CostmapParams,
     InflationLayer,
-    ObstacleLayer,
+    ObservationSource,
     build_static_costmap,
     inflation_costs,
 )
@@ -153,7 +153,11 @@ def test_footprint_of_params_or_robot():
         ({"footprint": "[[0, 0], [1"}, "footprint: expected corners"),
         ({"footprint": [(0, 0), (1, 0)]}, "footprint: expected at least 3 different corners, got 2"),
         ({"inflation_layer": {"inflation_radios": 1}}, "did you mean 'inflation_radius'"),
-        ({"voxel_layer": {"combination_method": 7}}, "combination_method: expected 0 or 1, got 7"),
+        ({"voxel_layer": {"combination_method": 7}}, "combination_method: expected 0, 1 or 2, got 7"),
+        ({"voxel_layer": {"z_voxels": 17}}, "z_voxels: expected less than or equal to 16, got 17"),
+        ({"obstacle_layer": {"scan": {"marking": 1}}}, "marking: expected true or false, got 1"),
+        ({"obstacle_layer": {"combination_method": 2}}, "expected 0 or 1 (2 is new in Jazzy), got 2"),
+        ({"nav2": "foxy"}, "nav2: expected 'humble' or 'jazzy', got 'foxy'"),
         ({"width": 0}, "width"),
     ],
 )
@@ -173,7 +177,9 @@ def test_examples_hold_nav2s_values():
     local, whole = CostmapParams.example_local(), CostmapParams.example_global()
     assert local.rolling_window
     assert (local.width, local.resolution, local.update_frequency) == (3, 0.05, 5.0)
-    assert local.voxel_layer == ObstacleLayer(clearing=True)
+    seen = ObservationSource(clearing=True, max_obstacle_height=2.0)
+    assert local.voxel_layer.scan == whole.obstacle_layer.scan == seen
+    assert (local.voxel_layer.z_voxels, local.voxel_layer.z_resolution) == (16, 0.05)
     assert whole.track_unknown_space
     assert whole.inflation_layer == local.inflation_layer == InflationLayer(cost_scaling_factor=3.0)
     assert CostmapParams.example_local(width=5).width == 5

@@ -15,14 +15,16 @@ from gym_mapbench.costmap import (
     NO_INFORMATION,
     CostmapParams,
     InflationLayer,
-    LocalCostmap,
+    LaserScan,
+    LayeredCostmap,
+    ObservationSource,
     ObstacleLayer,
+    VoxelLayer,
     build_static_costmap,
 )
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.kernels.raytrace import line_cell
 from gym_mapbench.lidar import Lidar, LidarSettings
 from gym_mapbench.scenario import Pose
 
@@ -30,12 +32,18 @@ DISC = Footprint.from_radius(0.22)
 POINT = Footprint.from_radius(0.001, 0.0)
 ROOM = GridMap(np.pad(np.zeros((98, 98), bool), 1, constant_values=True))
 SENSOR = LidarSettings()
-CELLS = st.integers(-20, 20)
 
 
-def scan_kwargs(grid, pose, sensor=SENSOR):
-    ranges = Lidar(sensor, grid).scan(pose)
-    return {"scan_ranges": ranges, "scan_angles": sensor.angles, "range_max": sensor.range_max}
+def see(window, pose, ranges):
+    """Update with a scan of beams that are spread evenly over a full turn, or of one beam straight ahead."""
+    window.observe(LaserScan(np.atleast_1d(ranges), 0.0, 2 * math.pi / np.size(ranges), 0.0, 3.5), pose)
+    return window.update(pose)
+
+
+def layer_options(name, **scan):
+    """Options of a layer of that name whose lidar clears."""
+    kind = VoxelLayer if name == "voxel_layer" else ObstacleLayer
+    return kind(scan=ObservationSource(**{"clearing": True, **scan}))
 
 
 def only(layer, **changes):
@@ -43,38 +51,8 @@ def only(layer, **changes):
     return CostmapParams.example_local(plugins=(layer,), **changes)
 
 
-def plain_line(row0, col0, row1, col1):
-    """Bresenham's line as the reference tells it, cell by cell."""
-    along_cols = abs(col1 - col0) >= abs(row1 - row0)
-    a, b = sorted((abs(row1 - row0), abs(col1 - col0)), reverse=True)
-    error, row, col, cells = a // 2, row0, col0, [(row0, col0)]
-    d_row, d_col = int(np.sign(row1 - row0)), int(np.sign(col1 - col0))
-    for _ in range(a):
-        error += b
-        aside = error >= a
-        error -= a * aside
-        col += d_col * (along_cols or aside)
-        row += d_row * (not along_cols or aside)
-        cells.append((row, col))
-    return cells
-
-
-def line(row0, col0, row1, col1):
-    steps = max(abs(row1 - row0), abs(col1 - col0)) + 1
-    return [line_cell(row0, col0, row1, col1, step) for step in range(steps)]
-
-
-def test_line_of_the_worked_example():
-    assert line(0, 0, 2, 5) == [(0, 0), (0, 1), (1, 2), (1, 3), (2, 4), (2, 5)]
-
-
-@given(CELLS, CELLS, CELLS, CELLS)
-def test_line_equals_its_plain_twin(row0, col0, row1, col1):
-    assert line(row0, col0, row1, col1) == plain_line(row0, col0, row1, col1)
-
-
 def test_window_of_the_worked_example_rolls_by_whole_cells():
-    window = LocalCostmap(CostmapParams.example_local(), ROOM, DISC)
+    window = LayeredCostmap(CostmapParams.example_local(), ROOM, DISC)
     origins = [window.update(Pose(x, 0.0)).origin_x for x in (0.0, 0.03, 0.10)]
     assert origins == pytest.approx([-1.45, -1.45, -1.40])
     assert window.update(Pose(0.0, 0.0)).costs.shape == (60, 60)
@@ -82,7 +60,7 @@ def test_window_of_the_worked_example_rolls_by_whole_cells():
 
 def test_rolling_static_layer_shows_the_map_and_nothing_beyond():
     params = CostmapParams.example_local(plugins=("static_layer",))
-    window = LocalCostmap(params, ROOM, DISC).update(Pose(0.7, 2.5))
+    window = LayeredCostmap(params, ROOM, DISC).update(Pose(0.7, 2.5))
     col = round(-window.origin_x / 0.05)
     assert not window.costs[:, :col].any()
     assert (window.costs[:, col] == LETHAL_OBSTACLE).all()
@@ -91,7 +69,7 @@ def test_rolling_static_layer_shows_the_map_and_nothing_beyond():
 
 def test_rolling_window_far_from_the_map_is_free():
     params = CostmapParams.example_local(plugins=("static_layer", "inflation_layer"))
-    assert not LocalCostmap(params, ROOM, DISC).update(Pose(50.0, 50.0)).costs.any()
+    assert not LayeredCostmap(params, ROOM, DISC).update(Pose(50.0, 50.0)).costs.any()
 
 
 @given(st.floats(0, 5), st.floats(0, 5))
@@ -100,7 +78,7 @@ def test_rolling_inflated_map_equals_the_whole_one_away_from_the_windows_border(
     rng = np.random.default_rng(int(x * 1000))
     grid = GridMap(rng.random((100, 100)) < 0.02)
     params = CostmapParams.example_local(plugins=("static_layer", "inflation_layer"))
-    window = LocalCostmap(params, grid, DISC).update(Pose(x, y))
+    window = LayeredCostmap(params, grid, DISC).update(Pose(x, y))
     whole = np.zeros((300, 300), np.uint8)
     whole[100:200, 100:200] = build_static_costmap(grid, params, DISC).costs
     row, col = round(window.origin_y / 0.05) + 100, round(window.origin_x / 0.05) + 100
@@ -114,7 +92,7 @@ def test_rolling_inflated_map_equals_the_whole_one_away_from_the_windows_border(
 def test_map_and_window_may_differ_in_resolution():
     grid = GridMap.from_rows(["##", ".."], resolution=0.5)
     params = CostmapParams.example_local(width=1, height=1, plugins=("static_layer",))
-    window = LocalCostmap(params, grid, DISC)
+    window = LayeredCostmap(params, grid, DISC)
     costmap = window.update(Pose(0.51, 0.51))
     assert (costmap.origin_x, costmap.origin_y) == (0.0, 0.0)
     assert (costmap.costs[:10] == 0).all()
@@ -130,7 +108,9 @@ def test_a_scan_marks_walls_and_nothing_else(layer, seed):
     occupied[[0, -1]] = occupied[:, [0, -1]] = True
     occupied[25:35, 25:35] = False
     grid, pose = GridMap(occupied), Pose(*rng.uniform(1.3, 1.7, 2), rng.uniform(-3, 3))
-    window = LocalCostmap(only(layer), grid, POINT).update(pose, **scan_kwargs(grid, pose))
+    # A hair farther than the walls' faces, where rounding would decide the cell.
+    hits = Lidar(SENSOR, grid).scan(pose) + np.float32(1e-4)
+    window = see(LayeredCostmap(only(layer), grid, POINT), pose, hits)
     marked = np.argwhere(window.costs == LETHAL_OBSTACLE)
     x, y = window.origin_x + (marked[:, 1] + 0.5) * 0.05, window.origin_y + (marked[:, 0] + 0.5) * 0.05
     assert len(marked) > 10
@@ -138,13 +118,7 @@ def test_a_scan_marks_walls_and_nothing_else(layer, seed):
     # A beam that ends within a hair of a wall's corner may mark the cell next to it.
     assert grid.occupancy[cells].mean() > 0.97
     assert binary_dilation(grid.occupancy, np.ones((3, 3)))[cells].all()
-    hits = Lidar(SENSOR, grid).scan(pose)
     assert np.hypot(x - pose.x, y - pose.y).max() <= min(2.5, hits.max()) + 0.08
-
-
-def wall_ahead(distance):
-    """A scan of one beam straight ahead."""
-    return {"scan_ranges": np.array([distance]), "scan_angles": np.zeros(1), "range_max": 3.5}
 
 
 def lethal_columns(costmap, y=1.025):
@@ -154,19 +128,30 @@ def lethal_columns(costmap, y=1.025):
 
 
 def test_marks_stay_until_seen_through_left_behind_or_cleared():
-    window = LocalCostmap(only("voxel_layer", voxel_layer=ObstacleLayer(clearing=True)), ROOM, POINT)
+    window = LayeredCostmap(only("voxel_layer", voxel_layer=layer_options("voxel_layer")), ROOM, POINT)
     pose = Pose(1.025, 1.025)
-    assert lethal_columns(window.update(pose, **wall_ahead(1.0))) == [2.025]
+    assert lethal_columns(see(window, pose, 1.0)) == [2.025]
     assert lethal_columns(window.update(pose)) == [2.025]
     assert lethal_columns(window.update(Pose(1.725, 1.025))) == [2.025]
-    assert lethal_columns(window.update(pose, **wall_ahead(0.5))) == [1.525, 2.025]
-    assert lethal_columns(window.update(pose, **wall_ahead(1.3))) == [2.325]
+    assert lethal_columns(see(window, pose, 0.5)) == [1.525, 2.025]
+    assert lethal_columns(see(window, pose, 1.3)) == [2.325]
+    assert lethal_columns(see(window, pose, math.inf)) == [2.325]
     window.update(Pose(4.5, 1.025))
     assert lethal_columns(window.update(pose)) == []
-    window.update(pose, **wall_ahead(1.0))
+
+
+def test_the_newest_scan_counts_until_there_is_a_newer_one():
+    window = LayeredCostmap(only("voxel_layer", voxel_layer=layer_options("voxel_layer")), ROOM, POINT)
+    pose = Pose(1.025, 1.025)
+    see(window, pose, 1.0)
+    window.update(Pose(4.5, 1.025))
+    assert lethal_columns(window.update(pose)) == [2.025]
+    window.clear()
+    assert lethal_columns(window.update(pose)) == [2.025]
+    see(window, pose, math.inf)
     window.clear()
     assert lethal_columns(window.update(pose)) == []
-    window.update(pose, **wall_ahead(1.0))
+    see(window, pose, 1.0)
     window.reset(pose)
     assert lethal_columns(window.update(pose)) == []
 
@@ -174,53 +159,52 @@ def test_marks_stay_until_seen_through_left_behind_or_cleared():
 def test_voxel_rays_end_two_cells_short_and_obstacle_rays_do_not():
     pose = Pose(1.025, 1.025)
     for name, expected in (("voxel_layer", [1.975, 2.025]), ("obstacle_layer", [2.025])):
-        options = ObstacleLayer(clearing=True)
-        window = LocalCostmap(only(name, **{name: options}), ROOM, POINT)
-        window.update(pose, **wall_ahead(0.951))
-        assert lethal_columns(window.update(pose, **wall_ahead(1.0))) == expected
+        window = LayeredCostmap(only(name, **{name: layer_options(name)}), ROOM, POINT)
+        see(window, pose, 0.951)
+        assert lethal_columns(see(window, pose, 1.0)) == expected
 
 
 def test_ranges_limit_what_is_marked_and_cleared():
     pose = Pose(1.025, 1.025)
-    near = ObstacleLayer(clearing=True, obstacle_max_range=0.5, obstacle_min_range=0.2)
-    for name, too_far in (("voxel_layer", 0.5), ("obstacle_layer", 0.56)):
-        window = LocalCostmap(only(name, **{name: near}), ROOM, POINT)
-        assert lethal_columns(window.update(pose, **wall_ahead(too_far))) == []
-        assert lethal_columns(window.update(pose, **wall_ahead(0.1))) == []
-        assert len(lethal_columns(window.update(pose, **wall_ahead(0.45)))) == 1
-    short = ObstacleLayer(clearing=True, raytrace_max_range=0.5)
-    window = LocalCostmap(only("obstacle_layer", obstacle_layer=short), ROOM, POINT)
-    window.update(pose, **wall_ahead(0.9))
-    assert lethal_columns(window.update(pose, **wall_ahead(1.2))) == [1.925, 2.225]
+    for name, too_far in (("voxel_layer", 0.501), ("obstacle_layer", 0.56)):
+        near = layer_options(name, obstacle_max_range=0.5, obstacle_min_range=0.2)
+        window = LayeredCostmap(only(name, **{name: near}), ROOM, POINT)
+        assert lethal_columns(see(window, pose, too_far)) == []
+        assert lethal_columns(see(window, pose, 0.1)) == []
+        assert len(lethal_columns(see(window, pose, 0.45))) == 1
+    short = layer_options("obstacle_layer", raytrace_max_range=0.5)
+    window = LayeredCostmap(only("obstacle_layer", obstacle_layer=short), ROOM, POINT)
+    see(window, pose, 0.9)
+    assert lethal_columns(see(window, pose, 1.2)) == [1.925, 2.225]
 
 
 def test_beams_that_hit_nothing_clear_only_if_told():
     pose = Pose(1.025, 1.025)
     for inf_is_valid, expected in ((False, [1.925]), (True, [])):
-        layer = ObstacleLayer(clearing=True, inf_is_valid=inf_is_valid)
-        window = LocalCostmap(only("voxel_layer", voxel_layer=layer), ROOM, POINT)
-        window.update(pose, **wall_ahead(0.9))
-        assert lethal_columns(window.update(pose, **wall_ahead(3.5))) == expected
-        window.update(pose, **wall_ahead(math.inf))
+        layer = layer_options("voxel_layer", inf_is_valid=inf_is_valid)
+        window = LayeredCostmap(only("voxel_layer", voxel_layer=layer), ROOM, POINT)
+        see(window, pose, 0.9)
+        assert lethal_columns(see(window, pose, math.inf)) == expected
+        assert lethal_columns(see(window, pose, 3.5)) == expected
 
 
 def test_the_robots_own_cells_are_freed():
     box = Footprint.from_corners([(0.2, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.2, -0.1)], 0.0)
     pose = Pose(1.025, 1.025)
-    window = LocalCostmap(only("voxel_layer"), ROOM, box)
-    window.update(pose, **wall_ahead(0.3))
+    window = LayeredCostmap(only("voxel_layer"), ROOM, box)
+    see(window, pose, 0.3)
     costs = window.update(Pose(1.325, 1.025, math.pi / 2)).costs
     assert not (costs == LETHAL_OBSTACLE).any()
-    keep = ObstacleLayer(clearing=True, footprint_clearing_enabled=False)
-    window = LocalCostmap(only("voxel_layer", voxel_layer=keep), ROOM, box)
-    window.update(pose, **wall_ahead(0.3))
+    keep = VoxelLayer(footprint_clearing_enabled=False)
+    window = LayeredCostmap(only("voxel_layer", voxel_layer=keep), ROOM, box)
+    see(window, pose, 0.3)
     assert lethal_columns(window.update(Pose(1.325, 1.025))) == [1.325]
 
 
 def test_footprint_clearing_fills_the_polygon():
     unseen = only("voxel_layer", track_unknown_space=True)
     box = Footprint.from_corners([(0.2, 0.1), (-0.2, 0.1), (-0.2, -0.1), (0.2, -0.1)], 0.0)
-    costmap = LocalCostmap(unseen, ROOM, box).update(Pose(1.525, 1.525))
+    costmap = LayeredCostmap(unseen, ROOM, box).update(Pose(1.525, 1.525))
     freed = np.argwhere(costmap.costs != NO_INFORMATION)
     assert len(freed) == 9 * 5
     assert freed.max(axis=0).tolist() == (freed.min(axis=0) + np.array([4, 8])).tolist()
@@ -230,23 +214,23 @@ def test_layers_combine_as_told():
     grid = GridMap(ROOM.occupancy | (np.arange(100) == 50))
     pose = Pose(1.0, 1.0)
     for method, keeps in ((1, True), (0, False)):
-        layer = ObstacleLayer(clearing=True, combination_method=method)
+        layer = ObstacleLayer(combination_method=method, scan=ObservationSource(clearing=True))
         plugins = ("static_layer", "obstacle_layer")
         params = CostmapParams.example_global(plugins=plugins, obstacle_layer=layer)
-        costmap = LocalCostmap(params, grid, POINT)
+        costmap = LayeredCostmap(params, grid, POINT)
         # A beam that passes the wall on the map: someone took it away.
-        costs = costmap.update(Pose(1.025, 1.025), **wall_ahead(2.0)).costs
+        costs = see(costmap, Pose(1.025, 1.025), 2.0).costs
         assert (costs[20, 50] == LETHAL_OBSTACLE) == keeps
         assert costs[20, 60] == LETHAL_OBSTACLE
         assert costs[70, 50] == LETHAL_OBSTACLE
     largest = CostmapParams(plugins=("obstacle_layer", "static_layer"), use_maximum=True)
-    costs = LocalCostmap(largest, grid, POINT).update(pose, **wall_ahead(1.0)).costs
+    costs = see(LayeredCostmap(largest, grid, POINT), pose, 1.0).costs
     assert costs[20, 40] == LETHAL_OBSTACLE
 
 
 def test_without_obstacle_layers_the_whole_map_is_built_once():
     params = CostmapParams.example_global(plugins=("static_layer", "inflation_layer"))
-    costmap = LocalCostmap(params, ROOM, DISC)
+    costmap = LayeredCostmap(params, ROOM, DISC)
     first = costmap.update(Pose(1, 1))
     assert np.array_equal(first.costs, build_static_costmap(ROOM, params, DISC).costs)
     assert costmap.update(Pose(2, 2)) is first
@@ -254,13 +238,13 @@ def test_without_obstacle_layers_the_whole_map_is_built_once():
 
 def test_a_costmap_neither_rolling_nor_on_the_map_stays_where_it_is_put():
     params = CostmapParams(width=2, height=1, origin_x=-1.0, plugins=("inflation_layer",))
-    costmap = LocalCostmap(params, ROOM, DISC).update(Pose(3, 3))
+    costmap = LayeredCostmap(params, ROOM, DISC).update(Pose(3, 3))
     assert costmap.costs.shape == (10, 20)
     assert (costmap.origin_x, costmap.origin_y) == (-1.0, 0.0)
 
 
 def test_every_update_returns_new_costs():
-    window = LocalCostmap(CostmapParams.example_local(), ROOM, DISC)
+    window = LayeredCostmap(CostmapParams.example_local(), ROOM, DISC)
     first, second = window.update(Pose(1, 1)), window.update(Pose(1, 1))
     assert first.costs is not second.costs
 
@@ -268,12 +252,12 @@ def test_every_update_returns_new_costs():
 @pytest.mark.parametrize("options", [{"resolution": 4.0}, {"width": 10**9, "height": 10**9}])
 def test_absurd_sizes_are_refused(options):
     with pytest.raises(ConfigError, match="costmap: expected width x height of 1 to"):
-        LocalCostmap(CostmapParams.example_local(**options), ROOM, DISC)
+        LayeredCostmap(CostmapParams.example_local(**options), ROOM, DISC)
 
 
 def test_inflation_sees_what_the_lidar_saw():
     layer = InflationLayer(cost_scaling_factor=3.0)
-    window = LocalCostmap(CostmapParams.example_local(inflation_layer=layer), ROOM, DISC)
-    costmap = window.update(Pose(1.025, 1.025), **wall_ahead(1.0))
+    window = LayeredCostmap(CostmapParams.example_local(inflation_layer=layer), ROOM, DISC)
+    costmap = see(window, Pose(1.025, 1.025), 1.0)
     row, col = costmap.world_to_map(2.025, 1.025)
     assert costmap.costs[row, col - 5 : col + 6].tolist() == [234, 253, 253, 253, 253, 254, 253, 253, 253, 253, 234]

@@ -1,0 +1,306 @@
+"""The face for Python: what the commands do, as functions that return tables.
+
+::
+
+    from evolution import bench, evolve, load, study
+
+Work happens in worker processes, so these functions may be called from a script, with or without a ``__main__`` guard,
+and from a notebook.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from controllers.nav2_params import NavigationParams
+from controllers.nav2_params.presets import overlay
+from evolution.benchmark import PREFIX as BARN
+from evolution.benchmark import Benchmark, barn_settings, load_barn, read_bench
+from evolution.benchmark import bench as drive_all
+from evolution.driving import (
+    ControllerSpec,
+    DriveSettings,
+    Evaluator,
+    JobPlan,
+    OnRun,
+    ResultStore,
+    available_cores,
+    check_room,
+    run_job,
+    try_controllers,
+    warm_up,
+)
+from evolution.files import new_directory
+from evolution.pictures import write_run_figures
+from evolution.runs import RUN, LoadedRun, RunDir, load_run
+from evolution.search import (
+    DEFAULT_CONTROLLERS,
+    Experiment,
+    Progress,
+    check_experiment,
+    controllers_from,
+    experiment_of,
+    load_preset,
+    preset_names,
+    read_document,
+)
+from evolution.search import evolve as search_on
+from evolution.studies import (
+    NAV2,
+    SWEEP,
+    AnyStudy,
+    StudyProgress,
+    StudyResults,
+    SweepResults,
+    SweepSettings,
+    is_study,
+    load_results,
+    load_sweep,
+    run_study,
+    run_sweep,
+    study_in,
+)
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio import PoseLike, load_scenarios
+from gym_mapbench.scenario import MapSet, Scenario
+
+Maps = str | Path | Scenario | MapSet | LoadedRun
+"""A file or directory of any kind that ``mapbench bench`` reads, or maps that are there already."""
+
+Controllers = str | Sequence[str | Mapping[str, Any] | ControllerSpec]
+"""Names, ``NAME=KIND``, ``NAME=model.zip``, or mappings with ``name``, ``kind`` and ``params``."""
+
+
+def bench(
+    maps: Maps | Sequence[Maps],
+    controllers: Controllers = DEFAULT_CONTROLLERS,
+    *,
+    params: str | NavigationParams = "thesis",
+    settings: DriveSettings | None = None,
+    start: PoseLike | None = None,
+    goal: PoseLike | None = None,
+    repeats: int = 1,
+    seed: int = 0,
+    metrics: Sequence[str] = (),
+    workers: int | None = None,
+    executor: str = "processes",
+    out: str | Path | None = None,
+    on_run: OnRun | None = None,
+    **environment: Any,
+) -> Benchmark:
+    """Drive every controller on every map and compare.
+
+    Args:
+        maps: One or several; ``barn:DIR`` stands alone and is driven by BARN's rules.
+        controllers: Who drives.
+        params: Nav2's parameters: a preset's name, a ``nav2_params.yaml``, or what was read of one.
+        settings: World and navigation in one value, instead of ``params`` and ``environment``.
+        start: ``(x, y, yaw)`` in m and rad, instead of what the files say.
+        goal: The same for the goal.
+        repeats: Runs of each controller on each map, each with a seed of its own.
+        seed: Root of all randomness.
+        metrics: What is measured besides the project's own metrics, by name.
+        workers: Worker processes; all cores if None. The results do not depend on it.
+        executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`).
+        out: New directory for ``bench.json`` and ``bench.csv``; nothing is written if None.
+        on_run: Called after each run with its job, its result, and how many are left.
+        environment: Fields of :class:`gym_mapbench.config.EnvConfig`, e.g. ``robot="jackal", noise="nominal"``.
+
+    Returns:
+        A row for every run; a notebook shows the summary.
+
+    Raises:
+        ConfigError: If anything cannot be used; nothing is driven then.
+        MapFormatError: If a file is no map.
+        RunError: If no worker starts or nothing can be written.
+    """
+    items = [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
+    scenarios = load_all(items, start, goal)
+    settings = settings or _settings(params, environment)
+    settings = barn_settings(settings) if barn_source(items) else settings
+    check_room(scenarios, settings)
+    specs = _specs(controllers)
+    try_controllers(specs, settings)
+    if out is not None:
+        new_directory(Path(out))
+    plan = JobPlan(specs, settings, seed, repeats, tuple(metrics))
+    with Evaluator(run_job, workers=workers or available_cores(), warm_up=warm_up, executor=executor) as evaluator:
+        result = drive_all(scenarios, plan, evaluator, on_run)
+    if out is not None:
+        result.save(Path(out))
+    return result
+
+
+def evolve(
+    experiment: str | Path | Mapping[str, Any] | Experiment = "thesis",
+    *,
+    out: str | Path | None = None,
+    resume: str | Path | None = None,
+    workers: int | None = None,
+    executor: str = "processes",
+    on_generation: Callable[[Progress], None] | None = None,
+    on_run: OnRun | None = None,
+    **search: Any,
+) -> LoadedRun:
+    """Search for sets of maps that tell controllers apart.
+
+    Args:
+        experiment: A preset's name, a YAML file with the sections ``search``, ``controllers`` and ``run``, the same as
+            a mapping, or an experiment. What a file or a mapping leaves open is the preset ``thesis``'.
+        out: New directory of the run; ``runs/FITNESS-popN-seedN`` if None.
+        resume: Directory of a run to continue, to exactly the same result; ``experiment`` and ``search`` are what it
+            was begun with.
+        workers: Worker processes; all cores if None. The results do not depend on it.
+        executor: What the runs are driven on, by name.
+        on_generation: Called after each generation.
+        on_run: Called after each run with its job, its result, and how many are left.
+        search: Options of the search on top, e.g. ``evaluations=100, seed=3``.
+
+    Returns:
+        The recorded run; a notebook shows the best map set.
+
+    Raises:
+        ConfigError: If an option cannot be used; nothing is driven then.
+        RunError: If no worker starts, nothing can be written, or a run cannot be continued.
+    """
+    if resume is None:
+        rundir, wanted = _begin(experiment, search, out)
+    elif search or out is not None:
+        raise ConfigError(f"resume: expected no other option, got {next(iter(search), 'out')}")
+    else:
+        rundir = RunDir.open(resume)
+        wanted = experiment_of(rundir.config)
+    with (
+        ResultStore(rundir.store_path) as store,
+        Evaluator(
+            run_job, store, workers=workers or available_cores(), warm_up=warm_up, executor=executor
+        ) as evaluator,
+    ):
+        search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)
+    run = load_run(rundir.path)
+    write_run_figures(run)
+    return run
+
+
+def study(
+    settings: str | Path | AnyStudy,
+    *,
+    out: str | Path | None = None,
+    resume: bool = False,
+    only: Sequence[str] | None = None,
+    runs: int | None = None,
+    workers: int | None = None,
+    executor: str = "processes",
+    on_progress: Callable[[StudyProgress], None] | None = None,
+    on_run: OnRun | None = None,
+) -> StudyResults | SweepResults:
+    """Run many searches with baselines, drive what they found again on fresh seeds, and compare; or sweep over worlds.
+
+    Args:
+        settings: A study of the package by name, a YAML file, a study, or with ``resume`` the directory of one.
+        out: Its directory; ``runs/study-NAME`` if None.
+        resume: Whether to continue a study that was begun there.
+        only: Names of the configurations (of a sweep: worlds) to run now; all if None.
+        runs: Number of seeds (of a sweep: maps) to run now; all if None.
+        workers: Worker processes; all cores if None. The results do not depend on it.
+        executor: What the runs are driven on, by name.
+        on_progress: Called after each generation and each search; a sweep has none.
+        on_run: Called after each run of a sweep with its job, its result, and how many are left.
+
+    Returns:
+        What there is now; a notebook shows a row for each search, or for each world and controller.
+
+    Raises:
+        ConfigError: If an option cannot be used, or the directory holds something else.
+        RunError: If no worker starts, or nothing can be written.
+    """
+    wanted, directory = study_in(settings, out, resume=resume)
+    how: dict[str, Any] = {
+        "resume": resume,
+        "only": only,
+        "workers": workers or available_cores(),
+        "engine": replace(NAV2, executor=executor),
+    }
+    if isinstance(wanted, SweepSettings):
+        return run_sweep(wanted, directory, maps=runs, on_run=on_run, **how)
+    return run_study(wanted, directory, runs=runs, on_progress=on_progress, **how)
+
+
+def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmark:
+    """Read back what :func:`evolve`, :func:`study` or :func:`bench` wrote.
+
+    Args:
+        path: The directory.
+
+    Raises:
+        RunError: If it is none of these, or damaged.
+    """
+    if is_study(path):
+        return load_results(path)
+    if SWEEP.holds(path):
+        return load_sweep(path)
+    return load_run(path) if RUN.holds(path) else read_bench(path)
+
+
+def barn_source(maps: Iterable[object]) -> str | None:
+    """Return the ``barn:DIR`` among some maps, which has rules of its own and stands alone.
+
+    Raises:
+        ConfigError: If another map stands beside it.
+    """
+    items = list(maps)
+    found = [item for item in items if isinstance(item, str) and item.startswith(BARN)]
+    if found and len(items) > 1:
+        raise ConfigError(f"{found[0]}: BARN's task has rules of its own; expected no other map beside it")
+    return found[0] if found else None
+
+
+def load_all(maps: Sequence[Maps], start: PoseLike | None = None, goal: PoseLike | None = None) -> list[Scenario]:
+    """Return the scenarios of some maps, in order; the worlds of ``barn:DIR`` at Nav2's resolution."""
+    if barn := barn_source(maps):
+        return load_barn(barn)
+    return [scenario for item in maps for scenario in _scenarios(item, start, goal)]
+
+
+def compose(preset: str = "thesis", config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:
+    """Return the document of an experiment: a preset, then what ``config`` says, then options of the search."""
+    return overlay(overlay(load_preset(preset), config or {}), {"search": search})
+
+
+def _begin(
+    experiment: str | Path | Mapping[str, Any] | Experiment, search: dict[str, Any], out: str | Path | None
+) -> tuple[RunDir, Experiment]:
+    """Build an experiment, refuse what cannot be driven, and make the directory of its run."""
+    if isinstance(experiment, Experiment):
+        wanted = experiment_of(overlay(experiment.document(), {"search": search})) if search else experiment
+    elif isinstance(experiment, Mapping):
+        wanted = experiment_of(compose(config=experiment, **search))
+    elif experiment in preset_names():
+        wanted = experiment_of(compose(str(experiment), **search))
+    else:
+        wanted = experiment_of(compose(config=read_document(experiment), **search), str(experiment))
+    check_experiment(wanted)
+    options = wanted.search
+    default = Path("runs") / f"{options.fitness.replace(':', '.')}-pop{options.pop_size}-seed{options.seed}"
+    return RunDir.create(out or default, wanted), wanted
+
+
+def _settings(params: str | NavigationParams, environment: Mapping[str, Any]) -> DriveSettings:
+    return DriveSettings(navigation=params, environment=EnvConfig.build(**environment))
+
+
+def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Iterable[Scenario]:
+    if isinstance(item, Scenario):
+        return [item]
+    if isinstance(item, LoadedRun):
+        return item.best
+    return item if isinstance(item, MapSet) else load_scenarios(item, start=start, goal=goal)
+
+
+def _specs(controllers: Controllers) -> tuple[ControllerSpec, ...]:
+    entries = [controllers] if isinstance(controllers, str) else list(controllers)
+    return controllers_from([one.model_dump() if isinstance(one, ControllerSpec) else one for one in entries])

@@ -1,0 +1,71 @@
+"""How worker processes are started: from a fork server, and without the caller's script.
+
+A job names everything it needs by module, so a worker never has to import the script or notebook that asked for it;
+``multiprocessing`` would do so at every start, and a script without a ``__main__`` guard would begin itself anew.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from multiprocessing import popen_forkserver, spawn
+from multiprocessing.context import BaseContext, ForkServerContext, ForkServerProcess
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+MAIN = ("init_main_from_name", "init_main_from_path")
+"""Keys under which a new process is told which script to import."""
+
+
+def available_cores() -> int:
+    """Number of cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def worker_context(modules: Sequence[str] = ()) -> BaseContext:
+    """Return how workers are started: from a *fork server*, or spawned where there is none.
+
+    A fork server is a clean process without threads, from which a worker is there in milliseconds. Plain ``fork``
+    would copy a process with threads (the pool's own, BLAS), which may deadlock.
+
+    Args:
+        modules: Names of modules that a fork server imports once for all workers.
+    """
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = _Context()
+    context.set_forkserver_preload(list(modules))
+    return context
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Tell processes that are started meanwhile of no script."""
+    original = spawn.get_preparation_data
+
+    def without(name: str) -> dict[str, Any]:
+        return {key: value for key, value in original(name).items() if key not in MAIN}
+
+    spawn.get_preparation_data = without
+    try:
+        yield
+    finally:
+        spawn.get_preparation_data = original
+
+
+class _Popen(popen_forkserver.Popen):
+    def _launch(self, process_obj: BaseProcess) -> None:
+        with _without_main():
+            super()._launch(process_obj)  # type: ignore[misc]
+
+
+class _Process(ForkServerProcess):
+    @staticmethod
+    def _Popen(process_obj: BaseProcess) -> _Popen:  # noqa: N802 - multiprocessing's name
+        return _Popen(process_obj)
+
+
+class _Context(ForkServerContext):
+    Process = _Process

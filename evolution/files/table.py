@@ -1,0 +1,115 @@
+"""Tables: rows with named columns, as text, as CSV, in a notebook, and as a pandas DataFrame."""
+
+from __future__ import annotations
+
+import html
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, overload
+
+from evolution.files.plain import Row, csv_of
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class Table(Sequence[Row]):
+    """Rows of one table, each a mapping from column to value; None where a row has no value.
+
+    Args:
+        rows: The rows.
+        title: What the table shows, in a few words.
+    """
+
+    def __init__(self, rows: Iterable[Row], title: str = "") -> None:
+        self._rows = list(rows)
+        self.title = title
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns, in order of their first use."""
+        return tuple(dict.fromkeys(name for row in self._rows for name in row))
+
+    @overload
+    def __getitem__(self, index: int) -> Row: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Row]: ...
+    def __getitem__(self, index: int | slice) -> Row | list[Row]:
+        return self._rows[index]
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self._rows)
+
+    def cells(self) -> list[list[str]]:
+        """Return every row as texts a person reads, a text a column."""
+        return [[_text(row.get(name)) for name in self.columns] for row in self._rows]
+
+    def numeric(self, column: str) -> bool:
+        """Whether a column holds numbers only."""
+        values = [row.get(column) for row in self._rows]
+        return any(value is not None for value in values) and all(isinstance(v, int | float | None) for v in values)
+
+    def to_csv(self) -> str:
+        """Return the table as CSV text."""
+        return csv_of(self._rows)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the table as a pandas DataFrame; pandas must be installed."""
+        import pandas
+
+        return pandas.DataFrame(self._rows, columns=list(self.columns))
+
+    def __str__(self) -> str:
+        lines = [list(self.columns), *self.cells()]
+        columns = [
+            _aligned(column, right=self.numeric(name))
+            for name, column in zip(self.columns, zip(*lines, strict=True), strict=True)
+        ]
+        title = [self.title] if self.title else []
+        return "\n".join([*title, *("  ".join(line).rstrip() for line in zip(*columns, strict=True))])
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        """Return the table as a notebook shows it."""
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in self.columns)
+        body = "".join(
+            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>" for cells in self.cells()
+        )
+        caption = f"<caption>{html.escape(self.title)}</caption>" if self.title else ""
+        return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+class Tabled(ABC):
+    """Results that can be looked at as tables; a notebook shows the first of them."""
+
+    @abstractmethod
+    def table(self, name: str = "") -> Table:
+        """Return one of the tables by name; the one to look at first without a name."""
+
+    def to_pandas(self, name: str = "") -> pandas.DataFrame:
+        """Return one of the tables (see :meth:`table`) as a pandas DataFrame; pandas must be installed."""
+        return self.table(name).to_pandas()
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        return self.table()._repr_html_()
+
+
+def _text(value: Any) -> str:
+    """Say a value with as many digits as a reader wants."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "-"
+    if isinstance(value, float):
+        return f"{value:.0f}" if value.is_integer() and abs(value) < 1e6 else f"{value:.4g}"
+    return str(value)
+
+
+def _aligned(texts: Sequence[str], *, right: bool) -> list[str]:
+    """Fill texts up with blanks to the length of the longest."""
+    width = max(map(len, texts))
+    return [text.rjust(width) if right else text.ljust(width) for text in texts]

@@ -1,0 +1,46 @@
+"""The kinds of study: with searches, or a sweep over worlds. What a file says tells which."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from evolution.studies.directory import StudyDir, is_study
+from evolution.studies.settings import StudySettings, read_definition
+from evolution.studies.sweep.running import SWEEP, read_sweep
+from evolution.studies.sweep.settings import SweepSettings
+from gym_mapbench.errors import ConfigError
+
+AnyStudy = StudySettings | SweepSettings
+
+
+def load_definition(name_or_file: str | Path) -> AnyStudy:
+    """Read a study of any kind by name or from a YAML file; one with ``worlds`` is a sweep.
+
+    Raises:
+        ConfigError: If there is no such study, or it cannot be used.
+    """
+    values = read_definition(name_or_file)
+    kind = SweepSettings if isinstance(values, Mapping) and "worlds" in values else StudySettings
+    return kind.from_mapping(values, str(name_or_file))
+
+
+def study_in(
+    settings: str | Path | AnyStudy, out: str | Path | None = None, *, resume: bool = False
+) -> tuple[AnyStudy, Path]:
+    """Return a study and its directory; a directory that is to be resumed says itself which study it is.
+
+    Raises:
+        ConfigError: If there is no such study, or two directories are given.
+        RunError: If a directory is damaged.
+    """
+    if isinstance(settings, AnyStudy):
+        wanted = settings
+    elif resume and (is_study(settings) or SWEEP.holds(settings)):
+        if out is not None:
+            raise ConfigError(f"out: expected none beside the study directory {settings}")
+        found = StudyDir.open(settings).settings if is_study(settings) else read_sweep(settings)
+        return found, Path(settings)
+    else:
+        wanted = load_definition(settings)
+    return wanted, Path(out or Path("runs") / f"study-{wanted.name}")

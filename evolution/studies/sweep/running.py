@@ -1,0 +1,174 @@
+"""run_sweep(): drive every controller on every map in every world, and keep it in a directory.
+
+::
+
+    sweep.json        the settings, and the versions it was run with
+    results.sqlite    every driven run
+    runs.csv          one line a run
+    effects.csv       one line a world and controller
+    figures/          success, time and recoveries by world
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from evolution.benchmark import bench_row
+from evolution.driving import Evaluator, Job, OnRun, ResultStore, RunResult, check_room, try_controllers
+from evolution.files import DirectoryKind, Row, Table, Tabled, csv_of, read_csv, write_text
+from evolution.pictures import effects_figure, save_figure
+from evolution.runs import STORE
+from evolution.studies.engine import NAV2, Engine
+from evolution.studies.sweep.effects import effect_rows
+from evolution.studies.sweep.settings import SweepSettings
+from gym_mapbench.errors import ConfigError, RunError, unknown_name
+from gym_mapbench.scenario import Scenario
+
+SWEEP = DirectoryKind("sweep", "sweep.json", format_version=1)
+RUNS, EFFECTS, FIGURE = "runs.csv", "effects.csv", "figures/effects"
+
+
+@dataclass(frozen=True)
+class SweepResults(Tabled):
+    """A sweep as far as it has come.
+
+    Args:
+        path: Its directory.
+        settings: The sweep.
+        runs: One row a run.
+    """
+
+    path: Path
+    settings: SweepSettings
+    runs: tuple[Row, ...]
+
+    def table(self, name: str = "effects") -> Table:
+        """Return a table.
+
+        Args:
+            name: ``effects`` (see :func:`~evolution.studies.sweep.effects.effect_rows`) or ``runs``.
+
+        Raises:
+            ConfigError: If there is no such table.
+        """
+        if (name or "effects") not in ("effects", "runs"):
+            raise unknown_name("table", name, ("effects", "runs"))
+        return Table(self.runs) if name == "runs" else Table(self._effects(), self.settings.name)
+
+    def _effects(self) -> list[Row]:
+        driven = [name for name in self.settings.worlds if any(row["world"] == name for row in self.runs)]
+        return effect_rows(self.runs, driven, [spec.name for spec in self.settings.specs])
+
+
+def run_sweep(
+    settings: SweepSettings,
+    path: str | Path,
+    *,
+    resume: bool = False,
+    only: Sequence[str] | None = None,
+    maps: int | None = None,
+    workers: int = 1,
+    engine: Engine = NAV2,
+    on_run: OnRun | None = None,
+) -> SweepResults:
+    """Run or continue a sweep; it can be killed at any moment.
+
+    Args:
+        settings: The sweep.
+        path: Its directory.
+        resume: Whether to continue a sweep that was begun there.
+        only: Names of the worlds to drive in now, beside the first; all if None.
+        maps: Number of maps to drive now; all if None.
+        workers: Number of worker processes.
+        engine: How runs are driven.
+        on_run: Called after each run with its job, its result, and how many are left.
+
+    Raises:
+        ConfigError: If an option cannot be used, or the directory holds another sweep, or something else.
+        RunError: If no worker starts, or nothing can be written.
+    """
+    path = Path(path)
+    worlds = _chosen(settings, only)
+    plans = {name: settings.plan(name) for name in worlds}
+    scenarios = settings.scenarios()[:maps]
+    for name in worlds:
+        _check(settings, name, scenarios)
+    _begin(path, settings, resume)
+    jobs = [(name, job) for name in worlds for scenario in scenarios for job in plans[name].jobs(scenario)]
+    with (
+        ResultStore(path / STORE) as store,
+        Evaluator(
+            engine.run_job, store, workers=workers, warm_up=engine.warm_up, executor=engine.executor
+        ) as evaluator,
+    ):
+        results = evaluator.run([job for _, job in jobs], on_run)
+    rows = tuple(_row(name, job, result) for (name, job), result in zip(jobs, results, strict=True))
+    return _written(SweepResults(path, settings, rows))
+
+
+def read_sweep(path: str | Path) -> SweepSettings:
+    """Read which sweep a directory was begun with.
+
+    Raises:
+        RunError: If it is none, or damaged.
+    """
+    config = SWEEP.open(Path(path))
+    try:
+        return SweepSettings.from_mapping(config.get("sweep"), str(Path(path) / SWEEP.mark))
+    except ConfigError as error:
+        raise RunError(str(error)) from None
+
+
+def load_sweep(path: str | Path) -> SweepResults:
+    """Read the directory of a sweep.
+
+    Raises:
+        RunError: If it is none, was not finished, or is damaged.
+    """
+    path, settings = Path(path), read_sweep(path)
+    if not (path / RUNS).is_file():
+        raise RunError(f"{path}: nothing was finished; continue it with --resume")
+    return SweepResults(path, settings, tuple(read_csv(path / RUNS)))
+
+
+def _chosen(settings: SweepSettings, only: Sequence[str] | None) -> list[str]:
+    """The worlds to drive in, the first among them."""
+    for name in only or ():
+        if name not in settings.worlds:
+            raise unknown_name("world", name, settings.worlds)
+    first = next(iter(settings.worlds))
+    return [name for name in settings.worlds if only is None or name in only or name == first]
+
+
+def _check(settings: SweepSettings, world: str, scenarios: Sequence[Scenario]) -> None:
+    """Refuse a world in which nothing can be driven."""
+    try:
+        try_controllers(settings.specs, settings.world(world))
+        check_room(scenarios, settings.world(world))
+    except ConfigError as error:
+        raise ConfigError(f"{settings.name}: {world}: {error}") from None
+
+
+def _row(world: str, job: Job, result: RunResult) -> Row:
+    """One line of ``runs.csv``: nothing in it differs when the sweep is run again."""
+    return {"world": world, **bench_row(job, replace(result, timings={}))}
+
+
+def _begin(path: Path, settings: SweepSettings, resume: bool) -> None:
+    document = {"sweep": settings.model_dump(mode="json")}
+    if not resume:
+        SWEEP.create(path, document)
+        return
+    config = SWEEP.open(path)
+    SWEEP.check_same(path, config, config.get("sweep"), document["sweep"])
+
+
+def _written(results: SweepResults) -> SweepResults:
+    """Write tables and figure of what was driven."""
+    effects = results.table()
+    write_text(results.path / RUNS, csv_of(list(results.runs)))
+    write_text(results.path / EFFECTS, effects.to_csv())
+    save_figure(effects_figure(list(effects)), results.path / FIGURE)
+    return results

@@ -1,0 +1,71 @@
+"""A sweep as data: maps, controllers, and worlds that differ in a few options, read from YAML."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from controllers.nav2_params.presets import overlay
+from evolution.driving import ControllerSpec, DriveSettings, JobPlan
+from evolution.search import DEFAULT_CONTROLLERS, controllers_from
+from evolution.studies.settings import Document, Name
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.scenario import Scenario
+from gym_mapbench.scenario_source import draw_scenario
+from gym_mapbench.settings import Settings
+
+
+class SweepSettings(Settings):
+    """All of a sweep.
+
+    Args:
+        name: Its name.
+        maps: Number of random maps, drawn in the first world, solvable for its robot.
+        seed: Root of all randomness: of the maps, and of every run.
+        repeats: Runs of each controller on each map in each world, each with a seed of its own.
+        controllers: Who drives: names, or mappings with ``name``, ``kind`` and ``params``.
+        run: The world and the navigation of all runs, as the section ``run`` of an experiment.
+        worlds: By name, what each world changes in ``run``; the first is what the others are compared with.
+    """
+
+    name: Name
+    maps: Annotated[int, Field(ge=1)] = 200
+    seed: Annotated[int, Field(ge=0)] = 0
+    repeats: Annotated[int, Field(ge=1)] = 1
+    controllers: tuple[str | Document, ...] = DEFAULT_CONTROLLERS
+    run: Document = Field(default_factory=dict)
+    worlds: dict[Name, Document]
+
+    @field_validator("worlds")
+    @classmethod
+    def _several(cls, value: dict[str, Document]) -> dict[str, Document]:
+        if len(value) < 2:
+            raise ConfigError(f"expected two worlds or more to compare, got {len(value)}")
+        return value
+
+    @property
+    def specs(self) -> tuple[ControllerSpec, ...]:
+        """The controllers."""
+        return controllers_from(list(self.controllers))
+
+    def world(self, name: str) -> DriveSettings:
+        """Return one of the worlds.
+
+        Raises:
+            ConfigError: If an option of it cannot be used, naming the world.
+        """
+        document: dict[str, Any] = overlay({"navigation": "thesis", **self.run}, self.worlds[name])
+        return DriveSettings.from_mapping(document, f"{self.name}: {name}")
+
+    def plan(self, name: str) -> JobPlan:
+        """Which runs a scenario needs in one of the worlds; seeds are the same in all of them."""
+        return JobPlan(self.specs, self.world(name), self.seed, self.repeats)
+
+    def scenarios(self) -> list[Scenario]:
+        """Draw the maps: the first ``n`` are the same whatever their number."""
+        environment = self.world(next(iter(self.worlds))).environment
+        rng = np.random.default_rng(self.seed)
+        drawn = (draw_scenario(environment, rng) for _ in range(self.maps))
+        return [Scenario(one.map, one.start, one.goal, f"random_{i:03d}") for i, one in enumerate(drawn)]

@@ -1,0 +1,64 @@
+"""Files of recorded results, read and checked: whatever is wrong with one is one line that names it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.errors import MapFormatError
+
+Arrays = dict[str, NDArray[Any]]
+
+
+def read_config(directory: str | Path) -> dict[str, Any]:
+    """Read the ``config.json`` of a directory of recorded results.
+
+    Raises:
+        MapFormatError: If there is no such directory or file, or it holds no mapping.
+    """
+    directory = Path(directory)
+    if not directory.is_dir():
+        raise MapFormatError(f"{directory}: expected a directory of recorded results, found none")
+    config: dict[str, Any] = read_json(directory / "config.json", dict)
+    return config
+
+
+def read_json(path: Path, kind: type) -> Any:
+    """Read a JSON file that holds a ``kind``.
+
+    Raises:
+        MapFormatError: If it is missing, unreadable, or holds something else.
+    """
+    try:
+        loaded = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise MapFormatError(f"{path}: expected recorded results, found no such file") from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise MapFormatError(f"{path}: not readable as JSON ({error})") from None
+    if not isinstance(loaded, kind):
+        raise MapFormatError(f"{path}: expected a JSON {kind.__name__}, got {type(loaded).__name__}")
+    return loaded
+
+
+def read_arrays(path: Path, required: Sequence[str]) -> Arrays:
+    """Read all arrays of an ``.npz`` file.
+
+    Raises:
+        MapFormatError: If it is missing, unreadable, or lacks one of the ``required`` fields.
+    """
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            loaded = {key: archive[key] for key in archive.files}
+    except FileNotFoundError:
+        raise MapFormatError(f"{path}: expected recorded results, found no such file") from None
+    except Exception as error:  # numpy and zipfile raise many kinds on broken archives
+        raise MapFormatError(f"{path}: not a readable .npz archive ({error})") from None
+    missing = [key for key in required if key not in loaded]
+    if missing:
+        raise MapFormatError(f"{path}: expected the field {missing[0]!r}, found {sorted(loaded)}")
+    return loaded

@@ -1,0 +1,85 @@
+"""The inflation layer: cost around obstacles.
+
+Source: nav2_costmap_2d/plugins/inflation_layer.cpp.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.costmap.grid import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE
+from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
+from gym_mapbench.costmap.params import CostmapParams, InflationLayer
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.kernels.inflation import inflate
+from gym_mapbench.scenario import Pose
+
+MAX_REACH_CELLS = 2000
+EVERYWHERE = [-math.inf, -math.inf, math.inf, math.inf]
+
+
+@functools.lru_cache(maxsize=64)
+def inflation_costs(layer: InflationLayer, reach: int, resolution: float, inscribed_radius: float) -> NDArray[np.uint8]:
+    """Cost ``(reach**2 + 1,)`` uint8 at every squared distance from an obstacle, in cells^2 (``computeCost``)."""
+    distance = np.sqrt(np.arange(reach * reach + 1)) * resolution
+    decay = np.exp(-layer.cost_scaling_factor * np.maximum(distance - inscribed_radius, 0.0))
+    costs = np.where(distance <= inscribed_radius, INSCRIBED_INFLATED_OBSTACLE, np.trunc(252 * decay))
+    costs[0] = LETHAL_OBSTACLE
+    table = costs.astype(np.uint8)
+    table.flags.writeable = False
+    return table
+
+
+class Inflation(Layer):
+    """Inflates what the layers before it wrote.
+
+    Args:
+        params: The layer's options, and the release.
+        resolution: Side of a cell, m.
+        footprint: Gives the inscribed radius.
+
+    Raises:
+        ConfigError: If the inflation radius is more than 2000 cells.
+    """
+
+    def __init__(self, params: CostmapParams, resolution: float, footprint: Footprint) -> None:
+        self._params = params.inflation_layer
+        self._reach = math.ceil(self._params.inflation_radius / resolution)
+        if self._reach > MAX_REACH_CELLS:
+            raise ConfigError(f"inflation_radius: expected at most {MAX_REACH_CELLS} cells, got {self._reach}")
+        self._cost_of = inflation_costs(self._params, self._reach, resolution, footprint.inscribed_radius)
+        self._reset_is_news = params.nav2 == "jazzy"
+        self._all_is_news = True
+        self._last = EVERYWHERE
+
+    def reset(self) -> None:
+        """Inflate everything anew at the next update, where the release does so."""
+        self._all_is_news |= self._reset_is_news
+
+    def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
+        """Widen the box by what it was at the last update, and by the inflation radius."""
+        news = box.tolist()
+        for axis in (0, 1):
+            box[axis] = min(self._last[axis], news[axis]) - self._params.inflation_radius
+            box[axis + 2] = max(self._last[axis + 2], news[axis + 2]) + self._params.inflation_radius
+        if self._all_is_news:
+            box[:] = EVERYWHERE
+        self._last, self._all_is_news = news, False
+
+    def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
+        """Inflate these cells; obstacles outside them count as far as they reach."""
+        if not self._params.enabled or self._reach == 0:
+            return
+        options = self._params.inflate_unknown, self._params.inflate_around_unknown
+        row0, col0, row1, col1 = cells
+        # Cells farther than twice the reach can neither be seen from here nor lie in the way.
+        first_row, first_col = max(0, row0 - 2 * self._reach), max(0, col0 - 2 * self._reach)
+        around = master[first_row : row1 + 2 * self._reach, first_col : col1 + 2 * self._reach].copy()
+        inner = row0 - first_row, col0 - first_col, row1 - first_row, col1 - first_col
+        inflate(around, self._reach, self._cost_of, *options, *inner)
+        master[row0:row1, col0:col1] = around[inner[0] : inner[2], inner[1] : inner[3]]

@@ -1,0 +1,119 @@
+"""What a layer is: it says where it has something new, and writes it into the master grid.
+
+Source: nav2_costmap_2d/include/nav2_costmap_2d/layer.hpp, costmap_2d.hpp.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.scenario import Pose
+
+Costs = NDArray[np.uint8]
+Box = NDArray[np.float64]
+"""``(4,)`` least x, least y, largest x, largest y, m."""
+Cells = tuple[int, int, int, int]
+"""First row, first column, row after the last, column after the last."""
+
+IN_MAP_FRAME = Pose(0.0, 0.0, 0.0)
+
+
+@dataclass
+class Window:
+    """Where the cells of a costmap lie.
+
+    Args:
+        shape: ``(rows, cols)``.
+        resolution: Side of a cell, m.
+        origin_x: Lower-left corner, m, in the costmap's frame.
+        origin_y: Of it, m.
+        frame: Pose of the costmap's frame in the map's.
+    """
+
+    shape: tuple[int, int]
+    resolution: float
+    origin_x: float
+    origin_y: float
+    frame: Pose = IN_MAP_FRAME
+
+    @property
+    def geometry(self) -> tuple[float, float, float]:
+        """Resolution and origin, as the kernels take them."""
+        return self.resolution, self.origin_x, self.origin_y
+
+    @property
+    def corners(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Lower left and upper right corner, m, in the costmap's frame."""
+        rows, cols = self.shape
+        x, y = self.origin_x, self.origin_y
+        return (x, y), (x + cols * self.resolution, y + rows * self.resolution)
+
+    def roll(self, robot: Pose) -> tuple[int, int]:
+        """Move by whole cells, rounded towards none, so that the robot is in the middle; returns rows and columns."""
+        rows, cols = self.shape
+        d_row = int((robot.y - (rows - 1 + 0.5) * self.resolution / 2 - self.origin_y) / self.resolution)
+        d_col = int((robot.x - (cols - 1 + 0.5) * self.resolution / 2 - self.origin_x) / self.resolution)
+        self.origin_x += d_col * self.resolution
+        self.origin_y += d_row * self.resolution
+        return d_row, d_col
+
+    def cells_in(self, box: Box) -> Cells:
+        """Return the cells that a box touches; none, or one in a corner, where it is empty (``updateMap``)."""
+        rows, cols = self.shape
+        min_x, min_y, max_x, max_y = box.tolist()
+        row0, row1 = (_enforced(y, self.origin_y, self.resolution, rows) for y in (min_y, max_y))
+        col0, col1 = (_enforced(x, self.origin_x, self.resolution, cols) for x in (min_x, max_x))
+        return row0, col0, min(rows, row1 + 1), min(cols, col1 + 1)
+
+
+def _enforced(at: float, origin: float, resolution: float, count: int) -> int:
+    """Return the cell of a coordinate along one axis, or the nearest there is (``worldToMapEnforceBounds``)."""
+    if at < origin:
+        return 0
+    return count - 1 if at > resolution * count + origin else int((at - origin) / resolution)
+
+
+class Layer(ABC):
+    """One of the plugins of a costmap. It has a window's cells; the window is moved by who calls."""
+
+    def reset(self) -> None:  # noqa: B027 - most layers have nothing to forget
+        """Forget what was observed."""
+
+    def roll(self, d_row: int, d_col: int) -> None:  # noqa: B027 - nor anything to move
+        """Follow the window, which has moved by so many cells."""
+
+    @abstractmethod
+    def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
+        """Take in what is new and widen ``box`` to hold it.
+
+        Args:
+            window: Where the costmap's cells lie now.
+            robot: Pose of the robot in the costmap's frame.
+            box: What the layers before have changed.
+        """
+
+    @abstractmethod
+    def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
+        """Write into these cells of the master grid.
+
+        Args:
+            window: Where the costmap's cells lie now.
+            master: ``(rows, cols)`` uint8.
+            cells: Which of them to write.
+        """
+
+
+def shifted(grid: NDArray[Any], d_row: int, d_col: int, default: int) -> NDArray[Any]:
+    """Return a grid as seen from a window moved by whole cells; entering cells are ``default`` (``updateOrigin``)."""
+    moved = np.full_like(grid, default)
+    rows, cols = grid.shape
+    to_rows, to_cols = slice(max(0, -d_row), rows - max(0, d_row)), slice(max(0, -d_col), cols - max(0, d_col))
+    from_rows, from_cols = slice(max(0, d_row), rows - max(0, -d_row)), slice(max(0, d_col), cols - max(0, -d_col))
+    if abs(d_row) < rows and abs(d_col) < cols:
+        moved[to_rows, to_cols] = grid[from_rows, from_cols]
+    return moved

@@ -1,0 +1,165 @@
+"""LayeredCostmap: layers that write one after the other, over the map or in a window that rolls with the robot.
+
+Source: nav2_costmap_2d/src/layered_costmap.cpp.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gym_mapbench.costmap.grid import FREE_SPACE, NO_INFORMATION, Costmap
+from gym_mapbench.costmap.inflation_layer import Inflation
+from gym_mapbench.costmap.layer import IN_MAP_FRAME, Costs, Layer, Window, shifted
+from gym_mapbench.costmap.obstacle_layer import ObstacleGrid, VoxelGrid
+from gym_mapbench.costmap.params import CostmapParams
+from gym_mapbench.costmap.scan import LaserScan
+from gym_mapbench.costmap.static_layer import StaticMap, static_costs
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.footprint import Footprint
+from gym_mapbench.gridmap import MAX_CELLS, GridMap
+from gym_mapbench.scenario import Pose
+
+
+def build_static_costmap(grid: GridMap, params: CostmapParams, footprint: Footprint) -> Costmap:
+    """Build the costmap of the whole map, from the static and the inflation layer alone.
+
+    Args:
+        grid: The map; it gives size, resolution and origin.
+        params: Which of the two layers write, and how.
+        footprint: Gives the inscribed radius.
+
+    Raises:
+        ConfigError: If the inflation radius is more than 2000 cells.
+    """
+    empty = np.full(grid.shape, _default(params), np.uint8)
+    costs = static_costs(grid, params) if params.writes("static_layer") else empty
+    if params.writes("inflation_layer"):
+        window = Window(grid.shape, grid.resolution, *grid.origin)
+        Inflation(params, grid.resolution, footprint).update_costs(window, costs, (0, 0, *grid.shape))
+    return Costmap(costs, grid.resolution, *grid.origin, params.track_unknown_space)
+
+
+class LayeredCostmap:
+    """One of Nav2's costmaps with its layers: the global one on the map, or the local one, a window that rolls.
+
+    An update writes only the box that the layers say has news; cells outside it keep what they had.
+
+    Args:
+        params: Layers and size.
+        grid: The static map; only ``static_layer`` looks at it.
+        footprint: The padded footprint: inscribed radius, and what footprint clearing frees.
+
+    Raises:
+        ConfigError: If the costmap has no cells or too many, or the inflation radius is more than 2000 cells.
+    """
+
+    _master: Costs
+    _unchanging: Costmap | None
+
+    def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint) -> None:
+        self._params, self._grid, self._footprint = params, grid, footprint
+        self._default = _default(params)
+        self._start_over()
+
+    def reset(self, pose: Pose) -> None:
+        """Forget all observations and place the window around ``pose`` as at start-up."""
+        self._start_over()
+        self._roll(pose)
+
+    def clear(self) -> None:
+        """Forget all cells ("clear entirely"); the newest scan fills them again at the next update."""
+        self._master.fill(self._default)
+        for layer in self._layers.values():
+            layer.reset()
+
+    def observe(self, scan: LaserScan, sensor: Pose, height: float = 0.0) -> None:
+        """Give the obstacle layers a new scan; it counts at every update until there is a newer one.
+
+        Args:
+            scan: The scan.
+            sensor: Pose of the lidar when it was taken, m and rad, in the costmap's frame.
+            height: Of the lidar above the ground, m.
+        """
+        for layer in self._layers.values():
+            if isinstance(layer, ObstacleGrid):
+                layer.observe(scan, sensor, height)
+
+    def update(self, pose: Pose, frame: Pose = IN_MAP_FRAME) -> Costmap:
+        """Run one update cycle and return the costmap; call it at ``update_frequency``.
+
+        Args:
+            pose: Of the robot, m and rad, in the costmap's frame.
+            frame: Pose of the costmap's frame in the map's; a rolling static layer needs it.
+        """
+        if self._unchanging is not None:
+            return self._unchanging
+        self._window.frame = frame
+        self._roll(pose)
+        self._write_layers(pose)
+        costmap = Costmap(self._master.copy(), *self._window.geometry, self._params.track_unknown_space)
+        if not (self._params.observes or self._params.rolling_window):
+            self._unchanging = costmap
+        return costmap
+
+    def layer(self, name: str) -> Layer:
+        """Return a layer that writes by its name in ``plugins``.
+
+        Raises:
+            KeyError: If there is none.
+        """
+        return self._layers[name]
+
+    def _start_over(self) -> None:
+        params, grid, footprint = self._params, self._grid, self._footprint
+        self._window = _window(params, grid)
+        self._layers = {
+            name: _make_layer(name, params, grid, self._window, footprint)
+            for name in params.plugins
+            if params.writes(name) or name == "inflation_layer"
+        }
+        self._master = np.full(self._window.shape, self._default, np.uint8)
+        self._unchanging = None
+
+    def _roll(self, pose: Pose) -> None:
+        """Shift the window by whole cells to the robot; cells that stay keep what is in them."""
+        moved = self._window.roll(pose) if self._params.rolling_window else (0, 0)
+        if moved != (0, 0):
+            self._master = shifted(self._master, *moved, self._default)
+            for layer in self._layers.values():
+                layer.roll(*moved)
+
+    def _write_layers(self, pose: Pose) -> None:
+        """Collect what is new, then have all layers write it over the default, in the order of ``plugins``."""
+        box = np.array([np.inf, np.inf, -np.inf, -np.inf])
+        for layer in self._layers.values():
+            layer.update_bounds(self._window, pose, box)
+        row0, col0, row1, col1 = cells = self._window.cells_in(box)
+        if row1 < row0 or col1 < col0:
+            return
+        self._master[row0:row1, col0:col1] = self._default
+        for layer in self._layers.values():
+            layer.update_costs(self._window, self._master, cells)
+
+
+def _default(params: CostmapParams) -> int:
+    return NO_INFORMATION if params.track_unknown_space else FREE_SPACE
+
+
+def _window(params: CostmapParams, grid: GridMap) -> Window:
+    """Where a costmap lies at start-up: on the map if it shows all of it, else where the options say."""
+    if params.writes("static_layer") and not params.rolling_window:
+        return Window(grid.shape, grid.resolution, *grid.origin)
+    rows, cols = int(params.height / params.resolution), int(params.width / params.resolution)
+    if not 0 < rows * cols <= MAX_CELLS:
+        raise ConfigError(f"costmap: expected width x height of 1 to {MAX_CELLS} cells, got {cols} x {rows}")
+    return Window((rows, cols), params.resolution, params.origin_x, params.origin_y)
+
+
+def _make_layer(name: str, params: CostmapParams, grid: GridMap, window: Window, footprint: Footprint) -> Layer:
+    if name == "static_layer":
+        return StaticMap(params, grid)
+    if name == "inflation_layer":
+        return Inflation(params, window.resolution, footprint)
+    if name == "voxel_layer":
+        return VoxelGrid(params.voxel_layer, params, window.shape, footprint)
+    return ObstacleGrid(params.obstacle_layer, params, window.shape, footprint)

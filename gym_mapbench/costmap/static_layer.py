@@ -1,0 +1,73 @@
+"""The static layer: the map's cells as costs.
+
+Source: nav2_costmap_2d/plugins/static_layer.cpp.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.costmap.grid import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
+from gym_mapbench.costmap.params import CostmapParams
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.kernels.layers import MAX, TRUE_OVERWRITE, combine, write_map
+from gym_mapbench.kernels.raytrace import touch
+from gym_mapbench.scenario import Pose
+
+
+def static_costs(grid: GridMap, params: CostmapParams) -> NDArray[np.uint8]:
+    """Cost values ``(rows, cols)`` uint8 of the map's free, occupied and unknown cells (``interpretValue``)."""
+    costs = np.where(grid.occupancy, _static_cost(100, params), _static_cost(0, params))
+    if grid.unknown is not None:
+        costs[grid.unknown] = _static_cost(NO_INFORMATION, params)
+    return costs
+
+
+def _static_cost(value: int, params: CostmapParams) -> np.uint8:
+    """Cost of one map value: 0 free, 100 occupied, 255 unknown."""
+    if value == params.unknown_cost_value:
+        return np.uint8(NO_INFORMATION if params.track_unknown_space else FREE_SPACE)
+    if value >= params.lethal_cost_threshold:
+        return np.uint8(LETHAL_OBSTACLE)
+    scaled = FREE_SPACE if params.trinary_costmap else LETHAL_OBSTACLE * value // params.lethal_cost_threshold
+    return np.uint8(scaled)
+
+
+class StaticMap(Layer):
+    """Writes the map: once where the costmap is the map's, at every update into a rolling window.
+
+    Args:
+        params: How the map is read, and whether the window rolls.
+        grid: The map.
+    """
+
+    def __init__(self, params: CostmapParams, grid: GridMap) -> None:
+        self._rolling, self._use_maximum = params.rolling_window, params.use_maximum
+        self._costs = static_costs(grid, params)
+        self._geometry = grid.resolution, *grid.origin
+        self.reset()
+
+    def reset(self) -> None:
+        """Have the whole map written again."""
+        self._has_news = True
+
+    def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
+        """Widen the box by the map, or by the whole of a rolling window.
+
+        For a rolling window Humble and Jazzy take the map's bounds for the window's, which is wrong in an odom frame
+        and no difference on the map; newer releases have mended it as it is here.
+        """
+        if self._rolling or self._has_news:
+            for corner in window.corners:
+                touch(box, *corner)
+        self._has_news = False
+
+    def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
+        """Copy the map's cells, or look a rolling window's up in it."""
+        if not self._rolling:
+            combine(master, self._costs, *cells, MAX if self._use_maximum else TRUE_OVERWRITE)
+            return
+        at = *self._geometry, *window.frame
+        write_map(master, *window.geometry, self._costs, *at, *cells, self._use_maximum)

@@ -1,0 +1,82 @@
+"""How a layer's grid is written into the master grid of a costmap.
+
+Source: nav2_costmap_2d/src/costmap_layer.cpp, plugins/static_layer.cpp.
+"""
+
+from __future__ import annotations
+
+import math
+
+from gym_mapbench.kernels.geometry import cell_index
+from gym_mapbench.kernels.jit import kernel
+
+UNKNOWN = 255
+TRUE_OVERWRITE = -1
+OVERWRITE = 0
+MAX = 1
+MAX_WITHOUT_UNKNOWN_OVERWRITE = 2
+
+
+@kernel
+def combine(master, layer, row0, col0, row1, col1, method):
+    """Write the cells of ``layer`` in rows ``row0:row1`` and columns ``col0:col1`` into ``master``, same shape.
+
+    Args:
+        master: ``(rows, cols)`` uint8, written.
+        layer: ``(rows, cols)`` uint8; unknown cells leave the master as it is, except with TRUE_OVERWRITE.
+        row0: First row.
+        col0: First column.
+        row1: Row after the last one.
+        col1: Column after the last one.
+        method: One of the constants of this module: ``combination_method``, or TRUE_OVERWRITE.
+    """
+    for row in range(row0, row1):
+        for col in range(col0, col1):
+            new, old = layer[row, col], master[row, col]
+            if method == TRUE_OVERWRITE or (new != UNKNOWN and gives_way(old, new, method)):
+                master[row, col] = new
+
+
+@kernel
+def gives_way(old, new, method):
+    """Whether a known cost ``new`` replaces ``old``."""
+    if old == UNKNOWN:
+        return method != MAX_WITHOUT_UNKNOWN_OVERWRITE
+    return method == OVERWRITE or old < new
+
+
+@kernel
+def write_map(
+    master, resolution, origin_x, origin_y, known, known_resolution, known_x, known_y, frame_x, frame_y, frame_yaw,
+    row0, col0, row1, col1, use_maximum,
+):  # fmt: skip
+    """Look the centres of a window's cells up in the map and write what is there; cells off the map stay.
+
+    Args:
+        master: ``(rows, cols)`` uint8, written.
+        resolution: Of the window, m.
+        origin_x: Lower-left corner of the window in its frame, m.
+        origin_y: Of it, m.
+        known: ``(rows, cols)`` uint8, the map.
+        known_resolution: Of the map, m.
+        known_x: Lower-left corner of the map, m.
+        known_y: Of it, m.
+        frame_x: Where the window's frame has its origin in the map's frame, m.
+        frame_y: Of it, m.
+        frame_yaw: How far the window's frame is turned, rad.
+        row0: First row to write.
+        col0: First column.
+        row1: Row after the last one.
+        col1: Column after the last one.
+        use_maximum: Whether the greater cost stays, unknown being the greatest.
+    """
+    rows, cols = known.shape
+    cos, sin = math.cos(frame_yaw), math.sin(frame_yaw)
+    for row in range(row0, row1):
+        for col in range(col0, col1):
+            x, y = origin_x + (col + 0.5) * resolution, origin_y + (row + 0.5) * resolution
+            map_x, map_y = cos * x - sin * y + frame_x, sin * x + cos * y + frame_y
+            cell = cell_index(map_x, map_y, known_x, known_y, known_resolution, rows, cols)
+            if cell >= 0:
+                cost = known[cell // cols, cell % cols]
+                master[row, col] = max(cost, master[row, col]) if use_maximum else cost

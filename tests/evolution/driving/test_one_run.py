@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import numpy as np
+
+from controllers.base import STOP
+from evolution.driving.one_run import environment_for, run_episode
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.scenario import Pose, Scenario
+from tests.worlds import ROOM
+
+SCENARIO = Scenario(GridMap.from_rows(ROOM, 0.1), Pose(0.8, 0.8), Pose(2.2, 2.2), "room")
+
+
+class Bystander:
+    """Stands, and keeps what it is told."""
+
+    observation_keys = ("pose", "odom", "velocity", "scan")
+
+    def reset(self, context):
+        self.context, self.seen = context, []
+
+    def act(self, observation):
+        self.seen.append(observation)
+        return STOP
+
+
+def watch(**options):
+    bystander = Bystander()
+    env = environment_for(EnvConfig(time_limit=0.5, **options), bystander)
+    return bystander, run_episode(env, bystander, SCENARIO, name="bystander", seed=3, noise_seed=5)
+
+
+def test_controllers_are_told_where_the_scanner_sits():
+    for options, place, range_min in (
+        ({}, (0.0, 0.0, 0.0), 0.0),
+        ({"noise": "nominal"}, (-0.064, 0.0, 0.0), 0.12),
+        ({"lidar": {"y": 0.1, "yaw": 1.0}}, (0.0, 0.1, 1.0), 0.0),
+    ):
+        lidar = watch(**options)[0].context.lidar
+        assert lidar.place == place
+        assert lidar.range_min == range_min
+
+
+def test_controllers_are_told_the_task_not_the_true_start():
+    bystander, episode = watch(noise="rough")
+    assert bystander.context.start == SCENARIO.start
+    assert tuple(episode.trajectory[0, :3]) != SCENARIO.start
+    assert (bystander.seen[0]["pose"] != episode.trajectory[0, :3]).all()
+
+
+def test_the_noise_belongs_to_its_own_seed():
+    one, other = watch(noise="rough")[0], watch(noise="rough")[0]
+    for first, second in zip(one.seen, other.seen, strict=True):
+        assert all(np.array_equal(first[key], second[key]) for key in first)

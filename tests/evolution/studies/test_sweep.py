@@ -1,0 +1,133 @@
+"""Sweeps: worlds compared map by map, continued after an interruption, refused in one line."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from evolution.cli import main
+from evolution.statistics import wilson_interval
+from evolution.studies import Engine, SweepSettings, load_definition, load_sweep, run_sweep
+from evolution.studies.sweep.effects import effect_rows
+from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.noise import NOISES, NoiseSettings
+from tests.evolution import fake_runs
+
+ENGINE = Engine(run_job=fake_runs.noisy, warm_up=None)
+SMALL = {
+    "name": "small",
+    "maps": 6,
+    "controllers": ["rpp", {"name": "far", "kind": "rpp"}],
+    "worlds": {"none": {"environment": {"noise": "none"}}, "nominal": {"environment": {"noise": "nominal"}}},
+}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    return run_sweep(SweepSettings(**SMALL), tmp_path_factory.mktemp("sweep") / "small", engine=ENGINE)
+
+
+def row(world, name, outcome, time=10.0, recoveries=0.0):
+    return {
+        "world": world,
+        "controller": "rpp",
+        "map": name,
+        "repeat": 0,
+        "outcome": outcome,
+        "time_s": time,
+        "n_recoveries": recoveries,
+    }
+
+
+def test_effects_by_hand():
+    rows = [row("none", "a", "goal"), row("none", "b", "goal"), row("none", "c", "timeout"), row("none", "d", "goal")]
+    rows += [row("noisy", "a", "goal", 12.0, 1.0), row("noisy", "b", "timeout"), row("noisy", "c", "goal")]
+    rows += [row("noisy", "d", "goal", 15.0, 3.0)]
+    _, noisy = effect_rows(rows, ["none", "noisy"], ["rpp"])
+    assert (noisy["n"], noisy["success"], noisy["gained"], noisy["changed"]) == (4, 0.75, 0.0, 0.5)
+    assert (noisy["solved_in_both"], noisy["time_ratio"], noisy["recoveries"]) == (2, 1.35, 1.0)
+    assert noisy["success_low"] == pytest.approx(0.3006, abs=1e-4)  # Wilson's formula, by hand
+    assert noisy["gained_low"] < 0 < noisy["gained_high"]
+
+
+@given(st.integers(1, 300).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
+def test_wilson_interval_holds_the_share_and_mirrors(counts):
+    successes, n = counts
+    low, high = wilson_interval(successes, n)
+    assert 0.0 <= low <= successes / n <= high <= 1.0
+    assert (1 - high, 1 - low) == pytest.approx(wilson_interval(n - successes, n), abs=1e-9)
+
+
+def test_the_first_world_is_compared_with_itself(done):
+    first = [row for row in done.table() if row["world"] == "none"]
+    assert [row["gained"] for row in first] == [0.0, 0.0]
+    assert [row["time_ratio"] for row in first] == [1.0, 1.0]
+    assert len(done.table("runs")) == 6 * 2 * 2
+
+
+def test_maps_and_seeds_are_the_same_in_all_worlds(done):
+    seeds = {
+        world: [(row["map"], row["controller"], row["seed"]) for row in done.runs if row["world"] == world]
+        for world in ("none", "nominal")
+    }
+    assert seeds["none"] == seeds["nominal"]
+    fewer = SweepSettings(**{**SMALL, "maps": 2}).scenarios()
+    assert [one.digest for one in fewer] == [one.digest for one in SweepSettings(**SMALL).scenarios()[:2]]
+
+
+def test_files_are_the_same_after_an_interruption(done, tmp_path):
+    settings = SweepSettings(**SMALL)
+    run_sweep(settings, tmp_path / "s", maps=3, engine=ENGINE)
+    run_sweep(settings, tmp_path / "s", resume=True, engine=ENGINE)
+    for name in ("sweep.json", "runs.csv", "effects.csv", "figures/effects.svg"):
+        assert (tmp_path / "s" / name).read_bytes() == (done.path / name).read_bytes()
+    again = load_sweep(tmp_path / "s")
+    np.testing.assert_equal(list(again.table()), list(done.table()))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"worlds": {"none": {}}}, "expected two worlds or more"),
+        ({"worlds": {"a": {}, "b": {"environment": {"noise": "loud"}}}}, "small: b: .*noise"),
+        ({"worlds": {"a": {}, "b": {"environment": {"robot": {"radius": 3.0}}}}}, "small: b: .*room"),
+        ({"controllers": ["mpi"]}, "did you mean 'mppi'"),
+        ({"maps": 0}, "maps"),
+    ],
+)
+def test_bad_sweeps_are_one_line(changes, message, tmp_path):
+    with pytest.raises(ConfigError, match=message) as caught:
+        run_sweep(SweepSettings.from_mapping({**SMALL, **changes}, "file"), tmp_path / "s", engine=ENGINE)
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "s").exists()
+
+
+def test_other_sweeps_and_damage_are_refused(done, tmp_path):
+    copy = tmp_path / "copy"
+    shutil.copytree(done.path, copy)
+    with pytest.raises(ConfigError, match="seed was 0 when the sweep began, got 1"):
+        run_sweep(SweepSettings(**{**SMALL, "seed": 1}), copy, resume=True, engine=ENGINE)
+    with pytest.raises(ConfigError, match="already holds a sweep"):
+        run_sweep(SweepSettings(**SMALL), copy, engine=ENGINE)
+    (copy / "runs.csv").unlink()
+    with pytest.raises(RunError, match="nothing was finished"):
+        load_sweep(copy)
+
+
+def test_the_command_finds_sweeps_like_studies(done, capsys, monkeypatch):
+    assert isinstance(load_definition("noise"), SweepSettings)
+    monkeypatch.setattr("evolution.api.run_sweep", lambda settings, path, **options: done)
+    assert main(["study", str(done.path), "--resume"]) == 0
+    assert "nominal" in capsys.readouterr().out
+
+
+def test_the_components_of_noise_are_those_of_the_nominal_level():
+    worlds = load_definition("noise").worlds
+    components = [document["environment"]["noise"] for name, document in worlds.items() if name not in NOISES]
+    together = {key: value for component in components for key, value in component.items()}
+    assert len(together) == sum(map(len, components))
+    assert NoiseSettings(**together) == NOISES["nominal"]

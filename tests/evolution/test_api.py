@@ -1,0 +1,108 @@
+"""The face for Python: few names, tables, and no ``__main__`` guard."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import evolution
+from evolution import bench, evolve, load, study
+from evolution.files import Table
+from evolution.studies import StudyResults
+from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.mapio import load_scenarios
+from tests.evolution import fake_runs
+
+OFFICE = Path(__file__).resolve().parents[2] / "examples" / "office.yaml"
+
+
+@pytest.fixture
+def fake_robot(monkeypatch):
+    """Runs without a robot."""
+    monkeypatch.setattr("evolution.api.run_job", fake_runs.misbehave)
+    monkeypatch.setattr("evolution.api.warm_up", None)
+    monkeypatch.setattr("evolution.api.write_run_figures", lambda _: None)
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_bench_keeps_what_load_reads(tmp_path):
+    result = bench(OFFICE, ["rpp", {"name": "far", "kind": "rpp"}], repeats=2, workers=1, out=tmp_path / "b")
+    assert [(row["controller"], row["repeat"]) for row in result.rows] == [
+        ("rpp", 0),
+        ("rpp", 1),
+        ("far", 0),
+        ("far", 1),
+    ]
+    assert [row["goals"] for row in result.table()] == ["2/2", "2/2"]
+    assert load(tmp_path / "b").rows == result.rows
+    assert "<td>far</td>" in result._repr_html_()
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_maps_may_be_there_already():
+    scenarios = load_scenarios(OFFICE)
+    twice = bench([OFFICE, *scenarios], "rpp", workers=1, robot="turtlebot3_burger", time_limit=20.0)
+    assert len(twice.rows) == 2
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_evolve_and_continue(tmp_path):
+    options = {"pop_size": 2, "evaluations": 4, "maps_per_set": 1}
+    run = evolve("quick", out=tmp_path / "run", workers=1, **options)
+    assert run.finished
+    assert len(run.table("individuals")) == 4
+    assert [row["map"] for row in run.table()] == ["map_1"]
+    again = evolve(resume=tmp_path / "run", workers=1)
+    assert again.best_results == run.best_results == load(tmp_path / "run").best_results
+    assert len(bench(run, "rpp", workers=1).rows) == 1
+
+
+def test_studies_are_tables(study_path):
+    results = load(study_path)
+    assert isinstance(results, StudyResults)
+    assert isinstance(results.table("generations"), Table)
+    assert "<table>" in results._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda folder: bench(OFFICE, "mpi"), "did you mean 'mppi'"),
+        (lambda folder: bench(OFFICE, "rpp", nois="nominal"), "nois"),
+        (lambda folder: bench([OFFICE, "barn:there"], "rpp"), "expected no other map beside it"),
+        (lambda folder: evolve("quikc", out=folder / "a"), "quikc"),
+        (lambda folder: evolve("quick", pop_sise=2, out=folder / "a"), "pop_size"),
+        (lambda folder: evolve({"controllers": ["rpp"]}, out=folder / "a"), "two or more"),
+        (lambda folder: evolve(resume=folder, seed=3), "expected no other option, got seed"),
+        (lambda folder: study("thesos", out=folder / "a"), "did you mean 'thesis'"),
+        (load, "expected a bench.json"),
+    ],
+)
+def test_mistakes_are_one_line(call, message, tmp_path):
+    with pytest.raises((ConfigError, RunError), match=message) as caught:
+        call(tmp_path)
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_package_names_its_functions():
+    assert all(callable(getattr(evolution, name)) for name in evolution.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'brench'"):
+        _ = evolution.brench
+
+
+def test_a_script_needs_no_guard(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from evolution import bench\n"
+        "print('began')\n"
+        f"result = bench({str(OFFICE)!r}, 'rpp', workers=2, repeats=2, time_limit=1.0)\n"
+        "print(result.table())\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("began") == 1
+    assert "2 timeout" in done.stdout

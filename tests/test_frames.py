@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gym_mapbench.frames import IDENTITY, compose, inverse, relate, transform_path
+from gym_mapbench.scenario import Pose, wrap_angle
+
+METRES = st.floats(-50, 50)
+POSES = st.builds(Pose, METRES, METRES, st.floats(-math.pi, math.pi).map(wrap_angle))
+
+
+def matrix(pose):
+    """The plain twin: homogeneous matrices."""
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    return np.array([[cos, -sin, pose.x], [sin, cos, pose.y], [0, 0, 1]])
+
+
+def assert_same(one, other):
+    assert one[:2] == pytest.approx(other[:2], abs=1e-9)
+    assert abs(wrap_angle(one.yaw - other.yaw)) < 1e-9
+    assert -math.pi < one.yaw <= math.pi
+
+
+@given(POSES, POSES)
+def test_composing_is_multiplying_matrices(frame, pose):
+    assert matrix(compose(frame, pose)) == pytest.approx(matrix(frame) @ matrix(pose), abs=1e-9)
+    assert matrix(inverse(frame)) == pytest.approx(np.linalg.inv(matrix(frame)), abs=1e-9)
+
+
+@given(POSES, POSES)
+def test_relate_finds_the_frame_in_which_a_pose_is_where_it_is(here, there):
+    assert_same(compose(relate(here, there), here), there)
+
+
+@given(POSES)
+def test_the_identity_changes_no_bit(pose):
+    assert compose(IDENTITY, pose) == pose
+    assert relate(pose, pose) == IDENTITY
+    path = np.array([pose, pose])
+    assert transform_path(IDENTITY, path)[:, :2].tolist() == path[:, :2].tolist()
+
+
+@given(POSES, st.lists(POSES, min_size=1, max_size=5))
+def test_a_path_is_moved_pose_by_pose(frame, poses):
+    moved = transform_path(frame, np.array(poses))
+    for one, pose in zip(moved.tolist(), poses, strict=True):
+        assert_same(Pose(*one), compose(frame, pose))
