@@ -11,6 +11,7 @@ and from a notebook.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,7 @@ from evolution.search import (
 )
 from evolution.search import evolve as search_on
 from evolution.studies import (
+    NAV2,
     SWEEP,
     AnyStudy,
     StudyProgress,
@@ -83,7 +85,9 @@ def bench(
     goal: PoseLike | None = None,
     repeats: int = 1,
     seed: int = 0,
+    metrics: Sequence[str] = (),
     workers: int | None = None,
+    executor: str = "processes",
     out: str | Path | None = None,
     on_run: OnRun | None = None,
     **environment: Any,
@@ -99,7 +103,9 @@ def bench(
         goal: The same for the goal.
         repeats: Runs of each controller on each map, each with a seed of its own.
         seed: Root of all randomness.
+        metrics: What is measured besides the project's own metrics, by name.
         workers: Worker processes; all cores if None. The results do not depend on it.
+        executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`).
         out: New directory for ``bench.json`` and ``bench.csv``; nothing is written if None.
         on_run: Called after each run with its job, its result, and how many are left.
         environment: Fields of :class:`gym_mapbench.config.EnvConfig`, e.g. ``robot="jackal", noise="nominal"``.
@@ -121,8 +127,8 @@ def bench(
     try_controllers(specs, settings)
     if out is not None:
         new_directory(Path(out))
-    plan = JobPlan(specs, settings, seed, repeats)
-    with Evaluator(run_job, workers=workers or available_cores(), warm_up=warm_up) as evaluator:
+    plan = JobPlan(specs, settings, seed, repeats, tuple(metrics))
+    with Evaluator(run_job, workers=workers or available_cores(), warm_up=warm_up, executor=executor) as evaluator:
         result = drive_all(scenarios, plan, evaluator, on_run)
     if out is not None:
         result.save(Path(out))
@@ -135,6 +141,7 @@ def evolve(
     out: str | Path | None = None,
     resume: str | Path | None = None,
     workers: int | None = None,
+    executor: str = "processes",
     on_generation: Callable[[Progress], None] | None = None,
     on_run: OnRun | None = None,
     **search: Any,
@@ -148,6 +155,7 @@ def evolve(
         resume: Directory of a run to continue, to exactly the same result; ``experiment`` and ``search`` are what it
             was begun with.
         workers: Worker processes; all cores if None. The results do not depend on it.
+        executor: What the runs are driven on, by name.
         on_generation: Called after each generation.
         on_run: Called after each run with its job, its result, and how many are left.
         search: Options of the search on top, e.g. ``evaluations=100, seed=3``.
@@ -168,7 +176,9 @@ def evolve(
         wanted = experiment_of(rundir.config)
     with (
         ResultStore(rundir.store_path) as store,
-        Evaluator(run_job, store, workers=workers or available_cores(), warm_up=warm_up) as evaluator,
+        Evaluator(
+            run_job, store, workers=workers or available_cores(), warm_up=warm_up, executor=executor
+        ) as evaluator,
     ):
         search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)
     run = load_run(rundir.path)
@@ -184,6 +194,7 @@ def study(
     only: Sequence[str] | None = None,
     runs: int | None = None,
     workers: int | None = None,
+    executor: str = "processes",
     on_progress: Callable[[StudyProgress], None] | None = None,
     on_run: OnRun | None = None,
 ) -> StudyResults | SweepResults:
@@ -196,6 +207,7 @@ def study(
         only: Names of the configurations (of a sweep: worlds) to run now; all if None.
         runs: Number of seeds (of a sweep: maps) to run now; all if None.
         workers: Worker processes; all cores if None. The results do not depend on it.
+        executor: What the runs are driven on, by name.
         on_progress: Called after each generation and each search; a sweep has none.
         on_run: Called after each run of a sweep with its job, its result, and how many are left.
 
@@ -207,10 +219,15 @@ def study(
         RunError: If no worker starts, or nothing can be written.
     """
     wanted, directory = study_in(settings, out, resume=resume)
-    cores = workers or available_cores()
+    how: dict[str, Any] = {
+        "resume": resume,
+        "only": only,
+        "workers": workers or available_cores(),
+        "engine": replace(NAV2, executor=executor),
+    }
     if isinstance(wanted, SweepSettings):
-        return run_sweep(wanted, directory, resume=resume, only=only, maps=runs, workers=cores, on_run=on_run)
-    return run_study(wanted, directory, resume=resume, only=only, runs=runs, workers=cores, on_progress=on_progress)
+        return run_sweep(wanted, directory, maps=runs, on_run=on_run, **how)
+    return run_study(wanted, directory, runs=runs, on_progress=on_progress, **how)
 
 
 def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmark:
@@ -268,7 +285,7 @@ def _begin(
         wanted = experiment_of(compose(config=read_document(experiment), **search), str(experiment))
     check_experiment(wanted)
     options = wanted.search
-    default = Path("runs") / f"{options.fitness}-pop{options.pop_size}-seed{options.seed}"
+    default = Path("runs") / f"{options.fitness.replace(':', '.')}-pop{options.pop_size}-seed{options.seed}"
     return RunDir.create(out or default, wanted), wanted
 
 

@@ -107,6 +107,8 @@ def _progress_checker(checker: ProgressChecker) -> dict[str, Any]:
 
 def _planner_server(navigation: NavigationParams) -> dict[str, Any]:
     planner = navigation.planner
+    if planner.name not in PLANNERS:
+        raise ConfigError(f"planner.name: expected one that ROS has, got {planner.name!r}")
     plugin = {"plugin": PLANNERS[planner.name].ros_class, **_of_ros(planner.params)}
     return {"planner_plugins": ["GridBased"], "GridBased": plugin}
 

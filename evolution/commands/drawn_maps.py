@@ -14,7 +14,8 @@ from evolution.pictures import maps_figure, save_figure
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.generator import draw_from
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.mapio.conversion import FORMATS, write_maps
+from gym_mapbench.mapio.conversion import write_maps
+from gym_mapbench.mapio.formats import WRITTEN
 from gym_mapbench.mapio.tasked_map import group_scenarios
 
 
@@ -25,7 +26,7 @@ def add_draw(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     draw.add_argument("--count", type=options.positive, default=4, metavar="N", help="number of maps (default 4)")
     draw.add_argument("--seed", type=options.non_negative, default=0, metavar="N", help="default 0")
     draw.add_argument("--robot", metavar="NAME", default="turtlebot3_waffle", help="who must be able to drive them")
-    draw.add_argument("--format", choices=tuple(FORMATS), default="map_server")
+    draw.add_argument("--format", metavar="NAME", default="map_server", help=", ".join(WRITTEN))
     draw.add_argument("--out", metavar="DIR", required=True, help="new folder of the maps, genes.json and maps.png")
     draw.set_defaults(run=run_draw)
 

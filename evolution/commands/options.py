@@ -5,16 +5,19 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
+from typing import Any
 
-from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, load_preset, read_nav2_params
+from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, PlannerPlugin, load_preset, read_nav2_params
 from evolution.commands.progress import note
-from evolution.driving import ControllerSpec, DriveSettings, available_cores
+from evolution.driving import EXECUTORS, ControllerSpec, DriveSettings, available_cores
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.noise import NOISES
-from gym_mapbench.robot import RobotSpec, make_robot
+from gym_mapbench.planners import PLANNERS
+from gym_mapbench.registry import Registry
+from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
 from gym_mapbench.scenario import Pose
 
 
@@ -41,7 +44,8 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         help="a nav2_params.yaml, whose controller_plugins drive unless others are named, or the preset thesis "
         "(Nav2's examples; the default) or fair (same limits for all)",
     )
-    group.add_argument("--robot", metavar="NAME", help="turtlebot3_waffle, turtlebot3_burger or jackal")
+    group.add_argument("--planner", metavar="NAME", help=f"global planner: {names_in(PLANNERS)}")
+    group.add_argument("--robot", metavar="NAME", help=names_in(ROBOTS))
     group.add_argument(
         "--robot-radius", type=positive_number, metavar="M", help="radius of the robot's disc and of its costmaps"
     )
@@ -51,7 +55,14 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         choices=("ends", "slides"),
         help="whether touching a wall ends the run or the robot slides on, as in Gazebo",
     )
-    group.add_argument("--noise", choices=tuple(NOISES), help="noise of sensors, localisation, motors and start pose")
+    group.add_argument(
+        "--noise", metavar="NAME", help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)}"
+    )
+
+
+def names_in(registry: Registry[Any]) -> str:
+    """Say what an option takes that names an entry of a registry."""
+    return f"{', '.join(registry.built_in)}, or module:attribute"
 
 
 def add_controllers_option(parser: argparse.ArgumentParser) -> None:
@@ -65,9 +76,17 @@ def add_controllers_option(parser: argparse.ArgumentParser) -> None:
 
 
 def add_work_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--seed`` and ``--workers``."""
+    """Add ``--seed``, ``--workers`` and ``--executor``."""
     parser.add_argument("--seed", type=non_negative, metavar="N", help="root of all randomness (default 0)")
+    add_workers_options(parser)
+
+
+def add_workers_options(parser: argparse.ArgumentParser) -> None:
+    """Add ``--workers`` and ``--executor``."""
     parser.add_argument("--workers", type=positive, metavar="N", help="worker processes (default: all cores)")
+    parser.add_argument(
+        "--executor", default="processes", metavar="NAME", help=f"what runs are driven on: {names_in(EXECUTORS)}"
+    )
 
 
 def add_task_options(parser: argparse.ArgumentParser) -> None:
@@ -82,7 +101,7 @@ def add_family_option(group: argparse._ActionsContainer, default: str) -> None:
         "--family",
         type=names,
         metavar="A,B,..",
-        help=f"kinds of maps to draw, all as likely: {', '.join(FAMILIES)} (default: {default})",
+        help=f"kinds of maps to draw, all as likely: {names_in(FAMILIES)} (default: {default})",
     )
 
 
@@ -227,6 +246,8 @@ def _robot_of(settings: DriveSettings, from_params: bool) -> RobotSpec:
 def _navigation(args: argparse.Namespace, settings: DriveSettings) -> object:
     """Nav2's parameters; a robot named on the command line also shapes the costmaps."""
     navigation = settings.navigation
+    if args.planner is not None:
+        navigation = navigation.replace(planner=PlannerPlugin(name=args.planner))
     if args.robot is None and args.robot_radius is None:
         return navigation
     shape = {"robot_radius": args.robot_radius, "footprint": None}

@@ -10,7 +10,7 @@ from pydantic import field_validator
 from controllers.base import Controller
 from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
 from controllers.navigator import Navigator
-from controllers.registry import make_controller
+from controllers.registry import CONTROLLERS, make_controller
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import environment_for, run_episode
 from gym_mapbench.clearance import check_clearance
@@ -18,6 +18,7 @@ from gym_mapbench.config import EnvConfig
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
+from gym_mapbench.planners import PLANNERS
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
@@ -71,9 +72,12 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
     """Make every controller once, so that what cannot drive is said before anything is driven.
 
     Raises:
-        ConfigError: Naming the first that cannot be made, or that would not fit the world's rate of control.
+        ConfigError: Naming the first that cannot be made, that workers cannot find, or that would not fit the world's
+            rate of control.
     """
+    PLANNERS.for_workers(settings.navigation.planner.name)
     for spec in specs:
+        CONTROLLERS.for_workers(spec.registered_name)
         controller = build_controller(spec, settings)
         if isinstance(controller, Navigator):
             controller.check_frequency(1.0 / settings.environment.control_hz)
@@ -117,12 +121,12 @@ def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Epis
 
 def run_job(job: Job) -> RunResult:
     """Drive a job and keep its measures; wall-clock values stand apart from what a seed repeats."""
-    return result_of(drive(job))
+    return result_of(drive(job), job.metrics)
 
 
-def result_of(episode: Episode) -> RunResult:
-    """Measure a recorded run."""
-    metrics = measure(episode)
+def result_of(episode: Episode, also: Iterable[str] = ()) -> RunResult:
+    """Measure a recorded run, with further metrics besides the project's own."""
+    metrics = measure(episode, also)
     steps = max(1, len(episode.commands))
     return RunResult(
         outcome=episode.outcome,

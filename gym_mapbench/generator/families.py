@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, JsonValue, model_validator
 
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator.base import Family
 from gym_mapbench.generator.cellular import Cellular
 from gym_mapbench.generator.corridors import Corridors
@@ -17,9 +17,10 @@ from gym_mapbench.generator.random_shapes import RandomShapes
 from gym_mapbench.generator.slaloms import Slaloms
 from gym_mapbench.generator.sparse import Sparse
 from gym_mapbench.generator.u_traps import UTraps
+from gym_mapbench.registry import Registry, must_be_callable
 from gym_mapbench.settings import Settings
 
-FAMILIES: dict[str, Callable[..., Family]] = {
+_OWN: dict[str, Callable[..., Family]] = {
     "doors": Doors,
     "pillars": Pillars,
     "corridors": Corridors,
@@ -29,6 +30,8 @@ FAMILIES: dict[str, Callable[..., Family]] = {
     "sparse": Sparse,
     "shapes": RandomShapes,
 }
+
+FAMILIES: Registry[Callable[..., Family]] = Registry("family", "families", _OWN, check=must_be_callable)
 """The families by name; each is made of its options by keyword."""
 
 
@@ -42,10 +45,10 @@ def make_family(name: str, **options: Any) -> Family:
     Raises:
         ConfigError: If there is no such family, or it has no such option.
     """
-    if name not in FAMILIES:
-        raise unknown_name("family", name, FAMILIES)
+    make = FAMILIES.get(name)
     try:
-        return FAMILIES[name](**options)
+        with FAMILIES.blamed(name):
+            return make(**options)
     except ConfigError as error:
         raise ConfigError(f"{name}: {error}") from None
 
