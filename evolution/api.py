@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from controllers.nav2_params import NavigationParams
+from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
 from controllers.nav2_params.presets import overlay
 from evolution.benchmark import PREFIX as BARN
 from evolution.benchmark import Benchmark, barn_settings, load_barn, read_bench
@@ -32,6 +32,7 @@ from evolution.driving import (
     run_job,
     try_controllers,
     warm_up,
+    with_parameters,
 )
 from evolution.files import new_directory
 from evolution.pictures import write_run_figures
@@ -77,9 +78,9 @@ Controllers = str | Sequence[str | Mapping[str, Any] | ControllerSpec]
 
 def bench(
     maps: Maps | Sequence[Maps],
-    controllers: Controllers = DEFAULT_CONTROLLERS,
+    controllers: Controllers | None = None,
     *,
-    params: str | NavigationParams = "thesis",
+    params: str | Nav2Params = "thesis",
     settings: DriveSettings | None = None,
     start: PoseLike | None = None,
     goal: PoseLike | None = None,
@@ -96,8 +97,9 @@ def bench(
 
     Args:
         maps: One or several; ``barn:DIR`` stands alone and is driven by BARN's rules.
-        controllers: Who drives.
-        params: Nav2's parameters: a preset's name, a ``nav2_params.yaml``, or what was read of one.
+        controllers: Who drives; None: the controllers of the parameter file, or DWB, MPPI and RPP.
+        params: Nav2's parameters: a preset's name, a ``nav2_params.yaml`` (whose robot drives, too), or what
+            ``read_nav2_params`` read of one.
         settings: World and navigation in one value, instead of ``params`` and ``environment``.
         start: ``(x, y, yaw)`` in m and rad, instead of what the files say.
         goal: The same for the goal.
@@ -120,10 +122,12 @@ def bench(
     """
     items = [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
     scenarios = load_all(items, start, goal)
-    settings = settings or _settings(params, environment)
+    read = _read(params)
+    settings = settings or _settings(params, read, environment)
     settings = barn_settings(settings) if barn_source(items) else settings
     check_room(scenarios, settings)
-    specs = _specs(controllers)
+    own = DEFAULT_CONTROLLERS if read is None else read.own_controllers
+    specs = _specs(own if controllers is None else controllers)
     try_controllers(specs, settings)
     if out is not None:
         new_directory(Path(out))
@@ -289,8 +293,18 @@ def _begin(
     return RunDir.create(out or default, wanted), wanted
 
 
-def _settings(params: str | NavigationParams, environment: Mapping[str, Any]) -> DriveSettings:
-    return DriveSettings(navigation=params, environment=EnvConfig.build(**environment))
+def _read(params: str | Nav2Params) -> Nav2Params | None:
+    """Read a parameter file; None for a preset."""
+    if isinstance(params, Nav2Params):
+        return params
+    return None if params in PRESETS else read_nav2_params(params)
+
+
+def _settings(params: str | Nav2Params, read: Nav2Params | None, environment: Mapping[str, Any]) -> DriveSettings:
+    if read is None:
+        return DriveSettings(navigation=params, environment=EnvConfig.build(**environment))
+    settings = with_parameters(DriveSettings(navigation=read.navigation), read)
+    return settings.replace(environment=settings.environment.replace(**environment))
 
 
 def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Iterable[Scenario]:

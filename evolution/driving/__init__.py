@@ -26,7 +26,7 @@ from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.seeds import derive_seed
 from evolution.driving.store import ResultStore
 from evolution.driving.warmup import warm_up
-from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers
+from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers, with_parameters
 
 __all__ = [
     "EXECUTORS",
@@ -56,4 +56,5 @@ __all__ = [
     "run_job",
     "try_controllers",
     "warm_up",
+    "with_parameters",
 ]
