@@ -36,7 +36,7 @@ _WithLambda = create_model("_WithLambda", __base__=ReleaseSettings, **{"lambda":
 """Holds the one parameter whose name is a word of Python."""
 
 
-class GracefulParams(_WithLambda):  # type: ignore[misc, valid-type]
+class GracefulParams(_WithLambda):
     """What ``nav2_graceful_controller`` reads.
 
     Nav2's quirks are kept: ``allow_backward`` has no effect with ``initial_rotation``. Humble believes the headings of
@@ -58,7 +58,7 @@ class GracefulParams(_WithLambda):  # type: ignore[misc, valid-type]
         allow_backward: Whether it drives backwards to a target behind it.
         motion_target_dist: Humble: distance of the target, m.
         initial_rotation_min_angle: Humble: bearing of the target from which on the robot turns first, rad.
-        final_rotation: Humble: whether it turns to the goal's heading at the goal, and till then heads as the path does.
+        final_rotation: Humble: whether it turns to the goal's heading only at the goal.
         min_lookahead: Jazzy: least distance of a target along the path, m; the goal may be nearer.
         max_lookahead: Jazzy: its greatest distance, m.
         v_angular_min_in_place: Jazzy: lowest turn rate on the spot, rad/s.

@@ -34,6 +34,7 @@ class RotationShimFollower:
     """
 
     _setup: FollowerSetup
+    _goal: tuple[float, ...] | None
     _at_goal: PositionGoalChecker
 
     def __init__(self, make_primary: Callable[[Any], PathFollower], params: RotationShimParams) -> None:
@@ -136,6 +137,6 @@ class RotationShimFollower:
 
     def _forget_run(self) -> None:
         self._path = np.empty((0, 3))
-        self._goal: tuple[float, ...] | None = None
+        self._goal = None
         self._looks_at_path = self._turns = False
         self._last_turn_rate = 0.0

@@ -9,19 +9,31 @@ Source: nav2_rotation_shim_controller: src/nav2_rotation_shim_controller.cpp (Hu
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from controllers.dwb import params as dwb
 from controllers.dwb.params import DwbParams
+from controllers.graceful import params as graceful
 from controllers.graceful.params import GracefulParams
+from controllers.mppi import params as mppi
 from controllers.mppi.params import MppiParams
 from controllers.parameters import ReleaseSettings
 from controllers.releases import RELEASES, Release
+from controllers.rpp import params as rpp
 from controllers.rpp.params import RppParams
+
+PRIMARIES = dwb, mppi, rpp, graceful
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
+
+ROS_ONLY_KEYS = frozenset().union(*(module.ROS_ONLY_KEYS for module in PRIMARIES))
+"""Keys of a parameter file that mean nothing without ROS, whichever controller is inside."""
+
+RENAMED_KEYS = {new: old for module in PRIMARIES for new, old in module.RENAMED_KEYS.items()}
+"""Newer name -> the name in Humble and Jazzy, of the controllers inside."""
 
 _ALWAYS = "Humble looks at the heading of every new path"
 
@@ -84,7 +96,6 @@ class ShimDwbParams(RotationShimParams, DwbParams):
 
     MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", DwbParams)
     DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", DwbParams)
-    primary_controller: Literal["dwb_core::DWBLocalPlanner"] = "dwb_core::DWBLocalPlanner"
 
 
 class ShimMppiParams(RotationShimParams, MppiParams):
@@ -92,7 +103,6 @@ class ShimMppiParams(RotationShimParams, MppiParams):
 
     MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", MppiParams)
     DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", MppiParams)
-    primary_controller: Literal["nav2_mppi_controller::MPPIController"] = "nav2_mppi_controller::MPPIController"
 
 
 class ShimRppParams(RotationShimParams, RppParams):
@@ -100,9 +110,6 @@ class ShimRppParams(RotationShimParams, RppParams):
 
     MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", RppParams)
     DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", RppParams)
-    primary_controller: Literal["nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"] = (
-        "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
-    )
 
 
 class ShimGracefulParams(RotationShimParams, GracefulParams):
@@ -110,6 +117,3 @@ class ShimGracefulParams(RotationShimParams, GracefulParams):
 
     MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", GracefulParams)
     DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", GracefulParams)
-    primary_controller: Literal["nav2_graceful_controller::GracefulController"] = (
-        "nav2_graceful_controller::GracefulController"
-    )

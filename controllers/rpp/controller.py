@@ -14,7 +14,6 @@ from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
 
-
 # As Nav2 words them, so that logs of both compare.
 REASONS = {
     kernels.EMPTY_PLAN: "Resulting plan has 0 poses in it.",

@@ -54,12 +54,10 @@ def collides(scene, pose):
 @kernel
 def all_headings_same(path, first, last):
     """Whether the inner poses of the window have one heading (of more than 1e-6 rad, only turns to the right count)."""
-    if last - first < 3:
-        return False
+    same = last - first >= 3
     for i in range(first + 2, last - 1):
-        if normalize_angle(path[first + 1, 2] - path[i, 2]) > SAME_HEADING:
-            return False
-    return True
+        same &= normalize_angle(path[first + 1, 2] - path[i, 2]) <= SAME_HEADING
+    return same
 
 
 @kernel
@@ -140,10 +138,10 @@ def steps_to(target, per_cell, resolution):
 def can_turn(scene, angle, tuning):
     """Whether the robot can turn on the spot by an angle, rad, by the headings on the way (Jazzy)."""
     count = max(1, int(abs(angle) / tuning.in_place_collision_resolution))
+    free = True
     for i in range(1, count + 1):
-        if collides(scene, (0.0, 0.0, i / count * angle)):
-            return False
-    return True
+        free &= not collides(scene, (0.0, 0.0, i / count * angle))
+    return free
 
 
 @kernel
