@@ -325,6 +325,20 @@ def test_a_rotation_shim_and_its_primary_controller_share_a_group(primary):
     assert "drives: FollowPath (the Rotation Shim around DWB)" in "\n".join(summarise(read))
 
 
+def test_the_robot_of_a_shim_turns_as_fast_as_either_wants():
+    shim = {**DWB, **SHIM, "primary_controller": "dwb_core::DWBLocalPlanner", "max_vel_theta": 0.7}
+    for rate, highest in ((0.5, 1.0), (1.3, 1.3)):  # a spin of the recoveries turns with 1 rad/s
+        read = parse_nav2_params(with_controller({**shim, "rotate_to_heading_angular_vel": rate}))
+        robot = robot_of(read, RobotSpec())
+        assert (robot.max_angular_velocity, robot.max_linear_velocity) == (highest, 0.3)
+    graceful = {"plugin": "nav2_graceful_controller::GracefulController", "v_linear_max": 0.4, "v_angular_max": 0.8}
+    for scale, highest in ((0.1, 1.0), (0.5, 0.4 * math.pi)):
+        read = parse_nav2_params(with_controller({**graceful, "rotation_scaling_factor": scale}))
+        robot = robot_of(read, RobotSpec())
+        assert robot.max_angular_velocity == pytest.approx(highest)
+        assert robot.max_linear_velocity == 0.4
+
+
 def test_a_rotation_shim_whose_primary_controller_is_not_there():
     with pytest.raises(ConfigError, match=r"FollowPath.primary_controller: expected the class .* inside, got none"):
         parse_nav2_params(with_controller(SHIM))
