@@ -13,6 +13,7 @@ from controllers.nav2_params.plugins import (
     GOAL_CHECKERS,
     PLANNERS,
     PROGRESS_CHECKERS,
+    SHIMS,
 )
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
@@ -90,8 +91,14 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
         "controller_plugins": list(plugins),
         "progress_checker": _progress_checker(server.progress_checker),
         "goal_checker": {**_options(server.goal_checker), "plugin": GOAL_CHECKERS[server.goal_checker.plugin]},
-        **{name: {"plugin": CONTROLLERS[p.kind].ros_class, **_of_ros(p.params)} for name, p in plugins.items()},
+        **{name: {**_classes(plugin.kind), **_of_ros(plugin.params)} for name, plugin in plugins.items()},
     }
+
+
+def _classes(kind: str) -> dict[str, str]:
+    """The class of a controller in ROS, and of the one inside if it is a Rotation Shim."""
+    primary = {"primary_controller": CONTROLLERS[SHIMS[kind]].ros_class} if kind in SHIMS else {}
+    return {"plugin": CONTROLLERS[kind].ros_class, **primary}
 
 
 def _of_ros(params: Mapping[str, Any]) -> dict[str, Any]:
