@@ -59,8 +59,8 @@ def read_costmap(section: Section) -> CostmapParams:
     for layer in _one_of_each(layers, cloud):
         built[layer.kind] = _read_layer(layer, cloud)
     section.leave_groups()
-    scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name != "nav2"]
-    own = {"plugins": tuple(dict.fromkeys(layer.kind for layer in layers)), "nav2": section.findings.release}
+    scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name != "release"]
+    own = {"plugins": tuple(dict.fromkeys(layer.kind for layer in layers)), "release": section.findings.release}
     return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **built, **own})
 
 

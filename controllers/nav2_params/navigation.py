@@ -265,7 +265,7 @@ class NavigationParams(Settings):
         release = values.get("release", "humble")
         if release not in RELEASES:
             return values
-        navfn, costmap = PlannerPlugin(params={"release": release}), CostmapParams(nav2=release)
+        navfn, costmap = PlannerPlugin(params={"release": release}), CostmapParams(release=release)
         defaults = {"planner": navfn, "bt": default_tree(release), "local_costmap": costmap, "global_costmap": costmap}
         return {**defaults, **values}
 
@@ -273,7 +273,7 @@ class NavigationParams(Settings):
     def _of_one_release(self) -> Self:
         releases = {f"controllers.{name}": plugin.params["release"] for name, plugin in self.controllers.items()}
         releases["planner"] = self.planner.params.get("release", self.release)
-        releases |= {"local_costmap": self.local_costmap.nav2, "global_costmap": self.global_costmap.nav2}
+        releases |= {"local_costmap": self.local_costmap.release, "global_costmap": self.global_costmap.release}
         for name, release in releases.items():
             if release != self.release:
                 raise ConfigError(f"{name}: expected parameters of Nav2's {self.release}, got {release}'s")

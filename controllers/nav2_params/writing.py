@@ -134,7 +134,7 @@ def _behavior_server(navigation: NavigationParams) -> dict[str, Any]:
 
 def _costmap(params: CostmapParams, frame: str, robot: RobotSpec | None) -> dict[str, Any]:
     values = _options(params)
-    del values["nav2"]
+    del values["release"]
     layers = {name: values.pop(name) for name in COSTMAP_LAYERS}
     if robot is not None and params.footprint is None and params.robot_radius is None:
         values |= {"robot_radius": robot.radius} if robot.footprint is None else {"footprint": robot.footprint}

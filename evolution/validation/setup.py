@@ -46,7 +46,7 @@ def costmap_params(oracle: Oracle, preset: Preset, *, rolling: bool = False) -> 
         inflation_layer=InflationLayer(
             inflation_radius=preset.inflation_radius, cost_scaling_factor=preset.cost_scaling_factor
         ),
-        nav2=oracle.release,
+        release=oracle.release,
         **window,
     )
 

@@ -53,7 +53,7 @@ class Inflation(Layer):
         if self._reach > MAX_REACH_CELLS:
             raise ConfigError(f"inflation_radius: expected at most {MAX_REACH_CELLS} cells, got {self._reach}")
         self._cost_of = inflation_costs(self._params, self._reach, resolution, footprint.inscribed_radius)
-        self._reset_is_news = params.nav2 == "jazzy"
+        self._reset_is_news = params.release == "jazzy"
         self._all_is_news = True
         self._last = EVERYWHERE
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_mapbench.frames import IDENTITY
 from gym_mapbench.scenario import Pose
 
 Costs = NDArray[np.uint8]
@@ -19,8 +20,6 @@ Box = NDArray[np.float64]
 """``(4,)`` least x, least y, largest x, largest y, m."""
 Cells = tuple[int, int, int, int]
 """First row, first column, row after the last, column after the last."""
-
-IN_MAP_FRAME = Pose(0.0, 0.0, 0.0)
 
 
 @dataclass
@@ -39,7 +38,7 @@ class Window:
     resolution: float
     origin_x: float
     origin_y: float
-    frame: Pose = IN_MAP_FRAME
+    frame: Pose = IDENTITY
 
     @property
     def geometry(self) -> tuple[float, float, float]:

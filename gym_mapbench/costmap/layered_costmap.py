@@ -9,13 +9,14 @@ import numpy as np
 
 from gym_mapbench.costmap.grid import FREE_SPACE, NO_INFORMATION, Costmap
 from gym_mapbench.costmap.inflation_layer import Inflation
-from gym_mapbench.costmap.layer import IN_MAP_FRAME, Costs, Layer, Window, shifted
+from gym_mapbench.costmap.layer import Costs, Layer, Window, shifted
 from gym_mapbench.costmap.obstacle_layer import ObstacleGrid, VoxelGrid
 from gym_mapbench.costmap.params import CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
 from gym_mapbench.costmap.static_layer import StaticMap, static_costs
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
+from gym_mapbench.frames import IDENTITY
 from gym_mapbench.gridmap import MAX_CELLS, GridMap
 from gym_mapbench.scenario import Pose
 
@@ -84,7 +85,7 @@ class LayeredCostmap:
             if isinstance(layer, ObstacleGrid):
                 layer.observe(scan, sensor, height)
 
-    def update(self, pose: Pose, frame: Pose = IN_MAP_FRAME) -> Costmap:
+    def update(self, pose: Pose, frame: Pose = IDENTITY) -> Costmap:
         """Run one update cycle and return the costmap; call it at ``update_frequency``.
 
         Args:

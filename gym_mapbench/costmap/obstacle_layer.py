@@ -37,7 +37,7 @@ class ObstacleGrid(Layer):
         self, layer: ObstacleLayer, params: CostmapParams, shape: tuple[int, int], footprint: Footprint
     ) -> None:
         self.layer = layer
-        self._jazzy = params.nav2 == "jazzy"
+        self._jazzy = params.release == "jazzy"
         self._corners = footprint.corners
         self._default = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
         self._observation: Observation | None = None

@@ -13,6 +13,7 @@ from pydantic import Field, field_validator, model_validator
 
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.footprint import Footprint
+from gym_mapbench.releases import Release
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
 
@@ -134,9 +135,9 @@ class CostmapParams(Settings):
         unknown_cost_value: Map value, as an unsigned byte, that means unknown.
         trinary_costmap: Whether map values below the threshold are free rather than scaled.
         plugins: Names of the layers in the order in which they write.
-        nav2: Release whose layers these are; ours, not Nav2's. Jazzy's voxel layer loses no ray that leaves the window
-            and looks at ``min_obstacle_height``, its obstacle layer takes ranges in metres, and ``combination_method``
-            may be 2.
+        release: Release whose layers these are; ours, not Nav2's. Jazzy's voxel layer loses no ray that leaves the
+            window and looks at ``min_obstacle_height``, its obstacle layer takes ranges in metres, and
+            ``combination_method`` may be 2.
     """
 
     robot_radius: Positive | None = None
@@ -159,7 +160,7 @@ class CostmapParams(Settings):
     obstacle_layer: ObstacleLayer = ObstacleLayer()
     voxel_layer: VoxelLayer = VoxelLayer()
     inflation_layer: InflationLayer = InflationLayer()
-    nav2: Literal["humble", "jazzy"] = "humble"
+    release: Release = "humble"
 
     @classmethod
     def example_local(cls, **changes: Any) -> CostmapParams:
@@ -217,7 +218,7 @@ class CostmapParams(Settings):
     @model_validator(mode="after")
     def _known_combinations(self) -> CostmapParams:
         for name in OBSTACLE_LAYERS:
-            if self.nav2 == "humble" and self.writes(name) and getattr(self, name).combination_method == 2:
+            if self.release == "humble" and self.writes(name) and getattr(self, name).combination_method == 2:
                 raise ConfigError(f"{name}.combination_method: expected 0 or 1 (2 is new in Jazzy), got 2")
         return self
 

@@ -69,8 +69,8 @@ def plain_navigation(recoveries: bool = False, **changes) -> NavigationParams:
     preset = load_preset("thesis" if release == "humble" else release)
     plugins = ("static_layer", "inflation_layer")
     known = {
-        "local_costmap": CostmapParams.example_local(rolling_window=False, plugins=plugins, nav2=release),
-        "global_costmap": CostmapParams.example_global(plugins=plugins, nav2=release),
+        "local_costmap": CostmapParams.example_local(rolling_window=False, plugins=plugins, release=release),
+        "global_costmap": CostmapParams.example_global(plugins=plugins, release=release),
     }
     changes = {**known, "bt": preset.bt.replace(recoveries=recoveries), **changes}
     return preset.replace(**changes)

@@ -133,7 +133,7 @@ def test_the_planner_sees_what_the_lidar_saw_until_the_costmap_is_cleared(monkey
     often = preset.replace(global_costmap=preset.global_costmap.replace(update_frequency=2.0))
     navigator = Navigator(PlainFollower(), often, "plain")
     navigator.reset(dataclasses.replace(context(ROOM, POSE, Pose(4.0, 1.025)), lidar=LIDAR))
-    observation = {"pose": np.array(POSE), "velocity": np.zeros(2)}
+    observation = {"pose": np.array(POSE), "odom": np.array(POSE), "velocity": np.zeros(2)}
     # Something is seen at 0.5 s; then all beams come back with nothing, which clears nothing.
     for step in range(22):
         navigator.act({**observation, "scan": ahead(1.0) if step == 10 else NOTHING})

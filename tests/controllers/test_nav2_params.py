@@ -135,7 +135,7 @@ def test_a_file_is_read_section_by_section():
         plugins=("obstacle_layer", "inflation_layer"),
         obstacle_layer=ObstacleLayer(scan=ObservationSource(clearing=True, obstacle_max_range=2.0)),
         inflation_layer=InflationLayer(inflation_radius=0.3),
-        nav2="jazzy",
+        release="jazzy",
     )
 
 

@@ -20,7 +20,7 @@ def test_a_preset_is_of_one_release_throughout(name):
     preset = load_preset(name)
     assert preset.release == ("jazzy" if name in OF_JAZZY else "humble")
     assert {plugin.params["release"] for plugin in preset.controllers.values()} == {preset.release}
-    assert preset.planner.params["release"] == preset.local_costmap.nav2 == preset.release
+    assert preset.planner.params["release"] == preset.local_costmap.release == preset.release
     further = ["graceful"] if "fair" in name else []  # which has other limits there than by default
     assert list(preset.controllers) == ["dwb", "mppi", "rpp", *further]
 
@@ -61,7 +61,7 @@ def test_what_is_not_said_is_the_releases_own():
     trees = [NavigationParams(release=release).bt.backup_speed for release in RELEASES]
     assert trees == [0.05, 0.15]
     jazzy = NavigationParams(release="jazzy")
-    assert jazzy.planner.params["release"] == jazzy.global_costmap.nav2 == "jazzy"
+    assert jazzy.planner.params["release"] == jazzy.global_costmap.release == "jazzy"
 
 
 @pytest.mark.parametrize(

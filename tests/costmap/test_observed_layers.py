@@ -29,23 +29,23 @@ BEAM = ObservationSource(clearing=True, max_obstacle_height=2.0)
 KINDS = {"obstacle_layer": ObstacleLayer, "voxel_layer": VoxelLayer}
 
 
-def window(name, footprint=POINT, nav2="humble", source=BEAM, track_unknown_space=False, **options):
+def window(name, footprint=POINT, release="humble", source=BEAM, track_unknown_space=False, **options):
     """A rolling window of 3 m with one layer and nothing else."""
     layer = KINDS[name](scan=source, **options)
     return LayeredCostmap(
         CostmapParams.example_local(
-            plugins=(name,), nav2=nav2, track_unknown_space=track_unknown_space, **{name: layer}
+            plugins=(name,), release=release, track_unknown_space=track_unknown_space, **{name: layer}
         ),
         ROOM,
         footprint,
     )
 
 
-def on_map(nav2="humble"):
+def on_map(release="humble"):
     """The obstacle layer alone, over the whole map."""
     layer = ObstacleLayer(scan=BEAM)
     params = CostmapParams.example_global(
-        rolling_window=False, width=8, height=8, plugins=("obstacle_layer",), obstacle_layer=layer, nav2=nav2
+        rolling_window=False, width=8, height=8, plugins=("obstacle_layer",), obstacle_layer=layer, release=release
     )
     return LayeredCostmap(params, ROOM, POINT)
 
@@ -196,11 +196,11 @@ class TestHeights:
         assert len(marked(costmap)) == seen
 
     @pytest.mark.parametrize(
-        ("name", "nav2", "seen"),
+        ("name", "release", "seen"),
         [("obstacle_layer", "humble", 0), ("voxel_layer", "humble", 1), ("voxel_layer", "jazzy", 0)],
     )
-    def test_only_humbles_voxel_layer_does_not_look_at_the_least_height(self, name, nav2, seen):
-        costmap = window(name, nav2=nav2, min_obstacle_height=0.2)
+    def test_only_humbles_voxel_layer_does_not_look_at_the_least_height(self, name, release, seen):
+        costmap = window(name, release=release, min_obstacle_height=0.2)
         assert len(marked(see(costmap, self.POSE, 1.0))) == seen
 
     @pytest.mark.parametrize("name", KINDS)
@@ -231,14 +231,14 @@ class TestHeights:
 def test_humble_loses_rays_that_leave_over_the_lower_edge_and_jazzy_does_not():
     pose = Pose(1.025, 1.025)
     kept = {}
-    for nav2 in ("humble", "jazzy"):
-        costmap = window("voxel_layer", nav2=nav2, track_unknown_space=True, z_voxels=16, z_resolution=0.05)
+    for release in ("humble", "jazzy"):
+        costmap = window("voxel_layer", release=release, track_unknown_space=True, z_voxels=16, z_resolution=0.05)
         see(costmap, pose, math.inf)
-        kept[nav2] = []
+        kept[release] = []
         for beam in range(200):
             costmap.clear()
             seen = see(costmap, pose, 3.0, angle=math.pi + 0.004 * (beam - 100))
-            kept[nav2].append(bool((seen.costs[:, 3] == FREE_SPACE).any()))
+            kept[release].append(bool((seen.costs[:, 3] == FREE_SPACE).any()))
     assert all(kept["jazzy"])
     assert 0.03 < 1.0 - np.mean(kept["humble"]) < 0.4
 
@@ -248,7 +248,7 @@ def test_jazzy_may_combine_without_writing_over_the_unknown():
     plugins = ("static_layer", "obstacle_layer")
     for method, expected in ((1, LETHAL_OBSTACLE), (2, NO_INFORMATION)):
         layer = ObstacleLayer(combination_method=method, scan=BEAM)
-        params = CostmapParams.example_global(plugins=plugins, obstacle_layer=layer, nav2="jazzy")
+        params = CostmapParams.example_global(plugins=plugins, obstacle_layer=layer, release="jazzy")
         seen = see(LayeredCostmap(params, grid, POINT), Pose(3.525, 3.525), [1.0, 1.0])
         assert seen.costs[70, 90] == expected
         assert seen.costs[70, 50] == LETHAL_OBSTACLE
