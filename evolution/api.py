@@ -17,7 +17,7 @@ from typing import Any
 from controllers.nav2_params import NavigationParams
 from controllers.nav2_params.presets import overlay
 from evolution.benchmark import PREFIX as BARN
-from evolution.benchmark import Benchmark, barn_settings, load_barn, read_bench
+from evolution.benchmark import Benchmark, barn_settings, begin_benchmark, load_barn, read_bench
 from evolution.benchmark import bench as drive_all
 from evolution.driving import (
     ControllerSpec,
@@ -32,7 +32,6 @@ from evolution.driving import (
     try_controllers,
     warm_up,
 )
-from evolution.files import new_directory
 from evolution.pictures import write_run_figures
 from evolution.runs import RUN, LoadedRun, RunDir, load_run
 from evolution.search import (
@@ -85,6 +84,7 @@ def bench(
     seed: int = 0,
     workers: int | None = None,
     out: str | Path | None = None,
+    resume: bool = False,
     on_run: OnRun | None = None,
     **environment: Any,
 ) -> Benchmark:
@@ -100,7 +100,9 @@ def bench(
         repeats: Runs of each controller on each map, each with a seed of its own.
         seed: Root of all randomness.
         workers: Worker processes; all cores if None. The results do not depend on it.
-        out: New directory for ``bench.json`` and ``bench.csv``; nothing is written if None.
+        out: New directory, for every result as it comes and at last ``bench.json`` and ``bench.csv``; nothing is
+            written if None.
+        resume: Whether to continue a benchmark that was begun in ``out``, to the same results.
         on_run: Called after each run with its job, its result, and how many are left.
         environment: Fields of :class:`gym_mapbench.config.EnvConfig`, e.g. ``robot="jackal", noise="nominal"``.
 
@@ -108,10 +110,12 @@ def bench(
         A row for every run; a notebook shows the summary.
 
     Raises:
-        ConfigError: If anything cannot be used; nothing is driven then.
+        ConfigError: If anything cannot be used, or ``out`` holds another benchmark; nothing is driven then.
         MapFormatError: If a file is no map.
-        RunError: If no worker starts or nothing can be written.
+        RunError: If no worker starts, nothing can be written, or ``out`` holds no benchmark to continue.
     """
+    if resume and out is None:
+        raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
     items = [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
     scenarios = load_all(items, start, goal)
     settings = settings or _settings(params, environment)
@@ -119,10 +123,12 @@ def bench(
     check_room(scenarios, settings)
     specs = _specs(controllers)
     try_controllers(specs, settings)
-    if out is not None:
-        new_directory(Path(out))
     plan = JobPlan(specs, settings, seed, repeats)
-    with Evaluator(run_job, workers=workers or available_cores(), warm_up=warm_up) as evaluator:
+    kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
+    with (
+        ResultStore(kept) as store,
+        Evaluator(run_job, store, workers=workers or available_cores(), warm_up=warm_up) as evaluator,
+    ):
         result = drive_all(scenarios, plan, evaluator, on_run)
     if out is not None:
         result.save(Path(out))

@@ -10,10 +10,13 @@ from evolution.api import barn_source, bench
 from evolution.benchmark import BarnScore, correlation_with, reference_of, score_runs
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, errors, print_table
+from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench bench runs/first --repeats 5
   mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
   mapbench bench a.yaml b.yaml --controllers dwb,rpp --format json > results.json
+  mapbench bench maps/*.yaml --out results              each result is kept as it comes; after an interruption:
+  mapbench bench maps/*.yaml --out results --resume
   mapbench bench a.yaml --controllers mppi,sac=models/sac.zip"""
 
 
@@ -36,12 +39,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="only in the BARN score printed for barn:DIR: faster than FACTOR optimal times earns no more (default 2)",
     )
     parser.add_argument("--format", choices=("table", "json", "csv"), default="table")
-    parser.add_argument("--out", metavar="DIR", help="also write bench.json and bench.csv there")
+    parser.add_argument("--out", metavar="DIR", help="a new directory: every result is kept there as it comes, and bench.json and bench.csv at the end")
+    parser.add_argument("--resume", action="store_true", help="continue the benchmark in the directory of --out")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Drive and print."""
+    if args.resume and args.out is None:
+        raise ConfigError("--resume: expected the directory to continue, --out DIR")
     with WorkBar("driving") as bar:
         result = bench(
             args.maps,
@@ -53,6 +59,7 @@ def run(args: argparse.Namespace) -> int:
             seed=args.seed or 0,
             workers=args.workers,
             out=args.out,
+            resume=args.resume,
             on_run=bar.advance,
         )
     if args.format == "table":

@@ -72,6 +72,8 @@ def refused(capsys, *argv):
         (["bench", OFFICE, "--time-limit", "0"], "--time-limit: expected a finite number above 0"),
         (["bench", OFFICE, "--lo", "nan"], "--lo: expected a finite number above 0"),
         (["bench", OFFICE, "--out", "/dev/null/results"], "/dev/null/results: cannot be made"),
+        (["bench", OFFICE, "--resume"], "--resume: expected the directory to continue, --out DIR"),
+        (["bench", OFFICE, "--resume", "--out", "/nowhere"], "/nowhere: not a benchmark directory"),
         (["bench", OFFICE, "--params", "nowhere.yaml"], "nowhere.yaml"),
         (["bench", OFFICE, "--params", "fairr"], "a file or one of the presets thesis, fair, got 'fairr'"),
         (["bench", OFFICE, "barn:somewhere"], "BARN"),
@@ -226,6 +228,8 @@ def test_bench_as_json_and_csv(tmp_path, capsys):
     assert json.loads((out / "bench.json").read_text()) == printed
     with (out / "bench.csv").open() as file:
         assert [row["outcome"] for row in csv.DictReader(file)] == ["goal"] * 4
+    assert main([*argv, "--resume", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out) == printed
 
 
 def test_a_users_parameters_say_what_is_ignored(capsys):
