@@ -80,6 +80,7 @@ def bench(
     settings: DriveSettings | None = None,
     start: PoseLike | None = None,
     goal: PoseLike | None = None,
+    unknown_map: bool = False,
     repeats: int = 1,
     seed: int = 0,
     workers: int | None = None,
@@ -97,6 +98,7 @@ def bench(
         settings: World and navigation in one value, instead of ``params`` and ``environment``.
         start: ``(x, y, yaw)`` in m and rad, instead of what the files say.
         goal: The same for the goal.
+        unknown_map: Whether Nav2's costmaps know nothing of the map, but what the sensors have shown of it so far.
         repeats: Runs of each controller on each map, each with a seed of its own.
         seed: Root of all randomness.
         workers: Worker processes; all cores if None. The results do not depend on it.
@@ -119,6 +121,7 @@ def bench(
     items = [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
     scenarios = load_all(items, start, goal)
     settings = settings or _settings(params, environment)
+    settings = settings.replace(unknown_map=unknown_map or settings.unknown_map)
     settings = barn_settings(settings) if barn_source(items) else settings
     check_room(scenarios, settings)
     specs = _specs(controllers)

@@ -19,6 +19,9 @@ EXAMPLES = """  mapbench bench runs/first --repeats 5
   mapbench bench maps/*.yaml --out results --resume
   mapbench bench a.yaml --controllers mppi,sac=models/sac.zip"""
 
+KNOWN_MAP = """  Here the global costmap knows the whole map from the start, which that of the published DWA did not;
+  --unknown-map drives without it."""
+
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
@@ -29,6 +32,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     options.add_controllers_option(parser)
     options.add_task_options(parser)
     options.add_drive_options(parser)
+    options.add_unknown_map_option(parser)
     options.add_work_options(parser)
     parser.add_argument("--repeats", type=options.positive, default=1, metavar="R", help="runs of each (default 1)")
     parser.add_argument(
@@ -39,7 +43,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="only in the BARN score printed for barn:DIR: faster than FACTOR optimal times earns no more (default 2)",
     )
     parser.add_argument("--format", choices=("table", "json", "csv"), default="table")
-    parser.add_argument("--out", metavar="DIR", help="a new directory: every result is kept there as it comes, and bench.json and bench.csv at the end")
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        help="a new directory: every result is kept there as it comes, and bench.json and bench.csv at the end",
+    )
     parser.add_argument("--resume", action="store_true", help="continue the benchmark in the directory of --out")
     parser.set_defaults(run=run)
 
@@ -55,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
             settings=options.drive_settings(args),
             start=args.start,
             goal=args.goal,
+            unknown_map=args.unknown_map,
             repeats=args.repeats,
             seed=args.seed or 0,
             workers=args.workers,
@@ -70,6 +79,8 @@ def run(args: argparse.Namespace) -> int:
         print(result.to_json() if args.format == "json" else result.table("runs").to_csv(), end="")
     if barn := barn_source(args.maps):
         _print_barn(score_runs(result, barn, args.lo), barn)
+        if not args.unknown_map:
+            errors.print(KNOWN_MAP, highlight=False)
     return 0
 
 

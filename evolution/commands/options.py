@@ -53,6 +53,15 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--noise", choices=tuple(NOISES), help="noise of sensors, localisation, motors and start pose")
 
 
+def add_unknown_map_option(parser: argparse.ArgumentParser) -> None:
+    """Add ``--unknown-map``."""
+    parser.add_argument(
+        "--unknown-map",
+        action="store_true",
+        help="Nav2's global costmap does not know the map: only the sensors fill it, and paths may cross the unknown",
+    )
+
+
 def add_controllers_option(parser: argparse.ArgumentParser) -> None:
     """Add ``--controllers``."""
     parser.add_argument(

@@ -132,7 +132,10 @@ def test_studies_are_tables(study_path):
         (lambda folder: bench(OFFICE, "rpp", nois="nominal"), "nois"),
         (lambda folder: bench([OFFICE, "barn:there"], "rpp"), "expected no other map beside it"),
         (lambda folder: bench(OFFICE, "rpp", resume=True), "resume: expected the directory of a benchmark"),
-        (lambda folder: bench(OFFICE, "rpp", resume=True, out=folder), r"not a benchmark directory \(no benchmark.json"),
+        (
+            lambda folder: bench(OFFICE, "rpp", resume=True, out=folder),
+            r"not a benchmark directory \(no benchmark.json",
+        ),
         (lambda folder: evolve("quikc", out=folder / "a"), "quikc"),
         (lambda folder: evolve("quick", pop_sise=2, out=folder / "a"), "pop_size"),
         (lambda folder: evolve({"controllers": ["rpp"]}, out=folder / "a"), "two or more"),
