@@ -34,6 +34,8 @@ from gym_mapbench.simulation import Simulation
 
 WINDOW_CELLS = 60
 FOLLOWERS = {"MPPI": (MppiFollower, MppiParams), "DWB": (DwbFollower, DwbParams), "RPP": (RppFollower, RppParams)}
+TIMED = (("MPPI", "thesis"), ("MPPI", "jazzy"), ("DWB", "thesis"), ("RPP", "thesis"))
+"""Controllers and the presets whose parameters they have; Nav2's recorded times are those of Humble."""
 
 
 @dataclass(frozen=True)
@@ -112,11 +114,15 @@ def follower_timings(scenario: Scenario, nav2: dict[tuple[str, str], float]) -> 
     full = full_costmap(scenario, navigation)
     path = make_planner("navfn").plan(full, scenario.start, scenario.goal)
     setup = FollowerSetup(footprint(navigation), 0.05, 0.25, 0.25, 0.55, 3.0, np.random.default_rng(0))
-    for name, (make, params) in FOLLOWERS.items():
-        follower: PathFollower = make(params(**navigation.controller(name.lower()).params))  # type: ignore[operator]
+    for name, preset in TIMED:
+        make, params = FOLLOWERS[name]
+        plugin = load_preset(preset).controller(name.lower())
+        follower: PathFollower = make(params(**plugin.params))  # type: ignore[operator]
+        title = name if preset == "thesis" else f"{name} ({preset})"
+        recorded = nav2 if preset == "thesis" else {}
         for kind in ("full", "rolling"):
             calls = commands_along(follower, setup, path, full, rolling=kind == "rolling")
-            yield measure(f"{name} command, {kind} costmap", lambda c=calls: next(c), 300, nav2.get((name, kind)))
+            yield measure(f"{title} command, {kind} costmap", lambda c=calls: next(c), 300, recorded.get((name, kind)))
 
 
 def commands_along(

@@ -36,11 +36,18 @@ STOP = Twist(0.0, 0.0)
 
 
 class ControllerError(MapBenchError):
-    """The controller has no valid command now (Nav2's ``PlannerException``); patience applies."""
+    """The controller has no valid command now; patience applies.
+
+    Humble's ``PlannerException``, Jazzy's ``NoValidControl``.
+    """
 
 
 class ControllerAbort(MapBenchError):  # noqa: N818 - an abort is what it is
-    """The controller gives up at once (any other exception in Nav2 Humble, e.g. MPPI's runtime errors)."""
+    """The controller gives up at once: any other exception, e.g. in Humble MPPI's runtime errors."""
+
+
+class InvalidPath(ControllerAbort):
+    """Nothing is left of the path to follow (Jazzy's ``InvalidPath``): no recovery would help."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Checkers: whether the goal is reached, and whether the robot still gets anywhere.
 
-Source: nav2_controller (Humble) plugins/simple_goal_checker.cpp, stopped_goal_checker.cpp,
-simple_progress_checker.cpp, pose_progress_checker.cpp.
+Source: nav2_controller (Humble and Jazzy) plugins/simple_goal_checker.cpp, stopped_goal_checker.cpp,
+position_goal_checker.cpp (Jazzy), simple_progress_checker.cpp, pose_progress_checker.cpp.
 """
 
 from __future__ import annotations
@@ -57,16 +57,23 @@ class SimpleGoalChecker:
 
     def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist) -> bool:
         """Return whether the robot at ``pose`` is at ``goal``, whatever its velocity."""
+        if not self._is_position_reached(pose, goal):
+            return False
         params = self._params
-        if not self._position_reached:
-            dx, dy = pose.x - goal.x, pose.y - goal.y
-            if dx * dx + dy * dy > params.xy_goal_tolerance * params.xy_goal_tolerance:
-                return False
-            self._position_reached = params.stateful
         error = abs(wrap_angle(goal.yaw - pose.yaw))
         if params.symmetric_yaw_tolerance:
             error = min(error, abs(wrap_angle(goal.yaw + math.pi - pose.yaw)))
         return error <= params.yaw_goal_tolerance
+
+    def _is_position_reached(self, pose: Pose, goal: Pose) -> bool:
+        """Whether the robot is within the distance, or was and that still counts."""
+        if self._position_reached:
+            return True
+        dx, dy = pose.x - goal.x, pose.y - goal.y
+        if dx * dx + dy * dy > self._params.xy_goal_tolerance * self._params.xy_goal_tolerance:
+            return False
+        self._position_reached = self._params.stateful
+        return True
 
 
 class StoppedGoalChecker(SimpleGoalChecker):
@@ -79,6 +86,14 @@ class StoppedGoalChecker(SimpleGoalChecker):
             and abs(velocity.w) <= self._params.rot_stopped_velocity
             and abs(velocity.v) <= self._params.trans_stopped_velocity
         )
+
+
+class PositionGoalChecker(SimpleGoalChecker):
+    """The position alone (Jazzy)."""
+
+    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist) -> bool:
+        """Return whether the robot at ``pose`` is at ``goal``, whatever its heading."""
+        return self._is_position_reached(pose, goal)
 
 
 class SimpleProgressChecker:
@@ -129,7 +144,8 @@ class NoProgressChecker:
 
 def make_goal_checker(params: GoalCheckerParams) -> GoalChecker:
     """Return the goal checker that the options name."""
-    return StoppedGoalChecker(params) if params.plugin == "stopped" else SimpleGoalChecker(params)
+    kinds = {"simple": SimpleGoalChecker, "stopped": StoppedGoalChecker, "position": PositionGoalChecker}
+    return kinds[params.plugin](params)
 
 
 def make_progress_checker(params: ProgressCheckerParams) -> ProgressChecker:

@@ -1,8 +1,8 @@
 """ControllerServer: Nav2's FollowPath action around one path follower.
 
-Source: nav2_controller (Humble) src/controller_server.cpp, ``computeControl`` and what it calls. Paths come in the
-frame of the map; everything else, checkers included, is in the frame of the local costmap. Nav2's controllers all
-transform the plan to it in every cycle; here the server does it for them, with the newest transform.
+Source: nav2_controller (Humble and Jazzy) src/controller_server.cpp, ``computeControl`` and what it calls. Paths come
+in the frame of the map; everything else, checkers included, is in the frame of the local costmap. Nav2's controllers
+all transform the plan to it in every cycle; here the server does it for them, with the newest transform.
 """
 
 from __future__ import annotations
@@ -12,11 +12,12 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import STOP, ControllerAbort, ControllerError, PathFollower, Twist
+from controllers.base import STOP, ControllerAbort, ControllerError, InvalidPath, PathFollower, Twist
 from controllers.behavior_tree import Status
 from controllers.checkers import make_goal_checker, make_progress_checker
 from controllers.nav2_params.navigation import ControllerServer as ControllerServerParams
 from controllers.rate import TIME_RESOLUTION, Rate
+from controllers.releases import Release
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.frames import IDENTITY, transform_path
 from gym_mapbench.scenario import Pose
@@ -30,18 +31,26 @@ class ControllerServer:
     Args:
         follower: DWB, MPPI, RPP or any other :class:`controllers.base.PathFollower`.
         params: Checkers, thresholds and failure tolerance.
-        abort_is_exception: Whether ``failure_tolerance`` also covers a ControllerAbort, as in newer releases;
-            in Humble such an exception ends the action at once.
+        abort_is_exception: Whether ``failure_tolerance`` also covers a ControllerAbort; in Nav2 such an exception ends
+            the action at once.
+        release: Of Nav2. In Jazzy the controller forgets what it has learnt whenever an action ends: its
+            ``end_action()`` is called, if it has one.
 
     Attributes:
         command: What the robot is told now.
         failure_reason: Why the action was aborted.
+        recovery_would_help: Whether, by Jazzy's error codes, it may go better after a recovery.
         seconds: Wall-clock seconds spent inside the follower.
         calls: Number of calls of the follower.
     """
 
     def __init__(
-        self, follower: PathFollower, params: ControllerServerParams, *, abort_is_exception: bool = False
+        self,
+        follower: PathFollower,
+        params: ControllerServerParams,
+        *,
+        abort_is_exception: bool = False,
+        release: Release = "humble",
     ) -> None:
         self._follower = follower
         self._params = params
@@ -51,6 +60,8 @@ class ControllerServer:
         self._rate = Rate(params.controller_frequency)
         self.command = STOP
         self.failure_reason = ""
+        self.recovery_would_help = False
+        self._end_action = getattr(follower, "end_action", None) if release != "humble" else None
         self.seconds = 0.0
         self.calls = 0
 
@@ -84,7 +95,7 @@ class ControllerServer:
         if not self._rate.is_due(now):
             return Status.RUNNING
         if not len(self._path):
-            return self._abort("Path is empty.")
+            return self._abort("Path is empty.", recovery_would_help=False)
         if map_in_costmap != self._map_seen:
             self._move_plan(map_in_costmap)
         if not self._progress_checker.check(pose, now):
@@ -95,16 +106,22 @@ class ControllerServer:
             self._last_valid_time = now
         except (ControllerError, ControllerAbort) as error:
             if not self._is_patient_with(error, now):
-                return self._abort(str(error))
+                return self._abort(str(error), recovery_would_help=not isinstance(error, InvalidPath))
             self.command = STOP
         if self._goal_checker.is_goal_reached(pose, self._goal, velocity):
-            self.command = STOP
+            self._end()
             return Status.SUCCESS
         return Status.RUNNING
 
     def cancel(self) -> None:
         """Stop the robot."""
+        self._end()
+
+    def _end(self) -> None:
+        """Stop the robot and have the controller forget this action."""
         self.command = STOP
+        if self._end_action is not None:
+            self._end_action()
 
     def _move_plan(self, map_in_costmap: Pose) -> None:
         """Give the follower the path where it lies by now."""
@@ -135,7 +152,7 @@ class ControllerServer:
             return False
         return tolerance == -1.0 or now - self._last_valid_time <= tolerance + TIME_RESOLUTION
 
-    def _abort(self, reason: str) -> Status:
-        self.command = STOP
-        self.failure_reason = reason
+    def _abort(self, reason: str, *, recovery_would_help: bool = True) -> Status:
+        self._end()
+        self.failure_reason, self.recovery_would_help = reason, recovery_would_help
         return Status.FAILURE

@@ -1,6 +1,6 @@
 """NavigateToPose: Nav2's default behaviour tree, and the leaves that stand in it.
 
-Source: nav2_bt_navigator (Humble)
+Source: nav2_bt_navigator (Humble and Jazzy)
 behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml and the nodes of nav2_behavior_tree.
 A service or an action that Nav2 answers within a few of its 10 ms ticks is answered within the tick here.
 """
@@ -32,7 +32,7 @@ from controllers.controller_server import ControllerServer
 from controllers.costmap_servers import CostmapServer
 from controllers.nav2_params.navigation import NavigationParams
 from gym_mapbench.episode import Event, Outcome
-from gym_mapbench.errors import PlanningError
+from gym_mapbench.errors import EndpointError, PlanningError
 from gym_mapbench.frames import relate
 from gym_mapbench.planners.base import GlobalPlanner
 from gym_mapbench.scenario import Pose
@@ -51,6 +51,9 @@ class Blackboard:
         cmd_vel_nav: Command of the controller server in this tick.
         recovery_command: Command of a recovery in this tick; it goes past the velocity smoother.
         failure: Kind and reason of the last failure of planner or controller.
+        planner_recovery_would_help: Whether the planner's last error, if it stands, is one that a recovery may help
+            against; Jazzy asks before it recovers.
+        controller_recovery_would_help: The same of the controller.
         events: What happened, in order.
     """
 
@@ -68,6 +71,8 @@ class Blackboard:
     cmd_vel_nav: Twist = STOP
     recovery_command: Twist | None = None
     failure: tuple[Outcome, str] = ("controller_failure", "")
+    planner_recovery_would_help: bool = False
+    controller_recovery_would_help: bool = False
     events: list[Event] = field(default_factory=list)
 
     def clock(self) -> float:
@@ -82,6 +87,18 @@ class Blackboard:
     def has_path(self) -> bool:
         """Whether there was ever a path."""
         return len(self.path) > 0
+
+    def planner_needs_it(self) -> bool:
+        """Whether a recovery may help the planner (``WouldAPlannerRecoveryHelp``)."""
+        return self.planner_recovery_would_help
+
+    def controller_needs_it(self) -> bool:
+        """Whether a recovery may help the controller (``WouldAControllerRecoveryHelp``)."""
+        return self.controller_recovery_would_help
+
+    def either_needs_it(self) -> bool:
+        """Whether a recovery may help one of them."""
+        return self.planner_recovery_would_help or self.controller_recovery_would_help
 
     def log(self, kind: str, detail: str = "") -> None:
         """Write down that something happened now."""
@@ -106,8 +123,10 @@ class ComputePathToPose(Action):
             board.path = board.planner.plan(board.global_costmap.costmap, board.pose, board.goal)
         except PlanningError as error:
             board.failure = "planner_failure", str(error)
+            board.planner_recovery_would_help = not isinstance(error, EndpointError)
             board.log("replan_failure", str(error))
             return Status.FAILURE
+        board.planner_recovery_would_help = False
         board.log("replan")
         return Status.SUCCESS
 
@@ -132,6 +151,7 @@ class FollowPath(Action):
         server, costmap = board.controller_server, board.local_costmap.costmap
         status = server.step(board.local_pose, board.odometry, costmap, board.now, board.map_in_local)
         board.cmd_vel_nav = server.command
+        board.controller_recovery_would_help = status is Status.FAILURE and server.recovery_would_help
         if status is Status.FAILURE:
             board.failure = "controller_failure", server.failure_reason
             board.log(*board.failure)
@@ -141,6 +161,7 @@ class FollowPath(Action):
         """Cancel the action."""
         self._board.controller_server.cancel()
         self._board.cmd_vel_nav = STOP
+        self._board.controller_recovery_would_help = False
 
 
 class ClearEntireCostmap(Action):
@@ -203,18 +224,27 @@ def navigate_to_pose_w_replanning_and_recovery(board: Blackboard, params: Naviga
             RateController(
                 bt.replanning_frequency,
                 board.clock,
-                RecoveryNode(1, ComputePathToPose(board), clear_global()),
+                RecoveryNode(1, ComputePathToPose(board), _if_it_helps(params, board.planner_needs_it, clear_global())),
             ),
-            RecoveryNode(1, FollowPath(board), clear_local()),
+            RecoveryNode(1, FollowPath(board), _if_it_helps(params, board.controller_needs_it, clear_local())),
         ),
-        ReactiveFallback(
-            Condition(goal_updated),
-            RoundRobin(
-                Sequence(clear_local(), clear_global()),
-                *_behaviors(board, params),
+        _if_it_helps(
+            params,
+            board.either_needs_it,
+            ReactiveFallback(
+                Condition(goal_updated),
+                RoundRobin(
+                    Sequence(clear_local(), clear_global()),
+                    *_behaviors(board, params),
+                ),
             ),
         ),
     )
+
+
+def _if_it_helps(params: NavigationParams, helps: Callable[[], bool], recovery: Node) -> Node:
+    """Guard a recovery that Jazzy tries only where it may help; Humble always does."""
+    return recovery if params.release == "humble" else Sequence(Condition(helps), recovery)
 
 
 def navigate_to_pose_w_replanning(board: Blackboard, params: NavigationParams) -> Node:

@@ -38,14 +38,14 @@ from gym_mapbench.scenario import Pose
 
 
 class Navigator:
-    """Plans, follows the plan with ``follower``, and recovers, as Nav2 Humble does.
+    """Plans, follows the plan with ``follower``, and recovers, as Nav2 does.
 
     Args:
         follower: DWB, MPPI, RPP or any other :class:`controllers.base.PathFollower`.
         params: Everything else.
         name: Name under which it is reported.
-        abort_is_exception: Whether the failure tolerance also covers a follower's ControllerAbort, as in
-            newer releases; in Humble it ends the action at once.
+        abort_is_exception: Whether the failure tolerance also covers a follower's ControllerAbort, which in Nav2 ends
+            the action at once.
 
     Attributes:
         status: ``running``, ``succeeded`` (at the goal) or ``failed``.
@@ -184,7 +184,10 @@ class Navigator:
             global_costmap=CostmapServer(params.global_costmap, context.grid, global_footprint, context.lidar),
             local_costmap=CostmapServer(params.local_costmap, context.grid, footprint, context.lidar),
             controller_server=ControllerServer(
-                self.follower, params.controller_server, abort_is_exception=self._abort_is_exception
+                self.follower,
+                params.controller_server,
+                abort_is_exception=self._abort_is_exception,
+                release=params.release,
             ),
             behavior_server=BehaviorServer(params.behavior_server, footprint),
             pose=context.start,

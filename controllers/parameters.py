@@ -1,12 +1,13 @@
-"""The shape of ROS parameters: dotted keys and nested mappings are two spellings of one thing; lists of critics."""
+"""The shape of ROS parameters: dotted keys and nested mappings are two spellings of one thing; releases; critics."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar, Self
 
 from pydantic import field_validator, model_validator
 
+from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings
 
@@ -42,17 +43,69 @@ def _insert(target: dict[str, Any], names: list[str], value: Any, key: str) -> N
         target[last] = value
 
 
+def overlay(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """Lay one nested mapping over another: groups are merged, values replaced."""
+    merged = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, Mapping) and isinstance(merged.get(key), Mapping)
+        merged[key] = overlay(merged[key], value) if both else value
+    return merged
+
+
+def value_at(values: object, name: str) -> object:
+    """Return what stands under a dotted name in nested mappings or settings, None if nothing does."""
+    for part in name.split("."):
+        values = values.get(part) if isinstance(values, Mapping) else getattr(values, part, None)
+    return values
+
+
+class ReleaseSettings(Settings):
+    """Parameters whose defaults, and some of which themselves, depend on the release of Nav2.
+
+    The defaults of the fields are those of Humble. A parameter that the release does not have is None, and refused
+    if it is given.
+
+    Attributes:
+        DEFAULTS: Of each release, by dotted name, where they differ from those of the fields.
+        MISSING: Dotted names of the parameters that a release does not have -> what it does instead.
+
+    Args:
+        release: Whose behaviour this is.
+    """
+
+    DEFAULTS: ClassVar[Mapping[Release, Mapping[str, Any]]] = {}
+    MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = {}
+    release: Release = "humble"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_the_release(cls, values: Any) -> Any:
+        """Nest dotted keys, refuse what the release does not have, and fill in its defaults."""
+        if not isinstance(values, Mapping):
+            return values
+        given = nest_dotted(values)
+        release = given.get("release", "humble")
+        if release not in RELEASES:
+            return given
+        for name, instead in cls.MISSING.get(release, {}).items():
+            if value_at(given, name) is not None:
+                raise ConfigError(f"{name}: Nav2 {release.capitalize()} has no such parameter: {instead}")
+        return overlay(nest_dotted(cls.DEFAULTS.get(release, {})), given)
+
+    @model_validator(mode="after")
+    def _has_all_of_it(self) -> Self:
+        for name, default in self.DEFAULTS.get(self.release, {}).items():
+            if default is not None and value_at(self, name) is None:
+                raise ConfigError(f"{name}: expected a value, got none")
+        return self
+
+
 class CriticSettings(Settings):
     """Parameters of one critic of any controller."""
 
 
-class SettingsWithCritics(Settings):
+class SettingsWithCritics(ReleaseSettings):
     """Parameters of a controller that asks the ``critics`` it lists; each has a group of parameters of its name."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _nest(cls, values: Any) -> Any:
-        return nest_dotted(values) if isinstance(values, Mapping) else values
 
     @field_validator("critics", check_fields=False)
     @classmethod

@@ -24,7 +24,7 @@ from controllers.nav2_params import ControllerPlugin, NavigationParams, load_pre
 from controllers.nav2_params.findings import Findings
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.presets import overlay
-from controllers.nav2_params.section import Section, parameter_names
+from controllers.nav2_params.section import Section
 from controllers.navigator import Navigator
 from controllers.rl import accepted_keywords, load_sb3
 from controllers.rpp.controller import RppFollower
@@ -55,7 +55,7 @@ def make_controller(
         name: ``dwb``, ``mppi``, ``rpp``, a controller of ``navigation`` by its own name, a third party's, or the
             file of a Stable-Baselines3 model, ``path/to/model.zip`` or ``NAME=path/to/model.zip``.
         navigation: Parameters of the whole navigation, e.g. from ``read_nav2_params``; None for the preset's.
-        preset: ``thesis`` or ``fair``; not used where ``navigation`` is given.
+        preset: ``thesis``, ``fair``, ``jazzy`` or ``jazzy_fair``; not used where ``navigation`` is given.
         label: Name under which it is reported; ``name`` if None. A third party's names itself.
         nav2_params: Parameters of this controller that differ, under Nav2's names; dotted names in a
             ``**{"PathAlign.scale": 24.0}``. Names of newer releases are understood, keys that only ROS reads are
@@ -87,9 +87,9 @@ def _load_model(spec: str, label: str | None, params: Mapping[str, Any]) -> Cont
 
 def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, Any]) -> PathFollower:
     """Make one of Nav2's controllers with some of its parameters changed."""
-    kind = CONTROLLERS[plugin.kind]
-    section = Section(name, changes, Findings())
-    params = overlay(plugin.params, section.read(kind.keys, parameter_names(kind.params)))
+    kind, release = CONTROLLERS[plugin.kind], plugin.params["release"]
+    section = Section(name, changes, Findings(release))
+    params = overlay(plugin.params, section.read(kind.keys_of(release), kind.parameters_of(release)))
     section.findings.refuse()
     return FOLLOWERS[plugin.kind](section.make(kind.params, params))
 

@@ -7,6 +7,7 @@
     |-- MapFormatError (ValueError)    a file that is not what it claims to be
     |-- PlanningError              a global planner could not answer
     |   `-- NoPathError            start and goal are not connected
+    |       `-- EndpointError      start or goal is off the map or in an obstacle
     `-- RunError                   a run directory, a store or a worker
 """
 
@@ -37,6 +38,10 @@ class PlanningError(MapBenchError):
 
 class NoPathError(PlanningError):
     """Start and goal are not connected on this costmap."""
+
+
+class EndpointError(NoPathError):
+    """Start or goal is off the map or in an obstacle, which in Nav2 Jazzy no recovery is tried for."""
 
 
 class RunError(MapBenchError):

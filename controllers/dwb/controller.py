@@ -1,6 +1,6 @@
 """DwbFollower: Nav2's Dynamic Window controller as a path follower.
 
-Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble).
+Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble and Jazzy).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import ControllerError, FollowerSetup, Twist
+from controllers.base import ControllerError, FollowerSetup, InvalidPath, Twist
 from controllers.dwb.critics import Critic, make_critics
 from controllers.dwb.kernels.plan import plan_window
 from controllers.dwb.kernels.verdict import judge_all, judge_cheapest
@@ -114,7 +114,8 @@ class DwbFollower:
         """Return the command of the best candidate; see :class:`~controllers.base.PathFollower`.
 
         Raises:
-            ControllerError: If the plan is empty or ends, or every candidate is illegal.
+            ControllerError: If every candidate is illegal; in Humble also in the case below.
+            InvalidPath: If the plan is empty or ends.
         """
         scene = self._look(pose, velocity, costmap, now)
         best = self._judge(scene, judge_cheapest).best
@@ -133,7 +134,8 @@ class DwbFollower:
         The plan is pruned and RotateToGoal remembers that the goal is near, as in a real cycle.
 
         Raises:
-            ControllerError: If the plan is empty or ends.
+            ControllerError: In Humble, if the plan is empty or ends.
+            InvalidPath: In Jazzy, in the same case.
         """
         return self._judge(self._look(pose, velocity, costmap, now), judge_all)
 
@@ -150,18 +152,21 @@ class DwbFollower:
 
     def _near_plan(self, pose: Pose, costmap: Costmap) -> NDArray[np.float64]:
         """Return the part of the plan near the robot; forget what lies behind it."""
+        p, humble = self.params, self.params.release == "humble"
+        invalid_path = ControllerError if humble else InvalidPath
         if not len(self._plan):
-            raise ControllerError("received plan with zero length")
-        p = self.params
+            raise invalid_path("received plan with zero length")
         half = max(costmap.costs.shape) * costmap.resolution / 2.0
+        ahead = np.inf if p.forward_prune_distance < 0 else p.forward_prune_distance
         start = min(half, p.prune_distance) if p.prune_plan else half
-        end = min(half, p.forward_prune_distance) if p.shorten_transformed_plan else half
-        first, last = plan_window(self._plan, pose.x, pose.y, p.prune_distance, start, end)
+        end = min(half, ahead) if p.shorten_transformed_plan else half
+        search = p.prune_distance if humble else ahead
+        first, last = plan_window(self._plan, pose.x, pose.y, search, start, end)
         near = self._plan[first:last]
         if p.prune_plan:
             self._plan = self._plan[first:]
         if not len(near):
-            raise ControllerError("resulting plan has 0 poses in it")
+            raise invalid_path("resulting plan has 0 poses in it")
         return near
 
     def _judge(self, scene: Scene, judge: Callable[..., int]) -> DwbEvaluation:

@@ -1,17 +1,18 @@
 """Parameters of DWB, under Nav2's names and with the defaults of Nav2's code.
 
-Source: nav2_dwb_controller (Humble): dwb_core, dwb_plugins (kinematic_parameters.cpp,
+Source: nav2_dwb_controller (Humble and Jazzy): dwb_core, dwb_plugins (kinematic_parameters.cpp,
 xy_theta_iterator.cpp, standard_traj_generator.cpp) and the critics of dwb_critics. The values most
 people run are those of nav2_bringup's example, not these defaults.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from controllers.parameters import CriticSettings, SettingsWithCritics
+from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 
 NonNegative = Annotated[float, Field(ge=0)]
@@ -45,14 +46,14 @@ ROS_ONLY_KEYS = frozenset(
 """Keys of a DWB section that serve ROS or other plugins only; DWB's commands do not depend on them."""
 
 RENAMED_KEYS: dict[str, str] = {}
-"""Newer name -> the name in Humble; DWB's parameters have kept theirs."""
+"""Newer name -> the name in Humble and Jazzy; DWB's parameters have kept theirs."""
 
-_ROTATE_TO_GOAL = "in Humble RotateToGoal looks at the distance to the goal, not along the path"
+_ROTATE_TO_GOAL = "RotateToGoal looks at the distance to the goal, not along the path"
 NEWER_ONLY_KEYS = {
     "path_length_tolerance": _ROTATE_TO_GOAL,
     "RotateToGoal.path_length_tolerance": _ROTATE_TO_GOAL,
 }
-"""Parameters of newer releases that Humble does not have -> what Humble does instead."""
+"""Parameters of newer releases that neither Humble nor Jazzy has -> what they do instead."""
 
 
 class CriticParams(CriticSettings):
@@ -152,7 +153,11 @@ class DwbParams(SettingsWithCritics):
         trajectory_generator_name: Standard samples what can be reached within ``sim_time``, LimitedAccel within
             ``sim_period``.
         sim_period: s; one control period if None.
+        forward_prune_distance: Length of the plan ahead that the critics see, m; in Jazzy also how far along it the
+            robot is sought, and all of it if negative.
     """
+
+    MISSING: ClassVar[dict[Release, dict[str, str]]] = {"humble": NEWER_ONLY_KEYS, "jazzy": NEWER_ONLY_KEYS}
 
     min_vel_x: float = 0.0
     max_vel_x: float = 0.0
@@ -184,7 +189,7 @@ class DwbParams(SettingsWithCritics):
     ] = "dwb_plugins::StandardTrajectoryGenerator"
     prune_plan: bool = True
     prune_distance: NonNegative = 2.0
-    forward_prune_distance: NonNegative = 2.0
+    forward_prune_distance: float = 2.0
     shorten_transformed_plan: bool = True
     short_circuit_trajectory_evaluation: bool = True
     xy_goal_tolerance: NonNegative = 0.25
@@ -205,6 +210,8 @@ class DwbParams(SettingsWithCritics):
     def _ordered(self) -> Self:
         if self.min_vel_x > self.max_vel_x:
             raise ConfigError(f"min_vel_x: expected at most max_vel_x ({self.max_vel_x}), got {self.min_vel_x}")
+        if self.forward_prune_distance < 0 and self.release == "humble":
+            raise ConfigError(f"forward_prune_distance: expected at least 0, got {self.forward_prune_distance}")
         return self
 
     @property

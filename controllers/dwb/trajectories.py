@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 from controllers.base import Twist
 from controllers.dwb.kernels.rollout import first_velocities, roll_out, trace
 from controllers.dwb.params import DwbParams, MapGridParams
+from controllers.releases import Release
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+SLACK: dict[Release, float] = {"humble": 1e-5, "jazzy": float(np.finfo(np.float32).eps)}
+"""How far a sample may be off the limits of speed: of the squared speed, m^2/s^2, and of the turn rate, rad/s."""
 
 
 class Trajectories:
@@ -59,7 +63,7 @@ class Trajectories:
                 [-p.max_vel_theta, p.max_vel_theta, p.acc_lim_theta, p.decel_lim_theta, p.vtheta_samples],
             ]
         )
-        self._speeds = np.array([p.max_speed_xy, p.min_speed_xy, p.min_speed_theta])
+        self._speeds = np.array([p.max_speed_xy, p.min_speed_xy, p.min_speed_theta, SLACK[p.release]])
         by_distance = [inf, p.linear_granularity, p.angular_granularity]
         self._granularity = np.array([p.time_granularity, inf, inf] if p.discretize_by_time else by_distance)
         self._horizon = (p.sim_period or control_period) if p.samples_one_period else p.sim_time

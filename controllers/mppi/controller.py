@@ -15,7 +15,7 @@ from gym_mapbench.scenario import Pose
 
 
 class MppiFollower:
-    """Model Predictive Path Integral control (Nav2 Humble).
+    """Model Predictive Path Integral control.
 
     Args:
         params: Parameters; the defaults of Nav2's code if None.
@@ -46,6 +46,10 @@ class MppiFollower:
         """Take the same plan where it lies by now; what is behind stays behind."""
         self._paths.move_plan(path)
 
+    def end_action(self) -> None:
+        """Forget the control sequence and take new noise (``reset``, which Jazzy calls when an action ends)."""
+        self._optimizer.reset()
+
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
         """Limit the speed to ``speed`` m/s, or per cent of ``vx_max``; 0 or a reset of the optimizer lifts it."""
         self._optimizer.set_speed_limit(speed, percentage)
@@ -54,10 +58,13 @@ class MppiFollower:
         """Return the next command; arguments as in :class:`controllers.base.PathFollower`.
 
         Raises:
-            ControllerAbort: If no path is left ahead, or all trajectories collide.
+            InvalidPath: If no path is left ahead.
+            ControllerAbort: If all trajectories collide, in Humble.
+            ControllerError: The same, in Jazzy.
         """
-        if self._last_call is not None and now - self._last_call > self.params.reset_period:
+        patience = self.params.reset_period
+        if patience is not None and self._last_call is not None and now - self._last_call > patience:
             self._optimizer.reset()
         self._last_call = now
         path = self._paths.local_path(pose, costmap)
-        return self._optimizer.compute(pose, velocity, path, costmap)
+        return self._optimizer.compute(pose, velocity, path, self._paths.goal(path), costmap)

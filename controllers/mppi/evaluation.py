@@ -67,6 +67,7 @@ def evaluate(
     costmap: Costmap,
     controls: tuple[Array, Array],
     noise: tuple[Array, Array],
+    goal: tuple[float, float] | None = None,
 ) -> Evaluation:
     """Evaluate one call with an empty control history.
 
@@ -79,11 +80,13 @@ def evaluate(
         costmap: Local costmap.
         controls: Two ``(time_steps,)`` arrays: the control sequence before the call, m/s and rad/s.
         noise: Two ``(batch_size, time_steps)`` arrays, m/s and rad/s.
+        goal: What the critics call the goal, m; the end of the local path if None.
     """
     layout = Layout(params.batch_size, params.time_steps)
     optimizer = Optimizer(params, setup, _Given(layout.pack(*noise)))
     optimizer.v[:], optimizer.w[:] = controls
-    optimizer.optimize(pose, velocity, path, costmap)
+    x, y = path[-1, :2].astype(np.float32).tolist()
+    optimizer.optimize(pose, velocity, path, goal or (x, y), costmap)
     softmax = optimizer.v.copy(), optimizer.w.copy()
     optimizer.smooth()
     filtered = optimizer.v.copy(), optimizer.w.copy()

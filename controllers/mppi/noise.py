@@ -120,7 +120,7 @@ class NoiseBank:
 class Nav2Noise:
     """The numbers of Nav2 itself: one std::mt19937 through libstdc++'s ``normal_distribution<float>``.
 
-    The generator belongs to the process in Nav2 and to the run here; its first set is dropped, as a start draws twice.
+    The generator belongs to the process in Nav2 and to the run here.
 
     Args:
         layout: Layout of the batch.
@@ -132,7 +132,6 @@ class Nav2Noise:
         self._layout, self._stds = layout, stds
         self._bits = np.random.MT19937()
         self._bits.state = {"bit_generator": "MT19937", "state": {"key": _mt19937_key(seed), "pos": MT_SIZE}}
-        self.draw()
 
     def draw(self) -> Noise:
         """Return the next set."""
@@ -167,12 +166,18 @@ class Nav2Noise:
 
 
 def make_source(params: MppiParams, rng: np.random.Generator) -> NoiseSource:
-    """Make the source that ``noise`` and ``regenerate_noises`` ask for; ``rng`` is the run's generator."""
+    """Make the source that ``noise`` and ``regenerate_noises`` ask for; ``rng`` is the run's generator.
+
+    Without ``regenerate_noises``, Nav2 draws twice as it starts, and uses the second set.
+    """
     layout, stds = Layout(params.batch_size, params.time_steps), (params.vx_std, params.wz_std)
     if params.noise == "nav2":
-        return Nav2Noise(layout, stds, params.noise_seed)
-    source = NumpyNoise(layout, stds, rng)
-    return NoiseBank(source) if params.regenerate_noises else source
+        source = Nav2Noise(layout, stds, params.noise_seed)
+        if not params.regenerate_noises:
+            source.draw()
+        return source
+    drawn = NumpyNoise(layout, stds, rng)
+    return NoiseBank(drawn) if params.regenerate_noises else drawn
 
 
 def _mt19937_key(seed: int) -> NDArray[np.uint32]:

@@ -1,6 +1,6 @@
 """The optimizer of a run: its control sequence, its noise, and when both begin anew.
 
-Source: nav2_mppi_controller/src/optimizer.cpp (Humble).
+Source: nav2_mppi_controller/src/optimizer.cpp (Humble and Jazzy).
 """
 
 from __future__ import annotations
@@ -10,8 +10,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import ControllerAbort, FollowerSetup, Twist
+from controllers.base import STOP, ControllerAbort, ControllerError, FollowerSetup, Twist
+from controllers.mppi.critic_params import WeightedParams
 from controllers.mppi.kernels.align import score_align
+from controllers.mppi.kernels.bearings import score_last_bearings, sweep_bearings
 from controllers.mppi.kernels.controls import (
     ALIGNED,
     BEARINGS,
@@ -27,11 +29,11 @@ from controllers.mppi.kernels.controls import (
 )
 from controllers.mppi.kernels.critics import CRITICS, judge
 from controllers.mppi.kernels.cycle import begin, finish, prepare
-from controllers.mppi.kernels.points import sweep, sweep_bearings
+from controllers.mppi.kernels.points import sweep
 from controllers.mppi.kernels.update import send, smooth
 from controllers.mppi.kernels.walk import walk_cost, walk_obstacles
 from controllers.mppi.noise import Layout, Noise, NoiseSource
-from controllers.mppi.params import MppiParams, WeightedParams
+from controllers.mppi.params import MppiParams
 from controllers.mppi.records import CALL, make_tuning
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
@@ -71,7 +73,7 @@ class Optimizer:
             raise ConfigError(
                 f"model_dt: expected at least the control period ({setup.control_period:g} s), got {params.model_dt:g}"
             )
-        self._params, self._source = params, source
+        self._params, self._source, self._is_jazzy = params, source, params.release != "humble"
         self._shifts = abs(setup.control_period - params.model_dt) < SAME_PERIOD
         self._tuning, self._call = make_tuning(params, setup), np.zeros(1, dtype=CALL)
         self._corners = np.array(setup.footprint.corners, dtype=np.float64)
@@ -84,15 +86,19 @@ class Optimizer:
         shape = (layout.blocks, layout.samples)
         self.critic_costs = np.zeros((len(self.critics), *shape), dtype=np.float32)
         self.total = np.zeros(shape, dtype=np.float32)
+        samples = (layout.blocks, params.time_steps, layout.samples) if self._is_jazzy else (0, 0, 0)
+        self._limited = np.zeros((2, *samples), dtype=np.float32)
         self._collected = np.zeros((COLLECTED_ROWS, *shape), dtype=np.float32)
+        self._looked = _looked_at(params) if self._scan else np.full(params.time_steps, -1)
         self._keep = _kept_steps(params)
         axes = 3 if params.PathAlignCritic.use_path_orientations else 2
         self._kept = np.zeros((axes, self._keep.max() + 1, *shape), dtype=np.float32)
         self._speeds = _speeds(params)
         self._aligned = len(range(0, params.time_steps, params.PathAlignCritic.trajectory_point_step))
-        self._humble = params.PathAlignCritic.humble_search
+        self._defects = bool(params.PathAlignCritic.humble_search)
         self.v, self.w = np.zeros((2, params.time_steps), dtype=np.float32)
         self._history_v, self._history_w = np.zeros((2, HISTORY), dtype=np.float32)
+        self.set_speed_limit(0.0)
         self.reset()
 
     @property
@@ -106,10 +112,12 @@ class Optimizer:
         return int(self._call["furthest"][0])
 
     def reset(self) -> None:
-        """Forget the control sequence and its history, lift the speed limit, take new noise."""
+        """Forget the control sequence and its history, take new noise; Humble lifts the speed limit as well."""
         for values in (self.v, self.w, self._history_v, self._history_w):
             values[:] = 0.0
-        self.set_speed_limit(0.0)
+        if not self._is_jazzy:
+            self.set_speed_limit(0.0)
+        self._sent = STOP
         self._noise = self._source.draw()
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
@@ -121,50 +129,56 @@ class Optimizer:
         self._tuning["lowest_speed"] = ratio * self._params.vx_min
         self._tuning["fastest_turn"] = ratio * self._params.wz_max
 
-    def compute(self, pose: Pose, velocity: Twist, path: NDArray[np.float64], costmap: Costmap) -> Twist:
+    def compute(
+        self, pose: Pose, velocity: Twist, path: NDArray[np.float64], goal: tuple[float, float], costmap: Costmap
+    ) -> Twist:
         """Improve the control sequence and return the next command; arguments as in :meth:`optimize`.
 
         Raises:
-            ControllerAbort: If all trajectories collide. Humble's retries skip all critics and fail again, so only
-                their resets are left of them.
+            ControllerAbort: If all trajectories collide, in Humble. Nav2's retries skip all critics and fail again, so
+                only their resets are left of them.
+            ControllerError: The same, in Jazzy.
         """
-        self.optimize(pose, velocity, path, costmap)
+        self.optimize(pose, velocity, path, goal, costmap)
         if self.failed:
             for _ in range(self._params.retry_attempt_limit + 1):
                 self.reset()
-            raise ControllerAbort("Optimizer fail to compute path")
+            raise (ControllerError if self._is_jazzy else ControllerAbort)("Optimizer fail to compute path")
         self.smooth()
         return self.send()
 
-    def optimize(self, pose: Pose, velocity: Twist, path: NDArray[np.float64], costmap: Costmap) -> None:
+    def optimize(
+        self, pose: Pose, velocity: Twist, path: NDArray[np.float64], goal: tuple[float, float], costmap: Costmap
+    ) -> None:
         """Roll out, score and update ``iteration_count`` times.
 
         Args:
             pose: Robot.
             velocity: Measured speeds.
             path: ``(m, 3)`` local path, x, y in m and yaw in rad.
+            goal: What the critics call the goal, m.
             costmap: Local costmap.
         """
         place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
+        speeds = self._sent if self._params.open_loop else velocity
         points, valid = begin(
-            self._call, (pose[0], pose[1], pose[2]), (velocity[0], velocity[1]), path, costmap.costs, place,
+            self._call, (pose[0], pose[1], pose[2]), (speeds[0], speeds[1]), path, goal, costmap.costs, place,
             costmap.track_unknown_space, self.total,
         )  # fmt: skip
         for _ in range(self._params.iteration_count):
-            if self._params.regenerate_noises:
-                self._noise = self._source.draw()
             self._iterate(points, valid, costmap.costs)
+            if self._params.regenerate_noises:  # as Nav2 asks for the next set while it works with this one
+                self._noise = self._source.draw()
 
     def _iterate(self, points: Array, valid: NDArray[np.bool_], costs: NDArray[np.uint8]) -> None:
         """Roll out, score and update once."""
-        tuning, call, noise, params = self._tuning, self._call, self._noise, self._params
-        refresh_every, grid, scale, window, measure, look = prepare(
-            tuning, call, self._scan, costs, noise.longest, noise.fastest, self.v, self.w
+        tuning, call, params = self._tuning, self._call, self._params
+        rollout, efforts, grid, scale, window, measure, look = prepare(
+            tuning, call, self._scan, costs, tuple(self._noise), self.v, self.w, self._limited
         )
-        rollout = (refresh_every, noise.v, noise.w, self.v, self.w)
         sweep(
-            call, params.model_dt, rollout, self._speeds, self._keep, self._kept, self._scan, grid, scale, window,
-            measure, look, params.GoalAngleCritic.symmetric_yaw_tolerance, self._collected,
+            call, params.model_dt, rollout, efforts, self._speeds, self._keep, self._kept, self._looked, grid,
+            scale, window, measure, look, params.GoalAngleCritic.symmetric_yaw_tolerance, self._collected,
         )  # fmt: skip
         self._walk(rollout, costs)
         rows = judge(tuning, call, self._rows, points, valid, self._kept, self._collected)
@@ -186,7 +200,9 @@ class Optimizer:
         tuning, call, collected = self._tuning, self._call, self._collected
         for row in rows.tolist():
             if row == ALIGNED:
-                score_align(call, points, valid, self._kept, self._aligned, self._humble, collected)
+                score_align(call, points, valid, self._kept, self._aligned, self._defects, collected)
+            elif row == BEARINGS and self._is_jazzy:
+                score_last_bearings(tuning, call, self._kept, collected)
             elif row == BEARINGS:
                 sweep_bearings(tuning, call, rollout, collected)
             elif row == TURNING:
@@ -197,16 +213,18 @@ class Optimizer:
                 add_too_tight(tuning, call, rollout, collected)
 
     def _is_near(self, distance: float) -> bool:
-        """Whether the robot is nearer than ``distance`` (m) to the end of the local path."""
+        """Whether the robot is nearer than ``distance`` (m) to the goal."""
         return bool(self._call["squared_distance"][0] < distance * distance)
 
     def smooth(self) -> None:
         """Apply the Savitzky-Golay filter to the control sequence."""
-        smooth(self.v, self.w, self._history_v, self._history_w)
+        smooth(self.v, self.w, self._history_v, self._history_w, not self._is_jazzy)
 
     def send(self) -> Twist:
         """Return the next command and move the control sequence on by a period."""
-        return Twist(send(self.v, self._history_v, self._shifts), send(self.w, self._history_w, self._shifts))
+        v, w = send(self.v, self._history_v, self._shifts), send(self.w, self._history_w, self._shifts)
+        self._sent = Twist(v, w)
+        return self._sent
 
 
 def _kept_steps(params: MppiParams) -> NDArray[np.int64]:
@@ -217,24 +235,30 @@ def _kept_steps(params: MppiParams) -> NDArray[np.int64]:
     return keep
 
 
+def _looked_at(params: MppiParams) -> NDArray[np.int64]:
+    """Number the steps under whose points the Cost critic looks, -1 for the others."""
+    every = params.CostCritic.trajectory_point_step or 1
+    looked, looks = np.full(params.time_steps, -1), params.time_steps // every
+    looked[: looks * every : every] = range(looks)
+    return looked
+
+
 def _speeds(params: MppiParams) -> tuple[np.float32, ...]:
-    """Limits that Constraint lets pass (``vy_max`` counts, for DiffDrive too; m/s), and weights of the effort."""
+    """Limits that Constraint lets pass, m/s; ``vy_max`` counts, for DiffDrive too."""
     highest, lowest = math.hypot(params.vx_max, params.vy_max), math.hypot(params.vx_min, params.vy_max)
     lowest = lowest if params.vx_min > 0 else -lowest
-    speeds = (highest, lowest, params.gamma / params.vx_std**2, params.gamma / params.wz_std**2)
-    return tuple(np.float32(speed) for speed in speeds)
+    return np.float32(highest), np.float32(lowest)
 
 
 def _factor(name: str, params: MppiParams) -> float:
     """Return what a critic's scores are multiplied with: sums over the steps become means, or integrals over time."""
-    critic, steps = params.critic(name), params.time_steps
+    critic, steps, jazzy = params.critic(name), params.time_steps, params.release != "humble"
     if not isinstance(critic, WeightedParams):
         return 1.0
     weight = critic.cost_weight
     if name in ("ConstraintCritic", "PreferForwardCritic", "VelocityDeadbandCritic"):
         return weight * params.model_dt
-    if name in ("GoalCritic", "GoalAngleCritic", "PathAngleCritic", "TwirlingCritic"):
-        return weight / steps
     if name == "CostCritic":
-        return weight / 254.0 / steps
-    return weight
+        return weight / 254.0 / (steps // (params.CostCritic.trajectory_point_step or 1))
+    means = ("GoalCritic", "GoalAngleCritic", "TwirlingCritic", "" if jazzy else "PathAngleCritic")
+    return weight / steps if name in means else weight

@@ -1,4 +1,4 @@
-"""The part of the global plan that MPPI looks at (``nav2_mppi_controller/src/path_handler.cpp``, Humble)."""
+"""The part of the global plan that MPPI looks at (``nav2_mppi_controller/src/path_handler.cpp``)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import ControllerAbort
+from controllers.base import InvalidPath
 from controllers.mppi.kernels.plan import find_window
 from controllers.mppi.params import MppiParams
 from gym_mapbench.costmap import Costmap
@@ -55,22 +55,31 @@ class PathHandler:
         """Return the poses ahead, ``(m, 3)``; poses passed are forgotten.
 
         Raises:
-            ControllerAbort: If there are none.
+            InvalidPath: If there are none.
         """
         if len(self._ahead) == 0:
-            raise ControllerAbort("Received plan with zero length")
+            raise InvalidPath("Received plan with zero length")
         place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
         search, prune = self._search_distance(costmap), self._params.prune_distance
         self._passed, end = find_window(
-            self._ahead, self._steps, self._passed, pose.x, pose.y, search, prune, place, costmap.costs.shape
-        )
+            self._ahead, self._steps, self._passed, pose.x, pose.y, search, prune, place, costmap.costs.shape,
+            self._params.release != "humble",
+        )  # fmt: skip
         window = self._ahead[self._passed : end]
         if self._cusp and self._at_cusp(pose):
             self._plan = self._plan[self._cusp :]
             self._look_ahead()
         if len(window) == 0:
-            raise ControllerAbort("Resulting plan has 0 poses in it.")
+            raise InvalidPath("Resulting plan has 0 poses in it.")
         return window
+
+    def goal(self, window: Path) -> tuple[float, float]:
+        """What the critics call the goal, m: in Humble the end of the local path, in Jazzy that of the plan."""
+        if self._params.release == "humble":
+            x, y = window[-1, :2].astype(np.float32).tolist()
+        else:
+            x, y = self._plan[-1, :2].tolist()
+        return x, y
 
     def _search_distance(self, costmap: Costmap) -> float:
         given = self._params.max_robot_pose_search_dist

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import types
-from typing import Any, cast, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, cast, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,20 @@ from gym_mapbench.settings import Settings
 
 Record = NDArray[np.void]
 
+INSCRIBED = 253
+NO_PREFERENCE = 1
+
 NUMBERS: dict[Any, type[np.generic]] = {bool: np.bool_, int: np.int64, float: np.float64}
 
 
 def _record_of(settings: type[Settings], *more: tuple[str, type]) -> np.dtype[np.void]:
-    """Build the record of all numbers, switches and groups of some settings; texts and options are left out."""
+    """Build the record of all numbers, switches and groups of some settings; texts and options are left out.
+
+    A number or switch that may be None is 0 or false where it is.
+    """
     fields: list[tuple[Any, ...]] = []
     for name, field in settings.model_fields.items():
-        kind = field.annotation
+        kind = _without_none(field.annotation)
         if isinstance(kind, type) and not isinstance(kind, types.GenericAlias) and issubclass(kind, Settings):
             fields.append((name, _record_of(kind)))
         elif kind in NUMBERS:
@@ -33,8 +39,18 @@ def _record_of(settings: type[Settings], *more: tuple[str, type]) -> np.dtype[np
     return np.dtype([*fields, *more], align=True)
 
 
+def _without_none(kind: Any) -> Any:
+    """The kind of value that may also be None; choices are of the kind of their values."""
+    if get_origin(kind) in (Union, types.UnionType):
+        kind = next(one for one in get_args(kind) if one is not types.NoneType)
+    if get_origin(kind) is Annotated:
+        kind = get_args(kind)[0]
+    return type(get_args(kind)[0]) if get_origin(kind) is Literal else kind
+
+
 TUNING = _record_of(
     MppiParams,
+    ("jazzy", np.bool_),
     ("ackermann", np.bool_),
     ("either_way", np.bool_),
     ("highest_speed", np.float64),
@@ -44,28 +60,27 @@ TUNING = _record_of(
     ("inscribed_radius", np.float64),
     ("circumscribed_cost", np.float64),
 )
-"""MPPI's parameters under their own names, critics as groups, and what the run adds: whether PathAngle accepts looking
-backwards, the limits in force (m/s, rad/s), the goal checker's tolerance (m), the footprint's inscribed radius (m) and
-the cost at its circumscribed radius."""
+"""MPPI's parameters under their own names, critics as groups, and what the run adds: whether Jazzy's rules hold, rather
+than Humble's; whether PathAngle accepts looking backwards, the limits in force (m/s, rad/s), the goal checker's
+tolerance (m), the footprint's inscribed radius (m) and the cost at its circumscribed radius."""
 
 CALL = np.dtype(
     [
         *((name, np.float64) for name in ("x", "y", "yaw", "v", "w")),
-        *((name, np.float64) for name in ("end_x", "end_y", "end_yaw", "squared_distance")),
+        *((name, np.float64) for name in ("goal_x", "goal_y", "end_yaw", "squared_distance")),
         *((name, np.float64) for name in ("resolution", "origin_x", "origin_y")),
         ("unknown_is_free", np.bool_),
         ("failed", np.bool_),
         ("obstacle_hits", np.int64),
         ("furthest", np.int64),
-        ("target_x", np.float64),
-        ("target_y", np.float64),
+        *((name, np.float64) for name in ("target_x", "target_y", "target_yaw")),
     ],
     align=True,
 )
-"""One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; last point of the local path (m, rad) and its squared
-distance; place of the costmap (m). Found out on the way: whether all trajectories collide, how many do for the
-Obstacles critic, the furthest path point reached (-1 until known), and the point PathAngle looks at (m, from the
-robot)."""
+"""One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; the goal (m; in Humble the last point of the local
+path) and its squared distance, and the heading at the end of the local path (rad); place of the costmap (m). Found out
+on the way: whether all trajectories collide, how many do for the Obstacles critic, the furthest path point reached (-1
+until known), and the point PathAngle looks at (m, from the robot) with the path's heading there (rad)."""
 
 
 def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:
@@ -73,10 +88,23 @@ def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:
     tuning = np.zeros(1, dtype=TUNING)
     _fill(tuning, params)
     tuning["ackermann"] = params.motion_model == "Ackermann"
-    tuning["either_way"] = abs(params.vx_min) >= 1e-6 and not params.PathAngleCritic.forward_preference
     tuning["xy_goal_tolerance"] = setup.xy_goal_tolerance
     tuning["inscribed_radius"] = setup.footprint.inscribed_radius
     tuning["circumscribed_cost"] = _circumscribed_cost(setup.footprint, setup.cost_scaling_factor)
+    reverses, angle = abs(params.vx_min) >= 1e-6, params.PathAngleCritic
+    if params.release == "humble":
+        tuning["either_way"] = reverses and not angle.forward_preference
+        tuning["CostCritic"]["near_collision_cost"] = INSCRIBED
+        tuning["CostCritic"]["trajectory_point_step"] = 1
+        return tuning
+    tuning["jazzy"] = True
+    tuning["either_way"] = reverses and angle.mode == NO_PREFERENCE
+    tuning["ObstaclesCritic"]["cost_scaling_factor"] = setup.cost_scaling_factor
+    tuning["ObstaclesCritic"]["inflation_radius"] = setup.inflation_radius
+    if setup.inflation_radius < setup.footprint.circumscribed_radius:
+        tuning["circumscribed_cost"] = 0.0
+    for name, sign in {"ax_max": 1.0, "ax_min": -1.0, "az_max": 1.0}.items():  # Nav2 corrects wrong signs
+        tuning[name] = sign * abs(tuning[name])
     return tuning
 
 

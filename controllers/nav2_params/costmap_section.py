@@ -34,7 +34,8 @@ def read_costmap(section: Section) -> CostmapParams:
         layers[kind] = _read_layer(group, kind)
     section.leave_groups()
     scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name != "nav2"]
-    return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **layers, "plugins": tuple(layers)})
+    own = {"plugins": tuple(layers), "nav2": section.findings.release}
+    return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **layers, **own})
 
 
 def _layer_kind(group: Section, name: str) -> str:

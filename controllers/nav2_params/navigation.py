@@ -1,16 +1,17 @@
 """NavigationParams: everything the navigator needs, frozen, with Nav2's names and in Nav2's sections.
 
-The defaults are those of Nav2 Humble's code; what most people run are the values of nav2_bringup's example,
-which are the preset ``thesis``.
+The defaults are those of Nav2's code; what most people run are the values of an example, which are the presets
+``thesis`` (Humble) and ``jazzy``.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
+from controllers.releases import RELEASES, Release
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings
@@ -48,7 +49,7 @@ class GoalChecker(Settings):
     """Whether the goal is reached.
 
     Args:
-        plugin: ``simple`` or ``stopped`` (the robot must stand as well).
+        plugin: ``simple``, ``stopped`` (the robot must stand as well) or ``position`` (Jazzy: whatever the heading).
         xy_goal_tolerance: m.
         yaw_goal_tolerance: rad.
         stateful: Whether a position once reached counts until the next path.
@@ -57,7 +58,7 @@ class GoalChecker(Settings):
         rot_stopped_velocity: Turn rate that counts as standing, rad/s; ``stopped`` only.
     """
 
-    plugin: Literal["simple", "stopped"] = "simple"
+    plugin: Literal["simple", "stopped", "position"] = "simple"
     xy_goal_tolerance: NonNegative = 0.25
     yaw_goal_tolerance: NonNegative = 0.25
     stateful: bool = True
@@ -168,6 +169,15 @@ class BehaviorTree(Settings):
     recoveries: bool = True
 
 
+BACKUP_SPEED: dict[Release, float] = {"humble": 0.05, "jazzy": 0.15}
+"""Speed of BackUp in the default tree, m/s."""
+
+
+def default_tree(release: Release) -> BehaviorTree:
+    """Return the numbers of a release's default tree."""
+    return BehaviorTree(backup_speed=BACKUP_SPEED[release])
+
+
 class VelocitySmoother(Settings):
     """Nav2's ``velocity_smoother`` between controller and base; recoveries bypass it. Axes are x, y, theta.
 
@@ -214,10 +224,12 @@ class NavigationParams(Settings):
     """Everything the navigator needs.
 
     Args:
+        release: Whose behaviour this is; that of the controllers, of NavFn and of the costmaps is the same.
         controllers: Controllers by name, in order.
         velocity_smoother: None if there is none between controller and base.
     """
 
+    release: Release = "humble"
     controller_server: ControllerServer = ControllerServer()
     controllers: dict[str, ControllerPlugin] = Field(default_factory=dict)
     planner: PlannerPlugin = PlannerPlugin()
@@ -226,6 +238,29 @@ class NavigationParams(Settings):
     behavior_server: BehaviorServer = BehaviorServer()
     bt: BehaviorTree = BehaviorTree()
     velocity_smoother: VelocitySmoother | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_the_release(cls, values: Any) -> Any:
+        """Fill in what depends on the release."""
+        release = values.get("release", "humble")
+        if release not in RELEASES:
+            return values
+        navfn, costmap = PlannerPlugin(params={"release": release}), CostmapParams(nav2=release)
+        defaults = {"planner": navfn, "bt": default_tree(release), "local_costmap": costmap, "global_costmap": costmap}
+        return {**defaults, **values}
+
+    @model_validator(mode="after")
+    def _of_one_release(self) -> Self:
+        releases = {f"controllers.{name}": plugin.params["release"] for name, plugin in self.controllers.items()}
+        releases["planner"] = self.planner.params.get("release", self.release)
+        releases |= {"local_costmap": self.local_costmap.nav2, "global_costmap": self.global_costmap.nav2}
+        for name, release in releases.items():
+            if release != self.release:
+                raise ConfigError(f"{name}: expected parameters of Nav2's {self.release}, got {release}'s")
+        if self.controller_server.goal_checker.plugin == "position" and self.release == "humble":
+            raise ConfigError("goal_checker.plugin: expected simple or stopped, got Jazzy's goal checker position")
+        return self
 
     def controller(self, name: str) -> ControllerPlugin:
         """Return a controller by its name, or else the first of that kind.

@@ -19,6 +19,7 @@ from controllers.nav2_params.navigation import (
     PlannerPlugin,
     ProgressChecker,
     VelocitySmoother,
+    default_tree,
 )
 from controllers.nav2_params.plugins import (
     BEHAVIORS,
@@ -30,9 +31,11 @@ from controllers.nav2_params.plugins import (
     name_of_class,
 )
 from controllers.nav2_params.section import Section, parameter_names
+from controllers.releases import Release
 from gym_mapbench.errors import ConfigError, nearest_name
 
 MAX_VALUES = 100_000
+RELEASE = "release"
 PARAMETERS = "ros__parameters"
 SECTIONS = (
     "controller_server",
@@ -64,7 +67,9 @@ class Nav2Params:
     unmodelled: tuple[str, ...] = ()
 
 
-def parse_nav2_params(document: object, preset: NavigationParams | None = None) -> Nav2Params:
+def parse_nav2_params(
+    document: object, preset: NavigationParams | None = None, release: Release = "humble"
+) -> Nav2Params:
     """Read the content of a ``nav2_params.yaml``.
 
     A parameter that a section does not give has the default of Nav2's code, as in ROS.
@@ -73,18 +78,19 @@ def parse_nav2_params(document: object, preset: NavigationParams | None = None) 
         document: What the YAML file holds.
         preset: Gives the sections that are missing as a whole, but for the velocity smoother, and the kinds of
             controllers that are not configured; None for the defaults of Nav2's code and no further controllers.
+        release: The distribution.
 
     Raises:
         ConfigError: If a parameter is unknown or has a wrong value, or a plugin is not built here.
     """
     _refuse_bomb(document)
-    findings = Findings()
+    findings = Findings(release)
     try:
         sections = {name: Section(*node, findings) for name, node in _find_nodes(document, findings)}
         found = _read_sections(sections)
     finally:  # a misspelt name is said first, since it may be why something else is missing
         findings.refuse()
-    base = preset or NavigationParams()
+    base = preset or NavigationParams(release=release)
     left_out = [name for name in SECTIONS if name not in sections and name != "velocity_smoother"]
     known = found.get("controllers", {})
     kinds = {plugin.kind for plugin in known.values()}
@@ -237,7 +243,9 @@ def _read_behaviors(server: Section) -> BehaviorServer:
 
 
 def _read_tree(section: Section) -> BehaviorTree:
-    return section.build(BehaviorTree, keys.BT_NAVIGATOR)
+    speed = default_tree(section.findings.release).backup_speed
+    values = section.read(keys.BT_NAVIGATOR, parameter_names(BehaviorTree))
+    return section.make(BehaviorTree, {"backup_speed": speed, **values})
 
 
 def _read_smoother(section: Section) -> VelocitySmoother:
@@ -256,7 +264,10 @@ READERS: dict[str, tuple[str, Any]] = {
 
 def _read_params(group: Section, plugin: Plugin) -> dict[str, Any]:
     """Read a plugin's own parameters; they are checked here, where their full names are known."""
-    values = group.read(plugin.keys, parameter_names(plugin.params))
+    release = group.findings.release
+    values = group.read(plugin.keys_of(release), plugin.parameters_of(release))
+    if RELEASE in plugin.params.model_fields:
+        values[RELEASE] = release
     group.make(plugin.params, values)
     return values
 

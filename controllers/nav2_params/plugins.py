@@ -9,6 +9,8 @@ from importlib import import_module
 from typing import Any
 
 from controllers.nav2_params.keys import NAVFN, SMAC_2D, THETA_STAR, Keys
+from controllers.nav2_params.section import parameter_names
+from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.settings import Settings
 
@@ -21,8 +23,8 @@ class Plugin:
         ros_class: Its class in ROS.
         module: Where its parameters are.
         settings: Name of the parameters' class there.
-        other_keys: What is known of the other keys of its section; None if the constants ``ROS_ONLY_KEYS``,
-            ``NEWER_ONLY_KEYS`` and ``RENAMED_KEYS`` of the module say it.
+        other_keys: What is known of the other keys of its section; None if the constants ``ROS_ONLY_KEYS`` and
+            ``RENAMED_KEYS`` of the module and ``MISSING`` of its parameters say it.
     """
 
     ros_class: str
@@ -36,13 +38,22 @@ class Plugin:
         params: type[Settings] = getattr(import_module(self.module), self.settings)
         return params
 
-    @cached_property
-    def keys(self) -> Keys:
+    def keys_of(self, release: Release) -> Keys:
         """What is known of the other keys of its section."""
         if self.other_keys is not None:
             return self.other_keys
         module = import_module(self.module)
-        return Keys(module.ROS_ONLY_KEYS, module.NEWER_ONLY_KEYS, module.RENAMED_KEYS)
+        return Keys(module.ROS_ONLY_KEYS, self._missing(release), module.RENAMED_KEYS)
+
+    def parameters_of(self, release: Release) -> list[str]:
+        """Dotted names of its parameters in ROS."""
+        missing = self._missing(release)
+        return [name for name in parameter_names(self.params) if name != "release" and name not in missing]
+
+    def _missing(self, release: Release) -> Mapping[str, str]:
+        """Parameters of other releases -> what this one does instead."""
+        missing: Mapping[str, str] = getattr(self.params, "MISSING", {}).get(release, {})
+        return missing
 
     def complete(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Check parameters and fill in the defaults; the result is JSON-able and leaves out what is None."""
@@ -69,7 +80,11 @@ PROGRESS_CHECKERS = {
     "simple": "nav2_controller::SimpleProgressChecker",
     "pose": "nav2_controller::PoseProgressChecker",
 }
-GOAL_CHECKERS = {"simple": "nav2_controller::SimpleGoalChecker", "stopped": "nav2_controller::StoppedGoalChecker"}
+GOAL_CHECKERS = {
+    "simple": "nav2_controller::SimpleGoalChecker",
+    "stopped": "nav2_controller::StoppedGoalChecker",
+    "position": "nav2_controller::PositionGoalChecker",
+}
 COSTMAP_LAYERS = {
     "static_layer": "nav2_costmap_2d::StaticLayer",
     "obstacle_layer": "nav2_costmap_2d::ObstacleLayer",

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
 from importlib.resources import as_file, files
 from typing import Any
 
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import parse_nav2_params
+from controllers.parameters import overlay
+from controllers.releases import Release
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.settings import read_yaml
 
-PRESETS = ("thesis", "fair")
+__all__ = ["PRESETS", "load_preset", "overlay"]
+
+PRESETS = ("thesis", "fair", "jazzy", "jazzy_fair")
 
 
 @functools.cache
@@ -24,21 +27,14 @@ def load_preset(name: str) -> NavigationParams:
     """
     if name not in PRESETS:
         raise unknown_name("preset", name, PRESETS)
-    return parse_nav2_params(_read_preset(name)).navigation
+    document = _read_preset(name)
+    release: Release = document.pop("release", "humble")
+    return parse_nav2_params(document, release=release).navigation
 
 
 def _read_preset(name: str) -> dict[str, Any]:
-    """Read a preset's file; ``extends: other`` at its top lays it over another."""
+    """Read a preset's file; ``extends: other`` at its top lays it over another, ``release: jazzy`` says whose it is."""
     with as_file(files("controllers") / "presets" / f"{name}.yaml") as path:
         document: dict[str, Any] = read_yaml(path)
     base = document.pop("extends", None)
     return overlay(_read_preset(base), document) if base else document
-
-
-def overlay(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay one nested mapping over another: groups are merged, values replaced."""
-    merged = dict(below)
-    for key, value in above.items():
-        both = isinstance(value, Mapping) and isinstance(merged.get(key), Mapping)
-        merged[key] = overlay(merged[key], value) if both else value
-    return merged

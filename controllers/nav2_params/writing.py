@@ -90,8 +90,13 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
         "controller_plugins": list(plugins),
         "progress_checker": _progress_checker(server.progress_checker),
         "goal_checker": {**_options(server.goal_checker), "plugin": GOAL_CHECKERS[server.goal_checker.plugin]},
-        **{name: {"plugin": CONTROLLERS[p.kind].ros_class, **p.params} for name, p in plugins.items()},
+        **{name: {"plugin": CONTROLLERS[p.kind].ros_class, **_of_ros(p.params)} for name, p in plugins.items()},
     }
+
+
+def _of_ros(params: Mapping[str, Any]) -> dict[str, Any]:
+    """A plugin's parameters without the release, which no parameter says in ROS."""
+    return {name: value for name, value in params.items() if name != "release"}
 
 
 def _progress_checker(checker: ProgressChecker) -> dict[str, Any]:
@@ -102,7 +107,7 @@ def _progress_checker(checker: ProgressChecker) -> dict[str, Any]:
 
 def _planner_server(navigation: NavigationParams) -> dict[str, Any]:
     planner = navigation.planner
-    plugin = {"plugin": PLANNERS[planner.name].ros_class, **planner.params}
+    plugin = {"plugin": PLANNERS[planner.name].ros_class, **_of_ros(planner.params)}
     return {"planner_plugins": ["GridBased"], "GridBased": plugin}
 
 

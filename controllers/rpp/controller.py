@@ -3,41 +3,48 @@
 from __future__ import annotations
 
 import math
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import ControllerError, FollowerSetup, Twist
+from controllers.base import ControllerAbort, ControllerError, FollowerSetup, InvalidPath, Twist
 from controllers.rpp import kernels
 from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
 
+
+def _own_fields() -> list[tuple[str, Any]]:
+    """Numbers and switches of the parameters, with their types."""
+    return [(name, field.annotation) for name, field in RppParams.model_fields.items() if name != "release"]
+
+
 # As Nav2 words them, so that logs of both compare.
 REASONS = {
     kernels.EMPTY_PLAN: "Resulting plan has 0 poses in it.",
     kernels.OFF_COSTMAP: "Costmap is too small to fully include the robot's footprint: increase its size.",
+    kernels.SINGLE_POSE: "Resulting plan has only one pose in it: expected two to interpolate beyond the goal.",
     kernels.COLLISION_AHEAD: "RegulatedPurePursuitController detected collision ahead!",
 }
 
 TUNING = np.dtype(
     [
-        *(
-            (name, np.bool_ if field.annotation is bool else np.float64)
-            for name, field in RppParams.model_fields.items()
-        ),
-        *(
-            (name, np.float64)
-            for name in ("control_period", "xy_goal_tolerance", "inscribed_radius", "circumscribed_radius")
-        ),
+        *((name, np.bool_ if bool in (kind, *get_args(kind)) else np.float64) for name, kind in _own_fields()),
+        *((name, np.float64) for name in ("control_period", "xy_goal_tolerance", "inscribed_radius")),
+        *((name, np.float64) for name in ("circumscribed_radius", "cost_at_radius")),
+        *((name, np.bool_) for name in ("last_of_equals", "keeps_segment", "searches_width", "turns_are_cusps")),
     ],
     align=True,
 )
-"""Parameters as the kernels take them; ``max_robot_pose_search_dist`` is NaN for half the costmap."""
+"""Parameters as the kernels take them, what the run adds, and how the release differs: the cost that is taken for that
+of an obstacle at the inscribed radius, which of equally near poses is the nearest, whether the last segment of the plan
+is kept, whether half the width of the costmap is searched rather than half of its larger side, and whether a turn of
+the path on the spot is a cusp. A parameter that is None is NaN or false."""
 
 
 class RppFollower:
-    """Regulated Pure Pursuit (Nav2 Humble).
+    """Regulated Pure Pursuit.
 
     Args:
         params: Parameters; the defaults of Nav2's code if None.
@@ -65,6 +72,11 @@ class RppFollower:
         self._path = np.ascontiguousarray(path, dtype=np.float64)
         self._steps = np.hypot(*np.diff(self._path[:, :2], axis=0).T)
         self._begin = 0
+        self._arrived = False
+
+    def end_action(self) -> None:
+        """Forget that the goal's position was reached (``reset``, which Jazzy calls when an action ends)."""
+        self._arrived = False
 
     def move_plan(self, path: NDArray[np.float64]) -> None:
         """Take the same plan where it lies by now; what is behind stays behind."""
@@ -80,26 +92,25 @@ class RppFollower:
         """Return the next command; arguments as in :class:`controllers.base.PathFollower`.
 
         Raises:
-            ControllerError: If the plan is empty, the robot is off the costmap, or the way to the carrot is blocked.
+            ControllerError: If the way to the carrot is blocked; in Humble also in the cases below.
+            InvalidPath: If the plan is empty, or has one pose where a segment is asked for.
+            ControllerAbort: If the robot is off the costmap.
         """
-        status, v, w, carrot_x, carrot_y, self._begin = kernels.follow(
-            self._path,
-            self._steps,
-            self._begin,
-            *pose,
-            *velocity,
-            costmap.costs,
-            costmap.resolution,
-            costmap.origin_x,
-            costmap.origin_y,
-            costmap.track_unknown_space,
-            self._corners,
-            self._tuning,
-        )
+        m = costmap
+        status, v, w, carrot_x, carrot_y, self._begin, self._arrived = kernels.follow(
+            self._path, self._steps, self._begin, self._arrived, *pose, *velocity,
+            m.costs, m.resolution, m.origin_x, m.origin_y, m.track_unknown_space, self._corners, self._tuning,
+        )  # fmt: skip
         self.carrot = carrot_x, carrot_y
         if status != kernels.OK:
-            raise ControllerError(REASONS[status])
+            raise self._error_of(status)(REASONS[status])
         return Twist(v, w)
+
+    def _error_of(self, status: int) -> type[ControllerError | ControllerAbort]:
+        """What a failure is in the release's words."""
+        if self.params.release == "humble" or status == kernels.COLLISION_AHEAD:
+            return ControllerError
+        return ControllerAbort if status == kernels.OFF_COSTMAP else InvalidPath
 
     def _forget_plan(self) -> None:
         self.set_plan(np.empty((0, 3)))
@@ -108,17 +119,24 @@ class RppFollower:
 
 def make_tuning(params: RppParams, setup: FollowerSetup) -> NDArray[np.void]:
     """Join the parameters with what the controller server tells the plugin: one record of :data:`TUNING`."""
+    humble = params.release == "humble"
     values = params.model_dump() | {
         "control_period": setup.control_period,
         "xy_goal_tolerance": setup.xy_goal_tolerance,
         "inscribed_radius": setup.footprint.inscribed_radius,
         "circumscribed_radius": setup.footprint.circumscribed_radius,
+        "cost_at_radius": 252.0 if humble else 253.0,
+        **dict.fromkeys(("last_of_equals", "keeps_segment", "searches_width", "turns_are_cusps"), not humble),
     }
-    search_dist = params.max_robot_pose_search_dist
-    if search_dist is None:
-        values["max_robot_pose_search_dist"] = math.nan
-    elif search_dist < 0:
+    if not humble:
+        values["use_interpolation"] = True
+    elif params.use_rotate_to_heading:
+        # Humble switches reversing off, with a warning, where it could not tell it from a turn on the spot.
+        values["allow_reversing"] = False
+    if (params.max_robot_pose_search_dist or 0.0) < 0.0:
         values["max_robot_pose_search_dist"] = math.inf
-    # Nav2 switches reversing off, with a warning, where it could not tell it from a turn on the spot.
-    values["allow_reversing"] = params.allow_reversing and not params.use_rotate_to_heading
-    return np.array([tuple(values[name] for name in TUNING.fields or ())], dtype=TUNING)
+    record = np.zeros(1, dtype=TUNING)
+    for name in TUNING.fields or ():
+        missing = math.nan if TUNING[name] == np.float64 else False
+        record[name] = missing if values[name] is None else values[name]
+    return record

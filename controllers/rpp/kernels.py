@@ -3,7 +3,8 @@
 ``tuning`` is one record of :data:`controllers.rpp.controller.TUNING`: the parameters, and what the robot and the
 controller server add to them.
 
-Source: nav2_regulated_pure_pursuit_controller/src/regulated_pure_pursuit_controller.cpp (Humble).
+Source: nav2_regulated_pure_pursuit_controller: src/regulated_pure_pursuit_controller.cpp and, in Jazzy,
+src/path_handler.cpp and collision_checker.cpp.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ OK = 0
 EMPTY_PLAN = 1
 OFF_COSTMAP = 2
 COLLISION_AHEAD = 3
+SINGLE_POSE = 4
 
 
 @kernel
@@ -40,22 +42,37 @@ def distance(path, i, x, y):
 
 
 @kernel
-def plan_window(path, steps, begin, x, y, search_dist, extent):
-    """First and past-the-last index of the poses to follow; equal when there are none.
+def nearest_pose(path, steps, begin, x, y, search_dist, tuning):
+    """Index of the pose nearest to the robot among those within ``search_dist`` of path.
 
-    ``steps[i]`` is the distance from pose i to i + 1. The window begins at the pose nearest to the robot among
-    those within ``search_dist`` of path and ends before the first pose farther than ``extent`` from the robot.
+    ``steps[i]`` is the distance from pose i to i + 1. Of equals the first counts, or the last; where that is the last
+    pose of all, the one before may be taken, so that a segment remains.
     """
-    first, nearest, travelled = begin, math.inf, 0.0
+    first, nearest, travelled, bound = begin, math.inf, 0.0, len(path)
     for i in range(begin, len(path)):
         if i > begin:
             travelled += steps[i - 1]
             if travelled > search_dist:
+                bound = i
                 break
         away = distance(path, i, x, y)
-        if away < nearest:
+        if away < nearest or (tuning.last_of_equals and away == nearest):
             first, nearest = i, away
-    last = first
+    return first - 1 if tuning.keeps_segment and first == bound - 1 and first > begin else first
+
+
+@kernel
+def plan_window(path, steps, begin, x, y, costs, resolution, tuning):
+    """First and past-the-last index of the poses to follow; equal when there are none.
+
+    The window begins at the pose nearest to the robot and ends before the first pose farther from it than half the
+    costmap.
+    """
+    extent = (max(costs.shape) - 0.5) * resolution / 2.0
+    search_dist = tuning.max_robot_pose_search_dist
+    if math.isnan(search_dist):
+        search_dist = (costs.shape[1] - 0.5) * resolution / 2.0 if tuning.searches_width else extent
+    first = last = nearest_pose(path, steps, begin, x, y, search_dist, tuning)
     while last < len(path) and distance(path, last, x, y) <= extent:
         last += 1
     return first, last
@@ -69,45 +86,84 @@ def in_robot_frame(path, i, x, y, cos, sin):
 
 
 @kernel
-def cusp_distance(path, first, last, x, y, yaw):
-    """Distance from the robot to the first pose of the window where the path turns back, infinite without one.
+def turns_on_the_spot(path, i):
+    """Whether a pose and the next are one place with two headings."""
+    return path[i, 0] == path[i + 1, 0] and path[i, 1] == path[i + 1, 1] and path[i, 2] != path[i + 1, 2]
+
+
+@kernel
+def is_cusp(path, i, tuning):
+    """Whether the path turns back at a pose, or turns on the spot where that counts."""
+    before = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
+    after = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
+    if before[0] * after[0] + before[1] * after[1] < 0.0:
+        return True
+    return tuning.turns_are_cusps and (turns_on_the_spot(path, i - 1) or turns_on_the_spot(path, i))
+
+
+@kernel
+def cusp_distance(path, first, last, x, y, yaw, tuning):
+    """Distance from the robot to the first cusp of the window, infinite without one.
 
     Measured in the robot's frame, as Nav2 does: the carrot search then meets the very same number.
     """
     for i in range(first + 1, last - 1):
-        before = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
-        after = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
-        if before[0] * after[0] + before[1] * after[1] < 0.0:
+        if is_cusp(path, i, tuning):
             ahead_x, ahead_y = in_robot_frame(path, i, x, y, math.cos(yaw), math.sin(yaw))
             return math.hypot(ahead_x, ahead_y)
     return math.inf
 
 
 @kernel
-def find_lookahead(path, first, last, x, y, yaw, speed, tuning):
-    """Lookahead distance, m."""
-    lookahead = tuning.lookahead_dist
-    if tuning.use_velocity_scaled_lookahead_dist:
-        scaled = abs(speed) * tuning.lookahead_time
-        lookahead = min(max(scaled, tuning.min_lookahead_dist), tuning.max_lookahead_dist)
-    if tuning.allow_reversing:
-        lookahead = min(lookahead, cusp_distance(path, first, last, x, y, yaw))
-    return lookahead
+def find_lookahead(speed, tuning):
+    """Lookahead distance, m, where no cusp lies before it."""
+    if not tuning.use_velocity_scaled_lookahead_dist:
+        return tuning.lookahead_dist
+    scaled = abs(speed) * tuning.lookahead_time
+    return min(max(scaled, tuning.min_lookahead_dist), tuning.max_lookahead_dist)
 
 
 @kernel
 def find_carrot(path, first, last, x, y, yaw, lookahead, interpolate):
-    """The carrot in the robot frame: the first point of the window at the lookahead distance, else its last pose."""
+    """The carrot in the robot frame: the first point of the window at the lookahead distance, else its last pose.
+
+    Returns:
+        Its x and y, and whether it is at the lookahead distance.
+    """
     cos, sin = math.cos(yaw), math.sin(yaw)
     before_x = before_y = 0.0
     for i in range(first, last):
         ahead_x, ahead_y = in_robot_frame(path, i, x, y, cos, sin)
         if math.hypot(ahead_x, ahead_y) >= lookahead:
             if interpolate and i > first:
-                return circle_segment_intersection(before_x, before_y, ahead_x, ahead_y, lookahead)
-            return ahead_x, ahead_y
+                ahead_x, ahead_y = circle_segment_intersection(before_x, before_y, ahead_x, ahead_y, lookahead)
+            return ahead_x, ahead_y, True
         before_x, before_y = ahead_x, ahead_y
-    return before_x, before_y
+    return before_x, before_y, False
+
+
+@kernel
+def beyond_end(path, last, x, y, yaw, end_x, end_y, lookahead):
+    """Point at the lookahead distance on the last segment drawn out; its end is given in the robot frame."""
+    before_x, before_y = in_robot_frame(path, last - 2, x, y, math.cos(yaw), math.sin(yaw))
+    heading = math.atan2(end_y - before_y, end_x - before_x)
+    far_x, far_y = end_x + math.cos(heading) * lookahead, end_y + math.sin(heading) * lookahead
+    return circle_segment_intersection(end_x, end_y, far_x, far_y, lookahead)
+
+
+@kernel
+def find_carrots(path, first, last, x, y, yaw, speed, tuning):
+    """The carrot, and the one that curvature and heading are taken from, which is mostly the same; ``x, y, x, y``."""
+    cusp = cusp_distance(path, first, last, x, y, yaw, tuning) if tuning.allow_reversing else math.inf
+    lookahead = min(find_lookahead(speed, tuning), cusp)
+    carrot_x, carrot_y, _ = find_carrot(path, first, last, x, y, yaw, lookahead, tuning.use_interpolation)
+    if not tuning.use_fixed_curvature_lookahead:
+        return carrot_x, carrot_y, carrot_x, carrot_y
+    lookahead = min(tuning.curvature_lookahead_dist, cusp)
+    curve_x, curve_y, found = find_carrot(path, first, last, x, y, yaw, lookahead, tuning.use_interpolation)
+    if tuning.interpolate_curvature_after_goal and not found:
+        curve_x, curve_y = beyond_end(path, last, x, y, yaw, curve_x, curve_y, lookahead)
+    return carrot_x, carrot_y, curve_x, curve_y
 
 
 @kernel
@@ -121,6 +177,7 @@ def tracking_speed(path, steps, first, last, x, y, curvature, cost, tuning):
         near_obstacle = cost_limited(
             base,
             cost,
+            tuning.cost_at_radius,
             tuning.inscribed_radius,
             tuning.inflation_cost_scaling_factor,
             tuning.cost_scaling_dist,
@@ -194,13 +251,15 @@ def arc_collides(grid, corners, x, y, yaw, v, w, carrot_dist, tuning):
 
 
 @kernel
-def rotation_angle(carrot_x, carrot_y, end_yaw, tuning):
-    """Whether to turn on the spot, and by what angle (rad): to the goal's heading, or towards the carrot."""
+def rotation_angle(arrived, sign, curve_x, curve_y, end_yaw, tuning):
+    """Whether to turn on the spot, and by what angle (rad): to the goal's heading, or towards the path."""
     if not tuning.use_rotate_to_heading:
         return False, 0.0
-    if math.hypot(carrot_x, carrot_y) < tuning.xy_goal_tolerance:
+    if arrived:
         return True, end_yaw
-    bearing = math.atan2(carrot_y, carrot_x)
+    bearing = math.atan2(curve_y, curve_x)
+    if sign < 0.0:
+        bearing = normalize_angle(bearing + math.pi)
     return abs(bearing) > tuning.rotate_to_heading_min_angle, bearing
 
 
@@ -213,29 +272,31 @@ def cost_at(costs, resolution, origin_x, origin_y, x, y):
 
 
 @kernel
-def choose_command(path, steps, first, last, x, y, yaw, w, carrot_x, carrot_y, cost, tuning):
+def choose_command(path, steps, first, last, x, y, yaw, w, arrived, sign, curve_x, curve_y, cost, tuning):
     """Status and command ``(v, w)``: a turn on the spot, or along the arc to the carrot."""
-    rotates, angle = rotation_angle(carrot_x, carrot_y, normalize_angle(path[last - 1, 2] - yaw), tuning)
+    end_yaw = normalize_angle(path[last - 1, 2] - yaw)
+    rotates, angle = rotation_angle(arrived, sign, curve_x, curve_y, end_yaw, tuning)
     if rotates:
         top = tuning.rotate_to_heading_angular_vel
         return OK, 0.0, rotation_speed(angle, w, top, tuning.max_angular_accel, tuning.control_period)
     if cost < 0:
         return OFF_COSTMAP, 0.0, 0.0
-    curvature = curvature_to(carrot_x, carrot_y)
-    speed = tracking_speed(path, steps, first, last, x, y, curvature, cost, tuning)
-    if tuning.allow_reversing and carrot_x < 0.0:
-        speed = -speed
+    curvature = curvature_to(curve_x, curve_y)
+    speed = sign * tracking_speed(path, steps, first, last, x, y, curvature, cost, tuning)
     return OK, speed, speed * curvature
 
 
 @kernel
-def follow(path, steps, begin, x, y, yaw, v, w, costs, resolution, origin_x, origin_y, track_unknown, corners, tunings):
+def follow(
+    path, steps, begin, arrived, x, y, yaw, v, w, costs, resolution, origin_x, origin_y, track_unknown, corners, tunings
+):
     """One controller call.
 
     Args:
         path: ``(n, 3)`` x, y in m and yaw in rad; poses before ``begin`` are already pruned.
         steps: ``(n - 1,)`` distances between consecutive poses, m.
         begin: First pose of the plan.
+        arrived: Whether the goal's position was reached in an earlier call and that still counts.
         x: Pose of the robot, m.
         y: Pose of the robot, m.
         yaw: Pose of the robot, rad.
@@ -250,20 +311,22 @@ def follow(path, steps, begin, x, y, yaw, v, w, costs, resolution, origin_x, ori
         tunings: ``(1,)`` array with the record of parameters.
 
     Returns:
-        Status, command v and w, carrot x and y in the robot frame, new first pose of the plan.
+        Status, command v and w, carrot x and y in the robot frame, new first pose of the plan, whether the goal's
+        position is reached for later calls as well.
     """
     tuning = tunings[0]
-    extent = (max(costs.shape) - 0.5) * resolution / 2.0
-    search_dist = tuning.max_robot_pose_search_dist
-    first, last = plan_window(path, steps, begin, x, y, extent if math.isnan(search_dist) else search_dist, extent)
+    first, last = plan_window(path, steps, begin, x, y, costs, resolution, tuning)
     if first == last:
-        return EMPTY_PLAN, 0.0, 0.0, math.nan, math.nan, first
-    lookahead = find_lookahead(path, first, last, x, y, yaw, v, tuning)
-    carrot_x, carrot_y = find_carrot(path, first, last, x, y, yaw, lookahead, tuning.use_interpolation)
-    cost = cost_at(costs, resolution, origin_x, origin_y, x, y)
-    status, v, w = choose_command(path, steps, first, last, x, y, yaw, w, carrot_x, carrot_y, cost, tuning)
+        return EMPTY_PLAN, 0.0, 0.0, math.nan, math.nan, first, arrived
+    if tuning.interpolate_curvature_after_goal and last - first == 1:
+        return SINGLE_POSE, 0.0, 0.0, math.nan, math.nan, first, arrived
+    carrot_x, carrot_y, curve_x, curve_y = find_carrots(path, first, last, x, y, yaw, v, tuning)
     reach = math.hypot(carrot_x, carrot_y)
+    arrived = arrived or reach < tuning.xy_goal_tolerance
+    sign = -1.0 if tuning.allow_reversing and carrot_x < 0.0 else 1.0
+    cost = cost_at(costs, resolution, origin_x, origin_y, x, y)
+    status, v, w = choose_command(path, steps, first, last, x, y, yaw, w, arrived, sign, curve_x, curve_y, cost, tuning)
     grid = costs, resolution, origin_x, origin_y, track_unknown
     if status == OK and tuning.use_collision_detection and arc_collides(grid, corners, x, y, yaw, v, w, reach, tuning):
         status = COLLISION_AHEAD
-    return status, v, w, carrot_x, carrot_y, first
+    return status, v, w, carrot_x, carrot_y, first, arrived and tuning.stateful

@@ -1,25 +1,56 @@
-"""Parameters of Regulated Pure Pursuit, with Nav2's names and Humble's defaults.
+"""Parameters of Regulated Pure Pursuit, with Nav2's names and the defaults of its code.
 
-Source: nav2_regulated_pure_pursuit_controller (Humble); values are the defaults in its code.
+Source: nav2_regulated_pure_pursuit_controller (Humble and Jazzy).
 """
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
-from gym_mapbench.settings import Settings
+from controllers.parameters import ReleaseSettings
+from controllers.releases import Release
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 
+ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})
+"""Keys of a parameter file that mean nothing without ROS: listed as ignored."""
 
-class RppParams(Settings):
-    """What ``nav2_regulated_pure_pursuit_controller`` reads in Humble.
+RENAMED_KEYS = {"max_linear_vel": "desired_linear_vel"}
+"""Newer name -> the name in Humble and Jazzy; both are accepted."""
 
-    Nav2's quirks are kept: with ``use_rotate_to_heading``, ``allow_reversing`` has no effect; the turn rate
-    ``v * curvature`` has no limit; there is no limit of the linear acceleration.
+_WINDOW = "a limit of the dynamic window"
+_AT_CARROT = "Humble takes the curvature at the carrot"
+_DYNAMIC_WINDOW = {
+    "use_dynamic_window": "neither speed nor acceleration is limited by a dynamic window",
+    "velocity_feedback": "it belongs to the dynamic window of newer releases",
+    "min_linear_vel": _WINDOW,
+    "max_angular_vel": _WINDOW,
+    "min_angular_vel": _WINDOW,
+    "max_linear_accel": _WINDOW,
+    "max_linear_decel": _WINDOW,
+    "max_angular_decel": _WINDOW,
+    "min_distance_to_obstacle": "it looks ahead for a time only: max_allowed_time_to_collision_up_to_carrot",
+}
+NEWER_ONLY_KEYS = _DYNAMIC_WINDOW | {
+    "use_fixed_curvature_lookahead": _AT_CARROT,
+    "curvature_lookahead_dist": _AT_CARROT,
+    "interpolate_curvature_after_goal": _AT_CARROT,
+    "use_cancel_deceleration": "Humble stops at once when cancelled",
+    "cancel_deceleration": "Humble stops at once when cancelled",
+    "stateful": "in Humble the goal checker alone is stateful",
+}
+"""Parameters of newer releases that Humble does not have -> what Humble does instead."""
+
+
+class RppParams(ReleaseSettings):
+    """What ``nav2_regulated_pure_pursuit_controller`` reads.
+
+    Nav2's quirks are kept: in Humble, ``allow_reversing`` has no effect with ``use_rotate_to_heading``; the turn rate
+    ``v * curvature`` has no limit; there is no limit of the linear acceleration. An action that is cancelled stops at
+    once here, whatever ``use_cancel_deceleration`` says.
 
     Args:
         desired_linear_vel: Top speed, m/s.
@@ -28,7 +59,8 @@ class RppParams(Settings):
         max_lookahead_dist: Upper bound where it scales with the speed, m.
         lookahead_time: The scale, s.
         use_velocity_scaled_lookahead_dist: Whether it scales with the speed.
-        use_interpolation: Whether the carrot lies between two poses of the path, at exactly the lookahead distance.
+        use_interpolation: Whether the carrot lies between two poses of the path, at exactly the lookahead distance;
+            in Jazzy it always does.
         use_rotate_to_heading: Whether the robot turns on the spot towards the path and, at the goal, to its heading.
         rotate_to_heading_min_angle: Bearing of the carrot from which on it turns on the spot, rad.
         rotate_to_heading_angular_vel: Turn rate on the spot, rad/s.
@@ -47,7 +79,30 @@ class RppParams(Settings):
         allow_reversing: Whether it drives backwards where the path does.
         max_robot_pose_search_dist: Length of path searched for the nearest pose, m; None for half the local costmap,
             negative for the whole path.
+        use_fixed_curvature_lookahead: Jazzy: whether the curvature is that of a second carrot.
+        curvature_lookahead_dist: Jazzy: distance of the second carrot, m.
+        interpolate_curvature_after_goal: Jazzy: whether the second carrot may lie beyond the path's end, on its last
+            segment drawn out.
+        use_cancel_deceleration: Jazzy: whether a cancelled action slows down first.
+        cancel_deceleration: Jazzy: how fast, m/s^2.
+        stateful: Jazzy: whether a goal position once reached counts until the next path.
     """
+
+    MISSING: ClassVar[dict[Release, dict[str, str]]] = {
+        "humble": NEWER_ONLY_KEYS,
+        "jazzy": _DYNAMIC_WINDOW | {"use_interpolation": "Jazzy always interpolates"},
+    }
+    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = {
+        "jazzy": {
+            "use_interpolation": None,
+            "use_fixed_curvature_lookahead": False,
+            "curvature_lookahead_dist": 0.6,
+            "interpolate_curvature_after_goal": False,
+            "use_cancel_deceleration": False,
+            "cancel_deceleration": 3.2,
+            "stateful": True,
+        }
+    }
 
     desired_linear_vel: Positive = 0.5
     lookahead_dist: Positive = 0.6
@@ -55,7 +110,7 @@ class RppParams(Settings):
     max_lookahead_dist: Positive = 0.9
     lookahead_time: NonNegative = 1.5
     use_velocity_scaled_lookahead_dist: bool = False
-    use_interpolation: bool = True
+    use_interpolation: bool | None = True
     use_rotate_to_heading: bool = True
     rotate_to_heading_min_angle: NonNegative = 0.785
     rotate_to_heading_angular_vel: Positive = 1.8
@@ -73,30 +128,9 @@ class RppParams(Settings):
     inflation_cost_scaling_factor: Positive = 3.0
     allow_reversing: bool = False
     max_robot_pose_search_dist: float | None = None
-
-
-ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})
-"""Keys of a parameter file that mean nothing without ROS: listed as ignored."""
-
-RENAMED_KEYS = {"max_linear_vel": "desired_linear_vel"}
-"""Newer name -> the name in Humble; both are accepted."""
-
-_WINDOW = "a limit of the dynamic window"
-NEWER_ONLY_KEYS = {
-    "use_dynamic_window": "Humble limits neither speed nor acceleration by a dynamic window",
-    "velocity_feedback": "it belongs to the dynamic window of newer releases",
-    "min_linear_vel": _WINDOW,
-    "max_angular_vel": _WINDOW,
-    "min_angular_vel": _WINDOW,
-    "max_linear_accel": _WINDOW,
-    "max_linear_decel": _WINDOW,
-    "max_angular_decel": _WINDOW,
-    "min_distance_to_obstacle": "Humble looks ahead for a time only: max_allowed_time_to_collision_up_to_carrot",
-    "use_fixed_curvature_lookahead": "Humble takes the curvature at the carrot",
-    "curvature_lookahead_dist": "Humble takes the curvature at the carrot",
-    "interpolate_curvature_after_goal": "Humble takes the curvature at the carrot",
-    "use_cancel_deceleration": "Humble stops at once when cancelled",
-    "cancel_deceleration": "Humble stops at once when cancelled",
-    "stateful": "in Humble the goal checker alone is stateful",
-}
-"""Parameters of newer releases that Humble does not have -> what Humble does instead."""
+    use_fixed_curvature_lookahead: bool | None = None
+    curvature_lookahead_dist: Positive | None = None
+    interpolate_curvature_after_goal: bool | None = None
+    use_cancel_deceleration: bool | None = None
+    cancel_deceleration: Positive | None = None
+    stateful: bool | None = None

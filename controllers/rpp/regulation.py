@@ -1,6 +1,7 @@
 """The laws of Regulated Pure Pursuit, one small pure function each.
 
-Source: nav2_regulated_pure_pursuit_controller/src/regulated_pure_pursuit_controller.cpp (Humble).
+Source: nav2_regulated_pure_pursuit_controller: src/regulated_pure_pursuit_controller.cpp (Humble),
+include/.../regulation_functions.hpp (Jazzy).
 """
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ from gym_mapbench.kernels.jit import kernel
 
 FREE_SPACE = 0
 NO_INFORMATION = 255
-MAX_NON_OBSTACLE = 252.0
 
 
 @kernel
@@ -42,11 +42,16 @@ def curvature_limited(speed, curvature, min_radius):
 
 
 @kernel
-def cost_limited(speed, cost, inscribed_radius, inflation_cost_scaling_factor, cost_scaling_dist, cost_scaling_gain):
-    """Speed (m/s) near obstacles: the cost at the robot's centre tells how far they are."""
+def cost_limited(
+    speed, cost, cost_at_radius, inscribed_radius, inflation_cost_scaling_factor, cost_scaling_dist, cost_scaling_gain
+):
+    """Speed (m/s) near obstacles: the cost at the robot's centre tells how far they are.
+
+    ``cost_at_radius`` is the cost that is taken for that of an obstacle at the inscribed radius.
+    """
     if cost in (FREE_SPACE, NO_INFORMATION):
         return speed
-    distance = inscribed_radius - math.log(cost / MAX_NON_OBSTACLE) / inflation_cost_scaling_factor
+    distance = inscribed_radius - math.log(cost / cost_at_radius) / inflation_cost_scaling_factor
     return speed * cost_scaling_gain * distance / cost_scaling_dist if distance < cost_scaling_dist else speed
 
 

@@ -50,7 +50,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Measure and print."""
+    """Measure and print; 1 if a target is missed."""
     measures, differing = measure_layers(args) if LayersOracle.is_in(args.directory) else measure_navigation(args)
     if args.format == "json":
         print(json_of(measures, differing))
@@ -58,7 +58,10 @@ def run(args: argparse.Namespace) -> int:
         _print_table(measures)
         for line in differing:
             errors.print(f"differs: {line}", highlight=False)
-    return 0
+    missed = [one for one in measures if one.missed]
+    for one in missed:
+        errors.print(f"missed: {one.key} is {one.value:.6g}, expected {one.target}", highlight=False)
+    return 1 if missed else 0
 
 
 def measure_layers(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
@@ -77,16 +80,22 @@ def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[st
 
 
 def json_of(measures: Sequence[Measure], differing: Sequence[str]) -> str:
-    """One object: every measure with ``value``, ``count`` and ``worst``, and the runs that ended otherwise."""
+    """One object: every measure with value, cases, worst case and target, and the runs that ended otherwise."""
     document: dict[str, object] = {
-        one.key: {"value": one.value if math.isfinite(one.value) else None, "count": one.count, "worst": one.worst}
+        one.key: {
+            "value": one.value if math.isfinite(one.value) else None,
+            "count": one.count,
+            "worst": one.worst,
+            "target": one.target,
+            "missed": one.missed,
+        }
         for one in measures
     }
     return json.dumps(document | {"disagreements": list(differing)}, indent=1, allow_nan=False)
 
 
 def _print_table(measures: Sequence[Measure]) -> None:
-    table = Table(title="Against recorded Nav2 (Humble)")
+    table = Table(title="Against recorded Nav2")
     for column in ("measure", "value", "target", "cases", "worst case"):
         table.add_column(column, justify="right" if column in ("value", "cases") else "left", overflow="fold")
     for one in measures:

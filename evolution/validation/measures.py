@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+import operator
 from dataclasses import dataclass, field
 
 import numpy as np
+
+BOUNDS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt}
 
 
 @dataclass(frozen=True)
@@ -16,7 +20,7 @@ class Measure:
         value: The number; NaN where there was no case.
         count: Number of cases.
         worst: The worst case in words; empty where none stands out.
-        target: What it should reach, in words.
+        target: What it should reach: a bound such as ``<= 1e-6``, or words where there is none.
     """
 
     key: str
@@ -24,6 +28,14 @@ class Measure:
     count: int
     worst: str = ""
     target: str = ""
+
+    @property
+    def missed(self) -> bool:
+        """Whether there were cases, and they did not reach the bound."""
+        symbol, _, bound = self.target.partition(" ")
+        if symbol not in BOUNDS or self.count == 0:
+            return False
+        return math.isnan(self.value) or not BOUNDS[symbol](self.value, float(bound))
 
 
 @dataclass
@@ -51,6 +63,11 @@ class Cases:
     def mean(self) -> Measure:
         """The mean error."""
         return self._measure(float(np.mean(self.errors)) if self.errors else np.nan)
+
+    def percentile(self, share: float, key: str, target: str) -> Measure:
+        """The error that ``share`` (0 to 100) per cent of the cases do not exceed, as a measure of its own."""
+        value = float(np.percentile(self.errors, share)) if self.errors else np.nan
+        return Measure(key, value, len(self.errors), self._worst(), target)
 
     def agreement(self, count: int | None = None) -> Measure:
         """One minus the mean error: the share of cases that agree, where errors are 0, 1 or shares.

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
 
+from controllers.releases import RELEASES, Release
 from evolution.validation.recorded import Arrays, read_arrays, read_config, read_json
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.gridmap import GridMap
@@ -32,6 +33,9 @@ _REQUIRED = {
     "units_mppi": ("unit_index", "critics", "critic_cost"),
     "mppi_noise.npz": ("vx", "wz"),
 }
+
+_NOT_OF_CONTROLLER = ("robot_given_as", "inflation_radius")
+"""What a variant may say of the robot or its costmaps."""
 
 _NEVER_DRIVEN: dict[str, Any] = {"strict_success": False, "time": 0.0, "min_clearance": None}
 
@@ -66,6 +70,7 @@ class Oracle:
         for key in ("presets", "simulation", "controllers", "variants", "planner"):
             if not isinstance(self.config.get(key), dict):
                 raise MapFormatError(f"{self.directory / 'config.json'}: expected a mapping under {key!r}, found none")
+        self.release: Release = self._release()
         self._cache: dict[str, Arrays] = {}
 
     @cached_property
@@ -104,17 +109,33 @@ class Oracle:
 
     def controller_params(self, controller: str, variant: str) -> dict[str, Any]:
         """Parameters of a controller ("RPP", "DWB", "MPPI") in one of its variants."""
-        params = dict(self.config["controllers"][controller])
-        if variant != "default":
-            params.update(self.config["variants"][f"{controller}/{variant}"])
-        params.pop("robot_given_as", None)
-        return params
+        params = {**self.config["controllers"][controller], **self._changes(controller, variant)}
+        return {name: value for name, value in params.items() if name not in _NOT_OF_CONTROLLER}
+
+    def costmap_of(self, preset: Preset, controller: str, variant: str) -> Preset:
+        """The preset with the inflation radius that a variant of a controller was recorded with."""
+        radius = self._changes(controller, variant).get("inflation_radius", preset.inflation_radius)
+        return replace(preset, inflation_radius=float(radius))
+
+    def _changes(self, controller: str, variant: str) -> dict[str, Any]:
+        """What a variant changes."""
+        changes: dict[str, Any] = {} if variant == "default" else self.config["variants"][f"{controller}/{variant}"]
+        return changes
 
     def arrays(self, name: str, kind: str | None = None) -> Arrays:
         """All arrays of one ``.npz`` file, read once."""
         if name not in self._cache:
             self._cache[name] = read_arrays(self.directory / name, _REQUIRED[kind or name])
         return self._cache[name]
+
+    def _release(self) -> Release:
+        """The release whose code was recorded."""
+        branch = self.config.get("nav2_branch", "humble")
+        for release in RELEASES:
+            if release == branch:
+                return release
+        expected = " or ".join(RELEASES)
+        raise MapFormatError(f"{self.directory / 'config.json'}: nav2_branch: expected {expected}, got {branch!r}")
 
     def _preset(self, name: str, values: dict[str, Any]) -> Preset:
         lengths = ("resolution", "robot_radius", "inflation_radius", "cost_scaling_factor", "footprint_padding")

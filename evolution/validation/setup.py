@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from evolution.validation.oracle import Oracle, Preset
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_static_costmap
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
 from gym_mapbench.robot import RobotSpec
 
 WINDOW_METERS = 3
@@ -37,7 +37,7 @@ def footprint_of(preset: Preset) -> Footprint:
     return Footprint.from_radius(preset.robot_radius, preset.footprint_padding)
 
 
-def costmap_params(preset: Preset, *, rolling: bool = False) -> CostmapParams:
+def costmap_params(oracle: Oracle, preset: Preset, *, rolling: bool = False) -> CostmapParams:
     """Static map and inflation over the whole map, or in a window around the robot."""
     window = {"rolling_window": True, "width": WINDOW_METERS, "height": WINDOW_METERS} if rolling else {}
     return CostmapParams(
@@ -48,13 +48,14 @@ def costmap_params(preset: Preset, *, rolling: bool = False) -> CostmapParams:
         inflation_layer=InflationLayer(
             inflation_radius=preset.inflation_radius, cost_scaling_factor=preset.cost_scaling_factor
         ),
+        nav2=oracle.release,
         **window,
     )
 
 
 def full_costmaps(oracle: Oracle, preset: Preset) -> dict[int, Costmap]:
     """Inflated costmap of every map, by id."""
-    params, footprint = costmap_params(preset), footprint_of(preset)
+    params, footprint = costmap_params(oracle, preset), footprint_of(preset)
     return {number: full_costmap(grid, params, footprint) for number, grid in oracle.maps(preset).items()}
 
 
@@ -65,7 +66,7 @@ def full_costmap(grid: GridMap, params: CostmapParams, footprint: Footprint) -> 
 
 def make_follower(oracle: Oracle, kind: str, variant: str = "default", seed: int | None = None) -> PathFollower:
     """A controller with the recorded parameters; ``seed`` is that of MPPI's noise generator."""
-    params = follower_params(kind.lower(), oracle.controller_params(kind, variant))
+    params = follower_params(oracle, kind, variant)
     if kind == "RPP":
         return RppFollower(RppParams(**params))
     if kind == "DWB":
@@ -74,10 +75,16 @@ def make_follower(oracle: Oracle, kind: str, variant: str = "default", seed: int
     return MppiFollower(MppiParams(**params, **noise))
 
 
-def follower_params(kind: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Recorded parameters without those that only ROS needs."""
-    keys = CONTROLLERS[kind].keys
-    return {name: value for name, value in values.items() if not keys.is_ros_only(name)}
+def follower_params(oracle: Oracle, kind: str, variant: str = "default") -> dict[str, Any]:
+    """Recorded parameters with their release, without those that only ROS needs."""
+    keys = CONTROLLERS[kind.lower()].keys_of(oracle.release)
+    values = oracle.controller_params(kind, variant)
+    return {name: v for name, v in values.items() if not keys.is_ros_only(name)} | {"release": oracle.release}
+
+
+def make_planner(oracle: Oracle) -> NavfnPlanner:
+    """NavFn with the recorded parameters."""
+    return NavfnPlanner(NavfnParams(**oracle.config["planner"], release=oracle.release))
 
 
 def follower_setup(oracle: Oracle, preset: Preset) -> FollowerSetup:
@@ -112,6 +119,7 @@ def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str) -> Navigat
     simulation = oracle.config["simulation"]
     threshold = simulation["min_velocity_threshold"]
     return NavigationParams(
+        release=oracle.release,
         controller_server=ControllerServer(
             controller_frequency=simulation["control_hz"],
             min_x_velocity_threshold=threshold,
@@ -122,8 +130,8 @@ def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str) -> Navigat
                 xy_goal_tolerance=simulation["xy_goal_tolerance"], yaw_goal_tolerance=simulation["yaw_goal_tolerance"]
             ),
         ),
-        planner=PlannerPlugin(name="navfn", params=dict(oracle.config["planner"])),
-        local_costmap=costmap_params(preset, rolling=local_costmap == "rolling"),
-        global_costmap=costmap_params(preset),
+        planner=PlannerPlugin(name="navfn", params=make_planner(oracle).params.model_dump()),
+        local_costmap=costmap_params(oracle, preset, rolling=local_costmap == "rolling"),
+        global_costmap=costmap_params(oracle, preset),
         bt=BehaviorTree(recoveries=False, replanning_frequency=simulation["replan_hz"]),
     )

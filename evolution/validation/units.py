@@ -15,16 +15,16 @@ from controllers.rpp.controller import RppFollower
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset, ragged
 from evolution.validation.recorded import Arrays
-from evolution.validation.setup import follower_setup, full_costmaps, make_follower
+from evolution.validation.setup import follower_setup, full_costmaps, make_follower, make_planner
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import NoPathError
-from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
+from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose
 
 
 def costmap_measures(oracle: Oracle) -> list[Measure]:
     """Share of cells whose cost is the recorded one."""
-    cases, cells = Cases("costmap_cell_agreement", "1"), 0
+    cases, cells = Cases("costmap_cell_agreement", ">= 1"), 0
     for preset in oracle.presets:
         ours, plans = full_costmaps(oracle, preset), oracle.table("plans", preset)
         for number, recorded in zip(plans["map_id"], plans["costmap"], strict=True):
@@ -37,7 +37,7 @@ def costmap_measures(oracle: Oracle) -> list[Measure]:
 def navfn_measures(oracle: Oracle) -> list[Measure]:
     """Potentials relative to the recorded ones, and the farthest a path strays from the recorded one."""
     potentials, paths = Cases("navfn_potential_rel_err_max", "< 1e-6"), Cases("navfn_path_dev_cells_max", "< 1e-3")
-    planner = NavfnPlanner(NavfnParams(**oracle.config["planner"]))
+    planner = make_planner(oracle)
     for preset in oracle.presets:
         costmaps, plans = full_costmaps(oracle, preset), oracle.table("plans", preset)
         for number, recorded in zip(plans["potential_map_id"], plans["potential"], strict=True):
@@ -63,7 +63,7 @@ def rpp_measures(oracle: Oracle) -> list[Measure]:
 
 def dwb_measures(oracle: Oracle) -> list[Measure]:
     """Whether the same sample is chosen, and how far scores differ; a sample legal on one side only counts as 1."""
-    choices, scores = Cases("dwb_choice_agreement", ">= 0.99"), Cases("dwb_score_rel_err_max", "0")
+    choices, scores = Cases("dwb_choice_agreement", ">= 1"), Cases("dwb_score_rel_err_max", "<= 1e-6")
     for preset in oracle.presets:
         recorded = oracle.table("units_dwb", preset)
         totals, best = list(ragged(recorded, "total")), recorded["best_index"]
@@ -95,7 +95,7 @@ class Unit:
 
 def each_unit(oracle: Oracle, kind: str, only: Preset | None = None) -> Iterator[Unit]:
     """All recorded calls of one controller, on paths of our own planner (the stored ones are rounded)."""
-    planner = NavfnPlanner(NavfnParams(**oracle.config["planner"]))
+    planner = make_planner(oracle)
     for preset in oracle.presets if only is None else (only,):
         costmaps, units = full_costmaps(oracle, preset), oracle.table("units", preset)
         setup = follower_setup(oracle, preset)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.costmap import LETHAL_OBSTACLE, Costmap
-from gym_mapbench.errors import NoPathError
+from gym_mapbench.errors import EndpointError, NoPathError
 from gym_mapbench.scenario import Pose
 
 Path = NDArray[np.float64]
@@ -27,21 +27,23 @@ class GlobalPlanner(Protocol):
         ...
 
 
-def no_path(start: Pose, goal: Pose, reason: str) -> NoPathError:
+def no_path(start: Pose, goal: Pose, reason: str, kind: type[NoPathError] = NoPathError) -> NoPathError:
     """Build the error of a planner that found nothing."""
-    return NoPathError(f"no path from ({start.x:.3f}, {start.y:.3f}) to ({goal.x:.3f}, {goal.y:.3f}): {reason}")
+    return kind(f"no path from ({start.x:.3f}, {start.y:.3f}) to ({goal.x:.3f}, {goal.y:.3f}): {reason}")
 
 
-def stay(
-    costmap: Costmap, cell: tuple[int, int], start: Pose, goal: Pose, use_final_approach_orientation: bool
-) -> Path:
-    """Return the single pose of a plan whose start is its goal; turned to the goal's yaw unless the approach decides.
+def refuse_obstacle(costmap: Costmap, cell: tuple[int, int], start: Pose, goal: Pose) -> None:
+    """Refuse a plan to where the robot is if that is a lethal cell.
 
     Raises:
-        NoPathError: If the robot stands on a lethal cell.
+        EndpointError: If it is.
     """
     if costmap.costs[cell] == LETHAL_OBSTACLE:
-        raise no_path(start, goal, "the robot stands on an obstacle")
+        raise no_path(start, goal, "the robot stands on an obstacle", EndpointError)
+
+
+def stay(start: Pose, goal: Pose, use_final_approach_orientation: bool) -> Path:
+    """Return the single pose of a plan whose start is its goal, at the goal's yaw unless the approach decides."""
     return np.array([[start.x, start.y, start.yaw if use_final_approach_orientation else goal.yaw]])
 
 
@@ -61,11 +63,11 @@ def cells_of(costmap: Costmap, start: Pose, goal: Pose) -> tuple[tuple[int, int]
     """Return ``(row, col)`` of start and goal as the costmap maps them.
 
     Raises:
-        NoPathError: If one of them is off the map.
+        EndpointError: If one of them is off the map.
     """
     start_cell, goal_cell = costmap.world_to_map(start.x, start.y), costmap.world_to_map(goal.x, goal.y)
     if start_cell is None or goal_cell is None:
-        raise no_path(start, goal, f"the {'start' if start_cell is None else 'goal'} is off the map")
+        raise no_path(start, goal, f"the {'start' if start_cell is None else 'goal'} is off the map", EndpointError)
     return start_cell, goal_cell
 
 

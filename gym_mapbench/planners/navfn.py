@@ -1,7 +1,7 @@
 """NavFn, Nav2's default planner: a potential field around the robot, and the way down to it from the goal.
 
-Source: nav2_navfn_planner (Humble). Its cells are rounded where those of the costmap are truncated, so potentials
-and paths lie half a cell below and left of the costs they were computed from; this is copied on purpose.
+Source: nav2_navfn_planner (Humble and Jazzy). Its cells are rounded where those of the costmap are truncated, so
+potentials and paths lie half a cell below and left of the costs they were computed from; this is copied on purpose.
 """
 
 from __future__ import annotations
@@ -16,13 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
+from gym_mapbench.errors import EndpointError
 from gym_mapbench.kernels.wavefront import COST_NEUTRAL, COST_OBS, POT_HIGH, descend, spread
-from gym_mapbench.planners.base import Path, no_path, set_last_yaw, stay
+from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay
+from gym_mapbench.releases import Release
 from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
 
 COST_FACTOR = 0.8
+AT_GOAL_SQUARED = 1e-6
 
 
 class NavfnParams(Settings):
@@ -33,12 +36,15 @@ class NavfnParams(Settings):
         use_astar: Whether to spread towards the goal first.
         allow_unknown: Whether paths may cross unknown cells.
         use_final_approach_orientation: Whether the last pose faces the way the path arrives, not the goal's yaw.
+        release: Of Nav2. Jazzy has the goal take the place of a last pose within 1 mm of it, and stays where start
+            and goal are one, whatever the costmap says of it.
     """
 
     tolerance: Annotated[float, Field(ge=0)] = 0.5
     use_astar: bool = False
     allow_unknown: bool = True
     use_final_approach_orientation: bool = False
+    release: Release = "humble"
 
 
 @dataclass(frozen=True)
@@ -49,10 +55,12 @@ class NavfnPlanner:
 
     def plan(self, costmap: Costmap, start: Pose, goal: Pose) -> Path:
         """Return the path of ``NavfnPlanner::createPlan``, about two poses a cell; see ``GlobalPlanner.plan``."""
-        start_cell, goal_cell = _cells(costmap, start, goal)
-        direct = self.params.use_final_approach_orientation
+        start_cell, goal_cell = self._cells(costmap, start, goal)
+        direct, humble = self.params.use_final_approach_orientation, self.params.release == "humble"
         if (start.x, start.y) == (goal.x, goal.y):
-            return stay(costmap, costmap.world_to_map(start.x, start.y) or start_cell, start, goal, direct)
+            if humble:
+                refuse_obstacle(costmap, costmap.world_to_map(start.x, start.y) or start_cell, start, goal)
+            return stay(start, goal, direct)
         potential = self._spread(costmap, start_cell, goal_cell)
         end = self._reachable(potential, costmap, goal)
         if end is None:
@@ -61,7 +69,7 @@ class NavfnPlanner:
         points = descend(potential, _flat(start_cell, width), _flat(end[1], width))
         if len(points) == 0:
             raise no_path(start, goal, "the potential has a dead end")
-        path = _to_path(points, costmap, end[0])
+        path = _to_path(points, costmap, end[0], 0.0 if humble else AT_GOAL_SQUARED)
         set_last_yaw(path, start, goal, direct)
         return path
 
@@ -69,10 +77,21 @@ class NavfnPlanner:
         """Potentials ``(rows, cols)`` float32 around the start, inf where the wave has not come.
 
         Raises:
-            NoPathError: If start or goal is off the map.
+            EndpointError: If start or goal is off the map.
         """
-        potential = self._spread(costmap, *_cells(costmap, start, goal))
+        potential = self._spread(costmap, *self._cells(costmap, start, goal))
         return np.where(potential < POT_HIGH, potential, np.float32(np.inf))
+
+    def _cells(self, costmap: Costmap, start: Pose, goal: Pose) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Cells of start and goal; Jazzy also looks at the goal as the costmap maps it."""
+        if self.params.release == "jazzy":
+            _, goal_cell = cells_of(costmap, start, goal)
+            if self.params.tolerance == 0.0 and costmap.costs[goal_cell] == LETHAL_OBSTACLE:
+                raise no_path(start, goal, "the goal is in an obstacle", EndpointError)
+        cells = [navfn_cell(costmap, pose.x, pose.y) for pose in (start, goal)]
+        if cells[0] is None or cells[1] is None:
+            raise no_path(start, goal, f"the {'start' if cells[0] is None else 'goal'} is off the map", EndpointError)
+        return cells[0], cells[1]
 
     def _spread(self, costmap: Costmap, start: tuple[int, int], goal: tuple[int, int]) -> NDArray[np.float32]:
         width = costmap.costs.shape[1]
@@ -129,13 +148,6 @@ def _round_half_up(value: float) -> int:
     return whole + (value - whole >= 0.5)
 
 
-def _cells(costmap: Costmap, start: Pose, goal: Pose) -> tuple[tuple[int, int], tuple[int, int]]:
-    cells = [navfn_cell(costmap, pose.x, pose.y) for pose in (start, goal)]
-    if cells[0] is None or cells[1] is None:
-        raise no_path(start, goal, f"the {'start' if cells[0] is None else 'goal'} is off the map")
-    return cells[0], cells[1]
-
-
 def _flat(cell: tuple[int, int], width: int) -> int:
     return cell[0] * width + cell[1]
 
@@ -148,20 +160,27 @@ def _scan(centre: float, tolerance: float, step: float) -> list[float]:
     return values
 
 
-def _to_path(points: NDArray[np.float32], costmap: Costmap, goal: Pose) -> Path:
+def _to_path(points: NDArray[np.float32], costmap: Costmap, goal: Pose, at_goal: float) -> Path:
     """Turn points ``(n, 2)`` col, row from goal to start into poses from start to goal, all but the last of yaw 0.
 
-    The goal comes after the last pose, or takes its place if that lies beyond it (``smoothApproachToGoal``).
+    The goal comes after the last pose, or takes its place if that lies beyond it or at it (``smoothApproachToGoal``):
+    less than ``at_goal``, squared, m^2.
     """
     path = np.zeros((len(points) + 1, 3))
     path[:-1, :2] = points[::-1]
     path[:, :2] *= costmap.resolution
     path[:, 0] += costmap.origin_x
     path[:, 1] += costmap.origin_y
-    if len(points) >= 2:
-        (x, y), (last_x, last_y) = path[-3:-1, :2].tolist()
-        to_goal = (goal.x - x) ** 2 + (goal.y - y) ** 2
-        if (last_x - x) ** 2 + (last_y - y) ** 2 > to_goal:
-            path = path[:-1]
+    if _lies_beyond(path[:-1], goal) or ((path[-2, :2] - goal[:2]) ** 2).sum() < at_goal:
+        path = path[:-1]
     path[-1] = goal
     return path
+
+
+def _lies_beyond(path: Path, goal: Pose) -> bool:
+    """Whether the last pose is farther from the one before than the goal is."""
+    if len(path) < 2:
+        return False
+    (x, y), (last_x, last_y) = path[-2:, :2].tolist()
+    to_goal = (goal.x - x) ** 2 + (goal.y - y) ** 2
+    return bool((last_x - x) ** 2 + (last_y - y) ** 2 > to_goal)

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.kernels.smac_2d import search_cells, smooth
-from gym_mapbench.planners.base import Path, cells_of, no_path, set_last_yaw, stay, to_centres
+from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay, to_centres
 from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
 
@@ -86,7 +86,8 @@ class Smac2DPlanner:
             costmap = downsampled(costmap, params.downsampling_factor)
         start_cell, goal_cell = cells_of(costmap, start, goal)
         if start_cell == goal_cell:
-            return stay(costmap, start_cell, start, goal, params.use_final_approach_orientation)
+            refuse_obstacle(costmap, start_cell, start, goal)
+            return stay(start, goal, params.use_final_approach_orientation)
         cells = self._search(costmap, start_cell, goal_cell)
         if len(cells) == 0:
             raise no_path(start, goal, "start and goal are not connected, or the search was cut off")

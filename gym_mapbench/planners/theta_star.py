@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
+from gym_mapbench.errors import EndpointError
 from gym_mapbench.kernels.theta_star import search_corners
-from gym_mapbench.planners.base import Path, cells_of, no_path, set_last_yaw, stay, to_centres
+from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay, to_centres
 from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
 
@@ -55,10 +56,11 @@ class ThetaStarPlanner:
         start_cell, goal_cell = cells_of(costmap, start, goal)
         direct = self.params.use_final_approach_orientation
         if start_cell == goal_cell:
-            return stay(costmap, start_cell, start, goal, direct)
+            refuse_obstacle(costmap, start_cell, start, goal)
+            return stay(start, goal, direct)
         step_cost, line_cost = self._traversal_costs()
         if np.isinf(step_cost[[costmap.costs[start_cell], costmap.costs[goal_cell]]]).any():
-            raise no_path(start, goal, "start or goal is in an obstacle")
+            raise no_path(start, goal, "start or goal is in an obstacle", EndpointError)
         weights = self.params.w_euc_cost, min(1.0, self.params.w_euc_cost)
         corners = self.params.how_many_corners
         cells = search_corners(costmap.costs, step_cost, line_cost, *start_cell, *goal_cell, corners, *weights)

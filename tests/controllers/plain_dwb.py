@@ -55,10 +55,11 @@ def twists(p, velocity, period):
 
 
 def permitted(p, v, w):
-    if p.max_speed_xy >= 0 and v * v > p.max_speed_xy**2 + EPSILON:
+    slack = EPSILON if p.release == "humble" else 1.1920929e-7
+    if p.max_speed_xy >= 0 and v * v > p.max_speed_xy**2 + slack:
         return False
-    slow = p.min_speed_xy >= 0 and v * v + EPSILON < p.min_speed_xy**2
-    still = p.min_speed_theta >= 0 and abs(w) + EPSILON < p.min_speed_theta
+    slow = p.min_speed_xy >= 0 and v * v + slack < p.min_speed_xy**2
+    still = p.min_speed_theta >= 0 and abs(w) + slack < p.min_speed_theta
     return not (slow and still) and (v, w) != (0.0, 0.0)
 
 
@@ -97,11 +98,13 @@ def near_plan(p, plan, pose, costmap):
     """The plan once pruned, and the part of it near the robot."""
     half = max(costmap.costs.shape) * costmap.resolution / 2
     start = min(half, p.prune_distance) if p.prune_plan else half
-    end = min(half, p.forward_prune_distance) if p.shorten_transformed_plan else half
+    ahead = p.forward_prune_distance if p.forward_prune_distance >= 0 else math.inf
+    search = p.prune_distance if p.release == "humble" else ahead
+    end = min(half, ahead) if p.shorten_transformed_plan else half
     window, travelled = len(plan), 0.0
     for i in range(1, len(plan)):
         travelled += distance(plan[i - 1], plan[i])
-        if travelled > p.prune_distance:
+        if travelled > search:
             window = i
             break
     first = next((i for i in range(window) if distance(plan[i], pose) < start), window)

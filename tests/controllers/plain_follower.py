@@ -64,12 +64,13 @@ class PlainFollower:
 
 
 def plain_navigation(recoveries: bool = False, **changes) -> NavigationParams:
-    """The thesis' parameters on the whole known map; recoveries off."""
-    preset = load_preset("thesis")
+    """The thesis' parameters, or Jazzy's, on the whole known map; recoveries off."""
+    release = changes.get("release", "humble")
+    preset = load_preset("thesis" if release == "humble" else release)
     plugins = ("static_layer", "inflation_layer")
     known = {
-        "local_costmap": CostmapParams.example_local(rolling_window=False, plugins=plugins),
-        "global_costmap": CostmapParams.example_global(plugins=plugins),
+        "local_costmap": CostmapParams.example_local(rolling_window=False, plugins=plugins, nav2=release),
+        "global_costmap": CostmapParams.example_global(plugins=plugins, nav2=release),
     }
     changes = {**known, "bt": preset.bt.replace(recoveries=recoveries), **changes}
     return preset.replace(**changes)

@@ -53,6 +53,9 @@ class PlainRpp:
 
     def __init__(self, params, setup, path):
         self.p, self.s = params, setup
+        self.jazzy = params.release == "jazzy"
+        self.reverses = params.allow_reversing and (self.jazzy or not params.use_rotate_to_heading)
+        self.arrived = False
         self.poses = [tuple(map(float, pose)) for pose in path]
         self.carrot = None
 
@@ -61,14 +64,23 @@ class PlainRpp:
         x, y, yaw = pose
         extent = max(costmap.size_in_meters()) / 2
         search = p.max_robot_pose_search_dist
-        search = extent if search is None else INFINITE if search < 0 else search
+        if search is None:
+            search = costmap.size_in_meters()[0] / 2 if self.jazzy else extent
+        search = INFINITE if search < 0 else search
         local = self.local_plan(x, y, yaw, extent, search)
         if not local:
             return "empty"
-        self.carrot = cx, cy = self.find_carrot(local, abs(velocity[0]))
-        reach = math.hypot(cx, cy)
-        bearing = math.atan2(cy, cx)
-        if p.use_rotate_to_heading and reach < self.s.xy_goal_tolerance:
+        if p.interpolate_curvature_after_goal and len(local) == 1:
+            return "single"
+        self.carrot = cx, cy = self.find_carrot(local, self.lookahead(abs(velocity[0])))
+        reach, sign = math.hypot(cx, cy), -1 if self.reverses and cx < 0 else 1
+        if p.use_fixed_curvature_lookahead:
+            cx, cy = self.find_carrot(local, p.curvature_lookahead_dist, p.interpolate_curvature_after_goal)
+        bearing = math.atan2(sign * cy, sign * cx)
+        arrived = reach < self.s.xy_goal_tolerance
+        if p.stateful:
+            arrived = self.arrived = arrived or self.arrived
+        if p.use_rotate_to_heading and arrived:
             v, w = 0.0, self.rotate(local[-1][2], velocity[1])
         elif p.use_rotate_to_heading and abs(bearing) > p.rotate_to_heading_min_angle:
             v, w = 0.0, self.rotate(bearing, velocity[1])
@@ -76,10 +88,9 @@ class PlainRpp:
             cell = costmap.world_to_map(x, y)
             if cell is None:
                 return "off"
-            curvature = 2 * cy / reach**2 if reach**2 > 0.001 else 0.0
-            v = self.speed(local, curvature, int(costmap.costs[cell]))
-            if p.allow_reversing and not p.use_rotate_to_heading and cx < 0:
-                v = -v
+            square = cx * cx + cy * cy
+            curvature = 2 * cy / square if square > 0.001 else 0.0
+            v = sign * self.speed(local, curvature, int(costmap.costs[cell]))
             w = v * curvature
         if p.use_collision_detection and self.collides(pose, v, w, reach, costmap):
             return "collision"
@@ -94,7 +105,12 @@ class PlainRpp:
                 break
             candidates.append(math.dist(pose[:2], (x, y)))
         if candidates:
-            self.poses = self.poses[candidates.index(min(candidates)) :]
+            nearest = candidates.index(min(candidates))
+            if self.jazzy:
+                nearest = len(candidates) - 1 - candidates[::-1].index(min(candidates))
+                if nearest == len(candidates) - 1 and len(self.poses) > 1:
+                    nearest = max(nearest - 1, 0)
+            self.poses = self.poses[nearest:]
         local = []
         for px, py, pyaw in self.poses:
             dx, dy = px - x, py - y
@@ -104,21 +120,35 @@ class PlainRpp:
             local.append((dx * math.cos(yaw) + dy * math.sin(yaw), -dx * math.sin(yaw) + dy * math.cos(yaw), turned))
         return local
 
-    def find_carrot(self, local, speed):
+    def lookahead(self, speed):
         p = self.p
-        lookahead = p.lookahead_dist
         if p.use_velocity_scaled_lookahead_dist:
-            lookahead = min(max(speed * p.lookahead_time, p.min_lookahead_dist), p.max_lookahead_dist)
-        if p.allow_reversing and not p.use_rotate_to_heading:
-            for (ax, ay, _), (bx, by, _), (cx, cy, _) in zip(local, local[1:], local[2:], strict=False):
-                if (bx - ax) * (cx - bx) + (by - ay) * (cy - by) < 0:
+            return min(max(speed * p.lookahead_time, p.min_lookahead_dist), p.max_lookahead_dist)
+        return p.lookahead_dist
+
+    def find_carrot(self, local, lookahead, beyond=False):
+        p = self.p
+        if self.reverses:
+            for (ax, ay, a), (bx, by, b), (cx, cy, c) in zip(local, local[1:], local[2:], strict=False):
+                turns = ((ax, ay) == (bx, by) and a != b) or ((bx, by) == (cx, cy) and b != c)
+                if (bx - ax) * (cx - bx) + (by - ay) * (cy - by) < 0 or (self.jazzy and turns):
                     lookahead = min(lookahead, math.hypot(bx, by))
                     break
         far = [i for i, (px, py, _) in enumerate(local) if math.hypot(px, py) >= lookahead]
+        if not far and beyond:
+            # Where the line through the last segment meets the circle: ahead, if it leads away from the robot.
+            (ax, ay, _), (bx, by, _) = local[-2:]
+            heading = math.atan2(by - ay, bx - ax)
+            cos, sin = math.cos(heading), math.sin(heading)
+            along = bx * cos + by * sin
+            root = math.sqrt(along**2 - bx**2 - by**2 + lookahead**2)
+            outwards = math.hypot(bx + lookahead * cos, by + lookahead * sin) > math.hypot(bx, by)
+            way = -along + (root if outwards else -root)
+            return bx + way * cos, by + way * sin
         if not far:
             return local[-1][:2]
         i = far[0]
-        if i == 0 or not p.use_interpolation:
+        if i == 0 or not (p.use_interpolation or self.jazzy):
             return local[i][:2]
         # Bisection instead of the closed form: the segment crosses the circle outwards exactly once.
         (ax, ay, _), (bx, by, _) = local[i - 1], local[i]
@@ -145,7 +175,10 @@ class PlainRpp:
             if radius < p.regulated_linear_scaling_min_radius:
                 on_curve = base * radius / p.regulated_linear_scaling_min_radius
         if p.use_cost_regulated_linear_velocity_scaling and cost not in (0, 255):
-            away = self.s.footprint.inscribed_radius - math.log(cost / 252) / p.inflation_cost_scaling_factor
+            away = (
+                self.s.footprint.inscribed_radius
+                - math.log(cost / (253 if self.jazzy else 252)) / p.inflation_cost_scaling_factor
+            )
             if away < p.cost_scaling_dist:
                 near = base * p.cost_scaling_gain * away / p.cost_scaling_dist
         v = max(min(on_curve, near), p.regulated_linear_scaling_min_speed)

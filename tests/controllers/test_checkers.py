@@ -62,6 +62,14 @@ def test_stopped_goal_checker(v, w, reached):
     assert checker.is_goal_reached(GOAL, GOAL, Twist(v, w)) is reached
 
 
+def test_position_alone():
+    checker = make_goal_checker(GoalChecker(plugin="position"))
+    assert checker.is_goal_reached(Pose(0.24, 0, 3.0), Pose(0, 0, 0), Twist(0.5, 1.0))
+    assert checker.is_goal_reached(Pose(0.9, 0, 3.0), Pose(0, 0, 0), Twist(0, 0))
+    checker.reset()
+    assert not checker.is_goal_reached(Pose(0.26, 0, 0), Pose(0, 0, 0), Twist(0, 0))
+
+
 def test_t3_progress():
     checker = make_progress_checker(ProgressChecker())
     assert checker.check(Pose(0.0, 0.0, 0.0), 1.0)

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.base import ControllerError, FollowerSetup, Twist
+from controllers.base import ControllerError, FollowerSetup, InvalidPath, Twist
 from controllers.dwb.controller import DwbFollower
 from controllers.dwb.kernels.plan import distance_fields, gap_parts
 from controllers.dwb.params import CRITIC_NAMES, ROS_ONLY_KEYS, DwbParams
 from controllers.parameters import nest_dotted
+from controllers.releases import RELEASES
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
@@ -169,6 +170,31 @@ def test_straight_ahead_is_best():
     evaluation = follower.evaluate(HERE, REST, FREE, 0.0)
     assert evaluation.best == find(evaluation, 0.26, 0.0)
     np.testing.assert_allclose(evaluation.scales, [32, 1, 0.02, 0.6, 0.8, 0.8, 0.6], rtol=1e-6)
+
+
+def test_jazzy_seeks_the_robot_as_far_as_it_looks_ahead():
+    passed = np.column_stack([np.linspace(-0.5, 1.0, 151), np.full(151, 0.02), np.zeros(151)])
+    begins = {}
+    for release, ahead in (("humble", 0.9), ("jazzy", 0.9), ("jazzy", -1.0)):
+        follower = make(release=release, prune_distance=0.195, forward_prune_distance=ahead)
+        follower.set_plan(passed)
+        begins[release, ahead] = follower._near_plan(HERE, FREE)[0, 0]
+    # The robot is at 0.02, the first pose within 0.195 m of it 0.33 m along the plan.
+    assert begins["jazzy", 0.9] == begins["jazzy", -1.0] == pytest.approx(-0.17)
+    assert begins["humble", 0.9] == pytest.approx(-0.3)
+    follower = make(release="jazzy", prune_distance=0.2, forward_prune_distance=0.2)
+    follower.set_plan(passed)
+    with pytest.raises(InvalidPath, match="0 poses"):
+        follower._near_plan(HERE, FREE)
+    with pytest.raises(ConfigError, match="forward_prune_distance"):
+        DwbParams(**EXAMPLE, forward_prune_distance=-1.0)
+
+
+def test_jazzy_is_stricter_about_the_limits_of_speed():
+    fast = {"max_vel_x": math.sqrt(0.26**2 + 5e-6), "max_speed_xy": 0.26}  # its square is less than 1e-5 beyond
+    highest = [make(release=one, **fast).evaluate(HERE, REST, FREE, 0.0).twists[:, 0].max() for one in RELEASES]
+    assert highest[0] == pytest.approx(fast["max_vel_x"], abs=1e-12)
+    assert highest[1] < 0.26
 
 
 # T5.5: critics
@@ -457,6 +483,8 @@ def parameters(draw):
     return DwbParams(
         **{
             **EXAMPLE,
+            "release": draw(st.sampled_from(RELEASES)),
+            "min_speed_theta": draw(st.sampled_from([0.0, 0.5])),
             "critics": critics,
             "min_vel_x": draw(st.sampled_from([0.0, -0.1])),
             "vx_samples": draw(st.integers(1, 5)),
@@ -493,7 +521,7 @@ def test_equals_the_plain_twin(scene, params):
     follower.set_plan(plan)
     try:
         evaluation = follower.evaluate(pose, velocity, costmap, 0.0)
-    except ControllerError:
+    except (ControllerError, InvalidPath):
         return
     rows, best = Twin(params, setup.footprint.corners, 0.05).evaluate(plan, pose, velocity, costmap)
     assert len(rows) == len(evaluation.twists)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from controllers import navigator as navigator_module
-from controllers.base import STOP, ControllerAbort, ControllerError, Twist
+from controllers.base import STOP, ControllerAbort, ControllerError, InvalidPath, Twist
 from controllers.nav2_params import load_preset
 from controllers.nav2_params.navigation import GoalChecker, ProgressChecker, VelocitySmoother
 from controllers.navigator import Navigator
@@ -311,6 +311,45 @@ class TestPlanning:
         assert run.commands[20] == (0.0, 1.0)
         spin = next(event.time for event in navigator.events if event.kind == "spin")
         assert spin == 1.0
+
+
+class TestJazzy:
+    """Recoveries are tried only where they may help, and controllers forget when an action ends."""
+
+    def params(self, **changes):
+        return plain_navigation(recoveries=True, release="jazzy", **changes)
+
+    def test_no_recovery_helps_against_an_invalid_path(self):
+        invalid = PlainFollower(raises(InvalidPath("nothing left")))
+        navigator, run = drive(invalid, self.params())
+        assert (navigator.status, run.time) == ("failed", 0.0)
+        assert kinds(navigator) == ["replan", "controller_failure"]
+        navigator, _ = drive(PlainFollower(raises(ControllerAbort("unknown"))), self.params())
+        assert navigator.number_recoveries > 6
+
+    def test_no_recovery_helps_where_start_or_goal_is_off_the_map(self):
+        params = self.params()
+        navigator = Navigator(PlainFollower(), params, "plain")
+        navigator.reset(context(goal=Pose(9.0, 1.0)))
+        Drive(navigator).run()
+        assert set(kinds(navigator)) == {"replan_failure", "planner_failure"}
+        navigator, _ = drive(params=params, grid=walled_off())
+        assert navigator.number_recoveries == 15
+
+    def test_the_controller_forgets_whenever_an_action_ends(self):
+        class Forgetful(PlainFollower):
+            def end_action(self):
+                self.log.append(("end_action",))
+
+        navigator, _ = drive(Forgetful(), self.params())
+        assert navigator.status == "succeeded"
+        assert len(navigator.follower.calls("end_action")) == 1
+        navigator, _ = drive(Forgetful(), plain_navigation())
+        assert not navigator.follower.calls("end_action")
+        failing = Forgetful(raises(ControllerError("stuck")))
+        navigator, _ = drive(failing, self.params())
+        attempts = kinds(navigator).count("controller_failure")
+        assert len(failing.calls("end_action")) >= attempts > 1
 
 
 class TestLocalCostmap:

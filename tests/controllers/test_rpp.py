@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.base import ControllerError, FollowerSetup, Twist
+from controllers.base import ControllerAbort, ControllerError, FollowerSetup, InvalidPath, Twist
 from controllers.rpp import regulation
 from controllers.rpp.controller import REASONS, RppFollower
-from controllers.rpp.kernels import COLLISION_AHEAD, EMPTY_PLAN, OFF_COSTMAP
-from controllers.rpp.params import NEWER_ONLY_KEYS, RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
+from controllers.rpp.kernels import COLLISION_AHEAD, EMPTY_PLAN, OFF_COSTMAP, SINGLE_POSE
+from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
@@ -106,6 +106,56 @@ def test_t6_5_collision_steps(command, radius, step, poses, reach):
     assert tau == pytest.approx(step, abs=1e-6)
     assert sum(i * tau < 1.0 for i in range(1, 100)) == poses
     assert poses * tau * max(command) == pytest.approx(reach, abs=1e-3)
+
+
+# --- Jazzy: its examples that need no recorded map -------------------------------------------------------------------
+
+
+def test_jazzy_carrots_and_speeds():
+    # 1 and 2 of the reference: the carrot at exactly the lookahead distance, its curvature, the command.
+    for (x, y), curvature, v, w in (
+        ((0.550836, 0.237866), 1.321478, 0.420405, 0.555556),
+        ((0.597695, 0.052541), 0.291893, 0.5, 0.145947),
+        ((0.515807, 0.306502), 1.702789, 0.326262, 0.555556),
+    ):
+        assert regulation.curvature_to(x, y) == pytest.approx(curvature, abs=2e-5)
+        made = follower([(0, 0), (x / 2, y / 2), (2 * x, 2 * y), (5, 0)], release="jazzy")
+        command = made.compute_velocity_commands(ORIGIN, REST, free_map(), 0.0)
+        assert made.carrot == pytest.approx((x, y), abs=2e-6)
+        assert command == pytest.approx((v, w), abs=2e-5)
+    assert regulation.rotation_speed(1.0, -0.645380, 1.8, 3.2, 0.05) == pytest.approx(-0.485380)
+
+
+def test_jazzy_4_cost():
+    beyond = regulation.cost_limited(1.0, 100, 253.0, 0.225498, 3.0, 1.0, 1.0)
+    assert beyond == pytest.approx(0.534905, abs=1e-6)
+    assert regulation.cost_limited(1.0, 100, 252.0, 0.225498, 3.0, 1.0, 1.0) == pytest.approx(0.533585, abs=1e-6)
+    made = follower([(0, 0), (0.3, 0), (4, 0)], release="jazzy")
+    assert made.compute_velocity_commands(ORIGIN, REST, free_map(200), 0.0).v == pytest.approx(0.253211, abs=3e-6)
+
+
+def test_jazzy_turns_to_the_goal_until_the_next_path():
+    path = [(0.0, 0.0, 1.0), (0.05, 0.0, 1.0), (0.2, 0.0, 1.0)]
+
+    def commands(ends=False, **params):
+        made = follower(path, release="jazzy", use_collision_detection=False, **params)
+        first = made.compute_velocity_commands(ORIGIN, REST, free_map(), 0.0)
+        if ends:
+            made.end_action()
+        return first, made.compute_velocity_commands(Pose(-0.2, 0.0, 0.0), REST, free_map(), 0.0)
+
+    assert [command.v for command in commands()] == [0.0, 0.0]
+    assert commands(stateful=False)[1].v > 0.0
+    assert commands(ends=True)[1].v > 0.0
+
+
+def test_jazzy_keeps_a_segment_of_the_plan():
+    made = follower([(-2, 0), (-1, 0), (0, 0.0)], release="jazzy", use_rotate_to_heading=False)
+    made.compute_velocity_commands(Pose(0.3, 0.0), REST, free_map(), 0.0)
+    assert made._begin == 1
+    made = follower([(-2, 0), (-1, 0), (0, 0.0)], use_rotate_to_heading=False)
+    made.compute_velocity_commands(Pose(0.3, 0.0), REST, free_map(), 0.0)
+    assert made._begin == 2
 
 
 # --- What the examples leave open ------------------------------------------------------------------------------------
@@ -262,8 +312,9 @@ def test_parameters_are_checked():
     with pytest.raises(ConfigError, match="cost_scaling_dist"):
         RppParams(cost_scaling_dist=0.0)
     known = set(RppParams.model_fields)
-    for elsewhere in (NEWER_ONLY_KEYS, ROS_ONLY_KEYS, RENAMED_KEYS):
+    for elsewhere in (ROS_ONLY_KEYS, RENAMED_KEYS):
         assert known.isdisjoint(elsewhere)
+    assert set(RppParams.DEFAULTS["jazzy"]) <= known
     assert set(RENAMED_KEYS.values()) <= known
 
 
@@ -311,18 +362,46 @@ footprints = st.sampled_from(
 )
 
 
+jazzy_options = st.fixed_dictionaries(
+    {
+        "use_fixed_curvature_lookahead": flags,
+        "curvature_lookahead_dist": st.sampled_from([0.3, 0.9]),
+        "interpolate_curvature_after_goal": flags,
+        "stateful": flags,
+    }
+)
+speeds, turns = st.floats(-0.6, 0.6), st.floats(-2, 2)
+
+
 @settings(max_examples=400, deadline=None)
-@given(wandering_paths(), costmaps(), options, footprints, angles, st.floats(-0.6, 0.6), st.floats(-2, 2))
+@given(wandering_paths(), costmaps(), options, footprints, angles, speeds, turns)
 def test_kernels_do_what_the_plain_twin_does(path, costmap, params, footprint, yaw, v, w):
+    compare(path, costmap, params, footprint, yaw, v, w)
+
+
+@settings(max_examples=400, deadline=None)
+@given(wandering_paths(), costmaps(), options, jazzy_options, footprints, angles, speeds, turns)
+def test_jazzys_kernels_do_what_the_plain_twin_does(path, costmap, params, more, footprint, yaw, v, w):
+    del params["use_interpolation"]
+    path = np.repeat(path, 1 + (np.arange(len(path)) % 7 == 3), axis=0)  # places with two headings
+    path[1:, 2] += np.where((np.diff(path[:, :2], axis=0) == 0).all(axis=1), 1.0, 0.0)
+    compare(path, costmap, {**params, **more, "release": "jazzy"}, footprint, yaw, v, w)
+
+
+def compare(path, costmap, params, footprint, yaw, v, w):
     made = follower(path, footprint, **params)
     twin = PlainRpp(made.params, make_setup(footprint), path)
-    reasons = {"empty": EMPTY_PLAN, "off": OFF_COSTMAP, "collision": COLLISION_AHEAD}
+    reasons = {"empty": EMPTY_PLAN, "single": SINGLE_POSE, "off": OFF_COSTMAP, "collision": COLLISION_AHEAD}
+    humble = params.get("release", "humble") == "humble"
+    kinds = {"empty": InvalidPath, "single": InvalidPath, "off": ControllerAbort}
     pose = Pose(0.0, 0.0, yaw)
     for _ in range(3):
         expected = twin(pose, (v, w), costmap)
         if expected in reasons:
-            with pytest.raises(ControllerError, match=re.escape(REASONS[reasons[expected]])):
+            kind = ControllerError if humble else kinds.get(expected, ControllerError)
+            with pytest.raises(kind, match=re.escape(REASONS[reasons[expected]])) as raised:
                 made.compute_velocity_commands(pose, Twist(v, w), costmap, 0.0)
+            assert raised.type is kind
         else:
             command = made.compute_velocity_commands(pose, Twist(v, w), costmap, 0.0)
             assert command == pytest.approx(expected, abs=1e-9)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 
 import numpy as np
@@ -10,17 +11,19 @@ import pytest
 
 from evolution.cli import main
 from evolution.validation.closed_loop import DrivenRun, RunTask, closed_loop_measures, drive_again
-from evolution.validation.measures import Cases
+from evolution.validation.measures import Cases, Measure
 from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
 from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, rpp_measures
 from gym_mapbench.errors import MapFormatError
-from tests.oracle_data import ORACLE, needs_oracle
+from tests.oracle_data import JAZZY_ORACLE, ORACLE, needs_jazzy_oracle, needs_oracle
 
 
-def run_of(*, ours: float, recorded: float, success=True, controller="RPP", clearance=0.1) -> DrivenRun:
+def run_of(
+    *, ours: float, recorded: float, success=True, controller="RPP", clearance=0.1, deviation=math.nan, number=0
+) -> DrivenRun:
     record = {
-        "map": 0,
+        "map": number,
         "controller": controller,
         "variant": "default",
         "local_costmap": "full",
@@ -29,7 +32,7 @@ def run_of(*, ours: float, recorded: float, success=True, controller="RPP", clea
         "min_clearance": clearance,
         "reason": "goal",
     }
-    return DrivenRun(record, "A", success, ours, "goal")
+    return DrivenRun(record, "A", success, ours, "goal", deviation)
 
 
 def by_key(measures):
@@ -66,6 +69,43 @@ def test_runs_near_contact_are_counted_apart():
 def test_mppi_is_judged_by_the_median_of_its_seeds():
     driven = [run_of(ours=t, recorded=10, controller="MPPI") for t in (9, 10, 30)]
     assert by_key(closed_loop_measures(driven))["time_err_median_mppi"].value == 0
+
+
+def test_trajectories_and_the_tail_of_the_times():
+    driven = [run_of(ours=10, recorded=10, deviation=2e-6, number=number) for number in range(18)]
+    driven += [
+        run_of(ours=11, recorded=10, deviation=3e-5, number=18),
+        run_of(ours=5, recorded=9, success=False, deviation=4e-6),
+    ]
+    driven += [run_of(ours=10, recorded=10, controller="MPPI", deviation=d) for d in (0.001, 0.002, 0.9)]
+    driven += [run_of(ours=10, recorded=10, number=19)]
+    measures = by_key(closed_loop_measures(driven))
+    assert measures["trajectory_err_max_rpp"].value == 3e-5
+    assert measures["trajectory_err_max_rpp"].count == 20
+    assert measures["trajectory_err_max_rpp"].missed
+    assert measures["trajectory_err_median_mppi"].value == 0.002
+    assert not measures["trajectory_err_median_mppi"].missed
+    assert measures["time_err_median_rpp"].value == 0.0
+    assert measures["time_err_p95_rpp"].value == pytest.approx(0.005)
+    assert measures["time_err_p95_rpp"].missed
+    assert not measures["trajectory_err_max_dwb"].missed
+
+
+@pytest.mark.parametrize(
+    ("value", "count", "target", "missed"),
+    [
+        (0.99, 3, ">= 0.99", False),
+        (0.98, 3, ">= 0.99", True),
+        (1e-6, 3, "< 1e-6", True),
+        (1e-6, 3, "<= 1e-6", False),
+        (math.nan, 3, "<= 1e-6", True),
+        (math.nan, 0, "<= 1e-6", False),
+        (0.7, 3, "undefined read", False),
+        (0.7, 3, "", False),
+    ],
+)
+def test_a_target_is_missed_by_its_bound(value, count, target, missed):
+    assert Measure("one", value, count, target=target).missed is missed
 
 
 def test_directories_of_another_kind_are_refused(tmp_path, capsys):
@@ -145,3 +185,48 @@ def test_whole_runs_end_as_recorded(index):
     assert driven.success == driven.record["strict_success"]
     if driven.success:
         assert driven.time == pytest.approx(driven.record["time"], abs=1e-9)
+
+
+@needs_oracle
+def test_a_missed_target_is_exit_code_1(spoilt, capsys):
+    file = spoilt / "units_A.npz"
+    file.chmod(0o644)
+    with np.load(file) as archive:
+        arrays = dict(archive)
+    arrays["rpp_cmd"][5, 0] += 1e-3
+    np.savez(file, **arrays)
+    assert main(["validate", str(spoilt), "--units-only", "--format", "json"]) == 1
+    output = capsys.readouterr()
+    assert "missed: rpp_cmd_abs_err_max is 0.001, expected < 1e-6" in output.err
+    document = json.loads(output.out)
+    assert [key for key, one in document.items() if key != "disagreements" and one["missed"]] == ["rpp_cmd_abs_err_max"]
+
+
+@needs_jazzy_oracle
+def test_jazzys_single_calls_are_the_recorded_ones():
+    oracle = Oracle(JAZZY_ORACLE)
+    assert oracle.release == "jazzy"
+    takes = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, mppi_measures)
+    measures = [measure for take in takes for measure in take(oracle)]
+    assert len(measures) == 10
+    assert not [measure for measure in measures if measure.missed]
+
+
+@needs_jazzy_oracle
+@pytest.mark.parametrize(("controller", "variant"), [("RPP", "default"), ("DWB", "default"), ("MPPI", "inflation_055")])
+def test_jazzys_whole_runs_are_the_recorded_ones(controller, variant):
+    records = json.loads((JAZZY_ORACLE / "runs_A.json").read_text())
+    of_kind = [i for i, one in enumerate(records) if (one["controller"], one["variant"]) == (controller, variant)]
+    driven = drive_again(RunTask(JAZZY_ORACLE, "A", of_kind[2]))
+    assert driven.success == driven.record["strict_success"]
+    assert driven.deviation < (0.01 if controller == "MPPI" else 1e-5)
+    assert driven.time == pytest.approx(driven.record["time"], abs=1e-9)
+
+
+@needs_oracle
+def test_a_release_that_is_not_built_is_refused(spoilt):
+    file = spoilt / "config.json"
+    file.chmod(0o644)
+    file.write_text(file.read_text().replace('"humble"', '"rolling"'))
+    with pytest.raises(MapFormatError, match="expected humble or jazzy, got 'rolling'"):
+        Oracle(spoilt)

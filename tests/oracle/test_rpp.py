@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 
 import numpy as np
@@ -11,50 +10,48 @@ import pytest
 
 from controllers.base import ControllerError, FollowerSetup, Twist
 from controllers.rpp.controller import RppFollower
-from controllers.rpp.params import RppParams
+from controllers.rpp.params import ROS_ONLY_KEYS, RppParams
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, LayeredCostmap
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.planners.navfn import NavfnPlanner
+from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
 from gym_mapbench.scenario import Pose
-from tests.oracle_data import ORACLE, needs_oracle
+from tests.oracle_data import each_recording
 
-pytestmark = needs_oracle
-PRESETS = ("A", "B")
-
-
-@pytest.fixture(scope="module")
-def config():
-    return json.loads((ORACLE / "config.json").read_text())
+# Trajectories and commands are recorded to five decimals, in float32.
+STORED = 2e-5
 
 
-def make_follower(config, preset, **changes):
-    params = {**config["controllers"]["RPP"], **changes}
-    del params["transform_tolerance"]
-    radius, inflation = (config["presets"][preset][key] for key in ("robot_radius", "inflation_radius"))
-    made = RppFollower(RppParams(**params))
-    made.reset(FollowerSetup(Footprint.from_radius(radius), 0.05, 0.25, 0.25, inflation, 3.0, np.random.default_rng(0)))
+def make_follower(recorded, **changes):
+    made = RppFollower(RppParams(**recorded.params("RPP", ROS_ONLY_KEYS, **changes)))
+    made.reset(make_setup(recorded))
     return made
 
 
-def full_costmaps(config, preset):
-    with np.load(ORACLE / f"plans_{preset}.npz") as plans:
-        resolution = config["presets"][preset]["resolution"]
-        grids = (np.ascontiguousarray(costs[::-1]) for costs in plans["costmap"])
-        return {
-            int(map_id): Costmap(costs, resolution, 0.0, 0.0)
-            for map_id, costs in zip(plans["map_id"], grids, strict=True)
-        }
+def make_setup(recorded):
+    radius, inflation = (recorded.spec[key] for key in ("robot_radius", "inflation_radius"))
+    return FollowerSetup(Footprint.from_radius(radius), 0.05, 0.25, 0.25, inflation, 3.0, np.random.default_rng(0))
 
 
-@pytest.mark.parametrize("preset", PRESETS)
-def test_unit_vectors(config, preset):
-    costmaps = full_costmaps(config, preset)
-    with np.load(ORACLE / f"units_{preset}.npz") as file:
-        units = dict(file)
+def make_planner(recorded):
+    return NavfnPlanner(NavfnParams(release=recorded.release))
+
+
+def full_costmaps(recorded):
+    plans = recorded.load("plans")
+    grids = (np.ascontiguousarray(costs[::-1]) for costs in plans["costmap"])
+    return {
+        int(map_id): Costmap(costs, recorded.spec["resolution"], 0.0, 0.0)
+        for map_id, costs in zip(plans["map_id"], grids, strict=True)
+    }
+
+
+@each_recording
+def test_unit_vectors(recorded):
+    costmaps, units = full_costmaps(recorded), recorded.load("units")
     for i, map_id in enumerate(units["map_id"]):
-        made = make_follower(config, preset)
+        made = make_follower(recorded)
         begin, end = units["path_offset"][i : i + 2]
         made.set_plan(units["path"][begin:end])
         call = Pose(*units["pose"][i].tolist()), Twist(*units["vel"][i].tolist()), costmaps[int(map_id)], 0.0
@@ -68,11 +65,10 @@ def test_unit_vectors(config, preset):
         assert made.carrot == pytest.approx(units["rpp_carrot"][i], abs=1e-8)
 
 
-def rolling_window(config, preset, map_id, start):
+def rolling_window(recorded, map_id, start):
     """The recorded 3 m x 3 m local costmap: the map's part around the robot, inflated by itself, at 5 Hz."""
-    spec = config["presets"][preset]
-    with np.load(ORACLE / "maps.npz") as maps:
-        occupied = maps["occupied"][maps["map_id"].tolist().index(map_id)]
+    spec, maps = recorded.spec, recorded.arrays("maps.npz")
+    occupied = maps["occupied"][maps["map_id"].tolist().index(map_id)]
     params = CostmapParams(
         rolling_window=True,
         width=3,
@@ -89,10 +85,11 @@ def rolling_window(config, preset, map_id, start):
     return window
 
 
-def drive(made, costmap, window, start, goal, ticks):
+def drive(recorded, made, costmap, window, ticks):
     """Drive by the oracle's conditions; yields state and command of every 20 Hz tick, None where there was none."""
+    start, goal = recorded.spec["start"], Pose(*recorded.spec["goal"])
     x, y, yaw, v, w = (*start, 0.0, 0.0)
-    planner = NavfnPlanner()
+    planner = make_planner(recorded)
     seen = costmap
     for tick in range(ticks):
         pose = Pose(x, y, yaw)
@@ -119,24 +116,23 @@ def drive(made, costmap, window, start, goal, ticks):
 @pytest.mark.parametrize(
     ("variant", "local"), [("default", "full"), ("default", "rolling"), ("short_lookahead", "full")]
 )
-@pytest.mark.parametrize("preset", PRESETS)
-def test_closed_loop_runs_come_out_the_same(config, preset, variant, local):
-    costmaps = full_costmaps(config, preset)
-    start, goal = (Pose(*config["presets"][preset][end]) for end in ("start", "goal"))
-    with np.load(ORACLE / f"runs_{preset}.npz") as file:
-        recorded = dict(file)
-    for run in json.loads((ORACLE / f"runs_{preset}.json").read_text()):
-        kind = (run["controller"], run["variant"], run["local_costmap"])
-        if kind != ("RPP", variant, local) or run["reason"] == "no_path":
-            continue
-        rows = slice(*recorded["offset"][run["index"] : run["index"] + 2])
-        made = make_follower(config, preset, **config["variants"].get(f"RPP/{variant}", {}))
-        window = rolling_window(config, preset, run["map"], start) if local == "rolling" else None
-        driven = drive(made, costmaps[run["map"]], window, start, goal, rows.stop - rows.start)
-        states, commands = zip(*driven, strict=True)
-        assert [command is None for command in commands] == recorded["exception"][rows].tolist(), run["map"]
-        told = np.array([command or (0.0, 0.0) for command in commands])
-        assert told == pytest.approx(recorded["cmd"][rows], abs=2e-5), run["map"]
-        error = np.array(states) - recorded["traj"][rows]
-        error[:, 2] = np.arctan2(np.sin(error[:, 2]), np.cos(error[:, 2]))
-        assert np.abs(error).max() < 2e-5, run["map"]
+@each_recording
+def test_closed_loop_runs_come_out_the_same(recorded, variant, local):
+    costmaps, runs = full_costmaps(recorded), recorded.load("runs")
+    for run in recorded.runs("RPP", variant, local):
+        rows = slice(*runs["offset"][run["index"] : run["index"] + 2])
+        made = make_follower(recorded, **recorded.variant(f"RPP/{variant}"))
+        start = Pose(*recorded.spec["start"])
+        window = rolling_window(recorded, run["map"], start) if local == "rolling" else None
+        compare(drive(recorded, made, costmaps[run["map"]], window, rows.stop - rows.start), runs, rows, run)
+
+
+def compare(driven, runs, rows, run):
+    """Every command and every state of a run, up to what is stored of them."""
+    states, commands = zip(*driven, strict=True)
+    assert [command is None for command in commands] == runs["exception"][rows].tolist(), run["map"]
+    told = np.array([command or (0.0, 0.0) for command in commands])
+    assert told == pytest.approx(runs["cmd"][rows], abs=STORED), run["map"]
+    error = np.array(states) - runs["traj"][rows]
+    error[:, 2] = np.arctan2(np.sin(error[:, 2]), np.cos(error[:, 2]))
+    assert np.abs(error).max() < STORED, run["map"]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.errors import NoPathError
+from gym_mapbench.errors import EndpointError, NoPathError
 from gym_mapbench.kernels.wavefront import cell_potential
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner, navfn_cell, navfn_costs
 from gym_mapbench.scenario import Pose
@@ -190,6 +190,31 @@ def test_final_orientation_can_follow_the_approach():
     assert planner.plan(FREE, Pose(5, 10), Pose(15, 10, 2.0))[-1, 2] == 0.0
     assert planner.plan(FREE, Pose(10, 5), Pose(10, 15, 2.0))[-1, 2] == pytest.approx(math.pi / 2)
     assert planner.plan(FREE, Pose(5, 10, 0.3), Pose(5, 10, 2.0)).tolist() == [[5, 10, 0.3]]
+
+
+@pytest.mark.parametrize(("beyond", "more"), [(5e-4, 0), (2e-3, 1)])
+def test_jazzy_does_not_append_a_goal_where_the_path_ends_already(beyond, more):
+    costmap = Costmap(np.zeros((40, 40), np.uint8), 0.05, 0.0, 0.0)
+    goal = Pose(1.5 + beyond, 1.0, 0.7)
+    lengths = {}
+    for release in ("humble", "jazzy"):
+        path = NavfnPlanner(NavfnParams(release=release)).plan(costmap, Pose(0.5, 1.0), goal)
+        assert path[-1].tolist() == list(goal)
+        lengths[release] = len(path)
+    assert lengths["humble"] - lengths["jazzy"] == 1 - more
+
+
+def test_jazzys_endpoints():
+    costmap = Costmap(np.full((20, 20), 254, np.uint8), 0.05, 0.0, 0.0)
+    jazzy = NavfnPlanner(NavfnParams(release="jazzy", tolerance=0.0))
+    tolerant = NavfnPlanner(NavfnParams(release="jazzy"))
+    assert len(tolerant.plan(costmap, Pose(0.5, 0.5, 0.0), Pose(0.5, 0.5, 1.0))) == 1
+    with pytest.raises(EndpointError, match="the goal is in an obstacle"):
+        jazzy.plan(costmap, Pose(0.5, 0.5), Pose(0.7, 0.5))
+    with pytest.raises(EndpointError, match="the goal is off the map"):
+        jazzy.plan(costmap, Pose(0.5, 0.5), Pose(1.2, 0.5))
+    with pytest.raises(NoPathError, match="stands on an obstacle"):
+        NavfnPlanner().plan(costmap, Pose(0.5, 0.5, 0.0), Pose(0.5, 0.5, 1.0))
 
 
 def test_start_at_the_goal():

@@ -17,17 +17,17 @@ NO_INFORMATION = 255
 
 
 @kernel
-def plan_window(plan, x, y, prune_distance, start_threshold, end_threshold):
+def plan_window(plan, x, y, search, start_threshold, end_threshold):
     """First and past-the-last pose of the part of the plan that the critics see.
 
     The part begins at the first pose nearer to the robot than ``start_threshold``, sought no further along
-    the plan than ``prune_distance``, and ends before the first pose beyond ``end_threshold``.
+    the plan than ``search`` (m), and ends before the first pose beyond ``end_threshold``.
     """
     limit = len(plan)
     travelled = 0.0
     for i in range(len(plan) - 1):
         travelled += math.hypot(plan[i + 1, 0] - plan[i, 0], plan[i + 1, 1] - plan[i, 1])
-        if travelled > prune_distance:
+        if travelled > search:
             limit = i + 1
             break
     begin = 0

@@ -60,22 +60,24 @@ def permitted_twists(vx, omega, speeds):
     Args:
         vx: Samples, m/s.
         omega: Samples, rad/s.
-        speeds: ``max_speed_xy``, ``min_speed_xy``, ``min_speed_theta``; a negative one does not count.
+        speeds: ``max_speed_xy``, ``min_speed_xy``, ``min_speed_theta``; a negative one does not count. Then the
+            slack of these limits.
 
     Returns:
         ``(n, 2)`` twists, and ``(len(vx), len(omega))`` their indices, -1 for a pair that is not permitted.
     """
+    slack = speeds[3]
     twists = np.empty((len(vx) * len(omega), 2))
     index = np.empty((len(vx), len(omega)), dtype=np.int64)
     index[:] = -1
     n = 0
     for i in range(len(vx)):
         speed_sq = vx[i] * vx[i]
-        if speeds[0] >= 0.0 and speed_sq > speeds[0] * speeds[0] + EPSILON:
+        if speeds[0] >= 0.0 and speed_sq > speeds[0] * speeds[0] + slack:
             continue
-        slow = speeds[1] >= 0.0 and speed_sq + EPSILON < speeds[1] * speeds[1]
+        slow = speeds[1] >= 0.0 and speed_sq + slack < speeds[1] * speeds[1]
         for j in range(len(omega)):
-            still = speeds[2] >= 0.0 and abs(omega[j]) + EPSILON < speeds[2]
+            still = speeds[2] >= 0.0 and abs(omega[j]) + slack < speeds[2]
             if (slow and still) or (speed_sq == 0.0 and omega[j] == 0.0):
                 continue
             twists[n, 0], twists[n, 1] = vx[i], omega[j]

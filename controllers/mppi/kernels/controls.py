@@ -11,10 +11,13 @@ from controllers.mppi.kernels.elementary import ZERO
 from gym_mapbench.kernels.jit import inlined, kernel
 
 # Rows of what is collected per sample: speed outside the limits, speed backwards, control effort, contributions of
-# cells, distance from the end of the local path, angle from the heading there, angle from a bearing, closeness to
+# cells, distance from the goal, angle from the heading at the end of the local path, angle from a bearing, closeness to
 # obstacles, distance from the path and from a point on it, turn rate, and what speeds lack to the deadband.
 EXCESS, REVERSE, EFFORT, CELLS, DISTANCE, ANGLE, BEARINGS, CLOSENESS, ALIGNED, FOLLOWED, TURNING, DEADBANDS = range(12)
 COLLECTED_ROWS = 12
+
+FEASIBLE = 2
+"""PathAngle's mode in which the path's own headings say which way it is driven."""
 
 
 @inlined

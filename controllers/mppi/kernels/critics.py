@@ -1,8 +1,8 @@
 """Which critics apply to a call, in the words of Nav2's own.
 
-Source: nav2_mppi_controller/src/critics (Humble). A critic adds ``(factor * scores)^cost_power`` to the costs; its
-scores are a row of what is collected per sample. Critics that a sweep collects for are done here; those that need a
-look of their own are told to look by their row.
+Source: nav2_mppi_controller/src/critics (Humble and Jazzy). A critic adds ``(factor * scores)^cost_power`` to the
+costs; its scores are a row of what is collected per sample. Critics that a sweep collects for are done here; those that
+need a look of their own are told to look by their row.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from controllers.mppi.kernels.controls import (
     DEADBANDS,
     DISTANCE,
     EXCESS,
+    FEASIBLE,
     FOLLOWED,
     REVERSE,
     TURNING,
@@ -48,13 +49,13 @@ CRITICS = {
 
 @kernel
 def near(call, distance):
-    """Whether the robot is nearer than ``distance`` (m) to the end of the local path."""
+    """Whether the robot is nearer than ``distance`` (m) to the goal."""
     return call.squared_distance < distance * distance
 
 
 @kernel
 def is_near(row, tuning, call):
-    """Whether the robot is near the end of the local path, by the measure of one critic."""
+    """Whether the robot is near the goal, by the measure of one critic."""
     distance = 0.0
     if row == DISTANCE:
         distance = tuning.GoalCritic.threshold_to_consider
@@ -87,8 +88,8 @@ def _settle_cells(tuning, collected):
 
 @kernel
 def _choose_rows(tuning, call, rows, collected):
-    """Drop the critics that do not apply near the end of the path, or far from it, and those after a failure."""
-    failed = False
+    """Drop the critics that do not apply near the goal, or far from it, and those after a failure."""
+    failed = call.failed
     for i in range(len(rows)):
         row = rows[i]
         wants_near = row in (DISTANCE, ANGLE)
@@ -107,7 +108,7 @@ def _can_align(tuning, call, path, valid, kept):
     own, furthest = tuning.PathAlignCritic, call.furthest
     if furthest < max(own.offset_from_furthest, 1):
         return False
-    first = nearest_point(path[0], path[1], kept[0, 0, 0, 0], kept[1, 0, 0, 0])
+    first = 0 if tuning.jazzy else nearest_point(path[0], path[1], kept[0, 0, 0, 0], kept[1, 0, 0, 0])
     return not too_many_invalid(valid, first, furthest, np.float32(own.max_path_occupancy_ratio))
 
 
@@ -117,7 +118,11 @@ def _looks_away(tuning, call, path):
     own = tuning.PathAngleCritic
     target = min(call.furthest + own.offset_from_furthest, path.shape[1] - 1)
     call.target_x, call.target_y = path[0, target] - call.x, path[1, target] - call.y
-    angle = abs(normalize_angle(call.yaw - math.atan2(call.target_y, call.target_x)))
+    call.target_yaw = path[2, target]
+    bearing = math.atan2(call.target_y, call.target_x)
+    if own.mode == FEASIBLE and abs(normalize_angle(call.target_yaw - bearing)) > math.pi / 2:
+        bearing += math.pi
+    angle = abs(normalize_angle(call.yaw - bearing))
     return (min(angle, math.pi - angle) if tuning.either_way else angle) >= own.max_angle_to_furthest
 
 
@@ -157,7 +162,9 @@ def judge(tuning_of, call_of, critics, path, valid, kept, collected):
             continue
         if call.furthest < 0:
             last = kept.shape[1] - 1
-            call.furthest = furthest_reached(path[0], path[1], kept[0, last], kept[1, last], tuning.batch_size)
+            call.furthest = furthest_reached(
+                path[0], path[1], kept[0, last], kept[1, last], tuning.batch_size, tuning.jazzy
+            )
         if row == FOLLOWED:
             _follow(tuning, call, path, valid, kept, collected[FOLLOWED])
         elif not (_looks_away(tuning, call, path) if row == BEARINGS else _can_align(tuning, call, path, valid, kept)):

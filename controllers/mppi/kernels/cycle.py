@@ -1,6 +1,6 @@
 """One cycle of the optimizer: what comes before and after the trajectories.
 
-Source: nav2_mppi_controller/src/optimizer.cpp (Humble). ``tuning_of`` and ``call_of`` are ``(1,)`` records of
+Source: nav2_mppi_controller/src/optimizer.cpp (Humble and Jazzy). ``tuning_of`` and ``call_of`` are ``(1,)`` records of
 :mod:`controllers.mppi.records`.
 """
 
@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from controllers.mppi.kernels.accelerations import limit_samples, limit_sequence
 from controllers.mppi.kernels.controls import ANGLE, DISTANCE, EFFORT
 from controllers.mppi.kernels.critics import is_near, near
+from controllers.mppi.kernels.elementary import ZERO
 from controllers.mppi.kernels.path import find_valid
 from controllers.mppi.kernels.rollout import REFRESH_EVERY, SMALL_CHANGE
-from controllers.mppi.kernels.update import add_mean_noise, add_scores, clip_controls, soft_max
+from controllers.mppi.kernels.update import add_mean_noise, add_scores, clip_controls, clip_turns, soft_max
 from controllers.mppi.kernels.walk import footprint_threshold
 from controllers.mppi.kernels.window import lay_grid, open_window, write_contributions
 from gym_mapbench.kernels.jit import kernel
@@ -29,14 +31,15 @@ def _reach_and_turn(call, longest, fastest, v, w):
 
 
 @kernel
-def begin(call_of, pose, velocity, path, costs, place, unknown_is_free, total):
+def begin(call_of, pose, velocity, path, goal, costs, place, unknown_is_free, total):
     """Write down what a call is about.
 
     Args:
         call_of: ``(1,)`` record, written.
         pose: Robot, m and rad.
         velocity: Measured speeds, m/s and rad/s.
-        path: ``(points, 3)`` local path; its end is what MPPI calls the goal.
+        path: ``(points, 3)`` local path.
+        goal: What the critics call the goal, m.
         costs: ``(rows, cols)`` uint8 costmap.
         place: ``(resolution, origin_x, origin_y)`` of the costmap, m.
         unknown_is_free: Whether the costmap tracks unknown space.
@@ -51,8 +54,8 @@ def begin(call_of, pose, velocity, path, costs, place, unknown_is_free, total):
         points[0, i], points[1, i], points[2, i] = path[i, 0], path[i, 1], path[i, 2]
     call.x, call.y, call.yaw = pose
     call.v, call.w = velocity
-    call.end_x, call.end_y, call.end_yaw = points[0, count - 1], points[1, count - 1], points[2, count - 1]
-    call.squared_distance = (call.x - call.end_x) ** 2 + (call.y - call.end_y) ** 2
+    (call.goal_x, call.goal_y), call.end_yaw = goal, points[2, count - 1]
+    call.squared_distance = (call.x - call.goal_x) ** 2 + (call.y - call.goal_y) ** 2
     call.resolution, call.origin_x, call.origin_y = place
     call.unknown_is_free = unknown_is_free
     call.failed, call.obstacle_hits, call.furthest = False, 0, -1
@@ -64,38 +67,72 @@ def begin(call_of, pose, velocity, path, costs, place, unknown_is_free, total):
 
 
 @kernel
-def prepare(tuning_of, call_of, scan, costs, longest, fastest, v, w):
-    """Say what the sweep has to do.
+def _weigh_effort(tuning, v, w):
+    """Factors of the sampled controls in the effort of a sample, and the effort of controls of zero.
+
+    The effort is the sum over the steps of factor times (sampled control - control). Humble's samples are given by
+    their noise, which is this difference; Jazzy's, whose acceleration is limited, by themselves.
+    """
+    gain_v = np.float32(tuning.gamma / tuning.vx_std**2)
+    gain_w = np.float32(tuning.gamma / tuning.wz_std**2)
+    factors_v, factors_w, effort = gain_v * v, gain_w * w, ZERO
+    if tuning.jazzy:
+        for t in range(len(v)):
+            effort -= factors_v[t] * v[t] + factors_w[t] * w[t]
+    return factors_v, factors_w, effort
+
+
+@kernel
+def _sample(tuning, call, noise, v, w, limited):
+    """Give the samples as the rollout takes them, their noise or with limited accelerations themselves.
+
+    In the second case they hold the control sequence as well, which is set to zero.
+
+    Returns:
+        ``(noise_v, noise_w, longest, fastest)``: the samples, and the largest sum of ``|v|`` and the largest ``|w|`` of
+        one.
+    """
+    if not tuning.jazzy:
+        return noise
+    longest, fastest = limit_samples(tuning, call, noise[0], noise[1], v, w, limited[0], limited[1])
+    for t in range(len(v)):
+        v[t] = w[t] = ZERO
+    return limited[0], limited[1], np.float64(longest), np.float64(fastest)
+
+
+@kernel
+def prepare(tuning_of, call_of, scan, costs, noise, v, w, limited):
+    """Sample the controls and say what the sweep has to do.
 
     Args:
         tuning_of: ``(1,)`` record of the parameters.
         call_of: ``(1,)`` record of the call.
         scan: Whether the Cost critic is asked.
         costs: ``(rows, cols)`` uint8 costmap.
-        longest: Largest sum of ``|noise of v|`` over the steps of a sample.
-        fastest: Largest ``|noise of w|``.
-        v: ``(time_steps,)`` control sequence, m/s.
+        noise: ``(v, w, longest, fastest)``: ``(blocks, time_steps, samples)`` noise, the largest sum of
+            ``|noise of v|`` over the steps of a sample and the largest ``|noise of w|``.
+        v: ``(time_steps,)`` control sequence, m/s; zero afterwards where accelerations are limited.
         w: The same, rad/s.
+        limited: ``(2, blocks, time_steps, samples)``, written where accelerations are limited.
 
     Returns:
-        Steps between two evaluations of sine and cosine, and the sweep's ``grid``, ``scale``, ``window``, ``measure``
-        and ``look``.
+        The sweep's ``rollout``, ``efforts``, ``grid``, ``scale``, ``window``, ``measure`` and ``look``.
     """
     tuning, call = tuning_of[0], call_of[0]
+    efforts = _weigh_effort(tuning, v, w)
+    noise_v, noise_w, longest, fastest = _sample(tuning, call, noise, v, w, limited)
     reach, turn = _reach_and_turn(call, longest, fastest, v, w)
-    (rows, cols), grid, scale = lay_grid(call, reach * tuning.model_dt, costs.shape)
+    (rows, cols), grid, scale = lay_grid(call, reach * tuning.model_dt, costs.shape, tuning.jazzy)
     own = tuning.CostCritic
     window = np.empty((rows + 2) * (cols + 2) if scan else 0, dtype=np.float32)
     if scan:
         table = np.empty(256, dtype=np.float32)
         threshold = footprint_threshold(own.consider_footprint, tuning.circumscribed_cost)
-        write_contributions(
-            near(call, own.near_goal_distance), own.critical_cost, own.consider_footprint, threshold,
-            call.unknown_is_free, table,
-        )  # fmt: skip
+        write_contributions(near(call, own.near_goal_distance), own, threshold, call.unknown_is_free, table)
         open_window(costs, grid[4], grid[5], rows, cols, table, window)
     refresh_every = REFRESH_EVERY if turn * tuning.model_dt < SMALL_CHANGE else 1
-    return refresh_every, grid, scale, window, is_near(DISTANCE, tuning, call), is_near(ANGLE, tuning, call)
+    rollout = (refresh_every, noise_v, noise_w, v, w)
+    return rollout, efforts, grid, scale, window, is_near(DISTANCE, tuning, call), is_near(ANGLE, tuning, call)
 
 
 @kernel
@@ -121,5 +158,8 @@ def finish(tuning_of, rollout, collected, rows, factors, powers, critic_costs, t
     weights = np.empty(total.shape, dtype=np.float32)
     weight = soft_max(total, tuning.batch_size, tuning.temperature, weights)
     add_mean_noise(noise_v, noise_w, weights, weight, v, w)
-    radius = tuning.AckermannConstraints.min_turning_r if tuning.ackermann else 0.0
-    clip_controls(v, w, tuning.lowest_speed, tuning.highest_speed, tuning.fastest_turn, radius)
+    clip_controls(v, w, tuning.lowest_speed, tuning.highest_speed, tuning.fastest_turn)
+    if tuning.jazzy:
+        limit_sequence(tuning, v, w)
+    if tuning.ackermann:
+        clip_turns(v, w, tuning.AckermannConstraints.min_turning_r)

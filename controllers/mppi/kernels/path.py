@@ -90,11 +90,12 @@ def _is_nearer_beyond(path_x, path_y, reached, last, x, y):
 
 
 @kernel
-def furthest_reached(path_x, path_y, x, y, samples):
+def furthest_reached(path_x, path_y, x, y, samples, onwards):
     """Largest index of the path points nearest to the samples' last points.
 
     Only path points beyond the furthest found so far are compared with all samples; a sample that is nearer to
     one of those than to the furthest itself is then searched in full. So the result is that of a full search.
+    Where samples are searched ``onwards`` (Jazzy), each begins at the furthest found so far, which can lead further.
 
     Args:
         path_x: ``(points,)`` m.
@@ -102,12 +103,13 @@ def furthest_reached(path_x, path_y, x, y, samples):
         x: ``(blocks, samples)`` last points, m.
         y: The same.
         samples: How many of them count.
+        onwards: Whether no sample is compared with path points before the furthest found so far.
     """
     left, right, low, high = _bounds(x, y)
     last = _last_possible(path_x, path_y, left, right, low, high)
     reached, width = 0, x.shape[1]
     nearest = np.empty(width, dtype=np.float32)
-    for k in range(0, min(samples, width), GUESS_EVERY):
+    for k in range(0, min(samples, width), width if onwards else GUESS_EVERY):
         reached = max(reached, nearest_point(path_x, path_y, x[0, k], y[0, k]))
     for b in range(x.shape[0]):
         _nearer_beyond(path_x, path_y, reached, last, x, y, b, nearest)
@@ -116,7 +118,8 @@ def furthest_reached(path_x, path_y, x, y, samples):
             if nearest[k] >= dx * dx + dy * dy:
                 continue
             if _is_nearer_beyond(path_x, path_y, reached, last, x[b, k], y[b, k]):
-                reached = max(reached, nearest_point(path_x, path_y, x[b, k], y[b, k]))
+                first = reached if onwards else 0
+                reached = max(reached, first + nearest_point(path_x[first:], path_y[first:], x[b, k], y[b, k]))
     return reached
 
 

@@ -20,7 +20,7 @@ def _first_beyond(steps, begin, length):
 
 
 @kernel
-def find_window(path, steps, passed, x, y, search, prune, place, shape):
+def find_window(path, steps, passed, x, y, search, prune, place, shape, last_of_equals):
     """Return ``(first, end)`` of the local path: from the nearest pose on, as far as ``prune`` and the costmap reach.
 
     Args:
@@ -33,11 +33,12 @@ def find_window(path, steps, passed, x, y, search, prune, place, shape):
         prune: Length of the local path, m.
         place: ``(resolution, origin_x, origin_y)`` of the costmap.
         shape: ``(rows, cols)`` of the costmap.
+        last_of_equals: Whether of equally near poses the last is the nearest, rather than the first.
     """
     best, first = math.inf, passed
     for i in range(passed, _first_beyond(steps, passed, search)):
         distance = math.hypot(path[i, 0] - x, path[i, 1] - y)
-        if distance < best:
+        if distance < best or (last_of_equals and distance == best):
             best, first = distance, i
     end = _first_beyond(steps, first, prune)
     for i in range(first, end):

@@ -1,7 +1,7 @@
 """One pass over all points of all trajectories: controls, costmap, distance to the goal, heading.
 
 The cell under a point is found in fixed point: float32 displacement times 2^16 per cell. Where that lies within
-rounding of a cell border it can differ from Nav2's float64 division of the rounded world coordinate, and the few
+rounding of a cell border it can differ from Nav2's division of the rounded world coordinate, and the few
 points of which this is true are looked up again in that way. Nearer still, the last bit of the fast rollout
 decides, and the sample is rolled out once more with sine and cosine evaluated at every step.
 """
@@ -35,7 +35,6 @@ from controllers.mppi.kernels.rollout import (
     refresh,
     retrace,
     start,
-    step,
 )
 from controllers.mppi.kernels.window import FRACTION, FRACTION_BITS
 from gym_mapbench.kernels.geometry import cell_index
@@ -74,6 +73,28 @@ def _cell_of(x, y, last_x, last_y, stride):
     return np.uint32(np.uint32(np.uint32(uy >> FRACTION_BITS) * stride) + np.uint32(ux >> FRACTION_BITS))
 
 
+@inlined
+def _advance_sample(rows, k, noise_v, noise_w, controls, yaw_0, dt, limits):
+    """Advance one sample by a period and add what its controls cost; return its new place."""
+    (v, w), (highest, lowest, effort_v, effort_w) = controls, limits
+    speed, turn = v + noise_v[k], w + noise_w[k]
+    rows[EXCESSES + k] += above_or_below(speed, highest, lowest)
+    rows[REVERSES + k] += backwards(speed)
+    rows[EFFORTS + k] += effort_v * noise_v[k] + effort_w * noise_w[k]
+    x, y, turned, cos, sin = advance(
+        rows[X + k], rows[Y + k], rows[TURNED + k], rows[COS + k], rows[SIN + k], speed, turn, yaw_0, dt
+    )
+    rows[X + k], rows[Y + k], rows[TURNED + k], rows[COS + k], rows[SIN + k] = x, y, turned, cos, sin
+    return x, y
+
+
+@kernel
+def step_and_score(rows, noise_v, noise_w, controls, yaw_0, dt, limits):
+    """Advance a block by one period and add what its controls cost; see :func:`step_and_locate`."""
+    for k in range(BLOCK):
+        _advance_sample(rows, k, noise_v, noise_w, controls, yaw_0, dt, limits)
+
+
 @kernel
 def step_and_locate(rows, noise_v, noise_w, controls, yaw_0, dt, limits, scale, last, near, cells):
     """Advance a block by one period, add what its controls cost, and write the cell under every point.
@@ -96,18 +117,10 @@ def step_and_locate(rows, noise_v, noise_w, controls, yaw_0, dt, limits, scale, 
     Returns:
         Whether any point is near a border.
     """
-    (v, w), (highest, lowest, effort_v, effort_w) = controls, limits
     (units, start_x, start_y), (last_x, last_y, stride) = scale, last
     below = np.int32(0)
     for k in range(BLOCK):
-        speed, turn = v + noise_v[k], w + noise_w[k]
-        rows[EXCESSES + k] += above_or_below(speed, highest, lowest)
-        rows[REVERSES + k] += backwards(speed)
-        rows[EFFORTS + k] += effort_v * noise_v[k] + effort_w * noise_w[k]
-        x, y, turned, cos, sin = advance(
-            rows[X + k], rows[Y + k], rows[TURNED + k], rows[COS + k], rows[SIN + k], speed, turn, yaw_0, dt
-        )
-        rows[X + k], rows[Y + k], rows[TURNED + k], rows[COS + k], rows[SIN + k] = x, y, turned, cos, sin
+        x, y = _advance_sample(rows, k, noise_v, noise_w, controls, yaw_0, dt, limits)
         fixed_x, fixed_y = _fixed_point(x, units, start_x), _fixed_point(y, units, start_y)
         cells[k] = _cell_of(fixed_x, fixed_y, last_x, last_y, stride)
         below = np.int32(below | np.int32(_border_distance(fixed_x, fixed_y) - near))
@@ -143,14 +156,18 @@ def _off_border(offset, resolution):
 @kernel
 def _cell_exactly(rows, k, rollout, b, t, dt, call, grid):
     """Index of the window's cell under one point, found as Nav2 does, in the whole costmap."""
-    (_, noise_v, noise_w, v, w), (_, _, stride, _, first_row, first_col, map_rows, map_cols) = rollout, grid
+    (_, noise_v, noise_w, v, w), (_, _, stride, _, first_row, first_col, map_rows, map_cols, single) = rollout, grid
     x, y = np.float32(call.x + rows[X + k]), np.float32(call.y + rows[Y + k])
     resolution, origin_x, origin_y = call.resolution, call.origin_x, call.origin_y
     if min(_off_border(x - origin_x, resolution), _off_border(y - origin_y, resolution)) < LAST_BITS:
         yaw_0, v_0, w_0 = np.float32(call.yaw), np.float32(call.v), np.float32(call.w)
         dx, dy = retrace(noise_v[b], noise_w[b], k, t, v, w, v_0, w_0, yaw_0, dt)
         x, y = np.float32(call.x + dx), np.float32(call.y + dy)
-    cell = cell_index(np.float64(x), np.float64(y), origin_x, origin_y, resolution, map_rows, map_cols)
+    if single:
+        place = np.float32(origin_x), np.float32(origin_y), np.float32(resolution)
+        cell = cell_index(x, y, *place, map_rows, map_cols)
+    else:
+        cell = cell_index(np.float64(x), np.float64(y), origin_x, origin_y, resolution, map_rows, map_cols)
     if cell < 0:
         return np.uint32(0)
     return np.uint32((cell // map_cols - first_row + 1) * stride + cell % map_cols - first_col + 1)
@@ -169,16 +186,16 @@ def _locate_exactly(rows, rollout, b, t, dt, call, scale, near, grid, cells):
 
 
 @inlined
-def _gather(t, steps, ring, window, b, collected):
-    """Add up contributions whenever the ring is full or the steps end."""
-    if t % RING == RING - 1:
+def _gather(i, last, ring, window, b, collected):
+    """Add up contributions whenever the ring is full or look ``i`` is the last."""
+    if i % RING == RING - 1:
         for k in range(BLOCK):
             pair = window[ring[0, k]] + window[ring[1, k]]
             collected[CELLS, b, k] += pair + (window[ring[2, k]] + window[ring[3, k]])
-    elif t == steps - 1:
-        for i in range(t % RING + 1):
+    elif i == last:
+        for j in range(i % RING + 1):
             for k in range(BLOCK):
-                collected[CELLS, b, k] += window[ring[i, k]]
+                collected[CELLS, b, k] += window[ring[j, k]]
 
 
 @inlined
@@ -209,39 +226,34 @@ def _add_heading(rows, cos, sin, either_way, b, collected):
         collected[ANGLE, b, k] += angle_of(forward if either_way else dot, -cross if cross < ZERO else cross)
 
 
-@inlined
-def _add_bearing(rows, target_x, target_y, either_way, b, collected):
-    """Add the angle between each sample's heading and the bearing of one point from it."""
-    for k in range(BLOCK):
-        dx = target_x - rows[X + k]
-        dy = target_y - rows[Y + k]
-        cross = rows[COS + k] * dy - rows[SIN + k] * dx
-        dot = rows[COS + k] * dx + rows[SIN + k] * dy
-        forward = -dot if dot < ZERO else dot
-        collected[BEARINGS, b, k] += angle_of(forward if either_way else dot, -cross if cross < ZERO else cross)
-
-
 @kernel
-def _start_sums(rows, v_0, limits, b, collected):
+def _start_sums(rows, v_0, speeds, effort, b, collected):
     """Begin all sums of a block; the speed at step 0 is the measured one."""
-    excess, reverse = above_or_below(v_0, limits[0], limits[1]), backwards(v_0)
+    excess, reverse = above_or_below(v_0, speeds[0], speeds[1]), backwards(v_0)
     for k in range(BLOCK):
-        rows[EXCESSES + k], rows[REVERSES + k], rows[EFFORTS + k] = excess, reverse, ZERO
+        rows[EXCESSES + k], rows[REVERSES + k], rows[EFFORTS + k] = excess, reverse, effort
     for row in (CELLS, DISTANCE, ANGLE):
         start_at(ZERO, b, collected, row)
 
 
 @kernel
-def _finish_controls(rows, noise_v, noise_w, effort_v, effort_w, b, collected):
-    """Write what the controls of a block cost; the last one moves nothing and costs effort only."""
+def _finish(rows, noise_v, noise_w, effort_v, effort_w, yaw_0, b, collected):
+    """Write what the controls of a block cost, of which the last moves nothing and costs effort only, and its heading.
+
+    The last headings wait in the row of the critic that may look at them (PathAngle).
+    """
     for k in range(BLOCK):
         collected[EFFORT, b, k] = rows[EFFORTS + k] + (effort_v * noise_v[k] + effort_w * noise_w[k])
     for k in range(BLOCK):
         collected[EXCESS, b, k], collected[REVERSE, b, k] = rows[EXCESSES + k], rows[REVERSES + k]
+        collected[BEARINGS, b, k] = rows[TURNED + k] + yaw_0
 
 
 @kernel
-def sweep(call_of, dt, rollout, speeds, keep, kept, scan, grid, scale, window, measure, look, either_way, collected):
+def sweep(
+    call_of, dt, rollout, efforts, speeds, keep, kept, looked, grid, scale, window, measure, look, either_way,
+    collected,
+):  # fmt: skip
     """Roll out all samples once and score them on the way.
 
     Args:
@@ -249,16 +261,18 @@ def sweep(call_of, dt, rollout, speeds, keep, kept, scan, grid, scale, window, m
         dt: Period, s.
         rollout: ``(refresh_every, noise_v, noise_w, v, w)``: steps between two evaluations of sine and cosine;
             ``(blocks, time_steps, samples)`` noise, m/s and rad/s; ``(time_steps,)`` control sequence, the same.
-        speeds: Highest and lowest speed that costs nothing, m/s; gamma / std^2 of v and of w; float32.
+        efforts: ``(time_steps,)`` factors of the two noises in the effort, and the effort of a noise of zero.
+        speeds: Highest and lowest speed that costs nothing, m/s; float32.
         keep: ``(time_steps,)`` row of ``kept`` that takes a step's points, or -1.
         kept: ``(2 or 3, kept steps, blocks, samples)`` world x, y and perhaps yaw, written.
-        scan: Whether to sum up the contributions of the cells.
+        looked: ``(time_steps,)`` number of the look at the cells under a step's points, or -1; the looks' contributions
+            are summed up.
         grid: Last coordinates and stride of the window; fraction below which a point is near a cell border; first row
-            and column of the window; rows and columns of the costmap.
+            and column of the window; rows and columns of the costmap; whether Nav2 looks up its cells in float32.
         scale: ``(units per m, units of the start x, of the start y)``.
         window: Contributions of the cells; see :mod:`controllers.mppi.kernels.window`.
-        measure: Whether to sum up distances from the end of the local path.
-        look: Whether to sum up angles from the heading there.
+        measure: Whether to sum up distances from the goal.
+        look: Whether to sum up angles from the heading at the end of the local path.
         either_way: Whether an angle may count from behind.
         collected: ``(12, blocks, samples)`` sums over the steps, written.
     """
@@ -267,51 +281,34 @@ def sweep(call_of, dt, rollout, speeds, keep, kept, scan, grid, scale, window, m
     last, near = (np.uint32(grid[0]), np.uint32(grid[1]), np.uint32(grid[2])), np.int32(grid[3])
     rows, ring = np.empty(ROWS_SIZE, dtype=np.float32), np.empty((RING, BLOCK), dtype=np.uint32)
     yaw_0, v_0, w_0, period = np.float32(call.yaw), np.float32(call.v), np.float32(call.w), np.float32(dt)
-    goal_x, goal_y = np.float32(call.end_x - call.x), np.float32(call.end_y - call.y)
+    goal_x, goal_y = np.float32(call.goal_x - call.x), np.float32(call.goal_y - call.y)
     cos, sin = np.float32(np.cos(call.end_yaw)), np.float32(np.sin(call.end_yaw))
-    highest, lowest, gain_v, gain_w = speeds
+    (highest, lowest), (effort_v, effort_w, effort), last_look = speeds, efforts, looked.max()
     for b in range(len(noise_v)):
         start(rows, v_0, w_0, yaw_0, period)
-        _start_sums(rows, v_0, speeds, b, collected)
+        _start_sums(rows, v_0, speeds, effort, b, collected)
         for t in range(steps):
-            cells, is_near = ring[t % RING], True
+            looks, is_near, cells = looked[t] >= 0, True, ring[looked[t] % RING]
             if t == 0:
                 _locate_start(rows, scale, last, cells)
             else:
-                controls, limits = (v[t - 1], w[t - 1]), (highest, lowest, gain_v * v[t - 1], gain_w * w[t - 1])
-                is_near = step_and_locate(
-                    rows, noise_v[b, t - 1], noise_w[b, t - 1], controls, yaw_0, period, limits, scale, last, near,
-                    cells,
-                )  # fmt: skip
+                controls, limits = (v[t - 1], w[t - 1]), (highest, lowest, effort_v[t - 1], effort_w[t - 1])
+                noise = noise_v[b, t - 1], noise_w[b, t - 1]
+                if looks:
+                    is_near = step_and_locate(rows, *noise, controls, yaw_0, period, limits, scale, last, near, cells)
+                else:
+                    step_and_score(rows, *noise, controls, yaw_0, period, limits)
                 if t % refresh_every == 0:
                     refresh(rows, yaw_0)
             if keep[t] >= 0:
                 _keep(rows, call, b, kept, keep[t])
-            if scan:
+            if looks:
                 if is_near:
                     _locate_exactly(rows, rollout, b, t, period, call, scale, near, grid, cells)
-                _gather(t, steps, ring, window, b, collected)
+                _gather(looked[t], last_look, ring, window, b, collected)
             if measure:
                 _add_distance(rows, goal_x, goal_y, b, collected)
             if look:
                 _add_heading(rows, cos, sin, either_way, b, collected)
-        effort_v, effort_w = gain_v * v[steps - 1], gain_w * w[steps - 1]
-        _finish_controls(rows, noise_v[b, steps - 1], noise_w[b, steps - 1], effort_v, effort_w, b, collected)
-
-
-@kernel
-def sweep_bearings(tuning_of, call_of, rollout, collected):
-    """Roll out all samples and sum up the angles between heading and bearing of the call's target (PathAngle)."""
-    tuning, call, (refresh_every, noise_v, noise_w, v, w) = tuning_of[0], call_of[0], rollout
-    rows, period = np.empty(STATE_SIZE, dtype=np.float32), np.float32(tuning.model_dt)
-    yaw_0, v_0, w_0 = np.float32(call.yaw), np.float32(call.v), np.float32(call.w)
-    target_x, target_y = np.float32(call.target_x), np.float32(call.target_y)
-    for b in range(len(noise_v)):
-        start(rows, v_0, w_0, yaw_0, period)
-        start_at(ZERO, b, collected, BEARINGS)
-        for t in range(len(v)):
-            if t > 0:
-                step(rows, noise_v[b, t - 1], noise_w[b, t - 1], v[t - 1], w[t - 1], yaw_0, period)
-                if t % refresh_every == 0:
-                    refresh(rows, yaw_0)
-            _add_bearing(rows, target_x, target_y, tuning.either_way, b, collected)
+        final = steps - 1
+        _finish(rows, noise_v[b, final], noise_w[b, final], effort_v[final], effort_w[final], yaw_0, b, collected)

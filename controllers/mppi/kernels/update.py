@@ -113,15 +113,31 @@ def add_mean_noise(noise_v, noise_w, weights, total, v, w):
 
 
 @kernel
-def clip_controls(v, w, v_min, v_max, w_max, turning_radius):
-    """Limit the control sequence; with a ``turning_radius`` (m, 0 for none) also how tightly it turns."""
+def clip_controls(v, w, v_min, v_max, w_max):
+    """Limit the speeds of the control sequence."""
     lowest, highest, fastest = np.float32(v_min), np.float32(v_max), np.float32(w_max)
-    radius = np.float32(turning_radius)
     for t in range(len(v)):
         v[t] = min(max(v[t], lowest), highest)
         w[t] = min(max(w[t], -fastest), fastest)
-        if radius > ZERO and abs(v[t]) < radius * abs(w[t]):
+
+
+@kernel
+def clip_turns(v, w, turning_radius):
+    """Limit how tightly the control sequence turns, radius in m."""
+    radius = np.float32(turning_radius)
+    for t in range(len(v)):
+        if abs(v[t]) < radius * abs(w[t]):
             w[t] = np.sign(w[t]) * abs(v[t]) / radius
+
+
+@kernel
+def _filtered(u, i, history):
+    """Value ``i`` of a control sequence smoothed; before it come the controls sent, after it its last value."""
+    total = ZERO
+    for j in range(len(FILTER)):
+        at = i + j - HALF_WINDOW
+        total += FILTER[j] * (history[HALF_WINDOW + at] if at < 0 else u[min(at, len(u) - 1)])
+    return total
 
 
 @kernel
@@ -138,20 +154,28 @@ def filter_controls(u, history):
     if steps < SHORTEST_FILTERED:
         return
     for i in range(steps):
-        if i == steps - HALF_WINDOW - 1:
-            continue
-        total = ZERO
-        for j in range(len(FILTER)):
-            at = i + j - HALF_WINDOW
-            total += FILTER[j] * (history[HALF_WINDOW + at] if at < 0 else u[min(at, steps - 1)])
-        u[i] = total
+        if i != steps - HALF_WINDOW - 1:
+            u[i] = _filtered(u, i, history)
 
 
 @kernel
-def smooth(v, w, history_v, history_w):
-    """Filter both axes of the control sequence; see :func:`filter_controls`."""
-    filter_controls(v, history_v)
-    filter_controls(w, history_w)
+def filter_copy(u, history):
+    """Smooth one axis of the control sequence, all but its last value, from the values as they were (Jazzy)."""
+    if len(u) >= SHORTEST_FILTERED:
+        before = u.copy()
+        for i in range(len(u) - 1):
+            u[i] = _filtered(before, i, history)
+
+
+@kernel
+def smooth(v, w, history_v, history_w, in_place):
+    """Filter both axes of the control sequence; see :func:`filter_controls` and :func:`filter_copy`."""
+    if in_place:
+        filter_controls(v, history_v)
+        filter_controls(w, history_w)
+    else:
+        filter_copy(v, history_v)
+        filter_copy(w, history_w)
 
 
 @kernel

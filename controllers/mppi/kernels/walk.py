@@ -40,10 +40,14 @@ def collides(cost, unknown_is_free, inscribed_is_free):
 
 
 @kernel
-def _centre_cost(costs, call, x, y):
-    """Cost of the cell under a point; 255 off the map."""
+def _centre_cost(costs, call, x, y, single):
+    """Cost of the cell under a point; 255 off the map. ``single``: the cell is found in float32."""
     rows, cols = costs.shape
-    cell = cell_index(x, y, call.origin_x, call.origin_y, call.resolution, rows, cols)
+    if single:
+        place = np.float32(call.origin_x), np.float32(call.origin_y), np.float32(call.resolution)
+        cell = cell_index(np.float32(x), np.float32(y), *place, rows, cols)
+    else:
+        cell = cell_index(x, y, call.origin_x, call.origin_y, call.resolution, rows, cols)
     return NO_INFORMATION if cell < 0 else int(costs[cell // cols, cell % cols])
 
 
@@ -75,20 +79,22 @@ def _pose(state, call):
 
 
 @kernel
-def _cost_along(call, dt, rollout, b, k, costs, corners, own, near_goal, threshold):
+def _cost_along(call, dt, rollout, b, k, costs, corners, own, near_goal, threshold, single):
     """Sum of the Cost critic along one trajectory; MARKED if it collides."""
-    value, state = ZERO, _first(call, dt)
-    for t in range(len(rollout[3])):
+    value, state, every = ZERO, _first(call, dt), own.trajectory_point_step
+    for t in range(len(rollout[3]) // every * every):
         if t > 0:
             state = _next(state, call, dt, rollout, b, k, t)
+        if t % every != 0:
+            continue
         x, y, yaw = _pose(state, call)
-        cost = _centre_cost(costs, call, x, y)
+        cost = _centre_cost(costs, call, x, y, single)
         if cost < 1:
             continue
         worst = _outline_cost(costs, call, corners, x, y, yaw) if cost >= threshold else cost
         if collides(worst, call.unknown_is_free, own.consider_footprint):
             return MARKED
-        if cost >= INSCRIBED:
+        if cost >= own.near_collision_cost:
             value += np.float32(own.critical_cost)
         elif not near_goal:
             value += np.float32(cost)
@@ -96,14 +102,17 @@ def _cost_along(call, dt, rollout, b, k, costs, corners, own, near_goal, thresho
 
 
 @kernel
-def _closeness_along(call, dt, rollout, b, k, costs, corners, own, near_goal, threshold, inscribed_radius):
-    """Both sums of the Obstacles critic along one trajectory, and whether it collides."""
+def _closeness_along(call, dt, rollout, b, k, costs, corners, own, near_goal, threshold, inscribed_radius, both):
+    """Both sums of the Obstacles critic along one trajectory, and whether it collides.
+
+    ``both``: whether a point within the margin repels as well.
+    """
     repulsion, critical, state = ZERO, ZERO, _first(call, dt)
     for t in range(len(rollout[3])):
         if t > 0:
             state = _next(state, call, dt, rollout, b, k, t)
         x, y, yaw = _pose(state, call)
-        cost = _centre_cost(costs, call, x, y)
+        cost = _centre_cost(costs, call, x, y, False)
         by_footprint = cost >= threshold
         if by_footprint:
             cost = _outline_cost(costs, call, corners, x, y, yaw)
@@ -117,7 +126,7 @@ def _closeness_along(call, dt, rollout, b, k, costs, corners, own, near_goal, th
         distance += inscribed_radius if by_footprint else 0.0
         if distance < own.collision_margin_distance:
             critical += np.float32(own.collision_margin_distance - distance)
-        elif not near_goal:
+        if not near_goal and (both or distance >= own.collision_margin_distance):
             repulsion += np.float32(own.inflation_radius - distance)
     return repulsion, critical, False
 
@@ -132,7 +141,7 @@ def walk_cost(tuning_of, call_of, rollout, costs, corners, near_goal, collected)
         rollout: ``(refresh_every, noise_v, noise_w, v, w)``, as in the sweep.
         costs: ``(rows, cols)`` uint8 costmap.
         corners: ``(n, 2)`` footprint.
-        near_goal: Whether the robot is near the end of the local path.
+        near_goal: Whether the robot is near the goal.
         collected: ``(12, blocks, samples)``; row CELLS is updated.
     """
     tuning, call = tuning_of[0], call_of[0]
@@ -142,7 +151,7 @@ def walk_cost(tuning_of, call_of, rollout, costs, corners, near_goal, collected)
         for k in range(min(width, tuning.batch_size - b * width)):
             if sums[b, k] >= MARKED:
                 sums[b, k] = _cost_along(
-                    call, tuning.model_dt, rollout, b, k, costs, corners, own, near_goal, threshold
+                    call, tuning.model_dt, rollout, b, k, costs, corners, own, near_goal, threshold, tuning.jazzy
                 )
 
 
@@ -150,18 +159,25 @@ def walk_cost(tuning_of, call_of, rollout, costs, corners, near_goal, collected)
 def walk_obstacles(tuning_of, call_of, rollout, costs, corners, near_goal, collected):
     """Write the weighted sum of the Obstacles critic's two terms, and to the call how many trajectories collide.
 
-    Arguments as in :func:`walk_cost`; row CLOSENESS is written.
+    Jazzy measures repulsion from that of the least repelled trajectory. Arguments as in :func:`walk_cost`; row
+    CLOSENESS is written.
     """
     tuning, call = tuning_of[0], call_of[0]
     own, width = tuning.ObstaclesCritic, collected.shape[2]
     threshold = footprint_threshold(own.consider_footprint, tuning.circumscribed_cost)
     weight, gain = np.float32(own.critical_weight), np.float32(own.repulsion_weight / tuning.time_steps)
+    repulsions, least = np.empty(collected.shape[1:], dtype=np.float32), np.float32(np.inf)
     call.obstacle_hits = 0
     for b in range(collected.shape[1]):
         for k in range(min(width, tuning.batch_size - b * width)):
             repulsion, critical, hit = _closeness_along(
                 call, tuning.model_dt, rollout, b, k, costs, corners, own, near_goal, threshold,
-                tuning.inscribed_radius,
+                tuning.inscribed_radius, tuning.jazzy,
             )  # fmt: skip
-            collected[CLOSENESS, b, k] = weight * critical + gain * repulsion
+            collected[CLOSENESS, b, k], repulsions[b, k] = critical, repulsion
+            least = min(least, repulsion)
             call.obstacle_hits += 1 if hit else 0
+    base = least if tuning.jazzy else ZERO
+    for b in range(collected.shape[1]):
+        for k in range(min(width, tuning.batch_size - b * width)):
+            collected[CLOSENESS, b, k] = weight * collected[CLOSENESS, b, k] + gain * (repulsions[b, k] - base)

@@ -22,12 +22,15 @@ ROUNDINGS = 4
 
 
 @kernel
-def write_contributions(near_goal, critical_cost, consider_footprint, threshold, unknown_is_free, table):
-    """Write what a point on a cell of each cost adds to the Cost critic's sum; MARKED where it may collide."""
+def write_contributions(near_goal, own, threshold, unknown_is_free, table):
+    """Write what a point on a cell of each cost adds to the Cost critic's sum; MARKED where it may collide.
+
+    ``own`` is the record of the critic's parameters.
+    """
     for cost in range(256):
-        table[cost] = critical_cost if cost >= INSCRIBED else (0 if near_goal else cost)
+        table[cost] = own.critical_cost if cost >= max(own.near_collision_cost, 1) else (0 if near_goal else cost)
         marked = cost == LETHAL or cost >= max(threshold, 1)
-        marked |= cost == INSCRIBED and not consider_footprint
+        marked |= cost == INSCRIBED and not own.consider_footprint
         marked |= cost == OFF_MAP and not unknown_is_free
         if marked:
             table[cost] = MARKED
@@ -47,14 +50,15 @@ def clip_span(centre, reach, size):
 
 
 @kernel
-def rounding_error(coordinate, span, resolution):
+def rounding_error(coordinate, span, resolution, offset):
     """Bound of the error of a fixed-point cell coordinate against Nav2's arithmetic, in its units.
 
     Nav2 rounds world coordinates (up to ``coordinate``, m) to float32; here the displacement is scaled and shifted
-    within a window of ``span`` (m) in float32.
+    within a window of ``span`` (m) in float32. Where Nav2 also looks up cells in float32, ``offset`` is the largest
+    distance of a point from the costmap's origin and of that from zero, m; else 0.
     """
     world = 2.0 ** (math.floor(math.log2(max(coordinate, 1e-6))) - 24)
-    return math.ceil((world + span * ROUNDINGS * 2.0**-24) / resolution * UNIT) + 1
+    return math.ceil((world + (span + offset) * ROUNDINGS * 2.0**-24) / resolution * UNIT) + 1
 
 
 @kernel
@@ -84,10 +88,11 @@ def open_window(costs, row_0, col_0, rows, cols, table, window):
 
 
 @kernel
-def lay_grid(call, reach, shape):
+def lay_grid(call, reach, shape, single):
     """Choose a window around the robot and a fixed-point grid over it.
 
-    Coordinates are moved a little, so that the fractions of points near a cell border are the smallest.
+    Coordinates are moved a little, so that the fractions of points near a cell border are the smallest. ``single``:
+    whether Nav2 looks up cells in float32.
 
     Returns:
         ``(rows, cols)`` of the window, and the grid and the scale that ``sweep`` takes.
@@ -97,7 +102,9 @@ def lay_grid(call, reach, shape):
     row_0, rows, at_row = clip_span(row, reach / call.resolution, shape[0])
     col_0, cols, at_col = clip_span(col, reach / call.resolution, shape[1])
     span = (max(rows, cols) + 2) * call.resolution
-    moved = rounding_error(max(abs(call.x), abs(call.y)) + reach, span, call.resolution)
+    furthest = max(abs(call.x), abs(call.y)) + reach
+    offset = furthest + max(abs(call.origin_x), abs(call.origin_y)) if single else 0.0
+    moved = rounding_error(furthest, span, call.resolution, offset)
     start_x, start_y = (x - col + at_col) * UNIT + moved, (y - row + at_row) * UNIT + moved
-    grid = ((cols + 1) * UNIT, (rows + 1) * UNIT, cols + 2, 2 * moved + 1, row_0, col_0, shape[0], shape[1])
+    grid = ((cols + 1) * UNIT, (rows + 1) * UNIT, cols + 2, 2 * moved + 1, row_0, col_0, shape[0], shape[1], single)
     return (rows, cols), grid, (UNIT / call.resolution, start_x, start_y)

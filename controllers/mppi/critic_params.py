@@ -1,0 +1,205 @@
+"""Parameters of MPPI's critics, under Nav2's names and with the defaults of its code.
+
+Source: nav2_mppi_controller/src/critics (Humble and Jazzy). What only one of them has is None in the other.
+``The goal`` is the end of the local path in Humble and that of the whole plan in Jazzy.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from controllers.parameters import CriticSettings
+
+NonNegative = Annotated[float, Field(ge=0)]
+Power = Annotated[int, Field(ge=1, le=8)]
+Index = Annotated[int, Field(ge=0, le=100_000)]
+Step = Annotated[int, Field(ge=1, le=1000)]
+
+
+class CriticParams(CriticSettings):
+    """What every critic takes.
+
+    Args:
+        enabled: Whether it scores.
+        cost_power: Power to which its weighted score is raised.
+    """
+
+    enabled: bool = True
+    cost_power: Power = 1
+
+
+class WeightedParams(CriticParams):
+    """What all but Obstacles take.
+
+    Args:
+        cost_weight: Its weight.
+    """
+
+    cost_weight: NonNegative = 1.0
+
+
+class ConstraintParams(WeightedParams):
+    """Speeds beyond the limits, which sampled controls may have.
+
+    The limits are ``hypot(vx_max, vy_max)`` and ``-hypot(vx_min, vy_max)``, for DiffDrive too: set ``vy_max`` to 0 for
+    tight ones.
+    """
+
+    cost_weight: NonNegative = 4.0
+
+
+class CostParams(WeightedParams):
+    """Cost: what the costmap says.
+
+    Args:
+        critical_cost: What a point on an inscribed cell adds.
+        near_collision_cost: Jazzy: cost from which on a point adds ``critical_cost``; 253 in Humble.
+        trajectory_point_step: Jazzy: every so many points are looked at; all of them in Humble.
+        collision_cost: What replaces the sum of a trajectory that collides.
+        near_goal_distance: From this distance to the goal on, lower costs are left out, m.
+        consider_footprint: Whether the outline of the footprint decides about collision. Nav2 refuses it for a robot
+            given by its radius; here the footprint of a disc is its 16-gon.
+    """
+
+    cost_weight: NonNegative = 3.81
+    critical_cost: NonNegative = 300.0
+    collision_cost: NonNegative = 1e6
+    near_goal_distance: NonNegative = 0.5
+    consider_footprint: bool = False
+    near_collision_cost: Annotated[int, Field(ge=0, le=255)] | None = None
+    trajectory_point_step: Step | None = None
+
+
+class ObstaclesParams(CriticParams):
+    """Obstacles: distances, won back from the costs, with a weight each for near and for very near.
+
+    Args:
+        repulsion_weight: Weight of being within the inflation radius.
+        critical_weight: Weight of being within ``collision_margin_distance``.
+        collision_cost: What replaces the critical term of a trajectory that collides.
+        collision_margin_distance: m.
+        near_goal_distance: From this distance to the goal on, repulsion is left out, m.
+        consider_footprint: Whether costs are those of the footprint's outline.
+        cost_scaling_factor: Humble: the critic's own; set it to the inflation layer's, 1/m. Jazzy asks the layer.
+        inflation_radius: The same, m.
+    """
+
+    repulsion_weight: NonNegative = 1.5
+    critical_weight: NonNegative = 20.0
+    collision_cost: NonNegative = 1e4
+    collision_margin_distance: NonNegative = 0.10
+    near_goal_distance: NonNegative = 0.5
+    consider_footprint: bool = False
+    cost_scaling_factor: NonNegative | None = 10.0
+    inflation_radius: NonNegative | None = 0.55
+
+
+class GoalParams(WeightedParams):
+    """Mean distance from the goal.
+
+    Args:
+        threshold_to_consider: Only within this distance of the goal, m.
+    """
+
+    cost_weight: NonNegative = 5.0
+    threshold_to_consider: NonNegative = 1.4
+
+
+class GoalAngleParams(WeightedParams):
+    """Mean difference from the heading at the end of the local path.
+
+    Args:
+        threshold_to_consider: Only within this distance of the goal, m.
+        symmetric_yaw_tolerance: Whether arriving backwards is as good.
+    """
+
+    cost_weight: NonNegative = 3.0
+    threshold_to_consider: NonNegative = 0.5
+    symmetric_yaw_tolerance: bool = False
+
+
+class PathAlignParams(WeightedParams):
+    """Mean distance from the path points as far along the path as the trajectory is long.
+
+    Args:
+        threshold_to_consider: Not within this distance of the goal, m.
+        offset_from_furthest: Not before the trajectories reach this path point.
+        trajectory_point_step: Every so many points of a trajectory are compared.
+        max_path_occupancy_ratio: Not if a larger share of the path is blocked.
+        use_path_orientations: Whether headings are compared as well.
+        humble_search: Ours, in Humble. True copies Humble's search for the path point: slow trajectories are compared
+            with the first point, and beyond the last one the first takes turns with the one after the last. False
+            repairs both.
+    """
+
+    cost_weight: NonNegative = 10.0
+    threshold_to_consider: NonNegative = 0.5
+    offset_from_furthest: Index = 20
+    trajectory_point_step: Step = 4
+    max_path_occupancy_ratio: NonNegative = 0.07
+    use_path_orientations: bool = False
+    humble_search: bool | None = True
+
+
+class PathFollowParams(WeightedParams):
+    """Distance of the last point from a path point ahead of what the trajectories reach.
+
+    Args:
+        threshold_to_consider: Not within this distance of the goal, m.
+        offset_from_furthest: How many points ahead.
+    """
+
+    cost_weight: NonNegative = 5.0
+    threshold_to_consider: NonNegative = 1.4
+    offset_from_furthest: Index = 6
+
+
+class PathAngleParams(WeightedParams):
+    """Angle between heading and bearing of a path point ahead, when the robot looks elsewhere.
+
+    In Humble its mean over the points of a trajectory, in Jazzy that of the last point.
+
+    Args:
+        threshold_to_consider: Not within this distance of the goal, m.
+        offset_from_furthest: How many points ahead of what the trajectories reach.
+        max_angle_to_furthest: Only if the robot looks further away from the point than this, rad.
+        forward_preference: Humble: whether looking away from it is worse than looking at it.
+        mode: Jazzy: 0 for forward preference, 1 for none, 2 for the direction of the path's own headings.
+    """
+
+    cost_weight: NonNegative = 2.0
+    threshold_to_consider: NonNegative = 0.5
+    offset_from_furthest: Index = 4
+    max_angle_to_furthest: NonNegative = 1.2
+    forward_preference: bool | None = True
+    mode: Literal[0, 1, 2] | None = None
+
+
+class PreferForwardParams(WeightedParams):
+    """Distance driven backwards.
+
+    Args:
+        threshold_to_consider: Not within this distance of the goal, m.
+    """
+
+    cost_weight: NonNegative = 5.0
+    threshold_to_consider: NonNegative = 0.5
+
+
+class TwirlingParams(WeightedParams):
+    """Mean turn rate, until the goal checker's distance is reached."""
+
+    cost_weight: NonNegative = 10.0
+
+
+class VelocityDeadbandParams(WeightedParams):
+    """Speeds too low for the base.
+
+    Args:
+        deadband_velocities: Of x (m/s), y (no effect here) and yaw (rad/s).
+    """
+
+    cost_weight: NonNegative = 35.0
+    deadband_velocities: tuple[float, float, float] = (0.0, 0.0, 0.0)

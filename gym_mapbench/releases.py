@@ -1,0 +1,8 @@
+"""The releases of Nav2 whose behaviour is built."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+Release = Literal["humble", "jazzy"]
+RELEASES: tuple[Release, ...] = get_args(Release)
