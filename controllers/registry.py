@@ -89,7 +89,7 @@ def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, An
     """Make one of Nav2's controllers with some of its parameters changed."""
     kind, release = CONTROLLERS[plugin.kind], plugin.params["release"]
     section = Section(name, changes, Findings(release))
-    params = overlay(plugin.params, section.read(kind.keys_of(release), kind.parameters_of(release)))
+    params = overlay(plugin.params, section.read(kind.keys, kind.parameters))
     section.findings.refuse()
     return FOLLOWERS[plugin.kind](section.make(kind.params, params))
 

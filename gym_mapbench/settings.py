@@ -85,17 +85,39 @@ def read_yaml(path: str | Path) -> Any:
     Raises:
         ConfigError: If the file is missing, too large, or not YAML.
     """
-    text = _read_bounded(Path(path))
+    return parse_yaml(read_text(path), path)[0]
+
+
+def parse_yaml(text: str, where: str | Path) -> tuple[Any, yaml.Node | None]:
+    """Read one YAML document with the safe loader.
+
+    Args:
+        text: The document.
+        where: Its file; opens every error message.
+
+    Returns:
+        What it holds, and its nodes, which know their lines; None if it is empty.
+
+    Raises:
+        ConfigError: If it is not YAML.
+    """
     try:
-        return yaml.load(text, _Loader)
+        loader = _Loader(text)
+        node = loader.get_single_node()
+        return (None if node is None else loader.construct_document(node)), node
     # PyYAML's safe constructors let every one of these through on an ill-formed scalar.
     except (yaml.YAMLError, ValueError, TypeError, AttributeError, LookupError, RecursionError) as error:
         reason = " ".join(str(error).split())[:200]
-        raise ConfigError(f"{path}: not a YAML file ({reason})") from None
+        raise ConfigError(f"{where}: not a YAML file ({reason})") from None
 
 
-def _read_bounded(path: Path) -> str:
-    """Read a text file that is not too large for PyYAML."""
+def read_text(path: str | Path) -> str:
+    """Read a text file that is not too large for PyYAML.
+
+    Raises:
+        ConfigError: If it is missing, too large, or not text.
+    """
+    path = Path(path)
     try:
         size = path.stat().st_size
         text = path.read_text(encoding="utf-8") if size <= MAX_YAML_BYTES else ""

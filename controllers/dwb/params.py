@@ -19,7 +19,7 @@ NonNegative = Annotated[float, Field(ge=0)]
 NonPositive = Annotated[float, Field(le=0)]
 Positive = Annotated[float, Field(gt=0)]
 Granularity = Annotated[float, Field(ge=1e-4)]
-Samples = Annotated[int, Field(ge=1, le=1000)]
+Samples = Annotated[int, Field(le=1000)]
 
 LIMITED_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
 

@@ -1,7 +1,8 @@
 """Parameters of the whole navigation: read from a real ``nav2_params.yaml`` or a preset, written back for ROS 2.
 
-Humble's behaviour is built. Newer names of parameters that Humble has are understood; parameters that
-exist only in newer releases are refused with the reason.
+Files of all releases are understood: those of Humble and Jazzy drive as these do, older names are followed, and what
+the robot's own Nav2 would ignore is listed, not refused. A file comes in as a document that knows its lines; its
+nodes are found and its release recognised; then each section is read key by key.
 """
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ from __future__ import annotations
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams, PlannerPlugin
 from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
 from controllers.nav2_params.presets import PRESETS, load_preset
-from controllers.nav2_params.reading import read_nav2_params
+from controllers.nav2_params.reading import preset_of, read_nav2_params
+from controllers.nav2_params.robot import robot_of
+from controllers.nav2_params.summary import summarise
 from controllers.nav2_params.writing import write_nav2_params
 
 __all__ = [
@@ -20,6 +23,9 @@ __all__ = [
     "PlannerPlugin",
     "load_preset",
     "parse_nav2_params",
+    "preset_of",
     "read_nav2_params",
+    "robot_of",
+    "summarise",
     "write_nav2_params",
 ]

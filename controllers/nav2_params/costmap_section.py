@@ -2,72 +2,170 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from controllers.nav2_params.keys import COSTMAP, LAYERS, SOURCE
-from controllers.nav2_params.plugins import COSTMAP_LAYERS, name_of_class
+from controllers.nav2_params.plugins import COSTMAP_LAYERS, known_class
 from controllers.nav2_params.section import Section, parameter_names
 from gym_mapbench.costmap import CostmapParams, ObservationSource
 from gym_mapbench.errors import ConfigError
 
 DEFAULT_LAYERS = ("static_layer", "obstacle_layer", "inflation_layer")
+SENSING = ("obstacle_layer", "voxel_layer")
+STAND_INS = {"SpatioTemporalVoxelLayer": "voxel_layer", "NonPersistentVoxelLayer": "voxel_layer"}
+"""Other makers' layers -> the layer that stands in for them."""
+HEIGHT = "min_obstacle_height"
+MOST_VOXELS = 16
+
+
+@dataclass
+class Layer:
+    """One layer of the file, before it is read.
+
+    Args:
+        name: Its name in the file.
+        group: Its parameters.
+        kind: Our name of it.
+        sources: Its observation sources by name.
+    """
+
+    name: str
+    group: Section
+    kind: str
+    sources: dict[str, Section] = field(default_factory=dict)
+
+    def sees(self, data_type: str) -> list[Section]:
+        """Sources of one type; a laser where none is given, as in Nav2."""
+        return [source for source in self.sources.values() if source.values.get("data_type", "LaserScan") == data_type]
 
 
 def read_costmap(section: Section) -> CostmapParams:
     """Read a costmap's section.
 
-    Where neither ``robot_radius`` nor ``footprint`` is given, the robot's own shape counts (Nav2: 0.1 m).
+    Where neither ``robot_radius`` nor ``footprint`` is given, the robot's own shape counts (Nav2: 0.1 m). The robots
+    here have one lidar, so of several layers of one class the first that looks at a lidar is built; without any
+    lidar, the first point cloud stands for it. Layers of other makers, and filters, are left out and said.
 
     Raises:
-        ConfigError: If a layer's class is not built here, or two layers are of one class.
+        ConfigError: If a value is wrong, or a layer has no class.
     """
-    names = section.take_names("plugins", DEFAULT_LAYERS)
-    filters = section.take_names("filters", ())
-    if filters:
-        raise ConfigError(f"{section.name}.filters: costmap filters are not built, got {', '.join(filters)}")
-    layers: dict[str, dict[str, Any]] = {}
-    for name in names:
-        group = section.take_group(name)
-        kind = _layer_kind(group, name)
-        if kind in layers:
-            raise ConfigError(f"{section.name}.plugins: expected one {kind} at most, got another: {name!r}")
-        layers[kind] = _read_layer(group, kind)
+    for name in section.take_names("filters", ()):
+        _leave_out(section, name, "costmap filters are not built")
+    layers = _find_layers(section, section.take_names("plugins", DEFAULT_LAYERS))
+    cloud = "LaserScan" if any(layer.sees("LaserScan") for layer in layers) else "PointCloud2"
+    built: dict[str, dict[str, Any]] = {}
+    for layer in _one_of_each(layers, cloud):
+        built[layer.kind] = _read_layer(layer, cloud)
     section.leave_groups()
     scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name != "nav2"]
-    own = {"plugins": tuple(layers), "nav2": section.findings.release}
-    return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **layers, **own})
+    own = {"plugins": tuple(dict.fromkeys(layer.kind for layer in layers)), "nav2": section.findings.release}
+    return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **built, **own})
 
 
-def _layer_kind(group: Section, name: str) -> str:
-    ros_class = group.values.get("plugin", COSTMAP_LAYERS.get(name))
+def _find_layers(section: Section, names: tuple[str, ...]) -> list[Layer]:
+    """Layers that are built or have a stand-in; the findings get the others."""
+    shared = section.values.get("observation_sources")
+    layers = []
+    for name in names:
+        kind, replaced = _layer_kind(section, name)
+        if kind is None:
+            _leave_out(section, name, "this layer is not built")
+            continue
+        group = section.take_group(name)
+        group.stand_in = replaced
+        if replaced:
+            section.findings.add("replaced", group.name, f"approximated by the {kind.replace('_', ' ')}")
+            group.values.setdefault("footprint_clearing_enabled", group.values.pop("update_footprint_enabled", True))
+        layers.append(Layer(name, group, kind, _take_sources(section, group, shared) if kind in SENSING else {}))
+    return layers
+
+
+def _layer_kind(section: Section, name: str) -> tuple[str | None, bool]:
+    """Our name of a layer, None if nothing here stands for it; and whether it is only a stand-in.
+
+    Raises:
+        ConfigError: If it has no class.
+    """
+    group = section.values.get(name)
+    group = group if isinstance(group, Mapping) else {}
+    ros_class = group.get("plugin", COSTMAP_LAYERS.get(name))
     if ros_class is None:
-        raise ConfigError(f"{group.name}.plugin: expected the class of this layer, got none")
-    return name_of_class(ros_class, COSTMAP_LAYERS, f"{group.name}.plugin", "costmap layer")
+        raise ConfigError(f"{section.name}.{name}.plugin: expected the class of this layer, got none")
+    kind = known_class(ros_class, COSTMAP_LAYERS)
+    stand_in = STAND_INS.get(str(ros_class).replace("/", "::").rpartition("::")[2])
+    return kind or stand_in, kind is None
 
 
-def _read_layer(group: Section, kind: str) -> dict[str, Any]:
-    group.values.pop("plugin", None)
-    names = type(CostmapParams.model_fields[kind].default).model_fields
-    if "scan" not in names:
-        return group.read(LAYERS[kind], [*names])
-    source = _take_source(group)
-    return {**group.read(LAYERS[kind], names.keys() - {"scan"}), "scan": source}
-
-
-def _take_source(group: Section) -> dict[str, Any]:
-    """Read the lidar among the observation sources; a layer without one neither marks nor clears."""
-    names = group.take_name("observation_sources", "").split()
-    sources = [group.take_group(name) for name in names]
-    lidars = [source for source in sources if source.values.get("data_type", "LaserScan") == "LaserScan"]
-    for source in sources:
-        if source not in lidars[:1]:
-            group.findings.unmodelled.append(source.name)
+def _take_sources(section: Section, group: Section, shared: object) -> dict[str, Section]:
+    """Take out the observation sources of a layer, or else, as in Dashing, those of the whole costmap."""
+    own = group.values.pop("observation_sources", shared)
+    names = [str(name) for name in own] if isinstance(own, (list, tuple)) else str(own or "").split()
+    holder = group if any(name in group.values for name in names) else section
+    sources = {name: holder.take_group(name) for name in names}
     group.leave_groups()
-    if not lidars:
+    return sources
+
+
+def _leave_out(section: Section, name: str, why: str) -> None:
+    group = section.values.pop(name, None)
+    ros_class = group.get("plugin") if isinstance(group, Mapping) else None
+    section.findings.add("left_out", f"{section.name}.{name}", f"{ros_class}: {why}" if ros_class else why)
+
+
+def _one_of_each(layers: list[Layer], data_type: str) -> list[Layer]:
+    """Of each kind the first layer that looks at a source of this type, or else the first; the others are left out."""
+    chosen: dict[str, Layer] = {}
+    for layer in layers:
+        before = chosen.get(layer.kind)
+        if before is None or (layer.sees(data_type) and not before.sees(data_type)):
+            chosen[layer.kind] = layer
+    for layer in layers:
+        if chosen[layer.kind] is not layer:
+            why = f"a second {layer.kind.replace('_', ' ')}, and the robots here have one lidar"
+            layer.group.findings.add("left_out", layer.group.name, why)
+    return list(chosen.values())
+
+
+def _read_layer(layer: Layer, data_type: str) -> dict[str, Any]:
+    """Read a layer; the robot's lidar lies in the plane of its base, so nothing it sees is too low."""
+    group, names = layer.group, [*type(CostmapParams.model_fields[layer.kind].default).model_fields]
+    group.values.pop("plugin", None)
+    if layer.kind not in SENSING:
+        return group.read(LAYERS[layer.kind], names)
+    _take_as(group, HEIGHT, 0.0, "the robot's lidar lies in the plane of its base")
+    _take_as(group, "z_voxels", MOST_VOXELS, "a column has no more voxels in Nav2")
+    names.remove("scan")
+    return {**group.read(LAYERS[layer.kind], names), "scan": _read_sources(layer, data_type)}
+
+
+def _take_as(group: Section, key: str, most: float, why: str) -> None:
+    """Take a number that is too high as the highest there can be, and say so."""
+    value = group.values.get(key)
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and value > most:
+        group.values[key] = most
+        group.findings.add("replaced", f"{group.name}.{key}", f"taken as {most:g}: {why}")
+
+
+def _read_sources(layer: Layer, data_type: str) -> dict[str, Any]:
+    """Read the lidar among the sources; a layer without one neither marks nor clears.
+
+    Two sources of one sensor, of which one marks and the other clears, are read as one.
+    """
+    add = layer.group.findings.add
+    lidars = layer.sees(data_type)
+    marking = [source for source in lidars if source.values.get("marking", True) is not False]
+    first = next(iter([*marking, *lidars]), None)
+    for source in layer.sources.values():
+        if source is not first:
+            add("left_out", source.name, "the robots here have one lidar")
+    if first is None:
         return {"marking": False, "clearing": False}
-    persistence = lidars[0].values.pop("observation_persistence", 0.0)
-    if persistence != 0:
-        raise ConfigError(
-            f"{lidars[0].name}.observation_persistence: expected 0 (only the latest scan counts), got {persistence!r}"
-        )
-    return lidars[0].read(SOURCE, ObservationSource.model_fields)
+    if data_type != "LaserScan":
+        add("replaced", first.name, "a point cloud; the robot's lidar stands for it")
+    if first.values.get("observation_persistence") == 0:
+        del first.values["observation_persistence"]
+    clears = layer.group.stand_in or any(source.values.get("clearing") is True for source in lidars)
+    _take_as(first, HEIGHT, 0.0, "the robot's lidar lies in the plane of its base")
+    return {**first.read(SOURCE, [*ObservationSource.model_fields]), **({"clearing": True} if clears else {})}

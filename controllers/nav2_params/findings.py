@@ -3,53 +3,82 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 
+Kind = Literal[
+    "ros_only",
+    "unused",
+    "other_release",
+    "unknown",
+    "renamed",
+    "replaced",
+    "left_out",
+    "template",
+    "repeated",
+    "detail",
+]
+KINDS: dict[Kind, str] = {
+    "ros_only": "mean nothing without ROS",
+    "unused": "Nav2 does not use either",
+    "other_release": "only other releases have",
+    "unknown": "are no parameters of their plugin",
+    "renamed": "are read under another release's name",
+    "replaced": "something else stands in for",
+    "left_out": "are not modelled, though they may change how the real robot drives",
+    "template": "are templates without a value, left to the robot",
+    "repeated": "are given twice, so that the last value counts",
+    "detail": "belong to what is replaced",
+}
+"""What is said of the keys of each kind, after ``keys that``."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that a parameter file holds besides the parameters that count here.
+
+    Args:
+        kind: One of ``KINDS``.
+        name: Full name of a key, group or whole node.
+        why: What happens instead, or what may be meant; may be empty.
+    """
+
+    kind: Kind
+    name: str
+    why: str = ""
+
 
 @dataclass
 class Findings:
-    """Full names of keys, groups and whole nodes, collected while a file is read.
+    """What is found while a file is read.
 
     Args:
-        release: The distribution as which the file is read.
-        ros_only: They mean nothing without ROS.
-        unused: The robot's own Nav2 makes no use of them either: they are in no list of plugins, or the tree asks
-            for another.
-        unmodelled: Nothing here stands for them, and they may change how the real robot drives.
-        newer: Parameters of other releases -> what this one does.
-        unknown: Unknown parameters -> what may be meant; empty if nothing is like them.
+        release: The distribution as which it is read.
+        found: In the order of the file.
     """
 
     release: Release = "humble"
-    ros_only: list[str] = field(default_factory=list)
-    unused: list[str] = field(default_factory=list)
-    unmodelled: list[str] = field(default_factory=list)
-    newer: dict[str, str] = field(default_factory=dict)
-    unknown: dict[str, str] = field(default_factory=dict)
+    found: list[Finding] = field(default_factory=list)
+
+    def add(self, kind: Kind, name: str, why: str = "") -> None:
+        """Keep a finding."""
+        self.found.append(Finding(kind, name, why))
 
     def refuse(self) -> None:
-        """Refuse the parameters of newer releases and the unknown ones, if there are any.
+        """Refuse what is no parameter here, for those who name parameters to us and not to ROS.
 
         Raises:
-            ConfigError: Naming all of them.
+            ConfigError: Naming all of it.
         """
-        said = [line for line in (self._newer(), self._unknown()) if line]
-        if said:
-            raise ConfigError("; ".join(said))
+        refused = [finding for finding in self.found if finding.kind in ("unknown", "other_release")]
+        if refused:
+            raise ConfigError("; ".join(f"{finding.name}: {_reason(finding)}" for finding in refused))
 
-    def _newer(self) -> str:
-        which, title = "newer" if self.release == "humble" else "other", self.release.capitalize()
-        if len(self.newer) == 1:
-            ((name, why),) = self.newer.items()
-            return f"{name}: only {which} releases of Nav2 have this parameter, and {title}'s behaviour is built: {why}"
-        names = ", ".join(self.newer)
-        return names and f"{len(self.newer)} parameters of {which} releases than {title}, remove them: {names}"
 
-    def _unknown(self) -> str:
-        if len(self.unknown) == 1:
-            ((name, near),) = self.unknown.items()
-            return f"{name}: unknown parameter" + (f"; did you mean {near!r}?" if near else "")
-        names = ", ".join(f"{name} ({near}?)" if near else name for name, near in self.unknown.items())
-        return names and f"{len(self.unknown)} unknown parameters: {names}"
+def _reason(finding: Finding) -> str:
+    """Why it is refused: another release's parameter, or an unknown one and what may be meant."""
+    if finding.kind == "other_release":
+        return f"only other releases of Nav2 have this parameter: {finding.why}"
+    return "unknown parameter" + (f"; {finding.why}" if finding.why else "")

@@ -1,13 +1,15 @@
-"""Which keys of a parameter file are ours, which only ROS needs, and which only newer releases have.
+"""Which keys of a parameter file only ROS needs, which have another name, and which only other releases have.
 
-The behaviour built is that of Humble. A key is read under its name in Humble or in a newer release,
-listed if it serves ROS alone, and refused otherwise.
+A parameter that a plugin has here is read; all others are listed, as the plugin in ROS ignores them. The tables say
+why, where there is more to say than that.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+
+from controllers.releases import Release
 
 EVERY_NODE = frozenset(
     {
@@ -28,6 +30,7 @@ ROS_ONLY_NODES = frozenset(
     {
         "amcl",
         "docking_server",
+        "following_server",
         "lifecycle_manager",
         "lifecycle_manager_localization",
         "lifecycle_manager_navigation",
@@ -42,6 +45,15 @@ ROS_ONLY_NODES = frozenset(
 )
 """Nodes that have no part in following a path to a pose with Humble's default tree; the robot knows its pose here."""
 
+LOCALISATION = ("amcl", "ekf", "localization", "slam", "ukf")
+"""Parts of the names of nodes that find out where the robot is, which it knows here."""
+
+FILTER_NODES = ("filter_info_server", "filter_mask_server")
+"""How the names of the nodes end that serve costmap filters, which are said where a costmap asks for them."""
+
+UNMODELLED_NODES = {"collision_monitor": "it would slow down or stop the robot close to obstacles"}
+"""Nodes that nothing here stands for -> what they would do."""
+
 INNER_NODES = ("_client", "_rclcpp_node")
 """How the names of the nodes end that Nav2's servers keep for themselves."""
 
@@ -54,39 +66,104 @@ class Keys:
 
     Args:
         ros_only: Keys, or groups of keys, that mean nothing without ROS; those of every node are added.
-        newer_only: Parameters of newer releases -> what Humble does.
-        renamed: Names in newer or older releases -> names in Humble.
-        unmodelled: Keys that nothing here stands for, and that may change how the real robot drives.
+        renamed: Names in other releases -> names here. A parameter given under its name here counts before them.
+        missing: Release -> parameters of other releases that it does not have -> what it does instead.
+        elsewhere: Keys of older releases, of releases newer than both, or of other plugins -> what happens here.
+        left_out: Keys that nothing here stands for, and that may change how the real robot drives.
+        shape: Parameters that say what shape the robot has; a template without a value leaves them to the robot.
     """
 
     ros_only: frozenset[str] = frozenset()
-    newer_only: Mapping[str, str] = field(default_factory=dict)
     renamed: Mapping[str, str] = field(default_factory=dict)
-    unmodelled: frozenset[str] = frozenset()
+    missing: Mapping[Release, Mapping[str, str]] = field(default_factory=dict)
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
+    left_out: frozenset[str] = frozenset()
+    shape: frozenset[str] = frozenset()
 
     def is_ros_only(self, name: str) -> bool:
         """Whether a dotted name, or a group it belongs to, serves ROS alone."""
-        parts = name.split(".")
-        groups = {".".join(parts[: i + 1]) for i in range(len(parts))}
-        return not groups.isdisjoint(self.ros_only | EVERY_NODE)
+        return not _groups(name).isdisjoint(self.ros_only | EVERY_NODE)
+
+    def why_not(self, name: str, release: Release) -> str | None:
+        """What happens instead of a parameter that another release has; None if it is not one of those."""
+        known = {**self.elsewhere, **self.missing.get(release, {})}
+        return next((known[group] for group in sorted(_groups(name)) if group in known), None)
+
+
+def _groups(name: str) -> set[str]:
+    """A dotted name and all groups it belongs to."""
+    parts = name.split(".")
+    return {".".join(parts[: i + 1]) for i in range(len(parts))}
 
 
 CONTROLLER_SERVER = Keys(
-    ros_only=frozenset({"costmap_update_timeout", "odom_duration", "odom_topic", "speed_limit_topic"}),
-    newer_only={
-        "path_handler_plugins": "in Humble every controller prunes the path itself",
-        "search_window": "in Humble every controller prunes the path itself",
+    ros_only=frozenset(
+        {
+            "costmap_update_timeout",
+            "odom_duration",
+            "odom_topic",
+            "speed_limit_topic",
+            "publish_path",
+            "transform_tolerance",
+        }
+    ),
+    elsewhere={
+        "controller_plugin_ids": "Eloquent's name of controller_plugins",
+        "controller_plugin_types": "each plugin's own 'plugin' counts since Foxy",
+        "goal_checker_plugin": "goal_checker_plugins is given as well, and counts",
+        "progress_checker_plugin": "progress_checker_plugins is given as well, and counts",
+        "search_window": "every controller here prunes the path itself",
     },
 )
 PROGRESS_CHECKER = Keys(ros_only=frozenset({"plugin"}))
 GOAL_CHECKER = Keys(
     ros_only=frozenset({"plugin"}),
-    newer_only={"path_length_tolerance": "Humble looks at the distance to the goal, not along the path"},
+    elsewhere={
+        "path_length_tolerance": "the distance to the goal counts here, not the way along the path",
+        "xy_goal_tolerance_buffer": "newer releases only",
+    },
 )
-PLANNER_SERVER = Keys(ros_only=frozenset({"costmap_update_timeout", "expected_planner_frequency"}))
-NAVFN = Keys(ros_only=frozenset({"plugin"}))
-SMAC_2D = Keys(ros_only=frozenset({"plugin", "max_planning_time", "terminal_checking_interval"}))
-THETA_STAR = Keys(ros_only=frozenset({"plugin", "terminal_checking_interval"}))
+PLANNER_SERVER = Keys(
+    ros_only=frozenset({"costmap_update_timeout", "expected_planner_frequency"}),
+    elsewhere={
+        "allow_partial_planning": "a goal that cannot be planned to fails here",
+        "planner_plugin_ids": "Eloquent's name of planner_plugins",
+        "planner_plugin_types": "each plugin's own 'plugin' counts since Foxy",
+    },
+)
+NAVFN = Keys(ros_only=frozenset({"plugin"}), elsewhere={"max_cycles_factor": "newer releases only"})
+SMAC_2D = Keys(
+    ros_only=frozenset({"plugin", "max_planning_time", "terminal_checking_interval"}),
+    elsewhere=dict.fromkeys(
+        (
+            "analytic_expansion_max_cost",
+            "analytic_expansion_max_length",
+            "analytic_expansion_ratio",
+            "angle_quantization_bins",
+            "cache_obstacle_heuristic",
+            "change_penalty",
+            "cost_penalty",
+            "debug_visualizations",
+            "goal_heading_mode",
+            "lattice_filepath",
+            "lookup_table_size",
+            "minimum_turning_radius",
+            "motion_model_for_search",
+            "non_straight_penalty",
+            "retrospective_penalty",
+            "reverse_penalty",
+            "rotation_penalty",
+            "smooth_path",
+            "smoother.optimizer",
+            "smoother.smoother",
+        ),
+        "a parameter of Hybrid-A*, State Lattice or an older Smac planner",
+    ),
+)
+THETA_STAR = Keys(
+    ros_only=frozenset({"plugin", "terminal_checking_interval"}),
+    elsewhere={"w_heuristic_cost": "Theta* computes it from w_euc_cost"},
+)
 BEHAVIOR_SERVER = Keys(
     ros_only=FRAMES
     | {
@@ -98,11 +175,13 @@ BEHAVIOR_SERVER = Keys(
         "local_footprint_topic",
     },
     renamed={"projection_time": "simulate_ahead_time"},
+    elsewhere={"transform_timeout": "an older name of transform_tolerance"},
 )
 BT_NAVIGATOR = Keys(
     ros_only=FRAMES
     | {
         "always_reload_bt_xml",
+        "bt_log_topic",
         "bt_search_directories",
         "default_cancel_timeout",
         "default_nav_through_poses_bt_xml",
@@ -124,7 +203,12 @@ BT_NAVIGATOR = Keys(
         "plugin_lib_names",
         "wait_for_service_timeout",
     },
-    unmodelled=frozenset({"default_nav_to_pose_bt_xml"}),
+    elsewhere={
+        "bt_xml_filename": "an older name of default_nav_to_pose_bt_xml; the default tree drives here",
+        "default_bt_xml_filename": "an older name of default_nav_to_pose_bt_xml; the default tree drives here",
+        "transform_timeout": "an older name of transform_tolerance",
+    },
+    left_out=frozenset({"default_nav_to_pose_bt_xml"}),
 )
 VELOCITY_SMOOTHER = Keys(
     ros_only=frozenset({"odom_topic", "stamp_smoothed_velocity_with_smoothing_time"}),
@@ -138,48 +222,42 @@ COSTMAP = Keys(
         "map_vis_z",
         "publish_frequency",
         "subscribe_to_stamped_footprint",
-    }
+    },
+    elsewhere={
+        "custom_inscribed_radius": "newer releases only",
+        "observation_sources": "every layer names its own",
+        "plugin_names": "an older name of plugins",
+        "plugin_types": "each layer's own 'plugin' counts since Foxy",
+        "transform_timeout": "an older name of transform_tolerance",
+    },
+    shape=frozenset({"footprint", "robot_radius"}),
+)
+STATIC_LAYER = Keys(
+    ros_only=frozenset(
+        {"map_subscribe_transient_local", "map_topic", "plugin", "subscribe_to_updates", "transform_tolerance"}
+    ),
+    elsewhere={
+        "footprint_clearing_enabled": "the static layer does not clear the footprint here",
+        "restore_cleared_footprint": "the static layer does not clear the footprint here",
+    },
+)
+OBSTACLE_LAYER = Keys(
+    ros_only=frozenset({"map_vis_z", "observation_sources", "plugin", "tf_filter_tolerance", "transform_tolerance"}),
+)
+VOXEL_LAYER = Keys(ros_only=OBSTACLE_LAYER.ros_only | {"publish_voxel_map"})
+INFLATION_LAYER = Keys(
+    ros_only=frozenset({"plugin"}),
+    elsewhere={
+        "cost_scaling_factor_left": "newer releases only",
+        "cost_scaling_factor_right": "newer releases only",
+        "num_threads": "it changes the computing time only",
+    },
 )
 LAYERS = {
-    "static_layer": Keys(
-        ros_only=frozenset(
-            {
-                "map_subscribe_transient_local",
-                "map_topic",
-                "plugin",
-                "subscribe_to_updates",
-                "transform_tolerance",
-            }
-        ),
-        newer_only={
-            "footprint_clearing_enabled": "in Humble the static layer does not clear the footprint",
-            "restore_cleared_footprint": "in Humble the static layer does not clear the footprint",
-        },
-    ),
-    "obstacle_layer": Keys(
-        ros_only=frozenset(
-            {
-                "map_vis_z",
-                "observation_sources",
-                "plugin",
-                "tf_filter_tolerance",
-                "transform_tolerance",
-            }
-        ),
-    ),
-    "voxel_layer": Keys(
-        ros_only=frozenset(
-            {
-                "map_vis_z",
-                "observation_sources",
-                "plugin",
-                "publish_voxel_map",
-                "tf_filter_tolerance",
-                "transform_tolerance",
-            }
-        ),
-    ),
-    "inflation_layer": Keys(ros_only=frozenset({"plugin"})),
+    "static_layer": STATIC_LAYER,
+    "obstacle_layer": OBSTACLE_LAYER,
+    "voxel_layer": VOXEL_LAYER,
+    "inflation_layer": INFLATION_LAYER,
 }
 SOURCE = Keys(
     ros_only=frozenset(
@@ -192,5 +270,6 @@ SOURCE = Keys(
         }
     ),
     renamed={"obstacle_range": "obstacle_max_range", "raytrace_range": "raytrace_max_range"},
+    left_out=frozenset({"observation_persistence"}),
 )
 """Of an observation source; the robots here have one lidar, whose beams lie in the plane."""

@@ -21,6 +21,9 @@ NonNegative = Annotated[float, Field(ge=0)]
 
 
 def _three(value: object) -> object:
+    """Three values for x, y and theta; of six (Kilted: positions, then angles) those of a robot on the ground."""
+    if isinstance(value, (list, tuple)) and len(value) == 6:
+        return value[0], value[1], value[5]
     if not isinstance(value, (list, tuple)) or len(value) != 3:
         raise ConfigError(f"expected three values for x, y and theta, got {value!r}")
     return value

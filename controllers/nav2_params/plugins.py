@@ -1,17 +1,19 @@
-"""The plugins that are built here, by their names in ROS."""
+"""The plugins that are built here, by their names in ROS, and how they are read."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
 from typing import Any
 
+from controllers.nav2_params.controller_keys import DWB, MPPI, RPP, SHIM
 from controllers.nav2_params.keys import NAVFN, SMAC_2D, THETA_STAR, Keys
-from controllers.nav2_params.section import parameter_names
+from controllers.nav2_params.section import RELEASE, Section, parameter_names
+from controllers.parameters import value_at
 from controllers.releases import Release
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.settings import Settings
 
 
@@ -23,14 +25,16 @@ class Plugin:
         ros_class: Its class in ROS.
         module: Where its parameters are.
         settings: Name of the parameters' class there.
-        other_keys: What is known of the other keys of its section; None if the constants ``ROS_ONLY_KEYS`` and
-            ``RENAMED_KEYS`` of the module and ``MISSING`` of its parameters say it.
+        other_keys: What is known of the other keys of its section; a controller's own module knows more: the constants
+            ``ROS_ONLY_KEYS`` and ``RENAMED_KEYS``, and ``MISSING`` of its parameters.
+        title: What it is called in a sentence.
     """
 
     ros_class: str
     module: str
     settings: str
-    other_keys: Keys | None = None
+    other_keys: Keys
+    title: str
 
     @cached_property
     def params(self) -> type[Settings]:
@@ -38,22 +42,42 @@ class Plugin:
         params: type[Settings] = getattr(import_module(self.module), self.settings)
         return params
 
-    def keys_of(self, release: Release) -> Keys:
+    @cached_property
+    def keys(self) -> Keys:
         """What is known of the other keys of its section."""
-        if self.other_keys is not None:
-            return self.other_keys
-        module = import_module(self.module)
-        return Keys(module.ROS_ONLY_KEYS, self._missing(release), module.RENAMED_KEYS)
+        module, known = import_module(self.module), self.other_keys
+        return replace(
+            known,
+            elsewhere={**self._strays(), **known.elsewhere},
+            ros_only=known.ros_only | getattr(module, "ROS_ONLY_KEYS", frozenset()),
+            renamed={**known.renamed, **getattr(module, "RENAMED_KEYS", {})},
+            missing=getattr(self.params, "MISSING", {}),
+        )
 
-    def parameters_of(self, release: Release) -> list[str]:
-        """Dotted names of its parameters in ROS."""
-        missing = self._missing(release)
-        return [name for name in parameter_names(self.params) if name != "release" and name not in missing]
+    def default(self, name: str, release: Release) -> Any:
+        """Default of a parameter in a release; None where it does not have the parameter."""
+        first, _, rest = name.partition(".")
+        of_class = self.params.model_fields[first].default
+        usual = value_at(of_class, rest) if rest else of_class
+        return getattr(self.params, "DEFAULTS", {}).get(release, {}).get(name, usual)
 
-    def _missing(self, release: Release) -> Mapping[str, str]:
-        """Parameters of other releases -> what this one does instead."""
-        missing: Mapping[str, str] = getattr(self.params, "MISSING", {}).get(release, {})
-        return missing
+    def changed_defaults(self, source: Release, target: Release) -> dict[str, Any]:
+        """Defaults of one release that another has otherwise, by dotted name; parameters of only one are left out."""
+        pairs = {name: (self.default(name, source), self.default(name, target)) for name in self.parameters}
+        return {name: old for name, (old, new) in pairs.items() if None not in (old, new) and old != new}
+
+    @property
+    def parameters(self) -> list[str]:
+        """Dotted names of its parameters in ROS; the release is ours."""
+        return [name for name in parameter_names(self.params) if name != RELEASE]
+
+    def _strays(self) -> dict[str, str]:
+        """Parameters of the other controllers, which are often left over in a section whose plugin was changed."""
+        own = set(self.parameters)
+        others = [plugin for plugin in CONTROLLERS.values() if self in CONTROLLERS.values() and plugin is not self]
+        named = {name: f"a parameter of {plugin.title}" for plugin in others for name in plugin.parameters}
+        shim = dict.fromkeys(SHIM, "a parameter of the Rotation Shim") if others else {}
+        return {name: why for name, why in {**named, **shim}.items() if name not in own}
 
     def complete(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Check parameters and fill in the defaults; the result is JSON-able and leaves out what is None."""
@@ -61,19 +85,21 @@ class Plugin:
 
 
 CONTROLLERS = {
-    "dwb": Plugin("dwb_core::DWBLocalPlanner", "controllers.dwb.params", "DwbParams"),
-    "mppi": Plugin("nav2_mppi_controller::MPPIController", "controllers.mppi.params", "MppiParams"),
+    "dwb": Plugin("dwb_core::DWBLocalPlanner", "controllers.dwb.params", "DwbParams", DWB, "DWB"),
+    "mppi": Plugin("nav2_mppi_controller::MPPIController", "controllers.mppi.params", "MppiParams", MPPI, "MPPI"),
     "rpp": Plugin(
         "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
         "controllers.rpp.params",
         "RppParams",
+        RPP,
+        "Regulated Pure Pursuit",
     ),
 }
 PLANNERS = {
-    "navfn": Plugin("nav2_navfn_planner/NavfnPlanner", "gym_mapbench.planners", "NavfnParams", NAVFN),
-    "smac_2d": Plugin("nav2_smac_planner/SmacPlanner2D", "gym_mapbench.planners", "Smac2DParams", SMAC_2D),
+    "navfn": Plugin("nav2_navfn_planner/NavfnPlanner", "gym_mapbench.planners", "NavfnParams", NAVFN, "NavFn"),
+    "smac_2d": Plugin("nav2_smac_planner/SmacPlanner2D", "gym_mapbench.planners", "Smac2DParams", SMAC_2D, "Smac 2D"),
     "theta_star": Plugin(
-        "nav2_theta_star_planner/ThetaStarPlanner", "gym_mapbench.planners", "ThetaStarParams", THETA_STAR
+        "nav2_theta_star_planner/ThetaStarPlanner", "gym_mapbench.planners", "ThetaStarParams", THETA_STAR, "Theta*"
     ),
 }
 PROGRESS_CHECKERS = {
@@ -91,19 +117,56 @@ COSTMAP_LAYERS = {
     "voxel_layer": "nav2_costmap_2d::VoxelLayer",
     "inflation_layer": "nav2_costmap_2d::InflationLayer",
 }
+MISSPELT = 0.9
+"""Likeness from which on an unknown class is probably a slip of a known one."""
 BEHAVIORS = {"spin": "nav2_behaviors/Spin", "backup": "nav2_behaviors/BackUp", "wait": "nav2_behaviors/Wait"}
+
+
+def known_class(ros_class: object, classes: Mapping[str, str]) -> str | None:
+    """Return our name of a plugin class, None if it is not built here; ``/`` and ``::`` both separate its package."""
+    given = str(ros_class).replace("/", "::")
+    return next((name for name, known in classes.items() if given == known.replace("/", "::")), None)
 
 
 def name_of_class(ros_class: object, classes: Mapping[str, str], where: str, what: str) -> str:
     """Return our name of a plugin class; ``/`` and ``::`` both separate its package.
 
     Raises:
-        ConfigError: If the class is not built here.
+        ConfigError: If the class is not built here, with the nearest that is.
     """
-    given = str(ros_class).replace("/", "::")
-    for name, known in classes.items():
-        if given == known.replace("/", "::"):
-            return name
-    raise ConfigError(
-        f"{where}: {what} {str(ros_class)!r} is not built here (expected one of: {', '.join(classes.values())})"
-    )
+    name = known_class(ros_class, classes)
+    if name is not None:
+        return name
+    near = nearest_name(str(ros_class), classes.values(), MISSPELT)
+    hint = f"did you mean {near!r}?" if near else f"expected one of: {', '.join(classes.values())}"
+    raise ConfigError(f"{where}: {what} {str(ros_class)!r} is not built here ({hint})")
+
+
+def classes(plugins: Mapping[str, Plugin]) -> dict[str, str]:
+    """Our names of plugins -> their classes in ROS."""
+    return {name: plugin.ros_class for name, plugin in plugins.items()}
+
+
+def take_class(group: Section, default: str | None, known: Mapping[str, str], what: str) -> str:
+    """Take the class of a plugin out of its group and return our name of it.
+
+    Raises:
+        ConfigError: If there is none, or it is not built here.
+    """
+    ros_class = group.values.pop("plugin", default)
+    if ros_class is None:
+        raise ConfigError(f"{group.name}.plugin: expected the class of this {what}, got none")
+    return name_of_class(ros_class, known, f"{group.name}.plugin", what)
+
+
+def read_params(group: Section, plugin: Plugin) -> dict[str, Any]:
+    """Read a plugin's own parameters; they are checked here, where their full names are known.
+
+    Raises:
+        ConfigError: If a value is wrong.
+    """
+    values = group.read(plugin.keys, plugin.parameters)
+    if RELEASE in plugin.params.model_fields:
+        values[RELEASE] = group.findings.release
+    group.make(plugin.params, values)
+    return values

@@ -2,40 +2,90 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from controllers.nav2_params.document import Document, read_document
+from controllers.nav2_params.nodes import all_nodes
 from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
-from controllers.nav2_params.presets import load_preset
+from controllers.nav2_params.presets import PRESETS, load_preset
+from controllers.nav2_params.recognition import recognise
+from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.settings import read_yaml
 
 
-def read_nav2_params(path: str | Path, preset: str = "thesis", velocity_smoother: bool = True) -> Nav2Params:
+def read_nav2_params(
+    path: str | Path,
+    preset: str | None = None,
+    velocity_smoother: bool = True,
+    *,
+    release: Release | None = None,
+    defines: Mapping[str, str] | None = None,
+    only: str | None = None,
+    anyone: bool = False,
+) -> Nav2Params:
     """Read a ``nav2_params.yaml``.
 
     A parameter that a section does not give has the default of Nav2's code, as in ROS. A section that is
     missing as a whole, and a kind of controller that the file does not configure, is taken from the preset.
 
-    The velocity smoother stands between controller and base in Humble's default launch, so a file that
+    The velocity smoother stands between controller and base in Nav2's default launch, so a file that
     configures it turns it on, also for the controllers of the preset; one that does not leaves it off.
 
     Args:
         path: The file.
-        preset: Name of the preset.
+        preset: Name of the preset; None for that of the file's release.
         velocity_smoother: False leaves the smoother out although the file configures it.
+        release: The distribution; None to recognise it by the file's keys.
+        defines: Values of the file's templates, as ``{"min_x": "-0.2"}``.
+        only: The controller that is to drive, by its name or kind, where the file's own is not built here.
+        anyone: Whether it does not matter that the file's own controller is not built here.
 
     Raises:
-        ConfigError: In one line: the file cannot be read, parameters are unknown (all of them, with the nearest
-            names) or one has a wrong value, or a plugin is not built here.
+        ConfigError: In one line, with the number of the line in the file: it cannot be read, a value is wrong, a
+            template has none, the controller it drives with is not built here, or it mixes the distributions.
     """
-    document = read_yaml(path)
-    behind = load_preset(preset)
+    document = Document(None)
     try:
-        read = parse_nav2_params(document, behind)
+        document = read_document(path, defines)
+        known = release or recognise(all_nodes(document.values)).release
+        read = parse_nav2_params(document, load_preset(preset or preset_of(known)), release)
+        if not anyone or only is not None:
+            read = _choose(read, only)
     except ConfigError as error:
-        # Keys are free text, and may hold line breaks.
-        raise ConfigError(f"{path}: {' '.join(str(error).split())}") from None
+        raise ConfigError(_in_one_line(path, document, error)) from None
     if velocity_smoother:
         return read
     return replace(read, navigation=read.navigation.replace(velocity_smoother=None))
+
+
+def preset_of(release: Release) -> str:
+    """Name of the preset behind a file of a release: its own, where there is one."""
+    return release if release in PRESETS else PRESETS[0]
+
+
+def _choose(read: Nav2Params, only: str | None) -> Nav2Params:
+    """Keep the controller that is to drive, or refuse a file whose own is not built here.
+
+    Raises:
+        ConfigError: If ``only`` is unknown, or it is None and the tree asks for a controller that is not built.
+    """
+    if only is None:
+        if read.asked_for in read.foreign:
+            choices = "|".join(read.navigation.controllers)
+            raise ConfigError(f"{read.foreign[read.asked_for]}; --only {choices} drives one that is")
+        return read
+    if only in read.foreign:
+        raise ConfigError(read.foreign[only])
+    chosen = read.navigation.controller(only)
+    kept = {name: plugin for name, plugin in read.navigation.controllers.items() if plugin is chosen}
+    left = {f"controllers.{name}" for name in read.navigation.controllers if name not in kept}
+    defaulted = tuple(name for name in read.defaulted if name not in left)
+    return replace(read, navigation=read.navigation.replace(controllers=kept), defaulted=defaulted)
+
+
+def _in_one_line(path: str | Path, document: Document, error: ConfigError) -> str:
+    """The file, the line and the reason; keys are free text, and may hold line breaks."""
+    reason = " ".join(document.located(str(error)).split())
+    return reason if reason.startswith(str(path)) else f"{path}: {reason}"

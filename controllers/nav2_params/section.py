@@ -7,11 +7,16 @@ from typing import Any, TypeVar
 
 from controllers.nav2_params.findings import Findings
 from controllers.nav2_params.keys import Keys
+from controllers.nav2_params.templates import find_template, no_value
 from controllers.parameters import nest_dotted
 from gym_mapbench.errors import ConfigError, nearest_name
 from gym_mapbench.settings import Settings
 
 S = TypeVar("S", bound=Settings)
+RELEASE = "release"
+"""The parameter of ours that says by which release something drives."""
+MISSPELT = 0.8
+"""Likeness from which on an unknown key is probably a slip of a known one, rather than a stray one."""
 
 
 class Section:
@@ -20,17 +25,20 @@ class Section:
     Args:
         name: Full dotted name; opens every error message.
         values: The group; dotted keys are expanded, None is an empty group.
-        findings: Where the full names of all keys without effect are collected, and of those to be refused.
+        findings: Where all keys without effect are collected.
+        stand_in: Whether this is the group of a plugin that another one stands in for, so that its other keys have
+            no counterpart.
 
     Raises:
         ConfigError: If ``values`` is not a mapping, or gives a parameter twice.
     """
 
-    def __init__(self, name: str, values: object, findings: Findings) -> None:
+    def __init__(self, name: str, values: object, findings: Findings, stand_in: bool = False) -> None:
         if values is not None and not isinstance(values, Mapping):
             raise ConfigError(f"{name}: expected a group of parameters, got {type(values).__name__}")
         self.name = name
         self.findings = findings
+        self.stand_in = stand_in
         try:
             self.values = nest_dotted(values or {})
         except ConfigError as error:
@@ -38,11 +46,12 @@ class Section:
 
     def take_group(self, key: str) -> Section:
         """Take a group out; an empty one if there is none."""
-        return Section(f"{self.name}.{key}", self.values.pop(key, None), self.findings)
+        return Section(f"{self.name}.{key}", self.values.pop(key, None), self.findings, self.stand_in)
 
     def take_names(self, key: str, default: tuple[str, ...], least: int = 0) -> tuple[str, ...]:
         """Take a list of at least so many names out."""
         value = self.values.pop(key, default)
+        self._refuse_template(key, value)
         if not isinstance(value, (list, tuple)) or not all(isinstance(name, str) for name in value):
             raise ConfigError(f"{self.name}.{key}: expected a list of names, got {_kind(value)}")
         if len(value) < least or len(set(value)) < len(value):
@@ -53,6 +62,7 @@ class Section:
     def take_name(self, key: str, default: str) -> str:
         """Take one name out."""
         value = self.values.pop(key, default)
+        self._refuse_template(key, value)
         if not isinstance(value, str):
             raise ConfigError(f"{self.name}.{key}: expected a name, got {_kind(value)}")
         return value
@@ -60,7 +70,7 @@ class Section:
     def leave(self, key: str) -> None:
         """Take a key out and list it as unused."""
         self.values.pop(key, None)
-        self.findings.unused.append(f"{self.name}.{key}")
+        self.findings.add("unused", f"{self.name}.{key}")
 
     def leave_groups(self) -> None:
         """Leave the groups that remain: no list of plugins names them, so ROS does not read them either."""
@@ -72,44 +82,79 @@ class Section:
 
         Args:
             keys: What is known of this section's other keys.
-            valid: Dotted names of its parameters.
+            valid: Dotted names of its parameters, those that only one release has included.
 
         Raises:
-            ConfigError: If a key is given under two names.
+            ConfigError: If the value of a parameter is a template.
         """
         kept: dict[str, Any] = {}
-        for given, value in leaves(self.values):
-            name = keys.renamed.get(given, given)
-            if name in kept:
-                raise ConfigError(f"{self.name}.{given}: already given under another name")
-            if name in valid:
+        given = dict(leaves(self.values))
+        for key, value in given.items():
+            name = key if key in valid else keys.renamed.get(key, key)
+            if name not in valid or keys.why_not(name, self.findings.release) is not None:
+                self._find(key, name, keys, valid)
+            elif name != key and (name in given or name in kept):
+                self.findings.add("unused", f"{self.name}.{key}", f"{name} is given as well, and counts")
+            elif not self._left_to_robot(key, value, keys):
                 kept[name] = value
-            else:
-                self._find(given, name, keys, valid)
+                if name != key:
+                    self.findings.add("renamed", f"{self.name}.{key}", name)
         return nest_dotted(kept)
+
+    def _left_to_robot(self, key: str, value: object, keys: Keys) -> bool:
+        """Whether the value is a template without a value in the place of the robot's shape.
+
+        Raises:
+            ConfigError: If it is a template anywhere else.
+        """
+        template = find_template(value)
+        if template is None:
+            return False
+        if key not in keys.shape:
+            raise no_value(f"{self.name}.{key}", template)
+        self.findings.add(
+            "template", f"{self.name}.{key}", f"{template.text} has no value; --define {template.name}=VALUE"
+        )
+        return True
+
+    def _refuse_template(self, key: str, value: object) -> None:
+        template = find_template(value)
+        if template is not None:
+            raise no_value(f"{self.name}.{key}", template)
 
     def build(self, settings: type[S], keys: Keys, **given: Any) -> S:
         """Read all keys into ``settings``; ``given`` are parameters read already."""
-        return self.make(settings, {**self.read(keys, parameter_names(settings)), **given})
+        names = [name for name in parameter_names(settings) if name != RELEASE]
+        release = {RELEASE: self.findings.release} if RELEASE in settings.model_fields else {}
+        return self.make(settings, {**self.read(keys, names), **release, **given})
 
     def make(self, settings: type[S], values: Mapping[str, Any]) -> S:
         """Make ``settings``; errors open with the full name of the parameter."""
         try:
             return settings(**values)
         except ConfigError as error:
-            raise ConfigError(f"{self.name}.{error}") from None
+            raise ConfigError(f"{self.name}.{error}{self._slip()}") from None
+
+    def _slip(self) -> str:
+        """The first key that looks misspelt, since it may be why something is missing."""
+        slips = (f for f in self.findings.found if f.kind == "unknown" and f.why and f.name.startswith(f"{self.name}."))
+        return next((f"; {slip.name} is no parameter, {slip.why}" for slip in slips), "")
 
     def _find(self, given: str, name: str, keys: Keys, valid: Collection[str]) -> None:
-        """List a key that is no parameter here; ``name`` is its name in Humble."""
-        full, findings = f"{self.name}.{given}", self.findings
-        if name in keys.unmodelled:
-            findings.unmodelled.append(full)
+        """List a key that is no parameter here; ``name`` is its name here."""
+        full, add = f"{self.name}.{given}", self.findings.add
+        why = keys.why_not(name, self.findings.release)
+        if name in keys.left_out:
+            add("left_out", full)
         elif keys.is_ros_only(name):
-            findings.ros_only.append(full)
-        elif name in keys.newer_only:
-            findings.newer[full] = keys.newer_only[name]
+            add("ros_only", full)
+        elif self.stand_in:
+            add("detail", full)
+        elif why is not None:
+            add("other_release", full, why)
         else:
-            findings.unknown[full] = nearest_name(given, [*valid, *keys.renamed]) or ""
+            near = nearest_name(given, [*valid, *keys.renamed], MISSPELT)
+            add("unknown", full, f"did you mean {near!r}?" if near else "")
 
 
 def leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from evolution.commands import bench, drive, evolve, export, import_results, maps, report, study, validate
+from evolution.commands import bench, drive, evolve, export, import_results, maps, params, report, study, validate
 
-COMMANDS = (evolve, study, report, bench, drive, maps, export, import_results, validate)
+COMMANDS = (evolve, study, report, bench, drive, maps, params, export, import_results, validate)

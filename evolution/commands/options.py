@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
-from pathlib import Path
 
-from controllers.nav2_params import PRESETS, Nav2Params, NavigationParams, load_preset, read_nav2_params
-from evolution.commands.progress import note
+from controllers.nav2_params import Nav2Params, preset_of, robot_of
+from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
 from evolution.driving import ControllerSpec, DriveSettings, available_cores
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
@@ -37,9 +36,10 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--params",
         metavar="FILE|PRESET",
-        help="a nav2_params.yaml, whose controller_plugins drive unless others are named, or the preset thesis "
-        "(Nav2's examples; the default) or fair (same limits for all)",
+        help="a nav2_params.yaml, whose controller_plugins drive unless others are named, or a preset: thesis "
+        "(Humble's examples; the default), fair (same limits for all), and likewise jazzy and jazzy_fair",
     )
+    add_reading_options(group)
     group.add_argument("--robot", metavar="NAME", help="turtlebot3_waffle, turtlebot3_burger or jackal")
     group.add_argument(
         "--robot-radius", type=positive_number, metavar="M", help="radius of the robot's disc and of its costmaps"
@@ -132,15 +132,13 @@ def controllers_of(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
 
 
 def named_controllers(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
-    """Controllers of ``--controllers``, or else of the file of ``--params``; empty if neither names any."""
+    """Controllers of ``--controllers``, of ``--only``, or of the file of ``--params``; empty if none names any."""
     if args.controllers is not None:
         return listed_controllers(args.controllers)
-    if args.params is None or args.params in PRESETS:
+    read = read_parameter_file(args)
+    if read is None:
         return ()
-    read = _read_file(args.params)
-    return controllers_from(
-        [name for name in read.navigation.controllers if f"controllers.{name}" not in read.defaulted]
-    )
+    return controllers_from([args.only] if args.only else list(read.own_controllers))
 
 
 def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
@@ -159,59 +157,44 @@ def workers_of(args: argparse.Namespace) -> int:
 def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) -> DriveSettings:
     """World and navigation as the options say, everything else as in ``base``."""
     settings = base or DriveSettings(navigation="thesis")
-    if args.params is not None:
-        settings = settings.replace(navigation=_read_params(args.params))
-    return settings.replace(environment=_environment(args, settings)).replace(navigation=_navigation(args, settings))
+    read = read_parameter_file(args)
+    if read is not None:
+        settings = settings.replace(navigation=read.navigation)
+    elif args.params is not None or args.nav2 is not None:
+        settings = settings.replace(navigation=args.params or preset_of(args.nav2))
+    settings = settings.replace(environment=_environment(args, settings, read))
+    if read is not None:
+        describe_parameter_file(read, args, settings.environment)
+    return settings.replace(navigation=_navigation(args, settings))
 
 
-def _read_params(name: str) -> NavigationParams:
-    """Load a preset or a user's file; says what of it has no effect here and why, and what a preset fills in."""
-    if name in PRESETS:
-        return load_preset(name)
-    read = _read_file(name)
-    for what, names in (
-        ("ignored, because only ROS reads them", read.ignored),
-        ("ignored, because Nav2 does not use them either", read.unused),
-        ("not modelled here, though they may change how the real robot drives", read.unmodelled),
-        ("not given there, taken from the preset thesis", read.defaulted),
-    ):
-        if names:
-            note(f"{name}: {what}: {', '.join(names)}")
-    return read.navigation
-
-
-def _read_file(name: str) -> Nav2Params:
-    """Read a user's file; a name of no file may be a misspelt preset."""
-    if not Path(name).exists():
-        raise ConfigError(f"--params: expected a file or one of the presets {', '.join(PRESETS)}, got {name!r}")
-    return read_nav2_params(name)
-
-
-def _environment(args: argparse.Namespace, settings: DriveSettings) -> EnvConfig:
-    if args.robot is not None and args.robot_radius is not None:
-        raise ConfigError("--robot and --robot-radius: expected one of them, got both")
-    robot = make_robot(args.robot) if args.robot is not None else _robot_of(settings, args.params is not None)
-    if args.robot_radius is not None:
-        robot = robot.replace(name="custom", radius=args.robot_radius, footprint=None)
+def _environment(args: argparse.Namespace, settings: DriveSettings, read: Nav2Params | None) -> EnvConfig:
     changes = {
-        "robot": robot,
+        "robot": _robot(args, settings, read),
         "time_limit": args.time_limit,
         "collision_ends_episode": None if args.contact is None else args.contact == "ends",
         "noise": args.noise,
+        **(_rates(read, settings.environment) if read is not None else {}),
     }
     return settings.environment.replace(**{key: value for key, value in changes.items() if value is not None})
 
 
-def _robot_of(settings: DriveSettings, from_params: bool) -> RobotSpec:
-    """The robot: its shape is the costmaps' where a parameter file gives one."""
-    robot = settings.environment.robot
-    costmap = settings.navigation.local_costmap
-    if not from_params or (costmap.robot_radius is None and costmap.footprint is None):
+def _robot(args: argparse.Namespace, settings: DriveSettings, read: Nav2Params | None) -> RobotSpec:
+    """The robot: named, or else that of the parameter file; a radius of the command line counts before its shape."""
+    if args.robot is not None and args.robot_radius is not None:
+        raise ConfigError("--robot and --robot-radius: expected one of them, got both")
+    if args.robot is not None:
+        return make_robot(args.robot)
+    robot = settings.environment.robot if read is None else robot_of(read, settings.environment.robot)
+    if args.robot_radius is None:
         return robot
-    shape = (
-        {"footprint": costmap.footprint} if costmap.footprint else {"radius": costmap.robot_radius, "footprint": None}
-    )
-    return robot.replace(name="custom", **shape)
+    return robot.replace(name="custom", radius=args.robot_radius, footprint=None)
+
+
+def _rates(read: Nav2Params, environment: EnvConfig) -> dict[str, float]:
+    """Rates of a world that keeps up with the file's controller server."""
+    control = max(environment.control_hz, read.navigation.controller_server.controller_frequency)
+    return {"control_hz": control, "physics_hz": control * math.ceil(environment.physics_hz / control - 1e-9)}
 
 
 def _navigation(args: argparse.Namespace, settings: DriveSettings) -> object:

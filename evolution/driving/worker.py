@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Self
 
-from pydantic import field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from controllers.base import Controller
 from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
 from controllers.navigator import Navigator
 from controllers.registry import make_controller
+from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.unknown_map import check_sensors, without_map
@@ -23,12 +24,37 @@ from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
 
 
+class ParameterFile(Settings):
+    """A user's ``nav2_params.yaml``, and how it is read; in a config the mapping ``navigation: {params: FILE, ...}``.
+
+    Args:
+        params: The file.
+        nav2: The distribution; None to recognise it by the file's keys.
+        define: Values of the file's templates.
+        only: The controller that is to drive where the file's own is not built here.
+    """
+
+    params: str
+    nav2: Release | None = None
+    define: dict[str, str] = Field(default_factory=dict)
+    only: str | None = None
+
+    def load(self) -> NavigationParams:
+        """Read the file.
+
+        Raises:
+            ConfigError: If it is refused.
+        """
+        return read_nav2_params(self.params, release=self.nav2, defines=self.define, only=self.only).navigation
+
+
 class DriveSettings(Settings):
     """World, robot and navigation of every run.
 
     Args:
         environment: The env: robot, rates, time limit, noise, what a collision does.
-        navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``.
+        navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``, or the options of a
+            :class:`ParameterFile`.
         own_goal_check: Whether Nav2's own goal checker says when the goal is reached; False: the env's does.
         unknown_map: Whether Nav2's costmaps know nothing of the map, but what the sensors have shown of it so far.
     """
@@ -41,7 +67,11 @@ class DriveSettings(Settings):
     @field_validator("navigation", mode="before")
     @classmethod
     def _load(cls, value: Any) -> Any:
-        return load_navigation(value) if isinstance(value, str) else value
+        if isinstance(value, str):
+            return load_navigation(value)
+        if isinstance(value, Mapping) and "params" in value:
+            return ParameterFile.from_mapping(value, "navigation").load()
+        return value
 
     @model_validator(mode="after")
     def _sees(self) -> Self:
@@ -57,7 +87,7 @@ class DriveSettings(Settings):
 
 def load_navigation(name: str) -> NavigationParams:
     """Load a preset by name, or a user's ``nav2_params.yaml``."""
-    return load_preset(name) if name in PRESETS else read_nav2_params(name).navigation
+    return load_preset(name) if name in PRESETS else ParameterFile(params=name).load()
 
 
 def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controller:

@@ -77,7 +77,7 @@ def make_follower(oracle: Oracle, kind: str, variant: str = "default", seed: int
 
 def follower_params(oracle: Oracle, kind: str, variant: str = "default") -> dict[str, Any]:
     """Recorded parameters with their release, without those that only ROS needs."""
-    keys = CONTROLLERS[kind.lower()].keys_of(oracle.release)
+    keys = CONTROLLERS[kind.lower()].keys
     values = oracle.controller_params(kind, variant)
     return {name: v for name, v in values.items() if not keys.is_ros_only(name)} | {"release": oracle.release}
 

@@ -64,7 +64,7 @@ def test_own_name_in_a_parameter_file():
         ({"name": "dbw"}, "unknown controller 'dbw'; did you mean 'dwb'?"),
         ({"name": "rpp", "lookahead_distance": 1.0}, "rpp.lookahead_distance: unknown parameter; did you mean"),
         ({"name": "dwb", "PathAlign.scael": 1.0}, "'PathAlign.scale'"),
-        ({"name": "rpp", "use_dynamic_window": True}, "only newer releases of Nav2 have this parameter"),
+        ({"name": "rpp", "use_dynamic_window": True}, "only other releases of Nav2 have this parameter"),
         ({"name": "rpp", "lookahead_dist": -1.0}, "rpp.lookahead_dist: expected greater than 0, got -1.0"),
         ({"name": "rpp", "preset": "tesis"}, "unknown preset 'tesis'; did you mean 'thesis'?"),
         ({"name": "model.zip", "gamma": 1.0}, "model.zip: a model takes no parameters, got gamma"),

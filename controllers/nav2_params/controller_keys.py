@@ -1,0 +1,49 @@
+"""What is known of the keys of a controller's section, besides what the controller's own module says of them.
+
+Names of older releases, parameters of still newer ones and habits met in the wild.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from controllers.nav2_params.keys import Keys
+from controllers.releases import Release
+
+SHIM = frozenset(
+    {
+        "angular_disengage_threshold",
+        "angular_dist_threshold",
+        "closed_loop",
+        "forward_sampling_distance",
+        "max_cost_threshold",
+        "primary_controller",
+        "rotate_to_goal_heading",
+        "rotate_to_heading_once",
+        "simulate_ahead_time",
+        "use_path_orientations",
+    }
+)
+"""Parameters of the Rotation Shim that its primary controller does not have."""
+DWB = Keys()
+RPP = Keys(
+    renamed={"max_allowed_time_to_collision": "max_allowed_time_to_collision_up_to_carrot"},
+    elsewhere={
+        "allow_obstacle_checking_beyond_goal": "the look-ahead ends at the carrot here",
+        "use_approach_linear_velocity_scaling": "a parameter of older releases; the approach is always scaled now",
+        "use_approach_vel_scaling": "a parameter of older releases; the approach is always scaled now",
+    },
+)
+MPPI = Keys(
+    ros_only=frozenset({"Visualization"}),
+    elsewhere={
+        "vy_min": "no release reads it; vy_max counts for both sides",
+        "OptimalTrajectoryValidator": "the chosen trajectory is not checked once more here",
+        "TwirlingCritic.twirling_cost_power": "an older name of cost_power",
+        "TwirlingCritic.twirling_cost_weight": "an older name of cost_weight",
+    },
+)
+OURS = frozenset({"noise", "noise_seed", "PathAlignCritic.humble_search"})
+"""Parameters of ours, which no Nav2 has."""
+OLD_CRITICS: Mapping[Release, Mapping[str, str]] = {"humble": {"PathAlignLegacyCritic": "PathAlignCritic"}, "jazzy": {}}
+"""Release -> MPPI critics that only this one of the two has, and that are not built -> the critic that stands in."""

@@ -1,0 +1,104 @@
+"""Document: the content of a parameter file, with the line of every key."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import yaml
+
+from controllers.nav2_params.templates import fill_templates, first_unreadable, no_value
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.settings import parse_yaml, read_text
+
+MAX_VALUES = 100_000
+PARAMETERS = "ros__parameters"
+"""The group of every node that no parameter's full name has."""
+
+
+@dataclass(frozen=True)
+class Document:
+    """The content of a parameter file.
+
+    Args:
+        values: What the YAML file holds.
+        lines: Full dotted name of every key -> number of its line.
+        repeated: Full names of the keys that one group gives twice; the last value counts, as in ROS.
+    """
+
+    values: object
+    lines: Mapping[str, int] = field(default_factory=dict)
+    repeated: tuple[str, ...] = ()
+
+    def line_of(self, name: str) -> int | None:
+        """Number of the line of a key, or else of the innermost group around it; None if there is none."""
+        while name and name not in self.lines:
+            name = name.rpartition(".")[0]
+        return self.lines.get(name)
+
+    def located(self, message: str) -> str:
+        """Put the line in front of a message that opens with the full name of a key, or of groups around it."""
+        name, *rest = message.split(": ")
+        while rest and f"{name}.{rest[0]}" in self.lines:
+            name = f"{name}.{rest.pop(0)}"
+        line = self.line_of(name)
+        return message if line is None else f"line {line}: {': '.join([name, *rest])}"
+
+
+def read_document(path: str | Path, defines: Mapping[str, str] | None = None) -> Document:
+    """Read a parameter file.
+
+    Args:
+        path: The file.
+        defines: Values of its templates.
+
+    Raises:
+        ConfigError: If it cannot be read, is not YAML, or has no template of one of these names.
+    """
+    text = fill_templates(read_text(path), defines or {})
+    try:
+        values, node = parse_yaml(text, path)
+    except ConfigError:
+        found = first_unreadable(text)
+        if found is None:
+            raise
+        raise no_value(f"line {found[0]}", found[1]) from None
+    refuse_bomb(values)
+    keys = [] if node is None else list(_keys(node, ""))
+    given = [(name, mark.line + 1) for name, mark, merged in keys if not merged]
+    times = Counter(name for name, _ in given)
+    return Document(values, dict(given), tuple(name for name, number in times.items() if number > 1))
+
+
+def refuse_bomb(document: object) -> None:
+    """Refuse a document whose aliases unfold to more than can be read, or to themselves.
+
+    Raises:
+        ConfigError: If it does.
+    """
+    pending, seen = [document], 0
+    while pending:
+        value = pending.pop()
+        seen += 1
+        if seen > MAX_VALUES:
+            raise ConfigError(f"expected at most {MAX_VALUES} values, aliases unfolded, got more")
+        if isinstance(value, Mapping):
+            pending.extend(value.values())
+        elif isinstance(value, (list, tuple, set)):
+            pending.extend(value)
+
+
+def _keys(node: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.Mark, bool]]:
+    """Full name and place of every key, and whether a merge (``<<``) brought it here from elsewhere."""
+    if not isinstance(node, yaml.MappingNode):
+        return
+    for key, value in node.value:
+        if key.value == PARAMETERS:
+            yield from _keys(value, prefix)
+            continue
+        name = f"{prefix}{key.value}"
+        merged = not node.start_mark.index <= key.start_mark.index <= node.end_mark.index
+        yield name, key.start_mark, merged
+        yield from _keys(value, f"{name}.")

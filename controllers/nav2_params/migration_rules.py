@@ -1,0 +1,78 @@
+"""What is done to the parameters of a node when its file is migrated, as data.
+
+Source: Nav2's migration guides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from controllers.releases import Release
+
+
+class Rename(NamedTuple):
+    """A parameter with another name in a release: its node, its name there, the new last part, how its value changes.
+
+    Args:
+        node: Name of the node, with wildcards.
+        old: Dotted name, with wildcards.
+        new: The last part of the new name.
+        listed: Whether one name becomes a list of names (True), a list its first name (False), or neither (None).
+    """
+
+    node: str
+    old: str
+    new: str
+    listed: bool | None = None
+
+
+SINCE_HUMBLE = (
+    Rename("bt_navigator", "default_bt_xml_filename", "default_nav_to_pose_bt_xml"),
+    Rename("controller_server", "goal_checker_plugin", "goal_checker_plugins", True),
+    Rename("recoveries_server", "recovery_plugins", "behavior_plugins"),
+    Rename("*", "transform_timeout", "transform_tolerance"),
+    Rename("*_costmap", "*.obstacle_range", "obstacle_max_range"),
+    Rename("*_costmap", "*.raytrace_range", "raytrace_max_range"),
+    Rename("controller_server", "*.max_allowed_time_to_collision", "max_allowed_time_to_collision_up_to_carrot"),
+)
+"""Names of releases before Humble."""
+RENAMES: Mapping[Release, tuple[Rename, ...]] = {
+    "humble": (
+        *SINCE_HUMBLE,
+        Rename("controller_server", "progress_checker_plugins", "progress_checker_plugin", False),
+        Rename("behavior_server", "local_costmap_topic", "costmap_topic"),
+        Rename("behavior_server", "local_footprint_topic", "footprint_topic"),
+        Rename("behavior_server", "local_frame", "global_frame"),
+    ),
+    "jazzy": (
+        *SINCE_HUMBLE,
+        Rename("controller_server", "progress_checker_plugin", "progress_checker_plugins", True),
+        Rename("behavior_server", "costmap_topic", "local_costmap_topic"),
+        Rename("behavior_server", "footprint_topic", "local_footprint_topic"),
+        Rename("behavior_server", "global_frame", "local_frame"),
+        Rename("recoveries_server", "costmap_topic", "local_costmap_topic"),
+        Rename("recoveries_server", "footprint_topic", "local_footprint_topic"),
+        Rename("recoveries_server", "global_frame", "local_frame"),
+    ),
+}
+UNKNOWN: Mapping[Release, Mapping[str, tuple[str, ...]]] = {
+    "humble": {
+        "*": ("enable_stamped_cmd_vel", "use_realtime_priority", "costmap_update_timeout", "*introspection_mode"),
+        "behavior_server": ("global_costmap_topic", "global_footprint_topic"),
+        "bt_navigator": ("error_code_name*", "navigators", "navigate_to_pose", "navigate_through_poses"),
+        "velocity_smoother": ("stamp_smoothed_velocity_with_smoothing_time",),
+    },
+    "jazzy": {"bt_navigator": ("groot_zmq_*", "enable_groot_monitoring")},
+}
+"""Release -> node -> keys that mean nothing there."""
+OVERTAKEN: Mapping[Release, Mapping[str, str]] = {"humble": {"global_frame": "local_frame"}}
+"""Release -> key of the behaviour server that goes -> key beside it that gets its name."""
+TREE_PLUGINS = "plugin_lib_names"
+RESPELT = ("planner_server", "behavior_server", "recoveries_server", "bt_navigator")
+"""Nodes whose plugins' classes are written with ``/`` in Humble and with ``::`` in Jazzy."""
+EXCHANGED: Mapping[str, tuple[str, Mapping[str, str]]] = {
+    "PathAngleCritic.forward_preference": ("mode", {"true": "0", "false": "1"}),
+    "PathAngleCritic.mode": ("forward_preference", {"0": "true", "1": "false"}),
+}
+"""Parameter of one release -> the other's, and its values; mode 2 has no counterpart."""

@@ -1,0 +1,148 @@
+"""The nodes of a parameter file: which one is which section, whatever the release and the namespace."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from controllers.nav2_params import keys
+from controllers.nav2_params.document import PARAMETERS
+from controllers.nav2_params.findings import Findings
+from controllers.nav2_params.older import OLD_NODES, modernised
+from controllers.nav2_params.section import Section
+from gym_mapbench.errors import ConfigError, nearest_name
+
+COSTMAPS = ("local_costmap", "global_costmap")
+SECTIONS = (
+    "controller_server",
+    "planner_server",
+    "local_costmap",
+    "global_costmap",
+    "behavior_server",
+    "bt_navigator",
+    "velocity_smoother",
+)
+MISSPELT = 0.85
+"""Likeness from which on an unknown node is probably a slip of one that is read."""
+
+
+class Node(NamedTuple):
+    """A node of the file.
+
+    Args:
+        path: Its keys, namespaces included.
+        group: What stands under it; None if it has no parameters.
+    """
+
+    path: tuple[str, ...]
+    group: Mapping[Any, Any] | None
+
+    @property
+    def full(self) -> str:
+        """Full dotted name."""
+        return ".".join(self.path)
+
+    @property
+    def name(self) -> str:
+        """Name without namespaces."""
+        return self.path[-1].rsplit("/", 1)[-1]
+
+    @property
+    def section(self) -> str:
+        """Name of the section that reads it, in the newest spelling."""
+        return OLD_NODES.get(self.name, self.name)
+
+    @property
+    def rank(self) -> tuple[bool, bool, int]:
+        """Order among nodes of one section: today's name, a costmap in its own namespace, few namespaces."""
+        in_place = self.name in COSTMAPS and self.path[-2:] != (self.name, self.name)
+        return self.group is None, self.name in OLD_NODES or in_place, len(self.path)
+
+
+def all_nodes(document: object) -> list[Node]:
+    """Every node of a document, in its order.
+
+    Raises:
+        ConfigError: If the document is no parameter file.
+    """
+    if document is None:
+        raise ConfigError("expected the nodes of a nav2_params.yaml, but the file is empty")
+    if not isinstance(document, Mapping):
+        raise ConfigError(f"expected the nodes of a nav2_params.yaml, got {type(document).__name__}")
+    return [Node(*found) for found in _walk(document, ())]
+
+
+def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
+    """Open the sections that are read; the findings get all other nodes.
+
+    Raises:
+        ConfigError: If there is none of them, or one has no parameters, or its name is misspelt.
+    """
+    chosen = {name: _choose(name, nodes) for name in SECTIONS}
+    sections = {}
+    for node in nodes:
+        if node.section not in SECTIONS:
+            _leave(node, findings, {name for name in SECTIONS if chosen[name] is None})
+        elif node is not chosen[node.section]:
+            findings.add("unused", node.full, f"a second section for {node.section}")
+        else:
+            sections[node.section] = _open(node, findings)
+    if not sections:
+        raise ConfigError(f"expected a section of at least one of {', '.join(SECTIONS)}, found none")
+    return sections
+
+
+def _choose(name: str, nodes: list[Node]) -> Node | None:
+    return min((node for node in nodes if node.section == name), key=lambda node: node.rank, default=None)
+
+
+def _open(node: Node, findings: Findings) -> Section:
+    """Open a section in today's spelling."""
+    if node.group is None:
+        raise ConfigError(f"{node.full}: expected a group {PARAMETERS!r} in it, as in ROS")
+    if node.name in OLD_NODES:
+        findings.add("renamed", node.full, node.section)
+    section = Section(node.full, node.group[PARAMETERS], findings)
+    section.values = modernised(node.name, section.values, node.full, findings)
+    return section
+
+
+def _leave(node: Node, findings: Findings, missing: set[str]) -> None:
+    """List a node that is not read; refuse it where it looks like a misspelt one that is missing."""
+    known = _is_known(node.name)
+    near = None if known else nearest_name(node.name, missing, MISSPELT)
+    if near:
+        raise ConfigError(f"{node.full}: unknown section; did you mean {near!r}?")
+    if known or _serves_ros(node.group):
+        findings.add("ros_only", node.full)
+    else:
+        findings.add("left_out", node.full, keys.UNMODELLED_NODES.get(node.name, ""))
+
+
+def _is_known(name: str) -> bool:
+    """Whether a node of this name is known not to drive."""
+    return (
+        name in keys.ROS_ONLY_NODES
+        or name.endswith((*keys.INNER_NODES, *keys.FILTER_NODES))
+        or any(part in name for part in keys.LOCALISATION)
+    )
+
+
+def _serves_ros(group: Mapping[Any, Any] | None) -> bool:
+    """Whether a node is given nothing but parameters that serve ROS alone."""
+    parameters = None if group is None else group[PARAMETERS]
+    return isinstance(parameters, Mapping) and all(keys.Keys().is_ros_only(str(key)) for key in parameters)
+
+
+def _walk(
+    group: Mapping[Any, Any], path: tuple[str, ...]
+) -> Iterator[tuple[tuple[str, ...], Mapping[Any, Any] | None]]:
+    """Every node with its path, namespaces included; what is no node comes with None."""
+    for key, value in group.items():
+        here = (*path, str(key))
+        if isinstance(value, Mapping) and PARAMETERS in value:
+            yield here, value
+        elif isinstance(value, Mapping) and any(isinstance(inner, Mapping) for inner in value.values()):
+            yield from _walk(value, here)
+        else:
+            yield here, None

@@ -1,0 +1,110 @@
+"""Files of Dashing, Eloquent, Foxy and Galactic: their nodes and lists of plugins in today's spelling.
+
+Source: Nav2's migration guides and the example files of those releases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from controllers.nav2_params.findings import Findings
+
+OLD_NODES = {
+    "dwb_controller": "controller_server",
+    "navfn_planner": "planner_server",
+    "recoveries_server": "behavior_server",
+}
+"""Node of an older release -> the section that reads it today."""
+
+
+class PluginLists(NamedTuple):
+    """How a node lists its plugins: ``name: [a]`` with ``a: {plugin: class}``, formerly two lists of one length.
+
+    Args:
+        now: Today's list of names.
+        names: Older lists of names, newest first.
+        types: Older list of classes beside them; empty if there never was one.
+        default: Names where only the classes are listed.
+    """
+
+    now: str
+    names: tuple[str, ...]
+    types: str = ""
+    default: tuple[str, ...] = ()
+
+
+COSTMAP = (PluginLists("plugins", ("plugin_names",), "plugin_types"),)
+LISTS: dict[str, tuple[PluginLists, ...]] = {
+    "controller_server": (
+        PluginLists("controller_plugins", ("controller_plugin_ids",), "controller_plugin_types", ("FollowPath",)),
+        PluginLists("goal_checker_plugins", ("goal_checker_plugin",)),
+        PluginLists("progress_checker_plugins", ("progress_checker_plugin",)),
+    ),
+    "planner_server": (
+        PluginLists("planner_plugins", ("planner_plugin_ids",), "planner_plugin_types", ("GridBased",)),
+    ),
+    "recoveries_server": (PluginLists("behavior_plugins", ("recovery_plugins", "plugin_names"), "plugin_types"),),
+    "local_costmap": COSTMAP,
+    "global_costmap": COSTMAP,
+}
+SERVER_KEYS = ("controller_frequency", "failure_tolerance", "odom_topic", "speed_limit_topic", "use_sim_time")
+SERVER_GROUPS = ("goal_checker", "progress_checker")
+OLD_BEHAVIORS = {"BackUp": "backup", "Spin": "spin", "Wait": "wait"}
+"""Eloquent's names of the recoveries -> the names the default tree asks for."""
+
+
+def modernised(node: str, values: Mapping[str, Any], full: str, findings: Findings) -> dict[str, Any]:
+    """Return the parameters of a node in today's spelling.
+
+    Args:
+        node: Its name in the file.
+        values: Its parameters, nested.
+        full: Its full name.
+        findings: Gets every name that has changed.
+    """
+    if node == "dwb_controller":
+        return _dashing_controller(values)
+    if node == "navfn_planner":
+        return {"planner_plugins": ["GridBased"], "GridBased": {"plugin": "nav2_navfn_planner/NavfnPlanner", **values}}
+    changed = dict(values)
+    for lists in LISTS.get(node, ()):
+        _modernise_list(changed, lists, full, findings)
+    return changed
+
+
+def _dashing_controller(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Dashing's DWB was a node of its own, which did what the controller server does today."""
+    server = {key: value for key, value in values.items() if _is_servers(key)}
+    dwb = {key: value for key, value in values.items() if not _is_servers(key)}
+    plugin = {"plugin": "dwb_core::DWBLocalPlanner", **dwb}
+    return {**server, "controller_plugins": ["FollowPath"], "FollowPath": plugin}
+
+
+def _is_servers(key: str) -> bool:
+    return key in SERVER_KEYS or key in SERVER_GROUPS or key.endswith("_velocity_threshold")
+
+
+def _modernise_list(values: dict[str, Any], lists: PluginLists, full: str, findings: Findings) -> None:
+    """Turn an older list of plugins into today's, unless that one is there as well."""
+    old = next((key for key in (*lists.names, lists.types) if key and key in values), None)
+    if old is None or lists.now in values:
+        return
+    given = next((values.pop(key) for key in lists.names if key in values), list(lists.default))
+    names = _renamed(given) if isinstance(given, list) else [given]
+    values[lists.now] = names
+    _give_classes(values, names, values.pop(lists.types, None))
+    if old != "progress_checker_plugin":  # Humble's own name
+        findings.add("renamed", f"{full}.{old}", lists.now)
+
+
+def _renamed(names: list[Any]) -> list[Any]:
+    return [OLD_BEHAVIORS.get(name, name) if isinstance(name, str) else name for name in names]
+
+
+def _give_classes(values: dict[str, Any], names: list[Any], classes: object) -> None:
+    """Put each class into the group of its plugin, where it does not say its own."""
+    for name, ros_class in zip(names, classes if isinstance(classes, list) else [], strict=False):
+        group = values.get(name, {}) if isinstance(name, str) else None
+        if isinstance(group, Mapping):
+            values[name] = {"plugin": ros_class, **group}

@@ -1,0 +1,171 @@
+"""Which distribution a parameter file is written for: its keys tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import NamedTuple
+
+from controllers.nav2_params.document import PARAMETERS
+from controllers.nav2_params.nodes import Node
+from controllers.nav2_params.plugins import CONTROLLERS, classes, known_class
+from controllers.nav2_params.section import leaves
+from controllers.parameters import nest_dotted
+from controllers.releases import RELEASES, Release
+from gym_mapbench.errors import ConfigError
+
+CLEAR_MAJORITY = 2
+"""How many times as many signs of one kind a release needs where there are signs of both."""
+
+Patterns = Mapping[Release, Mapping[str, tuple[str, ...]]]
+
+OTHER: Patterns = {
+    "humble": {
+        "controller_server": ("progress_checker_plugin", "goal_checker_plugin"),
+        "behavior_server": ("costmap_topic", "footprint_topic"),
+        "recoveries_server": (),
+        "bt_navigator": ("plugin_lib_names", "default_bt_xml_filename", "groot_zmq_*", "enable_groot_monitoring"),
+        "bt_navigator*_rclcpp_node": (),
+        "*_costmap_client": (),
+        "dwb_controller": (),
+    },
+    "jazzy": {
+        "controller_server": (
+            "progress_checker_plugins",
+            "costmap_update_timeout",
+            "use_realtime_priority",
+            "enable_stamped_cmd_vel",
+        ),
+        "planner_server": ("costmap_update_timeout",),
+        "behavior_server": ("local_costmap_topic", "local_footprint_topic", "global_costmap_topic", "local_frame"),
+        "bt_navigator": ("error_code_name*", "navigators"),
+        "velocity_smoother": ("stamp_smoothed_velocity_with_smoothing_time", "enable_stamped_cmd_vel"),
+        "docking_server": (),
+        "route_server": (),
+        "loopback_simulator": (),
+    },
+}
+"""Node -> keys that one release has and the other ignores, and that do not change how a controller drives.
+
+Without keys, the node itself is a sign.
+"""
+
+STARTING = {"planner_server": "*.plugin", "behavior_server": "*.plugin"}
+"""Where a class is written with ``/`` up to Iron and with ``::`` since Jazzy; with the other, Nav2 does not start."""
+
+
+class Sign(NamedTuple):
+    """A key that tells the release: its strength (3 starting, 2 driving, 1 other), the release, and its full name."""
+
+    strength: int
+    release: Release
+    name: str
+
+
+@dataclass(frozen=True)
+class Recognition:
+    """As which distribution a file is read, and why.
+
+    Args:
+        release: The distribution.
+        told_by: Full names of the keys that say so, the strongest first; empty if none does, or if it was given.
+        against: Full names of the keys that speak for the other one.
+        given: Whether the user said it.
+    """
+
+    release: Release
+    told_by: tuple[str, ...] = ()
+    against: tuple[str, ...] = ()
+    given: bool = False
+
+
+def recognise(nodes: list[Node], given: Release | None = None) -> Recognition:
+    """Say which distribution a file is written for; Humble where nothing tells.
+
+    Signs of one strength decide where they all point one way, or clearly more than half of them do; weaker ones are
+    not asked then. For only a class in the wrong spelling keeps Nav2 from starting, and only some keys change how it
+    drives; the rest is often a leftover.
+
+    Args:
+        nodes: Of the file.
+        given: The user's own word, which counts before all signs.
+
+    Raises:
+        ConfigError: If signs of both are about as many, so that the file mixes the distributions.
+    """
+    signs = [sign for node in nodes for sign in _signs(node)]
+    release = given or _decide(signs)
+    named = {name: tuple(sign.name for sign in _of(name, signs)) for name in RELEASES}
+    other = next(name for name in RELEASES if name != release)
+    return Recognition(release, () if given else named[release], named[other], given is not None)
+
+
+def _decide(signs: list[Sign]) -> Release:
+    for strength, majority in ((3, CLEAR_MAJORITY), (2, CLEAR_MAJORITY), (1, 1)):
+        strong = [sign for sign in signs if sign.strength == strength]
+        humble, jazzy = ([sign for sign in strong if sign.release == name] for name in RELEASES)
+        if len(humble) > majority * len(jazzy):
+            return "humble"
+        if len(jazzy) > majority * len(humble):
+            return "jazzy"
+        if strong and strength > 1:
+            raise _mixture(humble[0].name, jazzy[0].name)
+    return "humble"
+
+
+def _mixture(humble: str, jazzy: str) -> ConfigError:
+    return ConfigError(
+        f"{jazzy}: the file mixes the distributions: this is Jazzy's, but {humble} is Humble's; say which one with "
+        "--nav2 humble or --nav2 jazzy"
+    )
+
+
+def _of(release: Release, signs: list[Sign]) -> list[Sign]:
+    return sorted((sign for sign in signs if sign.release == release), key=lambda sign: -sign.strength)
+
+
+def _signs(node: Node) -> Iterator[Sign]:
+    """Signs of one node."""
+    try:
+        parameters = nest_dotted(node.group[PARAMETERS]) if node.group else {}
+    except (ConfigError, AttributeError):
+        return  # said where the section is read
+    for release, of_nodes in OTHER.items():
+        for name, patterns in of_nodes.items():
+            if fnmatchcase(node.name, name):
+                yield from (Sign(1, release, f"{node.full}{key}") for key in _matching(parameters, patterns))
+    for key, value in leaves(parameters):
+        if _starts_only_one(node.section, key, str(value)):
+            yield Sign(3, "jazzy" if "::" in str(value) else "humble", f"{node.full}.{key}")
+    if node.section == "controller_server":
+        for name, group in parameters.items():
+            yield from _driving_signs(f"{node.full}.{name}", group)
+
+
+def _driving_signs(full: str, group: object) -> Iterator[Sign]:
+    """Parameters of a controller that only one release has, as its own class knows."""
+    kind = known_class(group.get("plugin"), classes(CONTROLLERS)) if isinstance(group, Mapping) else None
+    if kind is None or not isinstance(group, Mapping):
+        return
+    missing = CONTROLLERS[kind].keys.missing
+    for key, _ in leaves(group):
+        without = [release for release in RELEASES if key in missing.get(release, {})]
+        if len(without) == 1:
+            yield Sign(2, next(release for release in RELEASES if release not in without), f"{full}.{key}")
+
+
+def _matching(parameters: Mapping[str, object], patterns: tuple[str, ...]) -> list[str]:
+    """Keys of a node that match, behind a dot; the node itself, as an empty text, where there is no pattern."""
+    if not patterns:
+        return [""]
+    return [f".{key}" for key, _ in leaves(parameters) if any(fnmatchcase(key, pattern) for pattern in patterns)]
+
+
+def _starts_only_one(section: str, key: str, named: str) -> bool:
+    return (
+        section in STARTING
+        and fnmatchcase(key, STARTING[section])
+        and named.startswith("nav2_")
+        and ("/" in named or "::" in named)
+    )

@@ -1,0 +1,112 @@
+"""What a parameter file means here, in a few lines for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from controllers.nav2_params.findings import KINDS, Finding, Kind
+from controllers.nav2_params.parsing import Nav2Params
+from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
+from gym_mapbench.robot import RobotSpec
+
+MOST = 6
+"""How many findings of one kind the short summary names."""
+TOLD: tuple[tuple[Kind, str], ...] = (
+    ("template", "left to the robot"),
+    ("replaced", "replaced"),
+    ("left_out", "left out"),
+    ("renamed", "renamed since"),
+)
+COUNTED: tuple[Kind, ...] = ("ros_only", "unused", "other_release", "unknown", "repeated", "detail")
+
+
+def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = False) -> list[str]:
+    """Return the lines: as what release it is read, what drives, on which robot, and what is left out and why.
+
+    Args:
+        read: The file.
+        robot: The robot it drives, where that is known.
+        verbose: Whether to name every key instead of counting them.
+    """
+    lines = [_release(read), _drivers(read), *([] if robot is None else [f"robot: {describe_robot(robot)}"])]
+    for kind, title in TOLD:
+        lines += _told(read, kind, title, None if verbose else MOST)
+    lines += _misspelt(read)
+    if read.defaulted:
+        names = ", ".join(name.removeprefix("controllers.") for name in read.defaulted)
+        lines.append(f"not in the file, so from a preset: {names}")
+    if verbose:
+        return [*lines, *(line for kind in COUNTED for line in _told(read, kind, f"keys that {KINDS[kind]}", None))]
+    counts = [f"{len(read.named(kind))} that {KINDS[kind]}" for kind in COUNTED if read.named(kind)]
+    return [*lines, *([f"other keys: {'; '.join(counts)} (--verbose names them)"] if counts else [])]
+
+
+def describe_robot(robot: RobotSpec) -> str:
+    """Shape and limits of a robot in one line."""
+    if robot.footprint is None:
+        shape = f"radius {robot.radius:g} m"
+    else:
+        shape = "footprint " + " ".join(f"({x:g}, {y:g})" for x, y in robot.footprint)
+    return (
+        f"{shape}, {robot.max_linear_velocity:g} m/s forwards, {robot.max_reverse_velocity:g} m/s backwards, "
+        f"{robot.max_angular_velocity:g} rad/s, {robot.max_linear_acceleration:g} m/s^2, "
+        f"{robot.max_angular_acceleration:g} rad/s^2"
+    )
+
+
+def _release(read: Nav2Params) -> str:
+    recognition = read.recognition
+    name = recognition.release.capitalize()
+    if recognition.given:
+        told = "as --nav2 says"
+    elif recognition.told_by:
+        more = len(recognition.told_by) - 1
+        told = f"as {_at(read, recognition.told_by[0])} tells" + _more(more)
+    else:
+        told = "as no key tells otherwise"
+    against = recognition.against
+    mixed = f"; {_at(read, against[0])} speaks against it" + _more(len(against) - 1) if against else ""
+    return f"read as Nav2 {name}, {told}{mixed}"
+
+
+def _more(number: int) -> str:
+    return f", and {number} more keys" if number > 1 else ", and one more key" if number else ""
+
+
+def _drivers(read: Nav2Params) -> str:
+    controllers = read.navigation.controllers
+    own = [f"{name} ({CONTROLLERS[controllers[name].kind].title})" for name in read.own_controllers]
+    others = [name for name in controllers if name not in read.own_controllers]
+    driving = ", ".join(own) or f"{', '.join(others)} (of a preset)"
+    foreign = f"; not built here: {', '.join(read.foreign)}" if read.foreign else ""
+    return f"drives: {driving}; plans: {PLANNERS[read.navigation.planner.name].title}{foreign}"
+
+
+def _told(read: Nav2Params, kind: Kind, title: str, most: int | None) -> Iterator[str]:
+    """One line for each finding of a kind; those of one reason share theirs."""
+    by_reason: dict[str, list[Finding]] = {}
+    for finding in read.findings:
+        if finding.kind == kind:
+            by_reason.setdefault(finding.why, []).append(finding)
+    for number, (why, found) in enumerate(by_reason.items()):
+        if number == most:
+            yield f"{title}: {len(by_reason) - number} more (--verbose names them)"
+            return
+        yield f"{title}: {_names(read, found, most)}" + (f": {why}" if why else "")
+
+
+def _names(read: Nav2Params, found: Sequence[Finding], most: int | None) -> str:
+    shown = ", ".join(_at(read, finding.name) for finding in found[:most])
+    more = 0 if most is None else len(found) - most
+    return shown + (f" and {more} more" if more > 0 else "")
+
+
+def _misspelt(read: Nav2Params) -> list[str]:
+    found = [finding for finding in read.findings if finding.kind == "unknown" and finding.why]
+    return [f"not a parameter: {_at(read, finding.name)}; {finding.why}" for finding in found]
+
+
+def _at(read: Nav2Params, name: str) -> str:
+    """A name with its line."""
+    line = read.document.line_of(name)
+    return name if line is None else f"{name} (line {line})"

@@ -1,0 +1,110 @@
+"""Edits of a YAML text at the places where its nodes stand, so that comments, order and templates stay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import yaml
+
+
+class Entry(NamedTuple):
+    """One parameter of a node.
+
+    Args:
+        name: Its dotted name within the node.
+        group: The mapping in which it stands.
+        key: Its key, which may be dotted itself.
+        value: Its value.
+    """
+
+    name: str
+    group: yaml.MappingNode
+    key: yaml.ScalarNode
+    value: yaml.Node
+
+    @property
+    def line(self) -> int:
+        """Number of its line."""
+        return int(self.key.start_mark.line) + 1
+
+
+def entries(group: yaml.Node, prefix: str = "") -> Iterator[Entry]:
+    """Every parameter and group below a mapping, the outer ones first."""
+    if not isinstance(group, yaml.MappingNode):
+        return
+    for key, value in group.value:
+        if isinstance(key, yaml.ScalarNode):
+            yield Entry(f"{prefix}{key.value}", group, key, value)
+            yield from entries(value, f"{prefix}{key.value}.")
+
+
+@dataclass
+class Edits:
+    """Changes of one text, made all at once.
+
+    Args:
+        text: As it was.
+    """
+
+    text: str
+    _changes: dict[tuple[int, int], str] = field(default_factory=dict)
+
+    def rename(self, key: yaml.ScalarNode, text: str) -> None:
+        """Give a parameter or a group another key."""
+        self._changes[key.start_mark.index, key.end_mark.index] = text
+
+    def replace(self, entry: Entry, text: str) -> None:
+        """Give a parameter another value; it stands on the line of the key."""
+        self._changes[entry.key.end_mark.index, _end(entry.value)] = f": {text}"
+
+    def remove(self, entry: Entry) -> None:
+        """Take a parameter or a group out, with the rest of its last line."""
+        if entry.group.flow_style:
+            self._remove_in_braces(entry)
+            return
+        start = self.text.rfind("\n", 0, entry.key.start_mark.index) + 1
+        end = self.text.find("\n", max(_end(entry.value), entry.key.end_mark.index))
+        self._changes[start, len(self.text) if end < 0 else end + 1] = ""
+
+    def insert(self, group: yaml.MappingNode, name: str, value: Any) -> None:
+        """Put a new parameter in front of the first one of a group."""
+        first = group.value[0][0].start_mark
+        line = f"{name}: {as_yaml(value)}"
+        after = ", " if group.flow_style else "\n" + " " * first.column
+        at = (first.index, first.index)
+        self._changes[at] = self._changes.get(at, "") + line + after
+
+    def apply(self) -> str:
+        """Return the changed text; a change within a removed group goes with it."""
+        text, behind = self.text, len(self.text) + 1
+        removed = [place for place, new in self._changes.items() if not new and place[1] > place[0]]
+        for start, end in sorted(self._changes, reverse=True):
+            within = any(a <= start and end <= b and (a, b) != (start, end) for a, b in removed)
+            if within or end > behind:
+                continue
+            text, behind = text[:start] + self._changes[start, end] + text[end:], start
+        return text
+
+    def _remove_in_braces(self, entry: Entry) -> None:
+        keys = [key for key, _ in entry.group.value]
+        position = keys.index(entry.key)
+        if position + 1 < len(keys):
+            self._changes[entry.key.start_mark.index, keys[position + 1].start_mark.index] = ""
+        else:
+            start = _end(entry.group.value[position - 1][1]) if position else entry.key.start_mark.index
+            self._changes[start, _end(entry.value)] = ""
+
+
+def as_yaml(value: Any) -> str:
+    """A value as it is written behind its key."""
+    return yaml.safe_dump(value, default_flow_style=True, width=1000).strip().removesuffix("...").strip()
+
+
+def _end(node: yaml.Node) -> int:
+    """Index behind the last character of a node; a block's own mark lies behind the comments that follow it."""
+    if not isinstance(node, yaml.CollectionNode) or node.flow_style or not node.value:
+        return int(node.end_mark.index)
+    last = node.value[-1]
+    return _end(last[1] if isinstance(last, tuple) else last)

@@ -1,0 +1,77 @@
+"""``--params`` and the options that say how the file is read; what of it drives is said once."""
+
+from __future__ import annotations
+
+import argparse
+import functools
+from pathlib import Path
+
+from controllers.nav2_params import PRESETS, Nav2Params, load_preset, read_nav2_params, summarise
+from controllers.nav2_params.templates import parse_defines
+from controllers.releases import RELEASES, Release
+from evolution.commands.progress import note
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.errors import ConfigError
+
+ONLY_FOR_FILES = ("define", "only", "verbose")
+
+
+def add_reading_options(group: argparse._ActionsContainer) -> None:
+    """Add ``--nav2``, ``--define`` and ``--only``, which say how a parameter file is read, and ``--verbose``."""
+    group.add_argument(
+        "--nav2", choices=RELEASES, help="distribution whose behaviour drives (default: as the file's keys tell)"
+    )
+    group.add_argument(
+        "--define",
+        action="append",
+        metavar="NAME=VALUE",
+        help="value of a template of the file, as <NAME> or $(var NAME); may be given several times",
+    )
+    group.add_argument(
+        "--only", metavar="CONTROLLER", help="drive with this one where the file's own controller is not built here"
+    )
+    group.add_argument("--verbose", action="store_true", help="name every key of the file that has no effect, and why")
+
+
+def read_parameter_file(args: argparse.Namespace) -> Nav2Params | None:
+    """Read the file of ``--params``; None if it names a preset, or is not given.
+
+    Raises:
+        ConfigError: If there is no such file, it is refused, or an option for files is given without one.
+    """
+    if args.params is None or args.params in PRESETS:
+        for name in ONLY_FOR_FILES:
+            if getattr(args, name):
+                raise ConfigError(f"--{name}: expected a parameter file, --params FILE, got {args.params or 'none'}")
+        _refuse_other_release(args)
+        return None
+    return _read(args.params, args.nav2, tuple(args.define or ()), args.only, _names_controllers(args))
+
+
+def describe_parameter_file(read: Nav2Params, args: argparse.Namespace, environment: EnvConfig) -> None:
+    """Say on standard error what the file means here."""
+    lines = summarise(read, environment.robot, args.verbose)
+    if environment.control_hz > EnvConfig().control_hz:
+        lines.append(f"the world keeps the pace of the controller server: {environment.control_hz:g} commands a second")
+    for line in lines:
+        note(f"{args.params}: {line}")
+
+
+def _refuse_other_release(args: argparse.Namespace) -> None:
+    """Refuse a preset of another release than ``--nav2`` asks for."""
+    release = None if args.params is None else load_preset(args.params).release
+    if release is not None and args.nav2 not in (None, release):
+        raise ConfigError(f"--nav2 {args.nav2}: the preset {args.params} is Nav2 {release.capitalize()}'s")
+
+
+def _names_controllers(args: argparse.Namespace) -> bool:
+    """Whether the command line says who drives."""
+    return any(getattr(args, name, None) is not None for name in ("controllers", "controller"))
+
+
+@functools.lru_cache(maxsize=8)
+def _read(path: str, release: Release | None, defines: tuple[str, ...], only: str | None, anyone: bool) -> Nav2Params:
+    """Read a user's file once; a name of no file may be a misspelt preset."""
+    if not Path(path).exists():
+        raise ConfigError(f"--params: expected a file or one of the presets {', '.join(PRESETS)}, got {path!r}")
+    return read_nav2_params(path, release=release, defines=parse_defines(defines), only=only, anyone=anyone)

@@ -1,0 +1,82 @@
+"""``mapbench params``: what a parameter file means here, and the same file for the other distribution."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from controllers.nav2_params import parse_nav2_params, robot_of, summarise
+from controllers.nav2_params.document import read_document
+from controllers.nav2_params.migration import Migration, migrate_file
+from controllers.releases import RELEASES
+from evolution.commands import options
+from evolution.commands.parameter_file import add_reading_options, read_parameter_file
+from evolution.commands.progress import console, note
+from evolution.files import write_text
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.robot import RobotSpec, make_robot
+
+EXAMPLES = """  mapbench params check nav2_params.yaml
+  mapbench params check rosbot.yaml --define min_x=-0.1 --define max_x=0.1 --define min_y=-0.12 --define max_y=0.12
+  mapbench params convert nav2_params.yaml --to jazzy --out nav2_params_jazzy.yaml"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the subcommand and its two actions."""
+    parser = options.example_parser(subparsers, "params", "Check a nav2_params.yaml, or convert it.", EXAMPLES)
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    check = actions.add_parser("check", help="say what a file means here, without driving", allow_abbrev=False)
+    check.add_argument("params", metavar="FILE")
+    add_reading_options(check)
+    check.add_argument("--robot", metavar="NAME", help="gives what the file does not say (default turtlebot3_waffle)")
+    check.set_defaults(run=_check)
+    convert = actions.add_parser("convert", help="migrate a file to the other distribution", allow_abbrev=False)
+    convert.add_argument("file", metavar="FILE")
+    convert.add_argument("--to", required=True, choices=RELEASES, help="distribution it is to be for")
+    convert.add_argument("--nav2", choices=RELEASES, help="distribution it is for (default: as its keys tell)")
+    convert.add_argument("--out", metavar="FILE", help="a new file (default: standard output)")
+    convert.set_defaults(run=_convert)
+
+
+def _check(args: argparse.Namespace) -> int:
+    """Read the file and say what it means."""
+    read = read_parameter_file(args)
+    if read is None:
+        raise ConfigError(f"expected a parameter file, got the preset {args.params!r}")
+    base = RobotSpec(name="turtlebot3_waffle") if args.robot is None else make_robot(args.robot)
+    for line in summarise(read, robot_of(read, base), args.verbose):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+    return 0
+
+
+def _convert(args: argparse.Namespace) -> int:
+    """Write the file for the other distribution; what was done goes to standard error."""
+    if args.out is not None and Path(args.out).exists():
+        raise ConfigError(f"--out: expected a new file, got {args.out!r}, which exists")
+    migration = migrate_file(args.file, args.to, args.nav2)
+    if args.out is None:
+        print(migration.text, end="")
+    else:
+        write_text(Path(args.out), migration.text)
+    _report(args.file, migration)
+    if args.out is not None:
+        _read_again(args.out, migration)
+    return 0
+
+
+def _report(name: str, migration: Migration) -> None:
+    """Say what was done, and what has no counterpart."""
+    source, target = migration.source.capitalize(), migration.target.capitalize()
+    note(f"{name}: from Nav2 {source} to {target}: {len(migration.done)} changes, {len(migration.lost)} losses")
+    for line in migration.done:
+        note(f"  {line}")
+    for line in migration.lost:
+        note(f"  lost: {line}")
+
+
+def _read_again(name: str, migration: Migration) -> None:
+    """Say it where the new file would be refused here, as the old one may have been."""
+    try:
+        parse_nav2_params(read_document(name), release=migration.target)
+    except ConfigError as error:
+        note(f"{name}: still refused here: {error}")

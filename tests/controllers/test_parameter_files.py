@@ -1,0 +1,647 @@
+"""Parameter files as they are met: of all releases, with templates, leftovers, and other makers' plugins."""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import math
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controllers.nav2_params import PRESETS, parse_nav2_params, read_nav2_params, robot_of, summarise
+from controllers.nav2_params.document import read_document
+from controllers.nav2_params.migration import migrate_file
+from controllers.nav2_params.presets import _read_preset
+from controllers.nav2_params.templates import fill_templates, find_template, parse_defines
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.robot import RobotSpec
+from tests.oracle_data import DATA, needs_data
+
+DWB = {"plugin": "dwb_core::DWBLocalPlanner", "max_vel_x": 0.3, "max_vel_theta": 1.0, "critics": ["PathDist"]}
+MPPI = {"plugin": "nav2_mppi_controller::MPPIController"}
+RPP = {"plugin": "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"}
+LASER = {"observation_sources": "scan", "scan": {"data_type": "LaserScan", "clearing": True, "obstacle_range": 1.5}}
+CAMERA = {"observation_sources": "cloud", "cloud": {"data_type": "PointCloud2", "obstacle_max_range": 4.0}}
+VOXEL = "nav2_costmap_2d::VoxelLayer"
+
+
+def node(**params):
+    return {"ros__parameters": params}
+
+
+def with_controller(group, **server):
+    return {"controller_server": node(controller_plugins=["FollowPath"], FollowPath=group, **server)}
+
+
+def with_layers(names, **layers):
+    return {"local_costmap": {"local_costmap": node(plugins=names, **layers)}}
+
+
+def found(document, release=None):
+    return {
+        finding.name: (finding.kind, finding.why) for finding in parse_nav2_params(document, None, release).findings
+    }
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(document):
+        path = tmp_path / "params.yaml"
+        path.write_text(document if isinstance(document, str) else yaml.safe_dump(document, sort_keys=False))
+        return path
+
+    return write
+
+
+# --- Releases --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("document", "release"),
+    [
+        ({"planner_server": node(GridBased={"plugin": "nav2_navfn_planner/NavfnPlanner"})}, "humble"),
+        ({"planner_server": node(GridBased={"plugin": "nav2_navfn_planner::NavfnPlanner"})}, "jazzy"),
+        (with_controller({**MPPI, "reset_period": 2.0}, progress_checker_plugins=["progress_checker"]), "humble"),
+        (with_controller({**MPPI, "ax_max": 2.0}, progress_checker_plugin="progress_checker"), "jazzy"),
+        (with_controller(DWB, progress_checker_plugin="progress_checker"), "humble"),
+        (with_controller(DWB, costmap_update_timeout=0.3), "jazzy"),
+        ({**with_controller(DWB), "docking_server": node(max_retries=3)}, "jazzy"),
+        ({"recoveries_server": node(recovery_plugins=["spin"])}, "humble"),
+        (with_controller({**DWB, "stateful": True}), "humble"),  # RPP's stateful is Jazzy's, DWB's is no one's
+    ],
+)
+def test_the_release_is_told_by_the_keys(document, release):
+    recognition = parse_nav2_params(document).recognition
+    assert (recognition.release, recognition.given) == (release, False)
+    other = {"humble": "jazzy", "jazzy": "humble"}[release]
+    given = parse_nav2_params(document, None, other).recognition
+    assert (given.release, given.told_by, given.given) == (other, (), True)
+
+
+def test_what_starts_only_one_release_counts_before_what_drives_by_it_and_that_before_the_rest():
+    planner = {"planner_server": node(GridBased={"plugin": "nav2_navfn_planner::NavfnPlanner"})}
+    document = {**with_controller({**MPPI, "reset_period": 1.0}, progress_checker_plugin="p"), **planner}
+    recognition = parse_nav2_params(document).recognition
+    assert recognition.release == "jazzy"
+    assert recognition.told_by == ("planner_server.GridBased.plugin",)
+    assert recognition.against == (
+        "controller_server.FollowPath.reset_period",
+        "controller_server.progress_checker_plugin",
+    )
+
+
+def test_a_file_that_mixes_the_distributions_needs_a_word(write):
+    path = write(with_controller({**MPPI, "reset_period": 1.0, "ax_max": 2.0}))
+    with pytest.raises(
+        ConfigError, match=r"line 8: .*ax_max: the file mixes .*reset_period is Humble's; .*--nav2 humble"
+    ):
+        read_nav2_params(path)
+    jazzy = read_nav2_params(path, release="jazzy")
+    assert jazzy.navigation.controllers["FollowPath"].params["ax_max"] == 2.0
+    assert jazzy.named("other_release") == ("controller_server.FollowPath.reset_period",)
+    humble = read_nav2_params(path, release="humble")
+    assert humble.navigation.controllers["FollowPath"].params["reset_period"] == 1.0
+    assert humble.named("other_release") == ("controller_server.FollowPath.ax_max",)
+
+
+def test_a_critic_that_only_the_other_release_has_is_refused_with_the_nearest():
+    document = with_controller({**MPPI, "critics": ["PathAlignLegacyCritic", "GoalCritic"], "time_steps": 40})
+    with pytest.raises(ConfigError, match=r"only Nav2 Humble has the critic 'PathAlignL.*'PathAlignCritic'"):
+        parse_nav2_params(document, None, "jazzy")
+    read = parse_nav2_params(document, None, "humble")
+    assert read.navigation.controllers["FollowPath"].params["critics"] == ["PathAlignCritic", "GoalCritic"]
+    assert read.named("replaced") == ("controller_server.FollowPath.PathAlignLegacyCritic",)
+
+
+def test_a_jazzy_file_has_the_defaults_of_jazzy():
+    document = with_controller(MPPI, costmap_update_timeout=0.3)
+    params = parse_nav2_params(document).navigation.controllers["FollowPath"].params
+    assert (params["ax_max"], params["PathAngleCritic"]["cost_weight"]) == (3.0, 2.2)
+
+
+def test_files_of_foxy_and_galactic_are_read_under_todays_names():
+    document = {
+        **with_controller({**RPP, "max_allowed_time_to_collision": 0.7}, goal_checker_plugin="precise"),
+        "recoveries_server": node(
+            recovery_plugins=["spin", "wait"], spin={"plugin": "nav2_recoveries/Spin"}, transform_timeout=0.1
+        ),
+        "bt_navigator": node(default_bt_xml_filename="old.xml"),
+    }
+    document["controller_server"]["ros__parameters"]["precise"] = {"xy_goal_tolerance": 0.05}
+    read = parse_nav2_params(document)
+    assert read.recognition.release == "humble"
+    assert read.navigation.controller_server.goal_checker.xy_goal_tolerance == 0.05
+    assert read.navigation.behavior_server.behavior_plugins == ("spin", "wait")
+    params = read.navigation.controllers["FollowPath"].params
+    assert params["max_allowed_time_to_collision_up_to_carrot"] == 0.7
+    assert set(read.named("renamed")) == {
+        "recoveries_server",
+        "recoveries_server.recovery_plugins",
+        "controller_server.goal_checker_plugin",
+        "controller_server.FollowPath.max_allowed_time_to_collision",
+    }
+    assert set(read.named("other_release")) == {
+        "recoveries_server.transform_timeout",
+        "bt_navigator.default_bt_xml_filename",
+    }
+
+
+def test_files_of_dashing_and_eloquent_are_read_under_todays_names():
+    dwb = {key: value for key, value in DWB.items() if key != "plugin"}
+    document = {
+        "dwb_controller": node(controller_frequency=15.0, **dwb, **{"goal_checker.xy_goal_tolerance": 0.1}),
+        "navfn_planner": node(tolerance=0.2),
+        "recoveries_server": node(plugin_names=["Spin"], plugin_types=["nav2_recoveries/Spin"]),
+        "local_costmap": {
+            "local_costmap": node(
+                plugin_names=["obstacles", "inflation"],
+                plugin_types=["nav2_costmap_2d::ObstacleLayer", "nav2_costmap_2d::InflationLayer"],
+                **{"inflation.inflation_radius": 0.4, "observation_sources": "scan", "scan": {"clearing": True}},
+            )
+        },
+    }
+    navigation = parse_nav2_params(document).navigation
+    assert navigation.controller_server.controller_frequency == 15.0
+    assert navigation.controller_server.goal_checker.xy_goal_tolerance == 0.1
+    assert navigation.controllers["FollowPath"].params["max_vel_x"] == 0.3
+    assert navigation.planner.params["tolerance"] == 0.2
+    assert navigation.behavior_server.behavior_plugins == ("spin",)
+    assert navigation.local_costmap.plugins == ("obstacle_layer", "inflation_layer")
+    assert navigation.local_costmap.obstacle_layer.scan.clearing
+    assert navigation.local_costmap.inflation_layer.inflation_radius == 0.4
+
+
+def test_eloquents_lists_of_classes_are_followed():
+    document = {
+        "controller_server": node(
+            controller_plugin_types=["dwb_core::DWBLocalPlanner"], FollowPath={"critics": ["PathDist"]}
+        ),
+        "planner_server": node(
+            planner_plugin_types=["nav2_navfn_planner/NavfnPlanner"], **{"GridBased.tolerance": 0.1}
+        ),
+    }
+    navigation = parse_nav2_params(document).navigation
+    assert (navigation.controllers["FollowPath"].kind, navigation.planner.params["tolerance"]) == ("dwb", 0.1)
+
+
+def test_a_file_of_lyrical_is_read_as_jazzys():
+    mppi = {
+        **MPPI,
+        "motion_model": "car",
+        "car": {"plugin": "mppi::AckermannMotionModel"},
+        "az_max": 3.0,
+        "sgf_order": 2,
+    }
+    server = with_controller(
+        mppi,
+        path_handler_plugins=["handler"],
+        handler={"plugin": "nav2_controller::FeasiblePathHandler", "prune_distance": 2.5, "reject_unit_path": False},
+        goal_checker_plugins=["checker"],
+        checker={"plugin": "nav2_controller::SimpleGoalChecker", "path_length_tolerance": 1.0},
+    )
+    smoother = node(max_velocity=[0.5, 0.0, 0.0, 0.0, 0.0, 2.0], max_accel=[3.0, 0.0, 0.0, 0.0, 0.0, 3.5])
+    read = parse_nav2_params({**server, "velocity_smoother": smoother})
+    params = read.navigation.controllers["FollowPath"].params
+    assert (read.recognition.release, params["motion_model"], params["prune_distance"]) == ("jazzy", "Ackermann", 2.5)
+    assert read.navigation.velocity_smoother.max_velocity == (0.5, 0.0, 2.0)
+    assert set(read.named("other_release")) == {
+        "controller_server.FollowPath.sgf_order",
+        "controller_server.checker.path_length_tolerance",
+    }
+
+
+def test_zeros_that_the_motion_model_does_not_read_are_no_errors():
+    read = parse_nav2_params(with_controller({**MPPI, "vy_std": 0.0, "AckermannConstraints": {"min_turning_r": 0.0}}))
+    assert read.navigation.controllers["FollowPath"].params["vy_std"] == 0.2
+    assert len(read.named("unused")) == 2
+
+
+# --- What Nav2 ignores ------------------------------------------------------------------------------------------------
+
+
+def test_leftovers_and_stray_keys_are_listed_and_nothing_is_refused():
+    group = {**DWB, "vy_samples": 0, "desired_linear_vel": 0.4, "primary_controller": "x", "anything": 1}
+    document = with_controller(group, controller_plugin_types=["dwb_core::DWBLocalPlanner"])
+    document["planner_server"] = node(
+        GridBased={
+            "plugin": "nav2_smac_planner/SmacPlanner2D",
+            "reverse_penalty": 2.1,
+            "smoother": {"optimizer": {"a": 1}},
+        }
+    )
+    kinds = found(document)
+    server = "controller_server.FollowPath"
+    assert kinds[f"{server}.desired_linear_vel"] == ("other_release", "a parameter of Regulated Pure Pursuit")
+    assert kinds[f"{server}.primary_controller"] == ("other_release", "a parameter of the Rotation Shim")
+    assert kinds[f"{server}.anything"] == ("unknown", "")
+    assert kinds["controller_server.controller_plugin_types"][0] == "other_release"
+    assert kinds["planner_server.GridBased.reverse_penalty"][0] == "other_release"
+    assert kinds["planner_server.GridBased.smoother.optimizer.a"][0] == "other_release"
+
+
+def test_of_two_sections_the_one_in_its_place_counts():
+    right = {"local_costmap": node(width=4)}
+    document = {
+        "robot": {"local_costmap": {"local_costmap": node(width=6)}},
+        "local_costmap": {**right, **node(width=9)},
+    }
+    read = parse_nav2_params({"local_costmap": right, "robot": document["robot"]})
+    assert read.navigation.local_costmap.width == 4
+    assert read.named("unused") == ("robot.local_costmap.local_costmap",)
+    flat = {"a": {"planner_server": node()}, "planner_server": node(planner_plugins=["GridBased"])}
+    assert parse_nav2_params(flat).named("unused") == ("a.planner_server",)
+
+
+def test_a_key_given_twice_counts_as_in_ros(write):
+    path = write("local_costmap: {local_costmap: {ros__parameters: {width: 3,\n width: 4}}}")
+    read = read_nav2_params(path)
+    assert read.navigation.local_costmap.width == 4
+    assert read.named("repeated") == ("local_costmap.local_costmap.width",)
+
+
+def test_a_name_of_another_release_beside_todays_counts_for_nothing():
+    read = parse_nav2_params(with_controller({**RPP, "max_linear_vel": 0.9, "desired_linear_vel": 0.4}))
+    assert read.navigation.controllers["FollowPath"].params["desired_linear_vel"] == 0.4
+    assert read.named("unused") == ("controller_server.FollowPath.max_linear_vel",)
+
+
+def test_localisation_and_servers_of_other_tasks_do_not_drive():
+    names = (
+        "slam_toolbox",
+        "mh_amcl",
+        "ekf_filter_node",
+        "docking_server",
+        "route_server",
+        "keepout_filter_mask_server",
+    )
+    document = {**with_controller(DWB), **{name: node(a=1) for name in names}, "collision_monitor": node(b=1)}
+    kinds = found(document)
+    assert {kinds[name][0] for name in names} == {"ros_only"}
+    assert kinds["collision_monitor"] == ("left_out", "it would slow down or stop the robot close to obstacles")
+
+
+# --- Plugins that are not built --------------------------------------------------------------------------------------
+
+
+def test_another_makers_controller_is_named_and_only_goes_on(write):
+    path = write({**with_controller({"plugin": "teb_local_planner::TebLocalPlannerROS", "max_vel_x": 1.0})})
+    with pytest.raises(ConfigError, match=r"line 6: .*FollowPath\.plugin: .*TebLocalPlannerROS.*--only dwb|mppi|rpp"):
+        read_nav2_params(path)
+    read = read_nav2_params(path, only="rpp")
+    assert (list(read.navigation.controllers), read.own_controllers) == (["rpp"], ())
+    assert list(read_nav2_params(path, anyone=True).navigation.controllers) == ["dwb", "mppi", "rpp"]
+    for wrong in ("FollowPath", "teb"):
+        with pytest.raises(ConfigError):
+            read_nav2_params(path, only=wrong)
+
+
+def test_a_foreign_controller_beside_the_trees_own_is_left_out(write):
+    document = with_controller(DWB)
+    server = document["controller_server"]["ros__parameters"]
+    server |= {"controller_plugins": ["Other", "FollowPath"], "Other": {"plugin": "vector_pursuit::VectorPursuit"}}
+    read = read_nav2_params(write(document))
+    assert (read.own_controllers, list(read.foreign)) == (("FollowPath",), ["Other"])
+    server["controller_plugins"] = ["Other", "Mine"]
+    server["Mine"] = server.pop("FollowPath")
+    with pytest.raises(ConfigError, match="VectorPursuit"):
+        read_nav2_params(write(document))
+    assert list(read_nav2_params(write(document), only="Mine").navigation.controllers) == ["Mine"]
+
+
+@pytest.mark.parametrize("primary", ["dwb_core::DWBLocalPlanner", {**DWB}])
+def test_a_rotation_shim_gives_way_to_its_primary_controller(primary):
+    shim = {"plugin": "nav2_rotation_shim_controller::RotationShimController", "angular_dist_threshold": 0.7}
+    own = DWB if isinstance(primary, str) else {}
+    group = {**own, **shim, "primary_controller": primary}
+    read = parse_nav2_params(with_controller(group))
+    assert read.navigation.controllers["FollowPath"].params["max_vel_x"] == 0.3
+    assert read.named("replaced") == ("controller_server.FollowPath",)
+
+
+def test_robots_that_move_sideways_drive_straight_on():
+    read = parse_nav2_params(with_controller({**DWB, "max_vel_y": 0.3, "min_vel_y": -0.3}))
+    assert read.navigation.controllers["FollowPath"].params["max_vel_y"] == 0.0
+    assert len(read.named("replaced")) == 2
+    read = parse_nav2_params(with_controller({**MPPI, "motion_model": "Omni"}))
+    assert read.navigation.controllers["FollowPath"].params["motion_model"] == "DiffDrive"
+    assert read.named("replaced") == ("controller_server.FollowPath.motion_model",)
+
+
+@pytest.mark.parametrize(
+    ("ros_class", "planner"),
+    [("nav2_smac_planner/SmacPlannerHybrid", "smac_2d"), ("mine::Planner", "navfn")],
+)
+def test_a_planner_that_is_not_built_has_a_stand_in(ros_class, planner):
+    read = parse_nav2_params({"planner_server": node(GridBased={"plugin": ros_class, "own": 1, "tolerance": 0.3})})
+    assert (read.navigation.planner.name, read.navigation.planner.params["tolerance"]) == (planner, 0.3)
+    assert (read.named("replaced"), read.named("detail")) == (
+        ("planner_server.GridBased",),
+        ("planner_server.GridBased.own",),
+    )
+
+
+def test_a_goal_checker_of_the_position_alone_is_jazzys():
+    document = with_controller(
+        DWB, goal_checker_plugins=["near"], near={"plugin": "nav2_controller::PositionGoalChecker"}
+    )
+    assert parse_nav2_params(document, None, "jazzy").navigation.controller_server.goal_checker.plugin == "position"
+    with pytest.raises(ConfigError, match=r"near\.plugin: Nav2 Humble has no PositionGoalChecker"):
+        parse_nav2_params(document, None, "humble")
+
+
+def test_behaviours_of_other_classes_and_ramps_are_left_out():
+    server = node(
+        behavior_plugins=["spin", "backup"],
+        spin={"plugin": "mine/Twirl"},
+        backup={"plugin": "nav2_behaviors::BackUp", "acceleration_limit": 2.5},
+    )
+    read = parse_nav2_params({"behavior_server": server})
+    assert read.navigation.behavior_server.behavior_plugins == ("backup",)
+    assert read.named("left_out") == ("behavior_server.spin", "behavior_server.backup.acceleration_limit")
+
+
+# --- Costmaps ---------------------------------------------------------------------------------------------------------
+
+
+def test_of_two_voxel_layers_the_one_with_a_lidar_is_built():
+    document = with_layers(["eyes", "lidar"], eyes={"plugin": VOXEL, **CAMERA}, lidar={"plugin": VOXEL, **LASER})
+    read = parse_nav2_params(document)
+    assert read.navigation.local_costmap.plugins == ("voxel_layer",)
+    assert read.navigation.local_costmap.voxel_layer.scan.obstacle_max_range == 1.5
+    assert read.named("left_out") == ("local_costmap.local_costmap.eyes",)
+
+
+def test_without_any_lidar_a_point_cloud_stands_for_it():
+    read = parse_nav2_params(with_layers(["eyes"], eyes={"plugin": VOXEL, **CAMERA}))
+    layer = read.navigation.local_costmap.voxel_layer
+    assert (layer.scan.marking, layer.scan.obstacle_max_range) == (True, 4.0)
+    assert read.named("replaced") == ("local_costmap.local_costmap.eyes.cloud",)
+
+
+def test_the_spatio_temporal_voxel_layer_is_approximated():
+    stvl = {
+        "plugin": "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer",
+        "voxel_decay": 15.0,
+        "update_footprint_enabled": False,
+        "observation_sources": "mark clear",
+        "mark": {"data_type": "PointCloud2", "marking": True, "clearing": False, "obstacle_range": 3.0},
+        "clear": {"data_type": "PointCloud2", "marking": False, "clearing": True},
+    }
+    read = parse_nav2_params(with_layers(["stvl"], stvl=stvl))
+    layer = read.navigation.local_costmap.voxel_layer
+    assert (layer.scan.clearing, layer.scan.obstacle_max_range, layer.footprint_clearing_enabled) == (True, 3.0, False)
+    assert read.named("replaced")[0] == "local_costmap.local_costmap.stvl"
+    assert "local_costmap.local_costmap.stvl.voxel_decay" in read.named("detail")
+
+
+def test_filters_and_other_layers_are_left_out():
+    document = with_layers(
+        ["inflation_layer", "denoise", "sonar"],
+        filters=["keepout"],
+        keepout={"plugin": "nav2_costmap_2d::KeepoutFilter", "enabled": "KEEPOUT_ZONE_ENABLED"},
+        denoise={"plugin": "nav2_costmap_2d::DenoiseLayer"},
+        sonar={"plugin": "nav2_costmap_2d::RangeSensorLayer"},
+    )
+    read = parse_nav2_params(document)
+    assert read.navigation.local_costmap.plugins == ("inflation_layer",)
+    assert {name.rpartition(".")[2] for name in read.named("left_out")} == {"keepout", "denoise", "sonar"}
+
+
+def test_more_than_one_lidar_is_one_here_and_old_scans_are_said():
+    layer = {
+        "plugin": "nav2_costmap_2d::ObstacleLayer",
+        "observation_sources": ["front", "rear"],
+        "front": {"observation_persistence": 1.0},
+        "rear": {"observation_persistence": 0.0},
+    }
+    names = set(parse_nav2_params(with_layers(["o"], o=layer)).named("left_out"))
+    prefix = "local_costmap.local_costmap.o"
+    assert names == {f"{prefix}.rear", f"{prefix}.front.observation_persistence"}
+
+
+# --- Templates --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("<min_x>", "min_x"),
+        ("a/$(var ns)/b", "ns"),
+        ("$(find-pkg-share my_pkg)/x", "my_pkg"),
+        ("${r}", "r"),
+        ("@r@", "r"),
+    ],
+)
+def test_templates_are_found_and_filled(text, name):
+    assert find_template([1, text]).name == name
+    assert "7" in fill_templates(f"key: {text}", {name: "7"})
+    assert fill_templates(f"key: {text}", {}) == f"key: {text}"
+
+
+def test_a_footprint_without_values_is_left_to_the_robot(write):
+    text = "local_costmap: {local_costmap: {ros__parameters: {footprint: '[[<a>, <b>], [<a>, 0.1], [-0.1, 0.0]]'}}}"
+    read = read_nav2_params(write(text))
+    assert read.navigation.local_costmap.footprint is None
+    assert read.named("template") == ("local_costmap.local_costmap.footprint",)
+    read = read_nav2_params(write(text), defines={"a": "0.2", "b": "-0.1"})
+    assert read.navigation.local_costmap.footprint == ((0.2, -0.1), (0.2, 0.1), (-0.1, 0.0))
+
+
+def test_a_template_that_drives_needs_a_value_and_others_none(write):
+    text = (
+        "# <not this>\n'<ns>/planner_server':\n  ros__parameters:\n    topic: /<ns>/x\n    GridBased: {{tolerance: {}}}"
+    )
+    path = write(text.format("$(var tolerance)"))
+    with pytest.raises(ConfigError, match=r"line 5: .*tolerance: the template .* --define tolerance=VALUE"):
+        read_nav2_params(path)
+    assert read_nav2_params(path, defines={"tolerance": "0.3"}).navigation.planner.params["tolerance"] == 0.3
+    with pytest.raises(ConfigError, match="unknown template 'tolerence'; did you mean 'tolerance'"):
+        read_nav2_params(path, defines={"tolerence": "0.3"})
+    with pytest.raises(ConfigError, match=r"line 5: .*\{\{ tol \}\} has no value"):
+        read_nav2_params(write(text.format("{{ tol }}")))
+
+
+def test_placeholders_of_nav2s_own_launch_files_take_values():
+    assert fill_templates("enabled: KEEPOUT_ZONE_ENABLED", {"KEEPOUT_ZONE_ENABLED": "true"}) == "enabled: true"
+
+
+@pytest.mark.parametrize("options", [["x"], ["=1"], ["x=1", "x=2"], ["x=a\nb"]])
+def test_a_define_that_is_none_is_refused(options):
+    with pytest.raises(ConfigError, match="--define"):
+        parse_defines(options)
+
+
+# --- Lines ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("max_vel_x: fast", "line 6: controller_server.FollowPath.max_vel_x: expected a valid number"),
+        ("PathDist.scale: -1.0", "line 6: controller_server.FollowPath.PathDist.scale: expected greater than or equal"),
+        (
+            "PathDist:\n        scale: -1.0",
+            "line 7: controller_server.FollowPath.PathDist.scale: expected greater than or",
+        ),
+        ("sim_time: <t>", "line 6: controller_server.FollowPath.sim_time: the template <t> has no value"),
+        ("min_vel_x: 1.0", "line 6: controller_server.FollowPath.min_vel_x: expected at most max_vel_x"),
+    ],
+)
+def test_a_refusal_names_the_line_and_the_key(text, said, write):
+    head = "controller_server:\n  ros__parameters:\n    controller_plugins: [FollowPath]\n    FollowPath:\n"
+    path = write(f"{head}      critics: [PathDist]\n      {text}\n")
+    with pytest.raises(ConfigError) as raised:
+        read_nav2_params(path)
+    assert f"{path}: {said}" in str(raised.value)
+
+
+# --- The robot --------------------------------------------------------------------------------------------------------
+
+
+def test_the_smoothers_limits_are_the_robots_or_else_its_controllers():
+    document = with_controller({**DWB, "acc_lim_x": 1.5, "min_vel_x": -0.2}) | with_layers([], robot_radius=0.3)
+    robot = robot_of(parse_nav2_params(document), RobotSpec())
+    assert (robot.radius, robot.max_linear_velocity, robot.max_reverse_velocity) == (0.3, 0.3, 0.2)
+    assert (robot.max_linear_acceleration, robot.max_angular_velocity) == (1.5, 1.0)
+    smoother = node(max_velocity=[0.8, 0.0, 2.0], min_velocity=[-0.1, 0.0, -2.0], max_accel=[0.5, 0.0, 4.0])
+    robot = robot_of(parse_nav2_params({**document, "velocity_smoother": smoother}), RobotSpec())
+    assert (robot.max_linear_velocity, robot.max_reverse_velocity, robot.max_angular_velocity) == (0.8, 0.1, 2.0)
+    assert (robot.max_linear_acceleration, robot.max_angular_acceleration) == (2.5, 4.0)
+
+
+def test_a_footprint_becomes_a_body_of_at_most_eight_corners_and_no_dents():
+    angles = [i * math.pi / 10 for i in range(20)]
+    round_one = str([[round(math.cos(a), 3), round(math.sin(a), 3)] for a in angles])
+    robot = robot_of(parse_nav2_params(with_layers([], footprint=round_one)), RobotSpec())
+    assert len(robot.footprint) == 8
+    dented = "[[0.3, 0.2], [0.1, 0.0], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]"
+    robot = robot_of(parse_nav2_params(with_layers([], footprint=dented)), RobotSpec())
+    assert len(robot.footprint) == 4
+    assert robot.circumscribed_radius == pytest.approx(math.hypot(0.3, 0.2))
+
+
+def test_a_file_without_shape_and_limits_leaves_the_robot_as_it_is():
+    assert robot_of(parse_nav2_params({"planner_server": node()}), RobotSpec()) == RobotSpec()
+
+
+# --- What is said -----------------------------------------------------------------------------------------------------
+
+
+def test_the_summary_fits_one_screen_and_verbose_names_everything(write):
+    document = with_controller({**MPPI, "motion_model": "Omni", "vx_mx": 0.4, **{f"stray{i}": i for i in range(60)}})
+    document["collision_monitor"] = node(a=1)
+    read = read_nav2_params(write(document))
+    lines = summarise(read, RobotSpec())
+    assert len(lines) < 12
+    assert max(map(len, lines)) < 400
+    text = "\n".join(lines)
+    for said in (
+        "read as Nav2 Humble",
+        "FollowPath (MPPI)",
+        "radius 0.22 m",
+        "replaced: ",
+        "collision_monitor (line ",
+    ):
+        assert said in text
+    assert "controller_server.FollowPath.vx_mx (line 8); did you mean 'vx_max'?" in text
+    assert "61 that are no parameters of their plugin" in text
+    assert "stray59" not in text
+    assert "stray59" in "\n".join(summarise(read, RobotSpec(), verbose=True))
+
+
+# --- Anything ---------------------------------------------------------------------------------------------------------
+
+WHOLE = {
+    **with_controller({**MPPI, "motion_model": "Omni", "critics": ["CostCritic"], "CostCritic": {"cost_weight": 1.0}}),
+    **with_layers(
+        ["v", "inflation_layer"], v={"plugin": VOXEL, **LASER}, footprint="[[0.1, 0.1], [-0.1, 0.1], [0, -0.2]]"
+    ),
+    "recoveries_server": node(recovery_plugins=["spin"], spin={"plugin": "nav2_recoveries/Spin"}),
+    "planner_server": node(planner_plugin_types=["nav2_navfn_planner/NavfnPlanner"], planner_plugin_ids=["GridBased"]),
+    "velocity_smoother": node(max_velocity=[0.3, 0.0, 1.0]),
+    "dwb_controller": node(max_vel_x=0.2),
+}
+JUNK = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.sampled_from(["<a>", "$(var b)", "x", "", "Omni", "a.b"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(["plugin", "a", "v", "scan"]), inner),
+    max_leaves=6,
+)
+
+
+def groups(value):
+    return [value, *(g for inner in value.values() if isinstance(inner, dict) for g in groups(inner))]
+
+
+def spoilt(data):
+    """A whole file with some keys gone, some stray ones and some values of the wrong type."""
+    document = copy.deepcopy(WHOLE)
+    for _ in range(data.draw(st.integers(1, 3))):
+        group = data.draw(st.sampled_from(groups(document)))
+        if group:
+            key = data.draw(st.sampled_from(sorted(group)) | st.sampled_from(["stray", "plugin", "plugins", "filters"]))
+            if data.draw(st.booleans()):
+                group.pop(key, None)
+            else:
+                group[key] = data.draw(JUNK)
+    return document
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data(), st.sampled_from([None, "humble", "jazzy"]))
+def test_a_spoilt_file_is_read_or_refused_and_never_more(data, release):
+    with contextlib.suppress(ConfigError):
+        read = parse_nav2_params(spoilt(data), None, release)
+        assert summarise(read, robot_of(read, RobotSpec()), verbose=True)
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data(), target=st.sampled_from(["humble", "jazzy"]))
+def test_a_spoilt_file_is_migrated_to_a_yaml_file_or_refused(data, target, tmp_path_factory):
+    path = tmp_path_factory.mktemp("spoilt") / "params.yaml"
+    flow = data.draw(st.sampled_from([None, False, True]))
+    path.write_text(yaml.safe_dump(spoilt(data), default_flow_style=flow, sort_keys=False))
+    with contextlib.suppress(ConfigError):
+        migration = migrate_file(path, target)
+        assert isinstance(yaml.safe_load(migration.text), dict)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_hold_nothing_that_is_not_read(name):
+    document = _read_preset(name)
+    read = parse_nav2_params(document, release=document.pop("release", "humble"))
+    assert {finding.kind for finding in read.findings} <= {"ros_only"}
+
+
+@needs_data
+@pytest.mark.parametrize("path", sorted((DATA / "nav2_params").glob("*.yaml")), ids=lambda path: path.stem)
+def test_files_in_the_wild_drive_or_say_in_one_line_why_not(path):
+    read = refusal = None
+    try:
+        read = read_nav2_params(path)
+    except ConfigError as error:
+        refusal = str(error)
+    if read is None:
+        assert f"{path}: line " in refusal
+        assert "--only" in refusal
+    else:
+        assert read.own_controllers
+        assert len(summarise(read, robot_of(read, RobotSpec()))) <= 20
+
+
+@needs_data
+@pytest.mark.parametrize("target", ["humble", "jazzy"])
+@pytest.mark.parametrize("path", sorted((DATA / "nav2_params").glob("*.yaml")), ids=lambda path: path.stem)
+def test_files_in_the_wild_migrate_to_what_is_recognised_as_the_target(path, target, write):
+    migration = migrate_file(path, target)
+    read = parse_nav2_params(read_document(write(migration.text)))
+    assert read.recognition.release == target
+    own = [finding.name for finding in read.findings if finding.kind == "other_release"]
+    assert not [name for name in own if name.rpartition(".")[2] in ("ax_max", "reset_period", "mode", "stateful")]
+    assert migrate_file(write(migration.text), target).lost == ()

@@ -1,0 +1,201 @@
+"""``mapbench params``, and the options that say how a parameter file is read."""
+
+from __future__ import annotations
+
+import pytest
+import yaml
+
+from controllers.nav2_params import parse_nav2_params
+from evolution.cli import main
+from evolution.commands import options
+from evolution.commands.parameter_file import add_reading_options
+from evolution.driving import DriveSettings
+from gym_mapbench.errors import ConfigError
+
+HUMBLE = """
+controller_server:
+  ros__parameters:
+    controller_frequency: 50.0  # faster than our world
+    progress_checker_plugin: "progress_checker"
+    controller_plugins: [FollowPath]
+    FollowPath:
+      plugin: "nav2_mppi_controller::MPPIController"
+      vx_max: 0.6
+      reset_period: 1.0  # only in Humble
+      critics: ["GoalCritic", "PathAngleCritic", "ObstaclesCritic", "PathAlignLegacyCritic"]
+      PathAngleCritic:
+        forward_preference: false
+      PathAlignLegacyCritic: {offset_from_furthest: 10, cost_weight: 7.0}
+local_costmap:
+  local_costmap:
+    ros__parameters:
+      footprint: "[[<x>, 0.1], [-0.1, 0.1], [-0.1, -0.1], [<x>, -0.1]]"
+      inflation_layer: {plugin: "nav2_costmap_2d::InflationLayer", inflation_radius: 0.6, cost_scaling_factor: 4.0}
+planner_server:
+  ros__parameters:
+    GridBased: {plugin: "nav2_navfn_planner/NavfnPlanner", tolerance: 0.3}
+recoveries_server:
+  ros__parameters:
+    recovery_plugins: ["spin"]
+    costmap_topic: local_costmap/costmap_raw
+    global_frame: odom
+    spin: {plugin: "nav2_recoveries/Spin"}
+bt_navigator:
+  ros__parameters:
+    plugin_lib_names:
+    - nav2_spin_action_bt_node
+    - my_own_bt_node
+"""
+TEB = "controller_server: {ros__parameters: {controller_plugins: [F], F: {plugin: teb_local_planner::Teb}}}\n"
+
+
+@pytest.fixture
+def humble(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(HUMBLE)
+    return path
+
+
+def parsed(*argv):
+    return main(["params", *map(str, argv)])
+
+
+def converted(tmp_path, path, target):
+    out = tmp_path / f"{target}.yaml"
+    assert parsed("convert", path, "--to", target, "--out", out) == 0
+    return out
+
+
+def test_check_says_what_a_file_means(humble, capsys):
+    assert parsed("check", humble) == 0
+    said = capsys.readouterr().out
+    assert "read as Nav2 Humble, as planner_server.GridBased.plugin (line 22) tells" in said
+    assert "drives: FollowPath (MPPI); plans: NavFn" in said
+    assert "radius 0.22 m, 0.6 m/s forwards" in said
+    assert "left to the robot: local_costmap.local_costmap.footprint (line 18): <x> has no value" in said
+    assert parsed("check", humble, "--define", "x=0.2", "--nav2", "jazzy", "--verbose") == 2
+    assert "only Nav2 Humble has the critic 'PathAlignLegacyCritic'" in capsys.readouterr().err
+    assert parsed("check", humble, "--define", "x=0.2") == 0
+    assert "footprint (-0.1, -0.1) (0.2, -0.1) (0.2, 0.1) (-0.1, 0.1)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("argv", "said"),
+    [
+        (["check", "thesis"], "expected a parameter file"),
+        (["check", "nowhere.yaml"], "nowhere.yaml"),
+        (["check", "FILE", "--define", "y=1"], "unknown template 'y'"),
+        (["check", "FILE", "--define", "x"], "expected NAME=VALUE"),
+        (["check", "FILE", "--only", "teb"], "unknown controller 'teb'"),
+        (["check", "FILE", "--robot", "burger"], "did you mean 'turtlebot3_burger'"),
+        (["convert", "FILE", "--to", "humble", "--out", "FILE"], "expected a new file"),
+        (["convert", "nowhere.yaml", "--to", "humble"], "cannot be read"),
+        (["bench", "--only", "dwb"], "--only: expected a parameter file"),
+        (["bench", "--params", "fair", "--nav2", "jazzy"], "--nav2 jazzy: the preset fair is Nav2 Humble's"),
+    ],
+)
+def test_refusals_are_one_line(humble, argv, said, capsys):
+    argv = [str(humble) if word == "FILE" else word for word in argv]
+    command = [argv[0], "barn.yaml", *argv[1:]] if argv[0] == "bench" else ["params", *argv]
+    if argv[0] == "bench":
+        command[1] = "examples/office.yaml"
+    assert main(command) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert len(error.splitlines()) == 1
+
+
+def test_convert_renames_writes_out_exchanges_and_lists(humble, tmp_path, capsys):
+    out = converted(tmp_path, humble, "jazzy")
+    text, said = out.read_text(), capsys.readouterr().err
+    assert "# faster than our world" in text  # comments stay
+    assert "<x>" in text  # and templates
+    server = yaml.safe_load(text)["controller_server"]["ros__parameters"]
+    assert server["progress_checker_plugins"] == ["progress_checker"]
+    group = server["FollowPath"]
+    assert "reset_period" not in group
+    assert group["critics"] == ["GoalCritic", "PathAngleCritic", "ObstaclesCritic", "PathAlignCritic"]
+    assert group["PathAlignCritic"] == {"offset_from_furthest": 10, "cost_weight": 7.0}
+    assert group["PathAngleCritic"] == {"mode": 1, "cost_weight": 2.0, "max_angle_to_furthest": 1.2}
+    assert group["ObstaclesCritic.collision_cost"] == 10000.0
+    behaviors = yaml.safe_load(text)["behavior_server"]["ros__parameters"]
+    assert behaviors == {
+        "behavior_plugins": ["spin"],
+        "local_costmap_topic": "local_costmap/costmap_raw",
+        "local_frame": "odom",
+        "spin": {"plugin": "nav2_behaviors::Spin"},
+    }
+    assert yaml.safe_load(text)["bt_navigator"]["ros__parameters"] == {"plugin_lib_names": ["my_own_bt_node"]}
+    for line in (
+        "line 10: controller_server.FollowPath.reset_period: taken out",
+        "written out as 1.2, Humble's default",
+        "new in Jazzy and at its default: ax_max 3.0",
+    ):
+        assert line in said
+
+
+def test_a_converted_file_is_recognised_as_what_it_is_and_comes_back(humble, tmp_path):
+    jazzy = converted(tmp_path, humble, "jazzy")
+    read = parse_nav2_params(yaml.safe_load(jazzy.read_text()))
+    assert read.recognition.release == "jazzy"
+    assert not read.named("other_release")
+    back = converted(tmp_path, jazzy, "humble")
+    text = back.read_text()
+    assert "global_frame: odom" in text
+    assert "local_frame" not in text
+    read = parse_nav2_params(yaml.safe_load(text))
+    assert (read.recognition.release, read.recognition.against) == ("humble", ())
+    assert not read.named("other_release")
+    params = read.navigation.controllers["FollowPath"].params
+    assert params["PathAngleCritic"]["forward_preference"] is False
+    assert params["PathAngleCritic"]["max_angle_to_furthest"] == 1.2
+    critic = params["ObstaclesCritic"]
+    assert (critic["inflation_radius"], critic["cost_scaling_factor"], critic["collision_cost"]) == (0.6, 4.0, 10000.0)
+
+
+def test_converting_to_its_own_release_changes_old_names_alone(humble, tmp_path):
+    text = converted(tmp_path, humble, "humble").read_text()
+    changed = {line for line in text.splitlines() if line not in HUMBLE.splitlines()}
+    assert changed == {
+        "behavior_server:",
+        '    behavior_plugins: ["spin"]',
+        "    spin: {plugin: nav2_behaviors/Spin}",
+    }
+
+
+def test_the_world_keeps_up_with_the_files_controller_and_robot(humble, capsys):
+    parser = options.argparse.ArgumentParser()
+    options.add_drive_options(parser)
+    options.add_controllers_option(parser)
+    args = parser.parse_args(["--params", str(humble), "--define", "x=0.2"])
+    settings = options.drive_settings(args)
+    assert (settings.environment.control_hz, settings.environment.physics_hz) == (50.0, 100.0)
+    assert settings.environment.robot.footprint is not None
+    assert settings.environment.robot.max_linear_velocity == 0.6
+    assert [spec.name for spec in options.named_controllers(args)] == ["FollowPath"]
+    assert "mine.yaml: read as Nav2 Humble" in capsys.readouterr().err
+
+
+def test_only_drives_with_another_controller_than_the_files(tmp_path):
+    path = tmp_path / "teb.yaml"
+    path.write_text(TEB)
+    parser = options.argparse.ArgumentParser()
+    add_reading_options(parser)
+    options.add_controllers_option(parser)
+    parser.add_argument("--params")
+    with pytest.raises(ConfigError, match=r"line 1: .*--only"):
+        options.named_controllers(parser.parse_args(["--params", str(path)]))
+    args = parser.parse_args(["--params", str(path), "--only", "rpp"])
+    assert [spec.name for spec in options.named_controllers(args)] == ["rpp"]
+    args = parser.parse_args(["--params", str(path), "--controllers", "dwb,rpp"])
+    assert [spec.name for spec in options.named_controllers(args)] == ["dwb", "rpp"]
+
+
+def test_a_config_says_how_a_file_is_read(humble, tmp_path):
+    path = tmp_path / "teb.yaml"
+    path.write_text(TEB)
+    settings = DriveSettings(navigation={"params": str(humble), "nav2": "humble", "define": {"x": "0.2"}})
+    assert settings.navigation.local_costmap.footprint[0] == (0.2, 0.1)
+    assert list(DriveSettings(navigation={"params": str(path), "only": "dwb"}).navigation.controllers) == ["dwb"]
+    with pytest.raises(ConfigError, match=r"navigation: .*unknown key 'nav'; did you mean 'nav2'"):
+        DriveSettings(navigation={"params": str(humble), "nav": "humble"})
