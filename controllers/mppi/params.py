@@ -58,6 +58,9 @@ RENAMED_KEYS = {
 }
 """Newer name -> the name in Humble and Jazzy; both are accepted."""
 
+OUR_KEYS = frozenset({"noise", "noise_seed", "PathAlignCritic.humble_search"})
+"""Parameters that Nav2 does not have: left out of a file that is written."""
+
 _ACCELERATION = "Humble's MPPI has no acceleration limits"
 _DELAY = "the model has no delay"
 _LAYER = "the first inflation layer is taken"
