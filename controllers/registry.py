@@ -1,44 +1,41 @@
 """Controllers by name: Nav2's three, those of third parties, and learned policies from their files.
 
-A third party registers a callable under the entry point group ``gym_mapbench.controllers``::
-
-    [project.entry-points."gym_mapbench.controllers"]
-    my_controller = "my_package:make_my_controller"
-
-It is called with the parameters the user gave, and with ``navigation=`` (a
-:class:`~controllers.nav2_params.NavigationParams`) if it has a parameter of that name, and returns a
-:class:`~controllers.base.Controller`. A path follower becomes one with :class:`~controllers.navigator.Navigator`.
+A third party's is a callable, named ``module:attribute``, registered here, or by the entry point group
+``gym_mapbench.controllers`` (see :mod:`gym_mapbench.registry`). It is called with the parameters the user gave, and
+with ``navigation=`` (a :class:`~controllers.nav2_params.NavigationParams`) if it has a parameter of that name, and
+returns a :class:`~controllers.base.Controller`. A path follower becomes one with
+:class:`~controllers.navigator.Navigator`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, cast
 
 from controllers.base import Controller, PathFollower
 from controllers.dwb.controller import DwbFollower
 from controllers.mppi.controller import MppiFollower
-from controllers.nav2_params import ControllerPlugin, NavigationParams, load_preset
+from controllers.nav2_params import ControllerPlugin, NavigationParams, load_preset, plugins
 from controllers.nav2_params.findings import Findings
-from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.presets import overlay
 from controllers.nav2_params.section import Section
 from controllers.navigator import Navigator
-from controllers.rl import accepted_keywords, load_sb3
+from controllers.rl import load_sb3
 from controllers.rpp.controller import RppFollower
 from gym_mapbench.errors import ConfigError, unknown_name
-
-ENTRY_POINT_GROUP = "gym_mapbench.controllers"
+from gym_mapbench.registry import Registry, accepted_keywords, must_be_callable
 
 FOLLOWERS: dict[str, Callable[[Any], PathFollower]] = {"dwb": DwbFollower, "mppi": MppiFollower, "rpp": RppFollower}
 """Nav2's controllers; each is made from its own parameters."""
 
+CONTROLLERS: Registry[Callable[..., Any]] = Registry("controller", "controllers", FOLLOWERS, check=must_be_callable)
+"""All controllers; third parties' are called as the module's text says."""
+
 
 def controller_names() -> tuple[str, ...]:
     """Return the names that :func:`make_controller` knows whatever the parameter file, sorted."""
-    return tuple(sorted({*FOLLOWERS, *_third_parties()}))
+    return CONTROLLERS.names()
 
 
 def make_controller(
@@ -52,8 +49,9 @@ def make_controller(
     """Make a controller, ready for ``reset``.
 
     Args:
-        name: ``dwb``, ``mppi``, ``rpp``, a controller of ``navigation`` by its own name, a third party's, or the
-            file of a Stable-Baselines3 model, ``path/to/model.zip`` or ``NAME=path/to/model.zip``.
+        name: ``dwb``, ``mppi``, ``rpp``, a controller of ``navigation`` by its own name, a third party's (a name or
+            ``module:attribute``), or the file of a Stable-Baselines3 model, ``path/to/model.zip`` or
+            ``NAME=path/to/model.zip``.
         navigation: Parameters of the whole navigation, e.g. from ``read_nav2_params``; None for the preset's.
         preset: ``thesis``, ``fair``, ``jazzy`` or ``jazzy_fair``; not used where ``navigation`` is given.
         label: Name under which it is reported; ``name`` if None. A third party's names itself.
@@ -64,6 +62,7 @@ def make_controller(
     Raises:
         ConfigError: If the controller or a parameter is unknown, with the nearest valid name, or a value or a file
             is bad.
+        PluginError: If a third party's callable fails.
     """
     if name.endswith(".zip"):
         return _load_model(name, label, nav2_params)
@@ -71,10 +70,7 @@ def make_controller(
     if name in FOLLOWERS or name in navigation.controllers:
         follower = _make_follower(name, navigation.controller(name), nav2_params)
         return Navigator(follower, navigation, label or name)
-    third_parties = _third_parties()
-    if name not in third_parties:
-        raise unknown_name("controller", name, {*FOLLOWERS, *navigation.controllers, *third_parties})
-    return _make_third_party(third_parties[name], navigation, nav2_params)
+    return _make_third_party(name, CONTROLLERS.get(name, others=navigation.controllers), navigation, nav2_params)
 
 
 def _load_model(spec: str, label: str | None, params: Mapping[str, Any]) -> Controller:
@@ -87,26 +83,25 @@ def _load_model(spec: str, label: str | None, params: Mapping[str, Any]) -> Cont
 
 def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, Any]) -> PathFollower:
     """Make one of Nav2's controllers with some of its parameters changed."""
-    kind, release = CONTROLLERS[plugin.kind], plugin.params["release"]
+    kind, release = plugins.CONTROLLERS[plugin.kind], plugin.params["release"]
     section = Section(name, changes, Findings(release))
     params = overlay(plugin.params, section.read(kind.keys, kind.parameters))
     section.findings.refuse()
     return FOLLOWERS[plugin.kind](section.make(kind.params, params))
 
 
-def _third_parties() -> dict[str, EntryPoint]:
-    return {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
-
-
-def _make_third_party(point: EntryPoint, navigation: NavigationParams, params: Mapping[str, Any]) -> Controller:
+def _make_third_party(
+    name: str, make: Callable[..., Any], navigation: NavigationParams, params: Mapping[str, Any]
+) -> Controller:
     """Call a third party's callable."""
-    try:
-        make = point.load()
-    except (ImportError, AttributeError) as error:
-        raise ConfigError(f"controller {point.name!r}: {point.value} cannot be loaded ({error})") from None
     accepted = accepted_keywords(make)
     for key in params:
         if key not in accepted:
-            raise unknown_name(f"parameter of {point.name}", key, accepted - {"navigation"})
+            raise unknown_name(f"parameter of {name}", key, accepted - {"navigation"})
     given = {"navigation": navigation} if "navigation" in accepted else {}
-    return cast("Controller", make(**given, **params))
+    with CONTROLLERS.blamed(name):
+        made = make(**given, **params)
+    missing = [part for part in ("observation_keys", "reset", "act") if not hasattr(made, part)]
+    if missing:
+        raise ConfigError(f"controller {name!r}: expected one with {missing[0]!r}, got a {type(made).__name__}")
+    return cast("Controller", made)

@@ -5,7 +5,6 @@ Stable-Baselines3 models are objects with ``predict``; :func:`load_sb3` reads on
 
 from __future__ import annotations
 
-import inspect
 import json
 import zipfile
 from collections.abc import Callable, Mapping
@@ -19,6 +18,7 @@ from controllers.base import Context, Observation
 from gym_mapbench.action import to_command
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.registry import accepted_keywords
 
 
 class PolicyController:
@@ -104,16 +104,6 @@ def load_sb3(path: str | Path, name: str) -> PolicyController:
         reason = " ".join(str(error).split())[:200]
         raise ConfigError(f"{name}: {path} cannot be loaded as a {algorithm} model ({reason})") from None
     return as_controller(model, name)
-
-
-def accepted_keywords(function: Callable[..., Any]) -> frozenset[str]:
-    """Return the names that ``function`` takes by keyword; none where it has no signature."""
-    try:
-        parameters = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):
-        return frozenset()
-    named = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
-    return frozenset(p.name for p in parameters if p.kind in named)
 
 
 def _has_state(answer: Any) -> bool:

@@ -11,10 +11,11 @@ and from a notebook.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from controllers.nav2_params import NavigationParams
+from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
 from controllers.nav2_params.presets import overlay
 from evolution.benchmark import PREFIX as BARN
 from evolution.benchmark import Benchmark, barn_settings, begin_benchmark, load_barn, read_bench
@@ -31,6 +32,7 @@ from evolution.driving import (
     run_job,
     try_controllers,
     warm_up,
+    with_parameters,
 )
 from evolution.pictures import write_run_figures
 from evolution.runs import RUN, LoadedRun, RunDir, load_run
@@ -47,6 +49,7 @@ from evolution.search import (
 )
 from evolution.search import evolve as search_on
 from evolution.studies import (
+    NAV2,
     SWEEP,
     AnyStudy,
     StudyProgress,
@@ -74,16 +77,18 @@ Controllers = str | Sequence[str | Mapping[str, Any] | ControllerSpec]
 
 def bench(
     maps: Maps | Sequence[Maps],
-    controllers: Controllers = DEFAULT_CONTROLLERS,
+    controllers: Controllers | None = None,
     *,
-    params: str | NavigationParams = "thesis",
+    params: str | Nav2Params = "thesis",
     settings: DriveSettings | None = None,
     start: PoseLike | None = None,
     goal: PoseLike | None = None,
     unknown_map: bool = False,
     repeats: int = 1,
     seed: int = 0,
+    metrics: Sequence[str] = (),
     workers: int | None = None,
+    executor: str = "processes",
     out: str | Path | None = None,
     resume: bool = False,
     on_run: OnRun | None = None,
@@ -93,15 +98,18 @@ def bench(
 
     Args:
         maps: One or several; ``barn:DIR`` stands alone and is driven by BARN's rules.
-        controllers: Who drives.
-        params: Nav2's parameters: a preset's name, a ``nav2_params.yaml``, or what was read of one.
+        controllers: Who drives; None: the controllers of the parameter file, or DWB, MPPI and RPP.
+        params: Nav2's parameters: a preset's name, a ``nav2_params.yaml`` (whose robot drives, too), or what
+            ``read_nav2_params`` read of one.
         settings: World and navigation in one value, instead of ``params`` and ``environment``.
         start: ``(x, y, yaw)`` in m and rad, instead of what the files say.
         goal: The same for the goal.
         unknown_map: Whether Nav2's costmaps know nothing of the map, but what the sensors have shown of it so far.
         repeats: Runs of each controller on each map, each with a seed of its own.
         seed: Root of all randomness.
+        metrics: What is measured besides the project's own metrics, by name.
         workers: Worker processes; all cores if None. The results do not depend on it.
+        executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`).
         out: New directory, for every result as it comes and at last ``bench.json`` and ``bench.csv``; nothing is
             written if None.
         resume: Whether to continue a benchmark that was begun in ``out``, to the same results.
@@ -120,17 +128,20 @@ def bench(
         raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
     items = [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
     scenarios = load_all(items, start, goal)
-    settings = settings or _settings(params, environment)
+    read = _read(params)
+    settings = settings or _settings(params, read, environment)
     settings = settings.replace(unknown_map=unknown_map or settings.unknown_map)
     settings = barn_settings(settings) if barn_source(items) else settings
     check_room(scenarios, settings)
-    specs = _specs(controllers)
+    own = DEFAULT_CONTROLLERS if read is None else read.own_controllers
+    specs = _specs(own if controllers is None else controllers)
     try_controllers(specs, settings)
-    plan = JobPlan(specs, settings, seed, repeats)
+    plan = JobPlan(specs, settings, seed, repeats, tuple(metrics))
     kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
+    cores = workers or available_cores()
     with (
         ResultStore(kept) as store,
-        Evaluator(run_job, store, workers=workers or available_cores(), warm_up=warm_up) as evaluator,
+        Evaluator(run_job, store, workers=cores, warm_up=warm_up, executor=executor) as evaluator,
     ):
         result = drive_all(scenarios, plan, evaluator, on_run)
     if out is not None:
@@ -144,6 +155,7 @@ def evolve(
     out: str | Path | None = None,
     resume: str | Path | None = None,
     workers: int | None = None,
+    executor: str = "processes",
     on_generation: Callable[[Progress], None] | None = None,
     on_run: OnRun | None = None,
     **search: Any,
@@ -157,6 +169,7 @@ def evolve(
         resume: Directory of a run to continue, to exactly the same result; ``experiment`` and ``search`` are what it
             was begun with.
         workers: Worker processes; all cores if None. The results do not depend on it.
+        executor: What the runs are driven on, by name.
         on_generation: Called after each generation.
         on_run: Called after each run with its job, its result, and how many are left.
         search: Options of the search on top, e.g. ``evaluations=100, seed=3``.
@@ -177,7 +190,9 @@ def evolve(
         wanted = experiment_of(rundir.config)
     with (
         ResultStore(rundir.store_path) as store,
-        Evaluator(run_job, store, workers=workers or available_cores(), warm_up=warm_up) as evaluator,
+        Evaluator(
+            run_job, store, workers=workers or available_cores(), warm_up=warm_up, executor=executor
+        ) as evaluator,
     ):
         search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)
     run = load_run(rundir.path)
@@ -193,6 +208,7 @@ def study(
     only: Sequence[str] | None = None,
     runs: int | None = None,
     workers: int | None = None,
+    executor: str = "processes",
     on_progress: Callable[[StudyProgress], None] | None = None,
     on_run: OnRun | None = None,
 ) -> StudyResults | SweepResults:
@@ -205,6 +221,7 @@ def study(
         only: Names of the configurations (of a sweep: worlds) to run now; all if None.
         runs: Number of seeds (of a sweep: maps) to run now; all if None.
         workers: Worker processes; all cores if None. The results do not depend on it.
+        executor: What the runs are driven on, by name.
         on_progress: Called after each generation and each search; a sweep has none.
         on_run: Called after each run of a sweep with its job, its result, and how many are left.
 
@@ -216,10 +233,15 @@ def study(
         RunError: If no worker starts, or nothing can be written.
     """
     wanted, directory = study_in(settings, out, resume=resume)
-    cores = workers or available_cores()
+    how: dict[str, Any] = {
+        "resume": resume,
+        "only": only,
+        "workers": workers or available_cores(),
+        "engine": replace(NAV2, executor=executor),
+    }
     if isinstance(wanted, SweepSettings):
-        return run_sweep(wanted, directory, resume=resume, only=only, maps=runs, workers=cores, on_run=on_run)
-    return run_study(wanted, directory, resume=resume, only=only, runs=runs, workers=cores, on_progress=on_progress)
+        return run_sweep(wanted, directory, maps=runs, on_run=on_run, **how)
+    return run_study(wanted, directory, runs=runs, on_progress=on_progress, **how)
 
 
 def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmark:
@@ -277,12 +299,22 @@ def _begin(
         wanted = experiment_of(compose(config=read_document(experiment), **search), str(experiment))
     check_experiment(wanted)
     options = wanted.search
-    default = Path("runs") / f"{options.fitness}-pop{options.pop_size}-seed{options.seed}"
+    default = Path("runs") / f"{options.fitness.replace(':', '.')}-pop{options.pop_size}-seed{options.seed}"
     return RunDir.create(out or default, wanted), wanted
 
 
-def _settings(params: str | NavigationParams, environment: Mapping[str, Any]) -> DriveSettings:
-    return DriveSettings(navigation=params, environment=EnvConfig.build(**environment))
+def _read(params: str | Nav2Params) -> Nav2Params | None:
+    """Read a parameter file; None for a preset."""
+    if isinstance(params, Nav2Params):
+        return params
+    return None if params in PRESETS else read_nav2_params(params)
+
+
+def _settings(params: str | Nav2Params, read: Nav2Params | None, environment: Mapping[str, Any]) -> DriveSettings:
+    if read is None:
+        return DriveSettings(navigation=params, environment=EnvConfig.build(**environment))
+    settings = with_parameters(DriveSettings(navigation=read.navigation), read)
+    return settings.replace(environment=settings.environment.replace(**environment))
 
 
 def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Iterable[Scenario]:

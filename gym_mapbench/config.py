@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.generator import ShapeSettings, default_task
+from gym_mapbench.generator import FamilySpecs, ShapeSettings, default_task
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, RewardSettings
 from gym_mapbench.lidar import LidarSettings
@@ -40,7 +40,10 @@ class EnvConfig(Settings):
         start: ``(x, y, yaw)`` m, rad; None takes the map's own, or the thesis'.
         goal: The same for the goal.
         resolution: Side of a cell of text rows, pictures and random maps, m; None means 0.05.
-        shapes: What random maps are made of.
+        family: Draw maps of this family at every reset, e.g. ``"doors"``: a name of
+            :data:`gym_mapbench.generator.FAMILIES`, a mapping ``{name: doors, options: {gap: [0.6, 0.7]}}``, or
+            several of these, of which one is drawn each time. None: random shapes, as in the thesis.
+        shapes: Size and borders of drawn maps, and what random shapes are like.
         robot: A preset's name or the options of a robot.
         physics_hz: Physics steps per second.
         control_hz: Actions per second; ``physics_hz`` must be a multiple of it.
@@ -63,6 +66,7 @@ class EnvConfig(Settings):
     start: tuple[float, float, float] | None = None
     goal: tuple[float, float, float] | None = None
     resolution: Annotated[float, Field(gt=0)] | None = None
+    family: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()
     robot: RobotSpec = make_robot("turtlebot3_waffle")
     physics_hz: Rate = 100.0
@@ -132,6 +136,8 @@ class EnvConfig(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> EnvConfig:
+        if self.family and self.maps is not None:
+            raise ConfigError("family: expected none beside maps, which say what to drive on")
         ticks = self.physics_hz / self.control_hz
         if abs(ticks - round(ticks)) > 1e-9 or ticks < 0.5:
             raise ConfigError(
@@ -178,7 +184,7 @@ class EnvConfig(Settings):
         from gym_mapbench.mapio.bundle import bundle_document
         from gym_mapbench.mapio.tasked_map import group_scenarios
 
-        return self.replace(maps=bundle_document(group_scenarios(map_set)), start=None, goal=None)
+        return self.replace(maps=bundle_document(group_scenarios(map_set)), start=None, goal=None, family=())
 
     def load_scenarios(self) -> tuple[Scenario, ...] | None:
         """Load the scenarios of ``maps``; None where every reset draws a random one.

@@ -8,7 +8,8 @@
     |-- PlanningError              a global planner could not answer
     |   `-- NoPathError            start and goal are not connected
     |       `-- EndpointError      start or goal is off the map or in an obstacle
-    `-- RunError                   a run directory, a store or a worker
+    |-- RunError                   a run directory, a store or a worker
+    `-- PluginError                code that a user added, and that failed
 """
 
 from __future__ import annotations
@@ -46,6 +47,10 @@ class EndpointError(NoPathError):
 
 class RunError(MapBenchError):
     """A run directory, a result store or a worker that cannot be used."""
+
+
+class PluginError(MapBenchError):
+    """Something a user added (a metric, a fitness, a reader of maps...) that failed or returned nonsense."""
 
 
 def nearest_name(name: str, valid: Iterable[str], cutoff: float = NEAR) -> str | None:

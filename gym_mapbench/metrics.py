@@ -6,13 +6,18 @@ Approaches (2021); "BARN" is Xiao et al., The Benchmark Autonomous Robot Navigat
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable
+from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.clearance import measure_clearance
 from gym_mapbench.episode import RECOVERY_KINDS, Episode
+from gym_mapbench.errors import PluginError
+from gym_mapbench.registry import Registry, must_be_callable
 from gym_mapbench.task import distance_to_goal
 
 Floats = NDArray[np.float64]
@@ -116,30 +121,50 @@ def score_barn(success: bool, actual_time: float, optimal_time: float, low: floa
     return optimal_time / min(max(actual_time, low * optimal_time), high * optimal_time)
 
 
-METRICS: dict[str, Callable[[Episode], float]] = {
-    function.__name__: function
-    for function in (
-        path_length,
-        shortest_length,
-        min_clearance,
-        mean_clearance,
-        curvature,
-        path_smoothness,
-        velocity_smoothness,
-        jerk,
-        effort,
-        n_replans,
-        n_recoveries,
-        spl,
-        barn_score,
-        motion_start,
-    )
-}
+_FUNCTIONS = (
+    path_length,
+    shortest_length,
+    min_clearance,
+    mean_clearance,
+    curvature,
+    path_smoothness,
+    velocity_smoothness,
+    jerk,
+    effort,
+    n_replans,
+    n_recoveries,
+    spl,
+    barn_score,
+    motion_start,
+)
+METRICS: Registry[Callable[[Episode], float]] = Registry(
+    "metric", "metrics", {function.__name__: function for function in _FUNCTIONS}, check=must_be_callable
+)
+"""Metrics by name; a third party's is measured where it is asked for, the project's own on every run."""
 
 
-def measure(episode: Episode) -> dict[str, float]:
-    """Return every metric of a run by name."""
-    return {name: metric(episode) for name, metric in METRICS.items()}
+def measure(episode: Episode, also: Iterable[str] = ()) -> dict[str, float]:
+    """Return the measures of a run by name.
+
+    Args:
+        episode: The run.
+        also: Metrics to measure besides the project's own.
+
+    Raises:
+        ConfigError: If there is no metric of a name.
+        PluginError: If a metric fails, or what it returns is not a finite number.
+    """
+    own = {name: METRICS.get(name)(episode) for name in METRICS.built_in}
+    return own | {name: _measure_one(name, episode) for name in also}
+
+
+def _measure_one(name: str, episode: Episode) -> float:
+    """Measure what a third party defined."""
+    with METRICS.blamed(name):
+        value: Any = METRICS.get(name)(episode)
+    if isinstance(value, Real | np.bool_) and math.isfinite(value):
+        return float(value)
+    raise PluginError(f"metric {name!r}: expected a finite number for every run, got {value!r:.80}")
 
 
 def _steps(episode: Episode) -> Floats:

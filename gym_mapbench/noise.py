@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.scenario import Pose, wrap_angle
 from gym_mapbench.settings import Settings
 
@@ -103,7 +104,7 @@ class NoiseSettings(Settings):
         return bool(self.odometry_distance or self.odometry_turn or self.odometry_veer)
 
 
-NOISES: dict[str, NoiseSettings] = {
+_LEVELS: dict[str, NoiseSettings] = {
     "none": NoiseSettings(),
     # A TurtleBot3 that is well looked after.
     "nominal": NoiseSettings(
@@ -165,6 +166,8 @@ NOISES: dict[str, NoiseSettings] = {
     ),
 }
 
+NOISES: Registry[NoiseSettings] = Registry("noise", "noise_levels", _LEVELS, check=must_be(NoiseSettings))
+
 
 def make_noise(name: str) -> NoiseSettings:
     """Return a level by name.
@@ -172,9 +175,7 @@ def make_noise(name: str) -> NoiseSettings:
     Raises:
         ConfigError: If there is no such level.
     """
-    if name not in NOISES:
-        raise unknown_name("noise", name, NOISES)
-    return NOISES[name]
+    return NOISES.get(name)
 
 
 def read_noise(value: str | Mapping[str, Any], where: str) -> NoiseSettings:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.settings import Settings
 
 Positive = Annotated[float, Field(gt=0)]
@@ -82,7 +83,7 @@ def _is_convex_around_origin(corners: NDArray[np.float64]) -> bool:
     return bool(((turns > 0).all() and (sides > 0).all()) or ((turns < 0).all() and (sides < 0).all()))
 
 
-ROBOTS: dict[str, RobotSpec] = {
+_PRESETS: dict[str, RobotSpec] = {
     # Nav2's example (nav2_bringup/params/nav2_params.yaml): the radius of its costmaps, MPPI's and RPP's top speed.
     # The scanners of both TurtleBot3: turtlebot3_description/urdf (base_scan); LDS-01's data sheet: 0.12 m.
     "turtlebot3_waffle": RobotSpec(name="turtlebot3_waffle", lidar=LidarMount(x=-0.064, range_min=0.12)),
@@ -108,6 +109,8 @@ ROBOTS: dict[str, RobotSpec] = {
     ),
 }
 
+ROBOTS: Registry[RobotSpec] = Registry("robot", "robots", _PRESETS, check=must_be(RobotSpec))
+
 
 def make_robot(name: str) -> RobotSpec:
     """Return a preset by name.
@@ -115,6 +118,4 @@ def make_robot(name: str) -> RobotSpec:
     Raises:
         ConfigError: If there is no such preset.
     """
-    if name not in ROBOTS:
-        raise unknown_name("robot", name, ROBOTS)
-    return ROBOTS[name]
+    return ROBOTS.get(name)

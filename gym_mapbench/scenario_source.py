@@ -9,7 +9,7 @@ import numpy as np
 
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.generator import sample_map
+from gym_mapbench.generator import ShapeSettings, draw_map
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import Pose, Scenario
 from gym_mapbench.task import distance_to_goal
@@ -88,17 +88,21 @@ class ScenarioSource:
 
 
 def draw_scenario(config: EnvConfig, rng: np.random.Generator) -> Scenario:
-    """Draw a random map of the thesis until the robot can drive from start to goal.
+    """Draw a map of the configured families, or else of the thesis, until the robot can drive from start to goal.
 
     Raises:
-        ConfigError: If none of 1000 maps can be solved.
+        ConfigError: If none of 1000 maps can be solved, or a family has none for this robot.
     """
-    resolution = config.resolution or config.shapes.resolution
+    shapes = config.shapes.replace(resolution=config.resolution or config.shapes.resolution)
     for _ in range(MAX_DRAWS):
-        scenario = config.make_scenario(GridMap(sample_map(rng, config.shapes), resolution), "random")
+        scenario = config.make_scenario(_draw_grid(config, shapes, rng), "random")
         if distance_to_goal(scenario, config.robot).solvable:
             return scenario
     raise ConfigError(f"shapes: expected maps that {config.robot.name} can solve, got none in {MAX_DRAWS} draws")
+
+
+def _draw_grid(config: EnvConfig, shapes: ShapeSettings, rng: np.random.Generator) -> GridMap:
+    return GridMap(draw_map(rng, shapes, config.family, config.robot), shapes.resolution)
 
 
 def as_pose(what: str, pose: Sequence[float]) -> Pose:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from gym_mapbench.clearance import measure_clearance
 from gym_mapbench.episode import Episode, Event
+from gym_mapbench.errors import PluginError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.metrics import METRICS, measure, score_barn
 from gym_mapbench.robot import ROBOTS, RobotSpec
@@ -64,7 +65,7 @@ def test_a_straight_run_by_hand():
             "motion_start": 0.1,
         }
     )
-    assert set(values) == set(METRICS)
+    assert set(values) == set(METRICS.built_in)
 
 
 def test_a_right_angle_by_hand():
@@ -160,3 +161,41 @@ def test_touching_polygons_have_no_clearance():
     robot = RobotSpec(footprint=((1.5, 0.1), (-1.5, 0.1), (-1.5, -0.1), (1.5, -0.1)))
     clearances = measure_clearance(grid, robot, [(2.5, 0.5, 0.0), (2.5, 1.5, 0.0), (2.5, 0.89, 0.0), (2.5, 0.91, 0.0)])
     assert clearances == pytest.approx([0.4, 0.0, 0.01, 0.0])
+
+
+def half_time(episode):
+    return np.float32(episode.time / 2)
+
+
+def never(episode):
+    return float("nan")
+
+
+def fails(episode):
+    return episode.nothing
+
+
+def words(episode):
+    return "a lot"
+
+
+def test_metrics_of_others_are_measured_where_they_are_asked_for():
+    episode = run(straight())
+    mine = "tests.test_metrics:half_time"
+    values = measure(episode, [mine])
+    assert values.pop(mine) == 0.5
+    assert values == measure(episode)
+    assert set(values) == set(METRICS.built_in)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("never", "expected a finite number for every run, got nan"),
+        ("words", "expected a finite number for every run, got 'a lot'"),
+        ("fails", r"AttributeError: 'Episode' object has no attribute 'nothing', test_metrics.py line \d+"),
+    ],
+)
+def test_a_metric_that_fails_says_so(name, message):
+    with pytest.raises(PluginError, match=f"^metric 'tests.test_metrics:{name}': {message}$"):
+        measure(run(straight()), [f"tests.test_metrics:{name}"])

@@ -10,10 +10,11 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
+from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.releases import RELEASES, Release
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.planners import PLANNERS
 from gym_mapbench.settings import Settings
 
 Positive = Annotated[float, Field(gt=0)]
@@ -96,29 +97,44 @@ class PlannerPlugin(Settings):
     """The global planner.
 
     Args:
-        name: ``navfn``, ``smac_2d`` or ``theta_star``.
+        name: ``navfn``, ``smac_2d``, ``theta_star``, or a third party's (see :mod:`gym_mapbench.planners`).
         params: Its parameters; checked, completed and JSON-able once they are here.
     """
 
-    name: Literal["navfn", "smac_2d", "theta_star"] = "navfn"
+    name: str = "navfn"
     params: dict[str, Any] = Field(default_factory=dict, validate_default=True)
+
+    @field_validator("name")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        PLANNERS.get(value)
+        return value
 
     @field_validator("params")
     @classmethod
     def _complete(cls, value: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        return PLANNERS[info.data["name"]].complete(value) if "name" in info.data else value
+        if "name" not in info.data:
+            return value
+        return PLANNERS.get(info.data["name"]).params(**value).model_dump(mode="json", exclude_none=True)
 
 
 class ControllerPlugin(Settings):
     """One controller.
 
     Args:
-        kind: ``dwb``, ``mppi`` or ``rpp``.
+        kind: Which plugin, by its name in :data:`~controllers.nav2_params.plugins.CONTROLLERS`.
         params: Its parameters; checked, completed and JSON-able once they are here.
     """
 
-    kind: Literal["dwb", "mppi", "rpp"]
+    kind: str
     params: dict[str, Any] = Field(default_factory=dict, validate_default=True)
+
+    @field_validator("kind")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        if value not in CONTROLLERS:
+            raise unknown_name("controller", value, CONTROLLERS)
+        return value
 
     @field_validator("params")
     @classmethod

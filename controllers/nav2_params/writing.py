@@ -171,6 +171,8 @@ def _progress_checker(checker: ProgressChecker) -> dict[str, Any]:
 
 def _planner_server(navigation: NavigationParams) -> dict[str, Any]:
     planner = navigation.planner
+    if planner.name not in PLANNERS:
+        raise ConfigError(f"planner.name: expected one that ROS has, got {planner.name!r}")
     plugin = _plugin(PLANNERS[planner.name], planner.params, navigation.release)
     return {"planner_plugins": ["GridBased"], "GridBased": plugin}
 

@@ -57,5 +57,6 @@ def _document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str, Any]:
         "controllers": controllers,
         "repeats": plan.repeats,
         "seed": plan.root_seed,
+        "metrics": list(plan.metrics),
         "settings": settings,
     }

@@ -39,9 +39,11 @@ class Benchmark(Tabled):
     Args:
         rows: One row a run, JSON-able: map, controller, repeat, seed, outcome, time (s), length (m), reason, and
             every measure by name.
+        metrics: Measures that were asked for: they are in the summary as well.
     """
 
     rows: tuple[Row, ...]
+    metrics: tuple[str, ...] = ()
 
     def table(self, name: str = "summary") -> Table:
         """Return a table.
@@ -55,7 +57,7 @@ class Benchmark(Tabled):
         """
         if (name or "summary") not in TABLES:
             raise unknown_name("table", name, TABLES)
-        return Table(self.rows) if name == "runs" else Table(map(_summary, self._groups()))
+        return Table(self.rows) if name == "runs" else Table(_summary(rows, self.metrics) for rows in self._groups())
 
     @property
     def errors(self) -> list[str]:
@@ -88,7 +90,8 @@ def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on
     """Drive every controller on every scenario as ``plan`` says; in the order of scenarios and controllers."""
     jobs = [job for scenario in scenarios for job in plan.jobs(scenario)]
     return Benchmark(
-        tuple(bench_row(job, result) for job, result in zip(jobs, evaluator.run(jobs, on_run), strict=True))
+        tuple(bench_row(job, result) for job, result in zip(jobs, evaluator.run(jobs, on_run), strict=True)),
+        plan.metrics,
     )
 
 
@@ -127,7 +130,7 @@ def bench_row(job: Job, result: RunResult) -> Row:
     }
 
 
-def _summary(rows: Sequence[Row]) -> Row:
+def _summary(rows: Sequence[Row], metrics: Sequence[str]) -> Row:
     """Goals, times and measures of the runs of one controller on one map, and how those without a goal ended."""
     good = [row for row in rows if row["outcome"] == "goal"]
     times = [row["time_s"] for row in good]
@@ -142,6 +145,7 @@ def _summary(rows: Sequence[Row]) -> Row:
         "length m": _mean([row.get("path_length_m") for row in good]),
         "clearance m": _mean([row.get("min_clearance") for row in good]),
         "recoveries": _mean([row.get("n_recoveries") for row in rows if row["outcome"] != "error"]),
+        **{name: _mean([row.get(name) for row in good]) for name in metrics},
         "otherwise": ", ".join(f"{count} {outcome}" for outcome, count in others.items()),
     }
 

@@ -42,6 +42,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="FACTOR",
         help="only in the BARN score printed for barn:DIR: faster than FACTOR optimal times earns no more (default 2)",
     )
+    parser.add_argument(
+        "--metric", action="append", default=[], metavar="NAME", help="measure this too: a name or module:attribute"
+    )
     parser.add_argument("--format", choices=("table", "json", "csv"), default="table")
     parser.add_argument(
         "--out",
@@ -66,7 +69,9 @@ def run(args: argparse.Namespace) -> int:
             unknown_map=args.unknown_map,
             repeats=args.repeats,
             seed=args.seed or 0,
+            metrics=args.metric,
             workers=args.workers,
+            executor=args.executor,
             out=args.out,
             resume=args.resume,
             on_run=bar.advance,

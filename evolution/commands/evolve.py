@@ -9,11 +9,12 @@ from evolution.api import compose, evolve
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, note, print_table
 from evolution.runs import LoadedRun, RunDir
-from evolution.search import METRIC_NAMES, Experiment, experiment_of, preset_names, read_document
+from evolution.search import FITNESSES, METRIC_NAMES, Experiment, experiment_of, preset_names, read_document
 from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --fitness cluster --pop-size 40 --evaluations 600 --seed 3
+  mapbench evolve --family doors,pillars,shapes --noise nominal
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
@@ -28,15 +29,18 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     search = parser.add_argument_group("the search")
     search.add_argument("--preset", help=f"options to start from: {', '.join(preset_names())} (default thesis)")
     search.add_argument("--config", metavar="FILE", help="YAML with the sections search, controllers, run")
-    search.add_argument("--fitness", choices=("gini", "cluster"))
+    search.add_argument("--fitness", metavar="NAME", help=options.names_in(FITNESSES))
     search.add_argument("--pop-size", type=options.positive, metavar="N")
     search.add_argument("--evaluations", type=options.positive, metavar="N", help="map sets evaluated in all")
     search.add_argument("--maps-per-set", type=options.positive, metavar="N")
     search.add_argument("--repeats", type=options.positive, metavar="R", help="runs of each controller on each map")
     search.add_argument(
-        "--metric", metavar="NAME", help=f"quantity that is compared (default time): {', '.join(METRIC_NAMES)}"
+        "--metric",
+        metavar="NAME",
+        help=f"quantity that is compared (default time): {', '.join(METRIC_NAMES)}, or module:attribute",
     )
     search.add_argument("--failures", choices=("exclude", "censor", "par2"), help="what a failed run counts")
+    options.add_family_option(search, "random shapes, as in the thesis")
     options.add_controllers_option(parser)
     options.add_drive_options(parser)
     options.add_work_options(parser)
@@ -58,6 +62,7 @@ def run(args: argparse.Namespace) -> int:
             out=args.out,
             resume=args.resume,
             workers=args.workers,
+            executor=args.executor,
             on_generation=bar.on_generation,
             on_run=bar.on_run,
         )
@@ -70,7 +75,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_others(args: argparse.Namespace) -> None:
     """Refuse options beside ``--resume``, which continues what was begun."""
-    given = [name for name in vars(args) if name not in ("resume", "workers", "run", "command") and getattr(args, name)]
+    other = ("resume", "workers", "executor", "run", "command")
+    given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:
         raise ConfigError(f"--resume: expected no other option than --workers, got --{given[0].replace('_', '-')}")
 
@@ -79,6 +85,8 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     """Preset, then the user's file, then the options of the command line."""
     config = {} if args.config is None else read_document(args.config)
     given: dict[str, Any] = {name: getattr(args, name) for name in SEARCH_OPTIONS if getattr(args, name) is not None}
+    if args.family is not None:
+        given["families"] = list(args.family)
     document = compose(args.preset or "thesis", config, **given)
     named = options.named_controllers(args)
     if named and (args.controllers is not None or "controllers" not in config):

@@ -12,7 +12,8 @@ from evolution.driving import ControllerSpec, DriveSettings
 from evolution.runs import CONFIG, load_run
 from evolution.search import experiment_of
 from gym_mapbench.mapio import load_maps, load_scenarios
-from gym_mapbench.mapio.conversion import FORMATS, write_maps
+from gym_mapbench.mapio.conversion import write_maps
+from gym_mapbench.mapio.formats import WRITTEN
 from gym_mapbench.mapio.gazebo import export_gazebo
 
 EXAMPLES = """  mapbench export runs/first --format gazebo --out bundle
@@ -24,7 +25,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "export", "Write maps for ROS 2, Gazebo and other programs.", EXAMPLES)
     parser.add_argument("source", metavar="RUN_OR_MAPSET", help="run directory, map-set file, or any map")
-    parser.add_argument("--format", required=True, choices=("gazebo", *FORMATS))
+    parser.add_argument("--format", required=True, metavar="NAME", help=f"gazebo, {', '.join(WRITTEN)}")
     parser.add_argument("--out", required=True, metavar="DIR", help="a new or empty directory")
     parser.add_argument(
         "--wall-height", type=options.positive_number, default=0.5, metavar="M", help="of Gazebo's walls (default 0.5)"

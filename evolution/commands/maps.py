@@ -10,6 +10,7 @@ from dataclasses import asdict
 from rich.table import Table
 
 from evolution.commands import options
+from evolution.commands.drawn_maps import add_draw
 from evolution.commands.progress import console
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_map_file
@@ -20,15 +21,18 @@ from gym_mapbench.scenario import Scenario
 
 EXAMPLES = """  mapbench maps info office.yaml --start 1,1,0 --goal 8,6,0
   mapbench maps convert arena.map.scen arena.yaml
-  mapbench maps check arena.map.scen"""
+  mapbench maps check arena.map.scen
+  mapbench maps draw --family doors,pillars --count 4 --seed 1 --out drawn"""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand and its own subcommands."""
-    parser = options.example_parser(subparsers, "maps", "Look at maps, convert them, check their tasks.", EXAMPLES)
+    summary = "Look at maps, convert them, check their tasks, draw new ones."
+    parser = options.example_parser(subparsers, "maps", summary, EXAMPLES)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION", parser_class=type(parser))
     _add_info(actions)
     _add_convert(actions)
+    add_draw(actions)
     check = actions.add_parser("check", help="solve every task of a MovingAI .scen and compare with its optimum")
     check.add_argument("scen", metavar="FILE.scen")
     check.add_argument("--format", choices=("table", "json"), default="table")

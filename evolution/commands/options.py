@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import argparse
 import math
+from typing import Any
 
-from controllers.nav2_params import Nav2Params, preset_of, robot_of
+from controllers.nav2_params import PlannerPlugin, preset_of
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
-from evolution.driving import ControllerSpec, DriveSettings, available_cores
+from evolution.driving import EXECUTORS, ControllerSpec, DriveSettings, available_cores, with_parameters
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import FAMILIES
 from gym_mapbench.noise import NOISES
-from gym_mapbench.robot import RobotSpec, make_robot
+from gym_mapbench.planners import PLANNERS
+from gym_mapbench.registry import Registry
+from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
 from gym_mapbench.scenario import Pose
 
 
@@ -39,8 +43,9 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         help="a nav2_params.yaml, whose controller_plugins drive unless others are named, or a preset: thesis "
         "(Humble's examples; the default), fair (same limits for all), and likewise jazzy and jazzy_fair",
     )
+    group.add_argument("--planner", metavar="NAME", help=f"global planner: {names_in(PLANNERS)}")
+    group.add_argument("--robot", metavar="NAME", help=names_in(ROBOTS))
     add_reading_options(group)
-    group.add_argument("--robot", metavar="NAME", help="turtlebot3_waffle, turtlebot3_burger or jackal")
     group.add_argument(
         "--robot-radius", type=positive_number, metavar="M", help="radius of the robot's disc and of its costmaps"
     )
@@ -50,7 +55,14 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         choices=("ends", "slides"),
         help="whether touching a wall ends the run or the robot slides on, as in Gazebo",
     )
-    group.add_argument("--noise", choices=tuple(NOISES), help="noise of sensors, localisation, motors and start pose")
+    group.add_argument(
+        "--noise", metavar="NAME", help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)}"
+    )
+
+
+def names_in(registry: Registry[Any]) -> str:
+    """Say what an option takes that names an entry of a registry."""
+    return f"{', '.join(registry.built_in)}, or module:attribute"
 
 
 def add_unknown_map_option(parser: argparse.ArgumentParser) -> None:
@@ -73,15 +85,41 @@ def add_controllers_option(parser: argparse.ArgumentParser) -> None:
 
 
 def add_work_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--seed`` and ``--workers``."""
+    """Add ``--seed``, ``--workers`` and ``--executor``."""
     parser.add_argument("--seed", type=non_negative, metavar="N", help="root of all randomness (default 0)")
+    add_workers_options(parser)
+
+
+def add_workers_options(parser: argparse.ArgumentParser) -> None:
+    """Add ``--workers`` and ``--executor``."""
     parser.add_argument("--workers", type=positive, metavar="N", help="worker processes (default: all cores)")
+    parser.add_argument(
+        "--executor", default="processes", metavar="NAME", help=f"what runs are driven on: {names_in(EXECUTORS)}"
+    )
 
 
 def add_task_options(parser: argparse.ArgumentParser) -> None:
     """Add ``--start`` and ``--goal``."""
     parser.add_argument("--start", type=pose, metavar="X,Y,YAW", help="start pose, m and rad")
     parser.add_argument("--goal", type=pose, metavar="X,Y,YAW", help="goal pose, m and rad")
+
+
+def add_family_option(group: argparse._ActionsContainer, default: str) -> None:
+    """Add ``--family``."""
+    group.add_argument(
+        "--family",
+        type=names,
+        metavar="A,B,..",
+        help=f"kinds of maps to draw, all as likely: {names_in(FAMILIES)} (default: {default})",
+    )
+
+
+def names(text: str) -> tuple[str, ...]:
+    """Read names separated by commas."""
+    parts = tuple(part.strip() for part in text.split(","))
+    if not all(parts):
+        raise argparse.ArgumentTypeError(f"expected names separated by commas, got {text!r}")
+    return parts
 
 
 def positive(text: str) -> int:
@@ -159,47 +197,41 @@ def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) 
     settings = base or DriveSettings(navigation="thesis")
     read = read_parameter_file(args)
     if read is not None:
-        settings = settings.replace(navigation=read.navigation)
+        settings = with_parameters(settings, read)
     elif args.params is not None or args.nav2 is not None:
         settings = settings.replace(navigation=args.params or preset_of(args.nav2))
-    settings = settings.replace(environment=_environment(args, settings, read))
+    settings = settings.replace(environment=_environment(args, settings.environment))
     if read is not None:
         describe_parameter_file(read, args, settings.environment)
     return settings.replace(navigation=_navigation(args, settings))
 
 
-def _environment(args: argparse.Namespace, settings: DriveSettings, read: Nav2Params | None) -> EnvConfig:
+def _environment(args: argparse.Namespace, environment: EnvConfig) -> EnvConfig:
     changes = {
-        "robot": _robot(args, settings, read),
+        "robot": _robot(args, environment.robot),
         "time_limit": args.time_limit,
         "collision_ends_episode": None if args.contact is None else args.contact == "ends",
         "noise": args.noise,
-        **(_rates(read, settings.environment) if read is not None else {}),
     }
-    return settings.environment.replace(**{key: value for key, value in changes.items() if value is not None})
+    return environment.replace(**{key: value for key, value in changes.items() if value is not None})
 
 
-def _robot(args: argparse.Namespace, settings: DriveSettings, read: Nav2Params | None) -> RobotSpec:
-    """The robot: named, or else that of the parameter file; a radius of the command line counts before its shape."""
+def _robot(args: argparse.Namespace, robot: RobotSpec) -> RobotSpec:
+    """The robot: named, or else as it is; a radius of the command line counts before its shape."""
     if args.robot is not None and args.robot_radius is not None:
         raise ConfigError("--robot and --robot-radius: expected one of them, got both")
     if args.robot is not None:
         return make_robot(args.robot)
-    robot = settings.environment.robot if read is None else robot_of(read, settings.environment.robot)
     if args.robot_radius is None:
         return robot
     return robot.replace(name="custom", radius=args.robot_radius, footprint=None)
 
 
-def _rates(read: Nav2Params, environment: EnvConfig) -> dict[str, float]:
-    """Rates of a world that keeps up with the file's controller server."""
-    control = max(environment.control_hz, read.navigation.controller_server.controller_frequency)
-    return {"control_hz": control, "physics_hz": control * math.ceil(environment.physics_hz / control - 1e-9)}
-
-
 def _navigation(args: argparse.Namespace, settings: DriveSettings) -> object:
     """Nav2's parameters; a robot named on the command line also shapes the costmaps."""
     navigation = settings.navigation
+    if args.planner is not None:
+        navigation = navigation.replace(planner=PlannerPlugin(name=args.planner))
     if args.robot is None and args.robot_radius is None:
         return navigation
     shape = {"robot_radius": args.robot_radius, "footprint": None}

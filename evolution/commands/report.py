@@ -23,6 +23,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     parser.add_argument("path", metavar="RUN|STUDY", help="directory of mapbench evolve or mapbench study")
     parser.add_argument("--out", metavar="FILE", help="the page (default report.html in the directory)")
+    parser.add_argument(
+        "--section",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="of a run: show this too: a name or module:attribute",
+    )
     film = parser.add_argument_group("instead of the page, a film of the best map set")
     film.add_argument("--gif", metavar="FILE", help="write a replay as an animated picture")
     film.add_argument("--mp4", metavar="FILE", help="write it as a film (needs ffmpeg)")
@@ -43,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError(f"--{given[0]}: expected only with --gif or --mp4")
     from evolution.report import write_report
 
-    page = write_report(args.path, args.out, on_step=note)
+    page = write_report(args.path, args.out, sections=args.section, on_step=note)
     console.print(f"wrote {page} ({page.stat().st_size / 1e6:.1f} MB); open it in any browser", highlight=False)
     return 0
 
@@ -56,6 +63,8 @@ def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
 
     if args.out is not None:
         raise ConfigError("--out: expected without --gif and --mp4, which name their files themselves")
+    if args.section:
+        raise ConfigError("--section: expected without --gif and --mp4, which show a replay alone")
     for film in films:
         check_film(film)
     found = _run_of(Path(args.path), args.configuration)

@@ -50,7 +50,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--resume", action="store_true", help="continue the study in the directory")
     parser.add_argument("--only", metavar="A,B,..", help="run only these configurations (or worlds) now")
     parser.add_argument("--runs", type=options.positive, metavar="N", help="run only the first N seeds (or maps) now")
-    parser.add_argument("--workers", type=options.positive, metavar="N", help="worker processes (default: all cores)")
+    options.add_workers_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -66,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
             only=only,
             runs=args.runs,
             workers=args.workers,
+            executor=args.executor,
             on_progress=bar.show,
             on_run=bar.advance,
         )

@@ -6,17 +6,35 @@ jobs, whatever the worker processes do; what was driven before comes from the :c
 
 from __future__ import annotations
 
-from evolution.driving.evaluator import Evaluator, OnRun, RunJob
-from evolution.driving.jobs import ControllerSpec, Job, JobPlan, RunResult, RunSettings, SetResults, check_controllers
+from evolution.driving.evaluator import Evaluator, OnRun
+from evolution.driving.executors import EXECUTORS, Crew, RunJob
+from evolution.driving.jobs import (
+    RESULT_FIELDS,
+    RUN_COLUMNS,
+    TIME,
+    ControllerSpec,
+    Job,
+    JobPlan,
+    RunResult,
+    RunSettings,
+    SetResults,
+    check_controllers,
+    check_metric,
+)
 from evolution.driving.launching import available_cores
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.seeds import derive_seed
 from evolution.driving.store import ResultStore
 from evolution.driving.warmup import warm_up
-from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers
+from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers, with_parameters
 
 __all__ = [
+    "EXECUTORS",
+    "RESULT_FIELDS",
+    "RUN_COLUMNS",
+    "TIME",
     "ControllerSpec",
+    "Crew",
     "DriveSettings",
     "Evaluator",
     "Job",
@@ -29,6 +47,7 @@ __all__ = [
     "SetResults",
     "available_cores",
     "check_controllers",
+    "check_metric",
     "check_room",
     "derive_seed",
     "drive",
@@ -37,4 +56,5 @@ __all__ = [
     "run_job",
     "try_controllers",
     "warm_up",
+    "with_parameters",
 ]

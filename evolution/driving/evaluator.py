@@ -1,39 +1,31 @@
 """Evaluator: jobs in, results out in the same order, whatever the workers do.
 
 Every job runs in a worker process, also with one worker, so that a controller that hangs or
-kills its process costs that run and no other. The parent's memory is the workers' only in the
-form of pickled jobs: workers come from a *fork server* (a clean process without threads that has
-imported the code of the job once; a replaced worker is there in milliseconds), or are spawned
-where there is none. Plain ``fork`` would copy a process with threads (the pool's own, BLAS),
-which may deadlock.
+kills its process costs that run and no other; unless another executor is chosen
+(:mod:`evolution.driving.executors`). The parent's memory is the workers' only in the form of
+pickled jobs.
 """
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import queue
-import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
-from pebble import ProcessExpired, ProcessPool
+from pebble import ProcessExpired
 
+from evolution.driving.executors import EXECUTORS, Crew, RunJob, WarmUp, WarmUpError, attempt, error_result, one_line
 from evolution.driving.jobs import Job, JobPlan, RunResult, SetResults
-from evolution.driving.launching import worker_context
 from evolution.driving.store import ResultStore
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.scenario import MapSet
 
-RunJob = Callable[[Job], RunResult]
 OnRun = Callable[[Job, RunResult, int], None]
 
-MAX_REASON = 300
 POOL_CHECK_SECONDS = 1.0
 MAX_DEAD_POOLS = 3
 
@@ -53,6 +45,8 @@ class Evaluator:
         retries: Further attempts after an ``error``.
         warm_up: Called once in every new worker, before its first job: loads and compiles kernels
             outside of ``timeout_s``.
+        executor: What the jobs run on, by its name in :data:`~evolution.driving.executors.EXECUTORS`. Only
+            ``processes``, the default, keeps ``timeout_s`` and loses no more than a run to a dead process.
 
     Attributes:
         driven: Runs driven so far.
@@ -67,7 +61,8 @@ class Evaluator:
         workers: int = 1,
         timeout_s: float = 300.0,
         retries: int = 1,
-        warm_up: Callable[[], object] | None = None,
+        warm_up: WarmUp | None = None,
+        executor: str = "processes",
     ) -> None:
         if workers < 1 or retries < 0 or not timeout_s > 0:
             raise ConfigError(
@@ -80,9 +75,11 @@ class Evaluator:
         self.timeout_s = timeout_s
         self.retries = retries
         self.warm_up = warm_up
+        self.executor = executor
         self.driven = 0
         self.reused = 0
-        self._pool: ProcessPool | None = None
+        self._make = EXECUTORS.get(executor)
+        self._executor: Executor | None = None
 
     def evaluate(self, map_sets: Sequence[MapSet], plan: JobPlan, on_run: OnRun | None = None) -> list[SetResults]:
         """Drive map sets as ``plan`` says; ``results[set][map][controller][repeat]``."""
@@ -121,11 +118,10 @@ class Evaluator:
         return [results[job.key] for job in jobs]
 
     def close(self) -> None:
-        """Stop all workers, whatever they do."""
-        if self._pool is not None:
-            self._pool.stop()  # type: ignore[no-untyped-call]
-            self._pool.join()
-            self._pool = None
+        """Stop all workers, whatever they do; those of another executor than ``processes`` end their job first."""
+        if self._executor is not None:
+            self._executor.shutdown(wait=False, cancel_futures=True)
+            self._executor = None
 
     def __enter__(self) -> Self:
         return self
@@ -154,19 +150,23 @@ class Evaluator:
                 raise RunError("workers die before their first run (is run_job importable?)")
 
     def _round(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, RunResult]]:
-        """Try every job once; what a broken pool lost is not answered."""
-        pool = self._running_pool()
+        """Try every job once; what a broken executor lost is not answered."""
+        executor = self._running()
         finished: queue.SimpleQueue[Future[RunResult]] = queue.SimpleQueue()
         job_of: dict[Future[RunResult], Job] = {}
         for job in jobs:
             try:
-                scheduled = pool.schedule(attempt, (self.run_job, job), timeout=self.timeout_s)
-            except RuntimeError:  # the pool broke meanwhile
+                scheduled = executor.submit(attempt, self.run_job, job)
+            except RuntimeError:  # it broke meanwhile
                 break
             job_of[scheduled] = job
             scheduled.add_done_callback(finished.put)
-        for future in _as_they_end(finished, len(job_of), pool):
+        answered = 0
+        for future in _as_they_end(finished, len(job_of), executor):
+            answered += 1
             yield job_of[future], self._result_of(future)
+        if answered < len(jobs):
+            self.close()
 
     def _result_of(self, future: Future[RunResult]) -> RunResult:
         """Read an answer; everything but a result is an error of that run."""
@@ -181,76 +181,32 @@ class Evaluator:
             return error_result(f"the worker died (exit code {error.exitcode})")
         return error_result(one_line(error))
 
-    def _running_pool(self) -> ProcessPool:
-        if self._pool is not None and not self._pool.active:
+    def _running(self) -> Executor:
+        if self._executor is not None and not _alive(self._executor):
             self.close()
-        if self._pool is None:
-            context = worker_context(self.run_job, self.warm_up)
-            self._pool = ProcessPool(self.workers, initializer=start_worker, initargs=[self.warm_up], context=context)
-        return self._pool
+        if self._executor is None:
+            with EXECUTORS.blamed(self.executor):
+                self._executor = self._make(Crew.of(self.workers, self.timeout_s, self.run_job, self.warm_up))
+        return self._executor
+
+
+def _alive(executor: Executor) -> bool:
+    """Whether submitted jobs still come to an end; a plain executor's always do, if only by a ``BrokenExecutor``."""
+    return bool(getattr(executor, "alive", True))
 
 
 def _as_they_end(
-    finished: queue.SimpleQueue[Future[RunResult]], count: int, pool: ProcessPool
+    finished: queue.SimpleQueue[Future[RunResult]], count: int, executor: Executor
 ) -> Iterator[Future[RunResult]]:
-    """Yield ``count`` futures as they end, fewer if the pool breaks."""
+    """Yield ``count`` futures as they end, fewer if the executor breaks."""
     for _ in range(count):
         future = None
         while future is None:
             try:
                 future = finished.get(timeout=POOL_CHECK_SECONDS)
             except queue.Empty:
-                if not pool.active:
+                if not _alive(executor):
                     return
-        if isinstance(future.exception(), BrokenProcessPool):
+        if isinstance(future.exception(), BrokenExecutor):
             return
         yield future
-
-
-class WarmUpError(Exception):
-    """A worker's warm-up failed: nothing can be driven there."""
-
-
-_warm_up_failure: list[str] = []
-"""Of this worker process; a list, because a function fills it."""
-
-
-def start_worker(warm_up: Callable[[], object] | None) -> None:
-    """Prepare a new worker: it ends with its parent, and has its kernels loaded."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    try:
-        if warm_up is not None:
-            warm_up()
-    except Exception as error:
-        _warm_up_failure.append(one_line(error))
-
-
-def _end_with_parent() -> None:
-    """A parent that is killed cannot stop a worker that hangs."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def attempt(run_job: RunJob, job: Job) -> RunResult:
-    """Drive a job in a worker; whatever the controller raises becomes the run's result."""
-    if _warm_up_failure:
-        raise WarmUpError(_warm_up_failure[0])
-    try:
-        result = run_job(job)
-    except (Exception, SystemExit) as error:
-        return error_result(one_line(error))
-    if not isinstance(result, RunResult):
-        return error_result(f"expected a RunResult, got {type(result).__name__}")
-    return result
-
-
-def error_result(reason: str) -> RunResult:
-    """Return the result of a run that could not be driven to an end."""
-    return RunResult("error", time_s=0.0, path_length_m=0.0, reason=reason)
-
-
-def one_line(error: BaseException) -> str:
-    """Say type and text of an error in one short line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())[:MAX_REASON]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated, Any, Protocol
@@ -20,8 +20,19 @@ from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
 from evolution.files import PACKAGE_VERSION
 from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.metrics import METRICS
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
+
+TIME = "time"
+"""The simulated seconds until the end: what may be compared besides the metrics."""
+
+RESULT_FIELDS = ("outcome", "time_s", "path_length_m", "reason", "attempts")
+"""The fields of a result that a seed repeats, metrics and the seed itself left out."""
+
+RUN_COLUMNS = frozenset({"generation", "map", "controller", "repeat", "seed", "noise_seed", *RESULT_FIELDS})
+"""What tables say of a run besides its metrics."""
 
 
 class ControllerSpec(Settings):
@@ -49,6 +60,11 @@ class RunSettings(Protocol):
     @property
     def time_limit(self) -> float:
         """Simulated seconds after which a run is a timeout."""
+        ...
+
+    @property
+    def robot(self) -> RobotSpec:
+        """Who drives; families of maps are drawn so that it can."""
         ...
 
     def model_dump(self, *, mode: str = ...) -> dict[str, Any]:
@@ -121,6 +137,7 @@ class Job:
         repeat: Number of the repetition, from 0.
         seed: Seed of the controller's randomness; its own for every controller.
         noise_seed: Seed of the world's noise; the same for all controllers (common random numbers).
+        metrics: What is measured besides the project's own metrics.
         key: Digest of all of the above and of this package's version: the identity of the run.
     """
 
@@ -130,6 +147,7 @@ class Job:
     repeat: int
     seed: int
     noise_seed: int
+    metrics: tuple[str, ...]
     key: str
 
 
@@ -142,18 +160,21 @@ class JobPlan:
         settings: World and robot of every run.
         root_seed: Seed of the whole experiment.
         repeats: Runs of each controller on each map.
+        metrics: What is measured on every run besides the project's own metrics.
 
     Raises:
-        ConfigError: If there is no controller, a name occurs twice, or there is no repeat.
+        ConfigError: If there is no controller, a name occurs twice, there is no repeat, or no metric of a name.
     """
 
     controllers: tuple[ControllerSpec, ...]
     settings: RunSettings
     root_seed: int = 0
     repeats: int = 1
+    metrics: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "controllers", tuple(self.controllers))
+        object.__setattr__(self, "metrics", asked_for(self.metrics))
         check_controllers(self.controllers)
         if self.repeats < 1:
             raise ConfigError(f"repeats: expected at least 1, got {self.repeats}")
@@ -175,13 +196,39 @@ class JobPlan:
     def _setups(self) -> tuple[str, ...]:
         """Digest of everything but scenario and seed, for each controller."""
         settings = self.settings.model_dump(mode="json")
-        return tuple(digest_of([PACKAGE_VERSION, settings, spec.model_dump(mode="json")]) for spec in self.controllers)
+        return tuple(
+            digest_of([PACKAGE_VERSION, settings, spec.model_dump(mode="json"), *self.metrics])
+            for spec in self.controllers
+        )
 
     def _job(self, scenario: Scenario, spec: ControllerSpec, setup: str, repeat: int) -> Job:
         seed = derive_seed(self.root_seed, scenario.map.digest, spec.name, repeat)
         noise_seed = derive_seed(self.root_seed, scenario.map.digest, ALL_CONTROLLERS, repeat)
         key = digest_of([setup, scenario.digest, seed, noise_seed, repeat])
-        return Job(scenario, spec, self.settings, repeat, seed, noise_seed, key)
+        return Job(scenario, spec, self.settings, repeat, seed, noise_seed, self.metrics, key)
+
+
+def check_metric(name: str) -> str:
+    """Return the name of a metric.
+
+    Raises:
+        ConfigError: If there is none of that name, or tables have a column of that name already.
+    """
+    if name in RUN_COLUMNS:
+        raise ConfigError(f"metric {name!r}: expected another name, it is a column of every table of runs")
+    if name != TIME:
+        METRICS.get(name, others=(TIME,))
+    return name
+
+
+def asked_for(names: Iterable[str]) -> tuple[str, ...]:
+    """Return those of the named metrics that are not measured on every run anyway, each once.
+
+    Raises:
+        ConfigError: If there is no metric of a name, or workers cannot find it.
+    """
+    checked = dict.fromkeys(METRICS.for_workers(check_metric(name)) for name in names)
+    return tuple(name for name in checked if name not in (TIME, *METRICS.built_in))
 
 
 def check_controllers(controllers: tuple[ControllerSpec, ...]) -> None:

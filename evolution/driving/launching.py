@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing import popen_forkserver, spawn
 from multiprocessing.context import BaseContext, ForkServerContext, ForkServerProcess
@@ -24,12 +24,19 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def worker_context(*functions: object) -> BaseContext:
-    """Return how workers are started; a fork server imports the modules of ``functions`` once for all of them."""
+def worker_context(modules: Sequence[str] = ()) -> BaseContext:
+    """Return how workers are started: from a *fork server*, or spawned where there is none.
+
+    A fork server is a clean process without threads, from which a worker is there in milliseconds. Plain ``fork``
+    would copy a process with threads (the pool's own, BLAS), which may deadlock.
+
+    Args:
+        modules: Names of modules that a fork server imports once for all workers.
+    """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = _Context()
-    context.set_forkserver_preload(list(_modules_of(functions)))
+    context.set_forkserver_preload(list(modules))
     return context
 
 
@@ -62,10 +69,3 @@ class _Process(ForkServerProcess):
 
 class _Context(ForkServerContext):
     Process = _Process
-
-
-def _modules_of(functions: Iterable[object]) -> Iterator[str]:
-    for function in functions:
-        module = getattr(getattr(function, "func", function), "__module__", None)
-        if isinstance(module, str):
-            yield module

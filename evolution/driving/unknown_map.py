@@ -27,7 +27,8 @@ def without_map(navigation: NavigationParams, grid: GridMap) -> NavigationParams
     """
     changes: dict[str, Any] = {name: _without_static(getattr(navigation, name), grid) for name in COSTMAPS}
     planner = navigation.planner
-    changes["planner"] = planner.replace(params={**planner.params, "allow_unknown": True})
+    if "allow_unknown" in planner.params:  # what other planners make of unknown cells is up to them
+        changes["planner"] = planner.replace(params={**planner.params, "allow_unknown": True})
     return navigation.replace(**changes)
 
 

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Self
 
 from pydantic import Field, field_validator, model_validator
 
 from controllers.base import Controller
-from controllers.nav2_params import PRESETS, NavigationParams, load_preset, read_nav2_params
+from controllers.nav2_params import (
+    PRESETS,
+    Nav2Params,
+    NavigationParams,
+    load_preset,
+    read_nav2_params,
+    robot_of,
+)
 from controllers.navigator import Navigator
-from controllers.registry import make_controller
+from controllers.registry import CONTROLLERS, make_controller
 from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import environment_for, run_episode
@@ -20,6 +28,8 @@ from gym_mapbench.config import EnvConfig
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
+from gym_mapbench.planners import PLANNERS
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
 
@@ -84,6 +94,20 @@ class DriveSettings(Settings):
         """Simulated seconds after which a run is a timeout."""
         return self.environment.time_limit
 
+    @property
+    def robot(self) -> RobotSpec:
+        """The robot that drives."""
+        return self.environment.robot
+
+
+def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
+    """Lay a parameter file over some settings: its navigation, its robot, a world as fast as its controller server."""
+    world = settings.environment
+    control = max(world.control_hz, read.navigation.controller_server.controller_frequency)
+    physics = control * math.ceil(world.physics_hz / control - 1e-9)
+    world = world.replace(robot=robot_of(read, world.robot), control_hz=control, physics_hz=physics)
+    return settings.replace(navigation=read.navigation, environment=world)
+
 
 def load_navigation(name: str) -> NavigationParams:
     """Load a preset by name, or a user's ``nav2_params.yaml``."""
@@ -104,9 +128,12 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
     """Make every controller once, so that what cannot drive is said before anything is driven.
 
     Raises:
-        ConfigError: Naming the first that cannot be made, or that would not fit the world's rate of control.
+        ConfigError: Naming the first that cannot be made, that workers cannot find, or that would not fit the world's
+            rate of control.
     """
+    PLANNERS.for_workers(settings.navigation.planner.name)
     for spec in specs:
+        CONTROLLERS.for_workers(spec.registered_name)
         controller = build_controller(spec, settings)
         if isinstance(controller, Navigator):
             controller.check_frequency(1.0 / settings.environment.control_hz)
@@ -153,12 +180,12 @@ def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Epis
 
 def run_job(job: Job) -> RunResult:
     """Drive a job and keep its measures; wall-clock values stand apart from what a seed repeats."""
-    return result_of(drive(job))
+    return result_of(drive(job), job.metrics)
 
 
-def result_of(episode: Episode) -> RunResult:
-    """Measure a recorded run."""
-    metrics = measure(episode)
+def result_of(episode: Episode, also: Iterable[str] = ()) -> RunResult:
+    """Measure a recorded run, with further metrics besides the project's own."""
+    metrics = measure(episode, also)
     steps = max(1, len(episode.commands))
     return RunResult(
         outcome=episode.outcome,

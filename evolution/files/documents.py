@@ -43,7 +43,9 @@ def check(model: type[Document], document: object, where: str | Path) -> None:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"])
-        message = first["msg"].replace("Input should", "should").split(" or instance of ")[0]
+        message = (
+            first["msg"].replace("Input should", "should").removeprefix("Value error, ").split(" or instance of ")[0]
+        )
         what = "is missing" if first["type"] == "missing" else message
         raise RunError(f"{where}: {key}: {what}" if key else f"{where}: {what}") from None
 

@@ -7,6 +7,7 @@ equal bytes.
 from __future__ import annotations
 
 from evolution.pictures.animation import check_display, check_film, save_animation, show_animation
+from evolution.pictures.map_table import maps_figure
 from evolution.pictures.plots import (
     box_figure,
     colour_of,
@@ -38,6 +39,7 @@ __all__ = [
     "curse_figure",
     "drive_best",
     "effects_figure",
+    "maps_figure",
     "save_animation",
     "save_figure",
     "show_animation",

@@ -37,13 +37,13 @@ def round_of(names: Sequence[str], name: str) -> int:
 
 
 def new_figure(
-    columns: int = 1, width: float = 6.4, height: float = 4.2, sharey: bool = False
+    columns: int = 1, width: float = 6.4, height: float = 4.2, sharey: bool = False, rows: int = 1
 ) -> tuple[Figure, NDArray[Any]]:
-    """Make a figure of ``columns`` axes side by side without touching pyplot's global state."""
+    """Make a figure of ``rows`` times ``columns`` axes without touching pyplot's global state."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, np.atleast_1d(figure.subplots(1, columns, sharey=sharey))
+    return figure, np.atleast_1d(figure.subplots(rows, columns, sharey=sharey))
 
 
 def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = ("png", "svg")) -> list[Path]:

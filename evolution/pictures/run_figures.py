@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from evolution.driving import Job, drive
 from evolution.pictures.plots import convergence_figure, lorenz_figure, map_set_figure, save_figure, times_figure
 from evolution.runs import LoadedRun
-from evolution.search import Experiment, experiment_of
+from evolution.search import FITNESSES, Experiment, experiment_of
 from gym_mapbench.episode import Episode
 
 if TYPE_CHECKING:
@@ -102,5 +102,5 @@ def _times(run: LoadedRun) -> dict[str, list[list[float]]]:
 
 
 def _reading(run: LoadedRun, value: float | None) -> str:
-    what = {"gini": "Gini", "cluster": "clusters"}[run.config["search"]["fitness"]]
-    return "not solved by all" if value is None else f"{what} {value:.3f}"
+    name = FITNESSES.get(run.config["search"]["fitness"]).reading_name
+    return "not solved by all" if value is None else f"{name} {value:.3f}"

@@ -5,6 +5,8 @@ In: the directory of a run or a study. Out: one file that needs no network, with
 
 from __future__ import annotations
 
+from evolution.report.page import Attachment, Section, Table, picture
+from evolution.report.sections import SECTIONS
 from evolution.report.writing import REPORT, write_report
 
-__all__ = ["REPORT", "write_report"]
+__all__ = ["REPORT", "SECTIONS", "Attachment", "Section", "Table", "picture", "write_report"]

@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 import yaml
 
 from evolution.files import written_elsewhere
-from evolution.pictures import FIGURES, DrivenMap
-from evolution.report.page import Attachment, Report, Table, picture
+from evolution.pictures import DrivenMap
+from evolution.report.page import Attachment, Report
 from evolution.report.replays import ReplayedMap
+from evolution.report.sections import sections_of
 from evolution.runs import LoadedRun, errors_in, results_in
 from evolution.search import SECTIONS
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
 
-CAPTIONS = {
-    "best_maps": "The best maps with all trajectories; crosses mark recoveries",
-    "convergence": "Best fitness over the evaluations",
-    "times": "Travel times per map and controller; dots are single runs",
-    "lorenz": "Lorenz curves: the further from the diagonal, the less alike the controllers' times",
-}
 
-
-def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap]) -> Report:
+def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap], sections: Iterable[str] = ()) -> Report:
     """Collect the report of one evolution run.
 
     Args:
         run: The run, as far as it has come.
         driven: Its best maps driven again (:func:`evolution.pictures.run_figures.drive_best`): the replays.
+        sections: Names of sections besides those that are on every page.
     """
     search = run.config["search"]
+    made, failed = sections_of(run, sections)
     return Report(
         title=f"Evolved maps: {run.path.name}",
         subtitle=(
@@ -43,10 +39,9 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap]) -> Report:
         command=f"mapbench evolve --config config.yaml --out {run.path.name}  # config.yaml is among the downloads",
         configuration=_configuration(run),
         maps=replayed_maps(run, driven),
-        tables=[_times_table(run), _generations_table(run)],
-        figures=figures_of(run),
+        sections=made,
         downloads=_downloads(run),
-        missing=[*written_elsewhere(run.config), *_unfinished(run), *_errors(run)],
+        missing=[*written_elsewhere(run.config), *_unfinished(run), *_errors(run), *failed],
         changed=changed_replays(run, driven),
     )
 
@@ -72,16 +67,6 @@ def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[ReplayedM
     return [ReplayedMap(f"{one.name} ({one.reading})", one.episodes, radius) for one in driven if one.episodes]
 
 
-def figures_of(run: LoadedRun) -> list[Attachment]:
-    """The run's figures that exist, as pictures inside the page."""
-    folder = run.path / FIGURES
-    return [
-        picture(caption, (folder / f"{name}.png").read_bytes())
-        for name, caption in CAPTIONS.items()
-        if (folder / f"{name}.png").is_file()
-    ]
-
-
 def _verdict(run: LoadedRun) -> list[str]:
     """The answer in words: what was reached, and what each map shows."""
     first, last = run.generations[0]["best"], run.generations[-1]["best"]
@@ -105,23 +90,6 @@ def _map_sentence(entry: dict[str, Any]) -> str:
     if ratio < 1.1:
         return f"{entry['name']}: all controllers take about the same ({least:.1f} to {most:.1f} s)."
     return f"{entry['name']}: {fast} is fastest ({least:.1f} s), {slow} takes {ratio:.1f} times as long ({most:.1f} s)."
-
-
-def _times_table(run: LoadedRun) -> Table:
-    rows: list[list[str | float | int]] = []
-    for entry in run.best_results["maps"]:
-        for name, results in entry["runs"].items():
-            times = [one["time_s"] for one in results if one["outcome"] == "goal"]
-            spread = [float(np.mean(times)), min(times), max(times)] if times else [float("nan")] * 3
-            outcomes = ", ".join(sorted({one["outcome"] for one in results}))
-            recoveries = float(np.mean([one["metrics"].get("n_recoveries", np.nan) for one in results]))
-            rows.append([entry["name"], name, *spread, recoveries, outcomes])
-    return Table("The best map set", ("map", "controller", "mean s", "min s", "max s", "recoveries", "outcome"), rows)
-
-
-def _generations_table(run: LoadedRun) -> Table:
-    columns = ("generation", "evaluations", "best", "mean", "std", "mean_success_rate")
-    return Table("Generations", columns, [[row[column] for column in columns] for row in run.generations])
 
 
 def _configuration(run: LoadedRun) -> str:

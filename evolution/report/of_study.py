@@ -10,7 +10,7 @@ import yaml
 
 from evolution.files import Row, csv_of
 from evolution.report.of_run import changed_replays
-from evolution.report.page import Attachment, Report, Table, picture
+from evolution.report.page import Attachment, Report, Section, Table, picture
 from evolution.report.replays import ReplayedMap
 from evolution.statistics import FEWEST_FOR_INTERVAL
 from evolution.studies import (
@@ -132,8 +132,10 @@ def report_of_study(
         command=_command(results),
         configuration=_configuration(results),
         maps=[shown for best in best_sets for shown in _replayed(best)],
-        tables=_tables(analysis, best_sets),
-        figures=[picture(figure.caption, figure.png.read_bytes()) for figure in figures],
+        sections=[
+            Section("Tables", tables=_tables(analysis, best_sets), id="tables"),
+            Section("Figures", figures=[picture(one.caption, one.png.read_bytes()) for one in figures], id="figures"),
+        ],
         downloads=_downloads(results, best_sets),
         missing=[*results.missing, *_not_shown(results, best_sets)],
         changed=[line for best in best_sets for line in _changed(best)],

@@ -17,6 +17,7 @@ from markupsafe import Markup
 from PIL import Image
 
 from evolution.report.replays import ReplayedMap, replays_of
+from gym_mapbench.errors import ConfigError
 
 _VENDORED = ("vendor/sortable.min.js", "vendor/sortable.a11y.min.js", "vendor/medium-zoom.min.js")
 _SCRIPTS = (*_VENDORED, "replay.js", "print.js")
@@ -76,6 +77,41 @@ def picture(caption: str, png: bytes) -> Attachment:
 
 
 @dataclass(frozen=True)
+class Section:
+    """One part of a page: text, tables and pictures below a heading. Texts are shown as they are, never as HTML.
+
+    Args:
+        title: The heading.
+        paragraphs: Texts, first of all.
+        tables: Then these.
+        figures: And pictures at last.
+        id: What links go to; made up if empty.
+
+    Raises:
+        ConfigError: If a part is of another type, or a row of a table is not as long as its heading.
+    """
+
+    title: str
+    paragraphs: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    figures: Sequence[Attachment] = ()
+    id: str = ""
+
+    def __post_init__(self) -> None:
+        for part, kind in ((self.paragraphs, str), (self.tables, Table), (self.figures, Attachment)):
+            if isinstance(part, str) or not all(isinstance(one, kind) for one in part):
+                raise ConfigError(f"section {self.title!r}: expected a list of {kind.__name__}, got {part!r:.80}")
+        for table in self.tables:
+            if any(len(row) != len(table.columns) for row in table.rows):
+                raise ConfigError(f"table {table.caption!r}: expected {len(table.columns)} cells in every row")
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to show."""
+        return not (self.paragraphs or self.tables or self.figures)
+
+
+@dataclass(frozen=True)
 class Report:
     """Everything one page says.
 
@@ -85,6 +121,9 @@ class Report:
         verdict: The answer first, a paragraph each.
         command: The command that repeats it.
         configuration: The options as used, as text.
+        maps: Replays.
+        sections: What else is shown, in order; empty ones are left out.
+        downloads: Files inside the page.
         missing: What a partial report lacks, a line each.
         changed: Replays that are not what the search recorded, a line each.
     """
@@ -95,8 +134,7 @@ class Report:
     command: str
     configuration: str
     maps: Sequence[ReplayedMap] = ()
-    tables: Sequence[Table] = ()
-    figures: Sequence[Attachment] = ()
+    sections: Sequence[Section] = ()
     downloads: Sequence[Attachment] = ()
     missing: Sequence[str] = ()
     changed: Sequence[str] = ()
@@ -111,6 +149,7 @@ def render_page(report: Report) -> str:
     scripts = [folder.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS]
     return template.render(
         report=report,
+        sections=[section for section in report.sections if not section.is_empty],
         css=Markup(folder.joinpath("page.css").read_text(encoding="utf-8")),
         scripts=Markup("\n;\n".join(scripts)),
         replays=Markup(_script_json(replays_of(report.maps))),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from evolution.files import write_text
@@ -10,6 +10,7 @@ from evolution.pictures import drive_best, write_run_figures
 from evolution.report.of_run import report_of_run
 from evolution.report.of_study import report_of_study
 from evolution.report.page import Report, render_page
+from evolution.report.sections import SECTIONS
 from evolution.runs import CONFIG, load_run
 from evolution.studies import (
     NAV2,
@@ -34,6 +35,7 @@ def write_report(
     engine: Engine = NAV2,
     *,
     analysis: StudyAnalysis | None = None,
+    sections: Sequence[str] = (),
     on_step: Callable[[str], object] = lambda _: None,
 ) -> Path:
     """Write the report of a run or a study as one HTML file that needs no network.
@@ -43,36 +45,44 @@ def write_report(
         out: The file; ``report.html`` in the directory if None, which is written anew every time.
         engine: How the best maps are driven again.
         analysis: Of a study: its results compared, if they are there already.
+        sections: Of a run: names of sections besides those that are on every page.
         on_step: Called with a line about what takes long, before it begins.
 
     Returns:
         The file.
 
     Raises:
-        ConfigError: If ``out`` exists and is not the directory's own report, or lies in no directory.
+        ConfigError: If ``out`` exists and is not the directory's own report, or lies in no directory, or there is no
+            section of a name.
         RunError: If the directory is neither, has nothing to report, or the file cannot be written.
     """
     path = Path(path)
     if not is_study(path) and not (path / CONFIG).is_file():
         raise RunError(f"{path}: neither a run nor a study (no {CONFIG}, no {STUDY})")
+    if sections and is_study(path):
+        raise ConfigError(f"sections: expected only of a run, got {path}")
+    for name in sections:
+        SECTIONS.get(name)
     own = path / REPORT
     target = own if out is None else Path(out)
     if target.is_dir() or (target.exists() and target.resolve() != own.resolve()):
         raise ConfigError(f"{target}: exists already; nothing is overwritten")
     if not target.parent.is_dir():
         raise ConfigError(f"{target}: there is no directory {target.parent}")
-    write_text(target, render_page(_report(path, engine, analysis, on_step)))
+    if is_study(path):
+        report = _study_report(analysis or analyse(load_results(path, engine)), engine, on_step)
+    else:
+        report = _run_report(path, engine, sections, on_step)
+    write_text(target, render_page(report))
     return target
 
 
-def _report(path: Path, engine: Engine, analysis: StudyAnalysis | None, on_step: Callable[[str], object]) -> Report:
-    if is_study(path):
-        return _study_report(analysis or analyse(load_results(path, engine)), engine, on_step)
+def _run_report(path: Path, engine: Engine, sections: Sequence[str], on_step: Callable[[str], object]) -> Report:
     run = load_run(path)
     on_step("driving the best map set again for the replays")
     driven = drive_best(run, engine.read_experiment, engine.drive)
     write_run_figures(run, driven)
-    return report_of_run(run, driven)
+    return report_of_run(run, driven, sections)
 
 
 def _study_report(analysis: StudyAnalysis, engine: Engine, on_step: Callable[[str], object]) -> Report:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, FiniteFloat
 
 from evolution.files import Document, Row, Versions, check
+from evolution.search import FitnessName
 from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import RunError
 
@@ -25,7 +26,7 @@ class ShapeOptions(Document):
 class SearchOptions(Document):
     """Options of a search that its files are read with."""
 
-    fitness: Literal["gini", "cluster"]
+    fitness: FitnessName
     pop_size: Count
     evaluations: Count
     maps_per_set: Count

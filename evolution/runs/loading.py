@@ -9,15 +9,13 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-from evolution.driving import RunResult
+from evolution.driving import RESULT_FIELDS, RUN_COLUMNS, RunResult
 from evolution.files import Row, Table, Tabled, read_npz
 from evolution.runs.directory import MAPS, RunDir, controllers_in
-from evolution.search import RESULT_FIELDS, MapResults
+from evolution.search import MapResults
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import MapSet
-
-NOT_METRICS = frozenset({"generation", "map", "controller", "repeat", "seed", "noise_seed", *RESULT_FIELDS})
 
 
 @dataclass(frozen=True)
@@ -141,7 +139,7 @@ def driven_maps(run: LoadedRun, until: int | None = None) -> dict[str, MapResult
 
 
 def _result(row: Mapping[str, Any]) -> RunResult:
-    metrics = {name: float(value) for name, value in row.items() if name not in NOT_METRICS and value is not None}
+    metrics = {name: float(value) for name, value in row.items() if name not in RUN_COLUMNS and value is not None}
     return RunResult(**{name: row[name] for name in RESULT_FIELDS}, metrics=metrics, seed=row["seed"])
 
 

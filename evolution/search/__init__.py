@@ -17,28 +17,34 @@ from evolution.search.experiments import (
     preset_names,
     read_document,
 )
-from evolution.search.fitness import NO_PATTERN, Fitness, FitnessBreakdown, calibrate_scale, gini
+from evolution.search.fitness import Fitness, FitnessBreakdown, calibrate_scale
 from evolution.search.loop import EvolveResult, Progress, Recorder, evolve
+from evolution.search.operators.changes import OPERATORS, Edit, Operator
 from evolution.search.operators.sampling import scenario_on
+from evolution.search.patterns import FITNESSES, Pattern, gini
 from evolution.search.problem import Evaluation
-from evolution.search.record import RESULT_FIELDS, Record, result_fields
-from evolution.search.settings import METRIC_NAMES, EvolveSettings, Experiment, MutationSettings
+from evolution.search.record import Record, result_fields
+from evolution.search.settings import METRIC_NAMES, EvolveSettings, Experiment, FitnessName, MutationSettings
 
 __all__ = [
     "DEFAULT_CONTROLLERS",
+    "FITNESSES",
     "MAX_MAPS",
     "METRIC_NAMES",
-    "NO_PATTERN",
-    "RESULT_FIELDS",
+    "OPERATORS",
     "SECTIONS",
+    "Edit",
     "Evaluation",
     "EvolveResult",
     "EvolveSettings",
     "Experiment",
     "Fitness",
     "FitnessBreakdown",
+    "FitnessName",
     "MapResults",
     "MutationSettings",
+    "Operator",
+    "Pattern",
     "Progress",
     "Record",
     "Recorder",

@@ -14,7 +14,7 @@ from evolution.driving import ControllerSpec, DriveSettings, check_room, try_con
 from evolution.search.operators.sampling import scenario_on
 from evolution.search.settings import Experiment
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.generator import ShapeSettings, clear_and_border
+from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_from
 from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import read_yaml
 
@@ -90,8 +90,8 @@ def check_experiment(experiment: Experiment) -> None:
     """Refuse an experiment that could only fail, before anything is driven.
 
     Raises:
-        ConfigError: If there is nobody to compare with, a controller cannot drive in this world, or the robot does
-            not fit on a map without obstacles.
+        ConfigError: If there is nobody to compare with, a controller cannot drive in this world, the robot does not
+            fit on a map without obstacles, or a family has no map for it.
     """
     names, settings = experiment.plan.names, experiment.run
     if len(names) < 2:
@@ -100,6 +100,8 @@ def check_experiment(experiment: Experiment) -> None:
         raise TypeError(f"expected DriveSettings, got {type(settings).__name__}")
     try_controllers(experiment.controllers, settings)
     check_room([_emptiest(experiment.search.shapes)], settings)
+    for family in experiment.search.families:
+        draw_from(np.random.default_rng(0), [family], experiment.search.shapes, settings.robot)
 
 
 def _emptiest(shapes: ShapeSettings) -> Scenario:

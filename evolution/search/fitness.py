@@ -1,93 +1,24 @@
-"""What makes a good map set: Gini and cluster patterns, and their composition with penalties.
+"""What makes a good map set: a pattern in its readings, and what failures cost.
 
-Source: thesis, sections 4.1.8 to 4.1.12. The pattern functions take plain numbers and are
-maximised (Gini: up to 1; cluster: 0 to 1); :class:`Fitness` negates them and is minimised.
+Source: thesis, sections 4.1.8 to 4.1.12. Patterns (:mod:`evolution.search.patterns`) are maximised;
+:class:`Fitness` negates them and is minimised.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from functools import cached_property
 from statistics import fmean, median
 
 import numpy as np
 
 from evolution.driving import RunResult, SetResults
+from evolution.search.patterns import FITNESSES, Pattern, Times, pairwise_gaps
 from evolution.search.settings import EvolveSettings
-from gym_mapbench.errors import ConfigError, RunError
-
-NO_PATTERN = -1e3
-"""What Alg. 2 returns where there is nothing to compare."""
+from gym_mapbench.errors import PluginError, RunError
 
 AGGREGATES: dict[str, Callable[[list[float]], float]] = {"mean": fmean, "median": median}
-
-Times = Sequence[float]
-"""One value per controller on one map."""
-
-
-def gini(times: Times) -> float:
-    """Gini coefficient (Alg. 1, Eq. 4.2): 0 if all are equal, ``1 - 1/n`` if one holds everything.
-
-    Args:
-        times: One value >= 0 per controller; equal for all, zeros included, gives 0.
-    """
-    ordered = np.sort(np.asarray(times, dtype=np.float64))
-    n, total = len(ordered), float(ordered.sum())
-    if total == 0.0:
-        return 0.0
-    weighted = float((np.arange(1, n + 1) * ordered).sum())
-    return max(2.0 * weighted / (n * total) - (n + 1) / n, 0.0)  # equal times may round to just below zero
-
-
-def gini_fitness(ginis: Sequence[float], epsilon: float = 1e-8, unevenness_weight: float = 1.0) -> float:
-    """Pattern fitness of some Gini coefficients (Alg. 2): wide and evenly spread is best.
-
-    Spread minus ``unevenness_weight`` times the population variance of the gaps; -1000 for fewer
-    than two coefficients, or if two of them are ``epsilon`` or less apart.
-    """
-    deltas = np.diff(np.sort(np.asarray(ginis, dtype=np.float64)))
-    if len(deltas) == 0 or (deltas <= epsilon).any():
-        return NO_PATTERN
-    return float(deltas.sum() - unevenness_weight * deltas.var())
-
-
-def pairwise_gaps(times: Times) -> list[float]:
-    """Absolute differences of all pairs."""
-    return [abs(a - b) for a, b in combinations(times, 2)]
-
-
-def cluster_score(times: Times, scale: float) -> float:
-    """Estimated number of groups among the times (Alg. 3, Eq. 4.3), in [1, number of times].
-
-    Args:
-        times: One value per controller.
-        scale: Mean pairwise gap that stands for one more group, in the unit of ``times``.
-    """
-    gaps = pairwise_gaps(times)
-    mean_gap = fmean(gaps) if gaps else 0.0
-    return min(max(1.0 + mean_gap / scale, 1.0), float(len(times)))
-
-
-def pattern_score(values: Sequence[float]) -> float:
-    """Closeness of the sorted values to 1, 2, ..., n (Alg. 4, Eq. 4.4), in [0, 1]; for two values or more."""
-    ordered = np.sort(np.asarray(values, dtype=np.float64))
-    pattern = np.arange(1, len(ordered) + 1)
-    distance, farthest = np.linalg.norm(ordered - pattern), np.linalg.norm(len(ordered) - pattern)
-    return max(1.0 - float(distance / farthest), 0.0)
-
-
-def partial_pattern_score(values: Sequence[float]) -> float:
-    """Pattern fitness of some cluster scores (Alg. 4), in [0, 1].
-
-    Fewer than two values give 0; two are judged by their distance (1 or more is best), because
-    the maps between or beyond them may only be missing.
-    """
-    if len(values) < 2:
-        return 0.0
-    if len(values) == 2:
-        return float(min(abs(values[0] - values[1]), 1.0))
-    return pattern_score(values)
 
 
 def calibrate_scale(times_of_maps: Sequence[Times]) -> float:
@@ -114,8 +45,8 @@ class FitnessBreakdown:
         total: f of Eq. 4.5; smaller is better.
         success_rate: s: successful runs / all runs.
         timeouts: t: timed-out runs per repeat.
-        pattern: What Alg. 2 or Alg. 4 returned; greater is better.
-        readings: Gini coefficient or cluster score of each map, None where the map has no value.
+        pattern: How good the readings are together; greater is better.
+        readings: What the pattern read on each map, e.g. its Gini coefficient; None where the map has no value.
         values: For each map the aggregated value of each controller, None where the map has no value.
     """
 
@@ -152,10 +83,15 @@ class Fitness:
         """Build from the options of a search."""
         return cls(settings, time_limit, settings.cluster_scale)
 
+    @cached_property
+    def kind(self) -> Pattern:
+        """Reads maps and judges their readings."""
+        return FITNESSES.get(self.settings.fitness)(self.settings, self.cluster_scale)
+
     @property
     def needs_scale(self) -> bool:
         """Whether results must be seen first."""
-        return self.settings.fitness == "cluster" and self.cluster_scale is None
+        return self.kind.needs_scale and self.cluster_scale is None
 
     def calibrated(self, results: Sequence[SetResults]) -> Fitness:
         """Return a fitness whose cluster scale fits these results; itself if it needs none.
@@ -169,15 +105,19 @@ class Fitness:
         return replace(self, cluster_scale=calibrate_scale(times))
 
     def __call__(self, results: SetResults) -> FitnessBreakdown:
-        """Judge one map set."""
+        """Judge one map set.
+
+        Raises:
+            ConfigError: If the scale is not known yet.
+            PluginError: If a third party's fitness fails, or returns something else than finite numbers.
+        """
         options = self.settings
         runs = [run for of_map in results for of_controller in of_map for run in of_controller]
         repeats = len(results[0][0])
         success_rate = sum(run.success for run in runs) / len(runs)
         timeouts = sum(run.outcome in options.timeout_outcomes for run in runs) / repeats
         values = tuple(self.values_of(of_map) for of_map in results)
-        readings = tuple(None if times is None else self.reading(times) for times in values)
-        pattern = self.pattern([reading for reading in readings if reading is not None])
+        readings, pattern = self._pattern_of(values)
         total = options.base_cost * (1.0 - success_rate) + options.timeout_cost * timeouts
         total -= options.pattern_weight * pattern * success_rate
         return FitnessBreakdown(total, success_rate, timeouts, pattern, readings, values)
@@ -189,23 +129,15 @@ class Fitness:
         aggregate = AGGREGATES[self.settings.aggregate]
         return tuple(aggregate([self._value(run) for run in runs]) for runs in of_map)
 
-    def reading(self, times: Times) -> float:
-        """Gini coefficient or cluster score of one map.
-
-        Raises:
-            ConfigError: If the cluster scale is not known yet.
-        """
-        if self.settings.fitness == "gini":
-            return gini(times)
-        if self.cluster_scale is None:
-            raise ConfigError("cluster_scale: expected a value, or results to calibrate it from, got neither")
-        return cluster_score(times, self.cluster_scale)
-
-    def pattern(self, readings: Sequence[float]) -> float:
-        """Pattern fitness of the maps' readings."""
-        if self.settings.fitness == "gini":
-            return gini_fitness(readings, self.settings.epsilon, self.settings.unevenness_weight)
-        return partial_pattern_score(readings)
+    def _pattern_of(self, values: Sequence[Times | None]) -> tuple[tuple[float | None, ...], float]:
+        """Read the maps that have values, and judge their readings."""
+        with FITNESSES.blamed(self.settings.fitness):
+            readings = tuple(None if times is None else float(self.kind.read(times)) for times in values)
+            read = [reading for reading in readings if reading is not None]
+            pattern = float(self.kind.judge(read, [times for times in values if times is not None]))
+        if not np.isfinite([*read, pattern]).all():
+            raise PluginError(f"fitness {self.settings.fitness!r}: expected finite numbers, got {read} and {pattern}")
+        return readings, pattern
 
     def _value(self, run: RunResult) -> float:
         if run.success:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -25,6 +26,7 @@ from evolution.search.problem import Evaluation, MapSetProblem, ask, make_algori
 from evolution.search.record import Record, best_of
 from evolution.search.settings import Experiment
 from gym_mapbench.errors import RunError
+from gym_mapbench.generator import draw_map as draw_from_families
 from gym_mapbench.generator import sample_map
 
 
@@ -106,7 +108,7 @@ def evolve(
     on_generation: Callable[[Progress], None] | None = None,
     on_run: OnRun | None = None,
     fitness: Fitness | None = None,
-    draw_map: DrawMap = sample_map,
+    draw_map: DrawMap | None = None,
 ) -> EvolveResult:
     """Search for the best map set.
 
@@ -117,7 +119,7 @@ def evolve(
         on_generation: Called after each generation.
         on_run: Called after each driven run (see :meth:`Evaluator.run`).
         fitness: Judges map sets; the one that ``experiment`` names if None.
-        draw_map: How sampling draws one map.
+        draw_map: How sampling draws one map; from the families of ``experiment`` if None.
 
     Raises:
         ConfigError: If ``recorder`` was made for another experiment.
@@ -127,6 +129,12 @@ def evolve(
     while search.step(on_generation):
         pass
     return search.result()
+
+
+def _drawer(experiment: Experiment) -> DrawMap:
+    """Return what draws maps for a search: random shapes, or maps of its families for its robot."""
+    families = experiment.search.families
+    return partial(draw_from_families, families=families, robot=experiment.run.robot) if families else sample_map
 
 
 class _Search:
@@ -139,7 +147,7 @@ class _Search:
         recorder: Recorder | None,
         on_run: OnRun | None,
         fitness: Fitness | None,
-        draw_map: DrawMap,
+        draw_map: DrawMap | None,
     ) -> None:
         if recorder is not None:
             recorder.check_experiment(experiment)
@@ -153,7 +161,7 @@ class _Search:
             fitness or Fitness.of(experiment.search, experiment.run.time_limit),
         )
         self.rng = np.random.default_rng(experiment.search.seed)
-        self.algorithm: GA = make_algorithm(experiment.search, self.problem, self.rng, draw_map)
+        self.algorithm: GA = make_algorithm(experiment.search, self.problem, self.rng, draw_map or _drawer(experiment))
         self.record = Record(plan)
         self.generation = 0
 

@@ -85,7 +85,7 @@ def make_algorithm(
         pop_size=settings.pop_size,
         sampling=MapSampling(settings.maps_per_set, settings.shapes, draw_map),
         crossover=MapCrossover(settings.crossover, settings.crossover_probability),
-        mutation=MapMutation(settings.shapes, settings.mutation),
+        mutation=MapMutation(settings.shapes, settings.mutation, settings.families),
         repair=MapRepair(settings.shapes),
         eliminate_duplicates=MapSetDuplicates(),
     )

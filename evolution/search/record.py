@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from evolution.driving import Job, JobPlan, RunResult
+from evolution.driving import RESULT_FIELDS, Job, JobPlan, RunResult
 from evolution.files import Row
 from evolution.search.problem import Evaluation
 from gym_mapbench.gridmap import GridMap
@@ -97,9 +97,6 @@ def run_row(generation: int, job: Job, result: RunResult) -> Row:
         **result_fields(result),
         **{name: value for name, value in result.metrics.items() if name not in RESULT_FIELDS},
     }
-
-
-RESULT_FIELDS = ("outcome", "time_s", "path_length_m", "reason", "attempts")
 
 
 def result_fields(result: RunResult) -> Row:

@@ -7,12 +7,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Protocol, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
-from evolution.driving import ControllerSpec, JobPlan, RunSettings, check_controllers
+from evolution.driving import TIME, ControllerSpec, JobPlan, RunSettings, check_controllers, check_metric
+from evolution.search.operators.changes import OPERATORS
+from evolution.search.patterns import FITNESSES
 from gym_mapbench.episode import Outcome
-from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.generator import ShapeSettings
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import FamilySpecs, ShapeSettings
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.settings import Settings
 
@@ -21,8 +30,17 @@ Weight = Annotated[float, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0)]
 Count = Annotated[int, Field(ge=1)]
 
-METRIC_NAMES = ("time", *METRICS)
-"""What may be compared between controllers."""
+
+def _fitness(name: str) -> str:
+    """Refuse the name of no fitness."""
+    FITNESSES.get(name)
+    return name
+
+
+FitnessName = Annotated[str, AfterValidator(_fitness)]
+
+METRIC_NAMES = (TIME, *METRICS.built_in)
+"""What may be compared between controllers, third parties' metrics left out."""
 
 
 class MutationSettings(Settings):
@@ -38,6 +56,8 @@ class MutationSettings(Settings):
         move_distance: Farthest move along each axis, cells.
         scale_factor: Smallest and largest factor of an obstacle's height and width.
         connectivity: Neighbours of a cell that belong to the same obstacle, 4 (SciPy's default) or 8.
+        operators: Further operators by name, with the probability that a chosen obstacle is given to each (see
+            :mod:`evolution.search.operators.changes`).
     """
 
     probability: Probability = 0.5
@@ -49,6 +69,22 @@ class MutationSettings(Settings):
     move_distance: Count = 15
     scale_factor: tuple[Positive, Positive] = (0.5, 1.5)
     connectivity: Literal[4, 8] = 4
+    operators: dict[str, Probability] = Field(default_factory=dict)
+
+    @field_validator("operators")
+    @classmethod
+    def _known(cls, value: dict[str, float]) -> dict[str, float]:
+        for name in value:
+            if f"{name}_probability" in cls.model_fields:
+                raise ConfigError(f"expected other operators, got {name!r}, which has a probability of its own")
+            OPERATORS.get(name)
+        return value
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave further operators out where there are none: such a run is written as ever."""
+        values: dict[str, Any] = dump(self)
+        return {name: value for name, value in values.items() if name != "operators" or value}
 
     @field_validator("shapes_per_map", "scale_factor")
     @classmethod
@@ -59,21 +95,24 @@ class MutationSettings(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> MutationSettings:
-        if not math.isclose(sum(self.probabilities), 1.0, abs_tol=1e-9):
-            raise ConfigError(f"move, scale, remove and add: expected a sum of 1, got {self.probabilities}")
+        if not math.isclose(sum(self.probabilities.values()), 1.0, abs_tol=1e-9):
+            chances = ", ".join(f"{name} {chance:g}" for name, chance in self.probabilities.items())
+            raise ConfigError(f"probabilities: expected a sum of 1, got {chances}")
         return self
 
     @property
-    def probabilities(self) -> tuple[float, float, float, float]:
-        """Of move, scale, remove and add, in this order."""
-        return self.move_probability, self.scale_probability, self.remove_probability, self.add_probability
+    def probabilities(self) -> dict[str, float]:
+        """Of every operator by name: move, scale, remove and add, then the others."""
+        named = {name: getattr(self, f"{name}_probability") for name in ("move", "scale", "remove", "add")}
+        return named | self.operators
 
 
 class EvolveSettings(Settings):
     """All options of one search.
 
     Args:
-        fitness: ``gini`` (Alg. 1 and 2) or ``cluster`` (Alg. 3 and 4).
+        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), or a third party's (see
+            :mod:`evolution.search.patterns`).
         algorithm: ``ga``, or ``random``: every generation is sampled anew (a baseline).
         pop_size: Individuals in the population, and offspring a generation.
         evaluations: Individuals evaluated in all, the first population included.
@@ -81,7 +120,7 @@ class EvolveSettings(Settings):
         seed: Root of all randomness.
         repeats: Runs of each controller on each map.
         aggregate: How the repeats of a controller on a map become one value.
-        metric: Quantity compared between controllers, one of ``METRIC_NAMES``.
+        metric: Quantity compared between controllers: one of ``METRIC_NAMES``, or a third party's metric.
         failures: What a map counts on which a controller failed: ``exclude`` (thesis: no value), ``censor``
             (a failed run counts the time limit) or ``par2`` (twice the time limit).
         timeout_outcomes: Outcomes that count as timeouts in Eq. 4.5.
@@ -94,10 +133,13 @@ class EvolveSettings(Settings):
         crossover: ``pool`` (the maps of both parents are shared out anew) or ``position``.
         crossover_probability: p_c.
         mutation: How obstacles change.
-        shapes: Size of the maps and what is drawn on them.
+        families: Of which new maps are drawn, and of which mutation adds pieces: names of
+            :data:`gym_mapbench.generator.FAMILIES`, or mappings of ``name`` and ``options``; all as likely. None:
+            random shapes, as in the thesis.
+        shapes: Size of the maps and what random shapes are like.
     """
 
-    fitness: Literal["gini", "cluster"] = "gini"
+    fitness: FitnessName = "gini"
     algorithm: Literal["ga", "random"] = "ga"
     pop_size: Annotated[int, Field(ge=2)] = 40
     evaluations: Count = 600
@@ -117,14 +159,13 @@ class EvolveSettings(Settings):
     crossover: Literal["pool", "position"] = "pool"
     crossover_probability: Probability = 1.0
     mutation: MutationSettings = MutationSettings()
+    families: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()
 
     @field_validator("metric")
     @classmethod
     def _known(cls, value: str) -> str:
-        if value not in METRIC_NAMES:
-            raise unknown_name("metric", value, METRIC_NAMES)
-        return value
+        return check_metric(value)
 
     @model_validator(mode="after")
     def _consistent(self) -> EvolveSettings:
@@ -186,8 +227,8 @@ class Experiment:
 
     @property
     def plan(self) -> JobPlan:
-        """Which runs a scenario needs."""
-        return JobPlan(self.controllers, self.run, self.search.seed, self.search.repeats)
+        """Which runs a scenario needs, and what is measured on them."""
+        return JobPlan(self.controllers, self.run, self.search.seed, self.search.repeats, (self.search.metric,))
 
     def document(self) -> dict[str, Any]:
         """Return everything as JSON-able values, under ``search``, ``controllers`` and ``run``."""

@@ -29,6 +29,7 @@ class Engine:
         drive: Drives a job in this process and records everything.
         warm_up: Called once in every new worker.
         check_experiment: Refuses an experiment whose runs could only fail.
+        executor: What the jobs run on, by name.
     """
 
     read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of
@@ -37,6 +38,7 @@ class Engine:
     drive: Callable[[Job], Episode] = drive
     warm_up: Callable[[], object] | None = warm_up
     check_experiment: Callable[[Experiment], object] = check_experiment
+    executor: str = "processes"
 
     @property
     def answer_job(self) -> RunJob:

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 from evolution.driving import Evaluator
 from evolution.runs import CONFIG, LoadedRun, RunDir, driven_maps, load_run
 from evolution.search import Evaluation, Experiment, Fitness, Progress, Record, best_set, evolve, scenario_on
-from evolution.studies.baselines.cellular import cellular_map
 from evolution.studies.baselines.path_length import PathLengthFitness, planned
 from evolution.studies.directory import StudyDir
 from evolution.studies.tasks import Task
@@ -37,18 +34,20 @@ def run_task(task: Task, directory: StudyDir, evaluator: Evaluator, on_generatio
     elif task.configuration.method == "path_length":
         search_by_path_length(task, directory, evaluator, on_generation)
     else:
-        hooks: dict[str, Any] = {}
-        if task.configuration.method == "cellular":
-            hooks["draw_map"] = partial(cellular_map, cellular=task.configuration.cellular)
-        path = directory.run_path(task.configuration.name, task.seed)
-        search(path, task.experiment, evaluator, on_generation, **hooks)
+        search(directory.run_path(task.configuration.name, task.seed), task.experiment, evaluator, on_generation)
 
 
-def search(path: Path, experiment: Experiment, evaluator: Evaluator, on_generation: OnGeneration, **hooks: Any) -> None:
-    """Begin or continue a search in its run directory; ``hooks`` as those of :func:`evolution.search.loop.evolve`."""
+def search(
+    path: Path,
+    experiment: Experiment,
+    evaluator: Evaluator,
+    on_generation: OnGeneration,
+    fitness: Fitness | None = None,
+) -> None:
+    """Begin or continue a search in its run directory, with a fitness of its own if one is given."""
     rundir = opened(path, experiment)
     if not rundir.finished:
-        evolve(experiment, evaluator, rundir, on_generation=on_generation, **hooks)
+        evolve(experiment, evaluator, rundir, on_generation=on_generation, fitness=fitness)
 
 
 def choose_best_triple(task: Task, directory: StudyDir) -> None:

@@ -91,7 +91,9 @@ def run_study(
     directory = _directory(path, settings, resume)
     with (
         ResultStore(directory.store_path) as store,
-        _StudyEvaluator(engine.answer_job, store, workers=workers, warm_up=engine.warm_up) as evaluator,
+        _StudyEvaluator(
+            engine.answer_job, store, workers=workers, warm_up=engine.warm_up, executor=engine.executor
+        ) as evaluator,
     ):
         work = len(seeds) * sum(map(work_of, chosen))
         study = _Study(directory, engine, evaluator, _Meter(evaluator, work, on_progress))

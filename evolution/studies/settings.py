@@ -12,8 +12,8 @@ from pydantic import AfterValidator, Field, JsonValue, field_validator, model_va
 
 from controllers.nav2_params.presets import overlay
 from evolution.search import SECTIONS
-from evolution.studies.baselines.cellular import BARN, CellularSettings
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.generator import Cellular
 from gym_mapbench.settings import Settings, read_yaml
 
 
@@ -53,15 +53,15 @@ class Configuration(Settings):
 
     Args:
         name: Its name in every table and figure.
-        method: ``ga`` the thesis' search; ``random`` sampling only; ``cellular`` maps from BARN's cellular
-            automaton (sampling only, unless ``experiment.search.algorithm`` is ``ga``); ``path_length`` a GA
+        method: ``ga`` the thesis' search; ``random`` sampling only; ``cellular`` maps of the family ``cellular``,
+            BARN's automaton (sampling only, unless ``experiment.search.algorithm`` is ``ga``); ``path_length`` a GA
             whose fitness is the length of the global path; ``best_triple`` the exact best set of all maps
             that the configuration ``of`` drove.
         experiment: What differs from the study's experiment: sections ``search``, ``controllers``, ``run``.
         of: Whose maps ``best_triple`` chooses from.
         pop_size_from: Earlier configurations; the population of the one with the best mean fitness is taken.
         cluster_scale_from: Earlier configurations; the cluster scale is the median gap over their driven maps.
-        cellular: The automaton.
+        cellular: Options of that family.
     """
 
     name: Name
@@ -70,7 +70,7 @@ class Configuration(Settings):
     of: str | None = None
     pop_size_from: tuple[str, ...] = ()
     cluster_scale_from: tuple[str, ...] = ()
-    cellular: CellularSettings = BARN
+    cellular: Cellular = Cellular()
 
     @field_validator("experiment")
     @classmethod
@@ -96,6 +96,13 @@ class Configuration(Settings):
             raise ConfigError(
                 f"{what}: best_triple judges maps that were driven before; expected only {', '.join(JUDGES)}"
             )
+
+    @property
+    def sampled(self) -> Document:
+        """Options of the search that the method stands for."""
+        if self.method != "cellular":
+            return {}
+        return {"families": [{"name": "cellular", "options": self.cellular.model_dump(mode="json")}]}
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -185,7 +192,8 @@ class StudySettings(Settings):
         """
         if configuration.of is None:
             algorithm = "random" if configuration.method in ("random", "cellular") else "ga"
-            below = overlay(self.experiment, {"search": {"evaluations": self.budget, "algorithm": algorithm}})
+            sampled = {"evaluations": self.budget, "algorithm": algorithm, **configuration.sampled}
+            below = overlay(self.experiment, {"search": sampled})
         else:
             below = self.document(self.configuration(configuration.of), seed, taken)
         search = {**taken.get(configuration.name, {}), "seed": seed}

@@ -10,7 +10,7 @@ from typing import Any
 
 from controllers.nav2_params.presets import overlay
 from evolution.runs import RunDir, driven_maps, load_run
-from evolution.search import MAX_MAPS, Experiment, Fitness, calibrate_scale
+from evolution.search import FITNESSES, MAX_MAPS, Experiment, Fitness, calibrate_scale
 from evolution.studies.directory import StudyDir
 from evolution.studies.engine import Engine
 from evolution.studies.settings import MAX_SEED, Configuration, StudySettings
@@ -93,7 +93,10 @@ def _check(configuration: Configuration, experiment: Experiment, where: str) -> 
     search = experiment.search
     if configuration.method == "best_triple" and search.maps_per_set > MAX_MAPS:
         raise ConfigError(f"{where}: best_triple: expected maps_per_set up to {MAX_MAPS}, got {search.maps_per_set}")
-    unscaled = search.fitness == "cluster" and search.cluster_scale is None and not configuration.cluster_scale_from
+    pattern = FITNESSES.get(search.fitness)
+    if configuration.method == "best_triple" and not pattern.exact:
+        raise ConfigError(f"{where}: best_triple: how to find the exact best set of {search.fitness} is not known")
+    unscaled = pattern.needs_scale and search.cluster_scale is None and not configuration.cluster_scale_from
     if configuration.method == "path_length" and unscaled:
         raise ConfigError(f"{where}: path_length drives no maps to calibrate from; expected cluster_scale_from")
 

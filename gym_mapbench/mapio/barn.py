@@ -87,18 +87,6 @@ def read_barn(path: Path) -> list[TaskedMap]:
     return [TaskedMap(path.stem, grid, name_tasks(path.stem, [(START, GOAL)]))]
 
 
-def read_barn_folder(folder: Path) -> list[TaskedMap]:
-    """Read every ``world_N.world`` of a folder (or of ``world_files/`` in it), by number.
-
-    Raises:
-        MapFormatError: If there is none, or one is not a BARN world.
-    """
-    files = world_files(folder)
-    if not files:
-        raise MapFormatError(f"{folder}: expected a folder with world_N.world files")
-    return [tasked for file in files for tasked in read_barn(file)]
-
-
 def world_files(folder: Path) -> list[Path]:
     """Return the worlds of a BARN folder, by number; empty if there are none."""
     for place in (folder, folder / "world_files"):

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from gym_mapbench.errors import ConfigError, MapFormatError
+from gym_mapbench.errors import ConfigError, MapFormatError, PluginError
 from gym_mapbench.generator import ShapeSettings, default_task, task_cells
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.mapio.barn import read_barn, read_barn_folder, world_files
-from gym_mapbench.mapio.bundle import BEST_MAP_SET, MAP_SET_FILE, read_bundle
-from gym_mapbench.mapio.image import DEFAULT_RESOLUTION as IMAGE_RESOLUTION
-from gym_mapbench.mapio.image import DEFAULT_THRESHOLD, IMAGE_SUFFIXES, read_image
-from gym_mapbench.mapio.map_server import find_map_files, read_map_server
-from gym_mapbench.mapio.movingai import DEFAULT_RESOLUTION as MOVINGAI_RESOLUTION
-from gym_mapbench.mapio.movingai import read_movingai
-from gym_mapbench.mapio.mrpb import MAP as MRPB_MAP
-from gym_mapbench.mapio.mrpb import TASKS as MRPB_TASKS
-from gym_mapbench.mapio.mrpb import find_tests, read_mrpb, read_mrpb_folder
-from gym_mapbench.mapio.poses import find_poses
+from gym_mapbench.mapio.formats import FORMATS, MapFormat
+from gym_mapbench.mapio.image import DEFAULT_THRESHOLD
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap
+from gym_mapbench.registry import MODULE_ATTRIBUTE, accepted_keywords
 from gym_mapbench.scenario import MapSet, Pose, Scenario
 
 PoseLike = Pose | Sequence[float]
-BARN_PREFIX = "barn:"
+
+PREFIXED = re.compile(rf"({MODULE_ATTRIBUTE.pattern}|[A-Za-z_]\w+):(.+)")
+"""A path that says who reads it; a single letter would be a drive."""
 
 
 def load_scenarios(
@@ -77,8 +72,11 @@ def load_maps(
     ``world_N.world``                       BARN world with its task
     ``NAME.json``                           the project's map-set file; ``tasks.json``: MRPB
     a folder                                run directory, exported maps, MRPB, BARN or MovingAI
-    ``barn:FOLDER``                         every world of a BARN folder, by number
+    ``FORMAT:PATH``                         what that format reads there, e.g. ``barn:FOLDER``
+    ``module:attribute:PATH``               what that function of a path reads there
     ======================================  =======================================================
+
+    Third parties' formats (:mod:`gym_mapbench.mapio.formats`) come after these.
 
     Args:
         path: The file or folder.
@@ -88,58 +86,70 @@ def load_maps(
     Raises:
         MapFormatError: If there is no such file, or it is in none of these formats.
         ConfigError: If the file says its own resolution and another is given.
+        PluginError: If a third party's reader fails.
     """
-    barn = str(path).startswith(BARN_PREFIX)
-    path = Path(str(path).removeprefix(BARN_PREFIX))
-    suffix = "" if barn else path.suffix.lower()
-    if suffix in IMAGE_SUFFIXES:
-        return read_image(path, IMAGE_RESOLUTION if resolution is None else resolution, threshold)
-    if suffix in (".map", ".scen"):
-        return read_movingai(path, MOVINGAI_RESOLUTION if resolution is None else resolution)
-    if resolution is not None:
+    name, place = _format_and_path(str(path))
+    form = FORMATS.get(name)
+    accepted = accepted_keywords(form.read)
+    if resolution is not None and "resolution" not in accepted:
         raise ConfigError(f"resolution: {path} says its own; it can be given for pictures and MovingAI maps only")
-    if barn:
-        return read_barn_folder(path)
-    return _load_folder(path) if path.is_dir() else _load_file(path, suffix)
+    options = {"resolution": resolution, "threshold": threshold}
+    return _read(name, place, {key: value for key, value in options.items() if key in accepted and value is not None})
 
 
-def _load_file(path: Path, suffix: str) -> list[TaskedMap]:
-    """Load a file that says its own resolution."""
-    if suffix in (".yaml", ".yml"):
-        return _load_yaml(path)
-    if suffix == ".world":
-        return read_barn(path)
-    if path.name == MRPB_TASKS:
-        return read_mrpb_folder(path)
-    if suffix == ".json":
-        return read_bundle(path)
+def _read(name: str, path: Path, options: dict[str, float]) -> list[TaskedMap]:
+    """Read a file, or those of a folder, in a format."""
+    form = FORMATS.get(name)
+    with FORMATS.blamed(name):
+        files = form.files_in(path) if path.is_dir() else [path]
+        read = [form.read(file, **options) for file in files]
+    if not files:
+        raise MapFormatError(f"{path}: no {name} maps found in this folder")
+    for maps in read:
+        if not isinstance(maps, list) or not all(isinstance(tasked, TaskedMap) for tasked in maps):
+            raise PluginError(f"map format {name!r}: expected a list of TaskedMap, got {maps!r:.80}")
+    return [tasked for maps in read for tasked in maps]
+
+
+def _format_and_path(text: str) -> tuple[str, Path]:
+    """Tell who reads a path: the format that stands before it, or else the one that knows its name."""
+    prefixed = PREFIXED.fullmatch(text)
+    if prefixed and not Path(text).exists() and (":" in prefixed[1] or prefixed[1] in FORMATS):
+        if not Path(prefixed[2]).exists():
+            raise MapFormatError(f"{prefixed[2]}: no such file or folder")
+        return prefixed[1], Path(prefixed[2])
+    path = Path(text)
+    for names in (FORMATS.built_in, FORMATS.added()):
+        for knows in (_holds, _is_called, _ends):
+            for name in names:
+                if knows(FORMATS.get(name), path):
+                    return name, path
+    raise MapFormatError(_nobody_knows(path))
+
+
+def _holds(form: MapFormat, path: Path) -> bool:
+    """Whether a folder holds maps of a format."""
+    return path.is_dir() and bool(form.files_in(path))
+
+
+def _is_called(form: MapFormat, path: Path) -> bool:
+    """Whether a file is in a format by its whole name."""
+    return path.name in form.names and not path.is_dir()
+
+
+def _ends(form: MapFormat, path: Path) -> bool:
+    """Whether a file is in a format by the end of its name."""
+    return path.suffix.lower() in form.suffixes and not path.is_dir()
+
+
+def _nobody_knows(path: Path) -> str:
+    """Say why a path is in no format."""
+    if path.is_dir():
+        return f"{path}: no maps found in this folder"
     if not path.exists():
-        raise MapFormatError(f"{path}: no such file or folder")
-    known = ", ".join((".yaml", ".json", ".map", ".scen", ".world", *sorted(IMAGE_SUFFIXES)))
-    raise MapFormatError(f"{path}: no map format known by this name (expected {known} or a folder)")
-
-
-def _load_yaml(path: Path) -> list[TaskedMap]:
-    tests = None if find_poses(path) else find_tests(path)
-    return read_mrpb(path, tests) if tests else read_map_server(path)
-
-
-def _load_folder(path: Path) -> list[TaskedMap]:
-    """Load the maps of a folder, whichever kind it is."""
-    for name in (BEST_MAP_SET, MAP_SET_FILE):
-        if (path / name).exists():
-            return read_bundle(path / name)
-    if (path / MRPB_TASKS).exists() and not (path / MRPB_MAP).exists():
-        return read_mrpb_folder(path / MRPB_TASKS)
-    maps = find_map_files(path)
-    if maps:
-        return [tasked for file in maps for tasked in _load_yaml(file)]
-    if world_files(path):
-        return read_barn_folder(path)
-    octile = sorted(path.glob("*.map"))
-    if octile:
-        return [tasked for file in octile for tasked in read_movingai(file)]
-    raise MapFormatError(f"{path}: no maps found in this folder")
+        return f"{path}: no such file or folder"
+    known = ", ".join(suffix for name in FORMATS for suffix in FORMATS.get(name).suffixes)
+    return f"{path}: no map format known by this name (expected {known} or a folder)"
 
 
 def _with_task(path: str | Path, item: TaskedMap, start: PoseLike | None, goal: PoseLike | None) -> TaskedMap:

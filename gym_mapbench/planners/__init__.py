@@ -1,15 +1,16 @@
-"""Global planners by name."""
+"""Global planners by name; a third party's is a :class:`PlannerEntry`, or a callable that takes nothing."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from gym_mapbench.errors import unknown_name
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.planners.base import GlobalPlanner, Path
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
 from gym_mapbench.planners.smac_2d import Smac2DParams, Smac2DPlanner, SmootherParams
 from gym_mapbench.planners.theta_star import ThetaStarParams, ThetaStarPlanner
+from gym_mapbench.registry import Registry
 from gym_mapbench.settings import Settings
 
 __all__ = [
@@ -35,11 +36,29 @@ class PlannerEntry(NamedTuple):
     make: Callable[[Any], GlobalPlanner]
 
 
-PLANNERS: dict[str, PlannerEntry] = {
-    "navfn": PlannerEntry(NavfnParams, NavfnPlanner),
-    "smac_2d": PlannerEntry(Smac2DParams, Smac2DPlanner),
-    "theta_star": PlannerEntry(ThetaStarParams, ThetaStarPlanner),
-}
+class NoParams(Settings):
+    """Options of a planner that has none."""
+
+
+def _entry(made: Any) -> PlannerEntry:
+    """Accept an entry, or whatever makes a planner without being told anything."""
+    if isinstance(made, PlannerEntry):
+        return made
+    if not callable(made):
+        raise ConfigError(f"expected a PlannerEntry or a callable, got {type(made).__name__}")
+    return PlannerEntry(NoParams, lambda _: made())
+
+
+PLANNERS: Registry[PlannerEntry] = Registry(
+    "planner",
+    "planners",
+    {
+        "navfn": PlannerEntry(NavfnParams, NavfnPlanner),
+        "smac_2d": PlannerEntry(Smac2DParams, Smac2DPlanner),
+        "theta_star": PlannerEntry(ThetaStarParams, ThetaStarPlanner),
+    },
+    check=_entry,
+)
 
 
 def make_planner(name: str, **params: Any) -> GlobalPlanner:
@@ -47,8 +66,12 @@ def make_planner(name: str, **params: Any) -> GlobalPlanner:
 
     Raises:
         ConfigError: If there is no such planner, or it has no such parameter.
+        PluginError: If a third party's cannot be made.
     """
-    if name not in PLANNERS:
-        raise unknown_name("planner", name, PLANNERS)
-    entry = PLANNERS[name]
-    return entry.make(entry.params.from_mapping(params, name))
+    entry = PLANNERS.get(name)
+    settings = entry.params.from_mapping(params, name)
+    with PLANNERS.blamed(name):
+        planner = entry.make(settings)
+    if not callable(getattr(planner, "plan", None)):
+        raise ConfigError(f"planner {name!r}: expected one with 'plan', got a {type(planner).__name__}")
+    return planner

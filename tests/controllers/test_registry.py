@@ -4,12 +4,12 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
-from controllers import registry
 from controllers.nav2_params import load_preset, parse_nav2_params
 from controllers.navigator import Navigator
 from controllers.registry import controller_names, make_controller
 from controllers.rl import as_controller
-from gym_mapbench.errors import ConfigError
+from gym_mapbench import registry
+from gym_mapbench.errors import ConfigError, PluginError
 from tests.controllers.plain_follower import PlainFollower
 
 
@@ -83,6 +83,25 @@ def make_mine(navigation, speed=0.1):
 
 def make_learned():
     return as_controller(lambda observation: (0.1, 0.0), "learned")
+
+
+def make_nothing():
+    return None
+
+
+def make_trouble(navigation):
+    raise OSError("no robot there")
+
+
+HERE = "tests.controllers.test_registry"
+
+
+def test_any_function_of_a_module_makes_a_controller():
+    assert make_controller(f"{HERE}:make_mine", speed=0.3).name == "mine at 0.3"
+    with pytest.raises(ConfigError, match=f"controller '{HERE}:make_nothing': expected one with 'observation_keys'"):
+        make_controller(f"{HERE}:make_nothing")
+    with pytest.raises(PluginError, match=r"make_trouble': OSError: no robot there, test_registry.py line \d+"):
+        make_controller(f"{HERE}:make_trouble")
 
 
 class TestThirdParties:

@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 import signal
 import time
+from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
+from evolution.driving.executors import Crew
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from gym_mapbench.generator import ShapeSettings
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
 
 SMALL = ShapeSettings(
@@ -31,6 +35,11 @@ class FakeRunSettings(Settings):
 
     time_limit: float = 150.0
     world: str = "flat"
+
+    @property
+    def robot(self) -> RobotSpec:
+        """One that fits on small maps."""
+        return RobotSpec(radius=0.05)
 
 
 def drive(job: Job) -> RunResult:
@@ -101,3 +110,13 @@ def noisy(job: Job) -> RunResult:
         return replace(result, outcome="goal", metrics=recoveries)
     outcome = "timeout" if job.seed % 4 == 0 else "goal"
     return replace(result, outcome=outcome, time_s=1.2 * result.time_s, metrics=recoveries)
+
+
+def plain_pool(crew: Crew) -> Executor:
+    """Make the standard library's own pool."""
+    return ProcessPoolExecutor(crew.workers, mp_context=get_context("forkserver"), initializer=crew.prepare)
+
+
+def no_pool(crew: Crew) -> Executor:
+    """Fail to make one."""
+    raise OSError("the cluster is closed on Sundays")

@@ -12,7 +12,7 @@ from evolution.studies import Engine, StudySettings
 from gym_mapbench.episode import Episode, Event
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings
-from tests.evolution.fake_runs import CONTROLLERS, SMALL
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings
 
 
 class FakeRobot(Settings):
@@ -33,6 +33,8 @@ class FakeWorld(Settings):
 
     time_limit: float = 150.0
     environment: FakeEnvironment = FakeEnvironment()
+
+    robot = FakeRunSettings.robot
 
 
 def read_experiment(document, where="experiment"):

@@ -3,10 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_mapbench.errors import ConfigError, MapFormatError
+from gym_mapbench.errors import ConfigError, MapFormatError, PluginError
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.mapio import load_map_set, load_maps, load_scenarios
+from gym_mapbench.mapio import TaskedMap, load_map_set, load_maps, load_scenarios, write_maps
+from gym_mapbench.mapio.formats import FORMATS, MapFormat
 from gym_mapbench.mapio.image import encode_image
 from gym_mapbench.mapio.loading import has_thesis_layout
 from tests.mapio.samples import map_server_files
@@ -88,3 +89,61 @@ def test_everything_at_hand_loads(name, maps, tasks):
     loaded = load_maps(DATA / name)
     assert len(loaded) == maps
     assert sum(len(tasked.scenarios()) for tasked in loaded) == tasks
+
+
+def read_rows(path):
+    return [TaskedMap(path.stem, GridMap.from_rows(path.read_text().splitlines(), 0.5))]
+
+
+def read_nothing(path):
+    return None
+
+
+def read_badly(path):
+    return int(path.read_text())
+
+
+HERE = "tests.mapio.test_loading"
+
+
+@pytest.fixture
+def rows(tmp_path):
+    (tmp_path / "room.rows").write_text("###\n#.#\n###\n")
+    return tmp_path / "room.rows"
+
+
+def test_a_path_may_say_who_reads_it(rows, thesis_map):
+    (room,) = load_maps(f"{HERE}:read_rows:{rows}")
+    assert (room.name, room.grid.resolution, int(room.grid.occupancy.sum())) == ("room", 0.5, 8)
+    path, grid = thesis_map
+    strange = path.rename(path.with_name("drawn.picture"))
+    assert load_maps(f"image:{strange}")[0].grid == grid
+    with pytest.raises(MapFormatError, match="no map format known by this name"):
+        load_maps(strange)
+
+
+def test_a_file_with_a_colon_in_its_name_is_a_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "image:a.png").write_bytes(encode_image(GridMap.from_rows(("##", "#."))))
+    assert load_maps("image:a.png")[0].name == "image:a"
+
+
+def test_a_registered_format_is_known_by_its_suffix(rows, monkeypatch):
+    monkeypatch.setattr(FORMATS, "_entries", dict(FORMATS._entries))
+    form = MapFormat(read_rows, suffixes=(".rows",), files_in=lambda folder: sorted(folder.glob("*.rows")))
+    FORMATS.register("rows", form)
+    for path in (rows, rows.parent, f"rows:{rows}"):
+        assert [tasked.name for tasked in load_maps(path)] == ["room"]
+    with pytest.raises(ConfigError, match="is only read"):
+        write_maps(load_maps(rows), rows.parent / "out", "rows")
+
+
+def test_readers_that_fail_say_so(rows):
+    with pytest.raises(PluginError, match="read_nothing': expected a list of TaskedMap, got None"):
+        load_maps(f"{HERE}:read_nothing:{rows}")
+    with pytest.raises(PluginError, match=r"read_badly': ValueError: .*, test_loading.py line \d+"):
+        load_maps(f"{HERE}:read_badly:{rows}")
+    with pytest.raises(ConfigError, match=r"resolution: .* says its own"):
+        load_maps(f"{HERE}:read_rows:{rows}", resolution=0.1)
+    with pytest.raises(MapFormatError, match="no mapset maps found in this folder"):
+        load_maps(f"mapset:{rows.parent}")

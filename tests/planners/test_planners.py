@@ -9,12 +9,14 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy.ndimage import label
 
+from controllers.nav2_params import NavigationParams, PlannerPlugin, load_preset, write_nav2_params
 from gym_mapbench.costmap import Costmap, CostmapParams, build_static_costmap
 from gym_mapbench.errors import ConfigError, NoPathError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.planners import PLANNERS, make_planner
+from gym_mapbench.planners import PLANNERS, PlannerEntry, make_planner
 from gym_mapbench.scenario import Pose
+from gym_mapbench.settings import Settings
 
 NAMES = sorted(PLANNERS)
 ALL_EIGHT = np.ones((3, 3))
@@ -129,3 +131,49 @@ def test_unknown_names_and_bad_values_are_refused(name, params, message):
     with pytest.raises(ConfigError, match=r"^[^\n]*$") as error:
         make_planner(name, **params)
     assert message in str(error.value)
+
+
+class Nowhere:
+    """A planner without options."""
+
+    def plan(self, costmap, start, goal):
+        raise NoPathError("nowhere to go")
+
+
+class Ending(Settings):
+    rows: int = 2
+
+
+class Made:
+    def __init__(self, options):
+        self.rows = options.rows
+
+    def plan(self, costmap, start, goal):
+        return np.zeros((self.rows, 3))
+
+
+made = PlannerEntry(Ending, Made)
+HERE = "tests.planners.test_planners"
+
+
+def test_planners_of_others():
+    assert len(make_planner(f"{HERE}:made", rows=5).plan(None, None, None)) == 5
+    with pytest.raises(NoPathError):
+        make_planner(f"{HERE}:Nowhere").plan(None, None, None)
+    with pytest.raises(ConfigError, match="unknown key 'row'; did you mean 'rows'"):
+        make_planner(f"{HERE}:made", row=5)
+    with pytest.raises(ConfigError, match="unknown key 'rows'"):
+        make_planner(f"{HERE}:Nowhere", rows=5)
+    with pytest.raises(ConfigError, match="expected one with 'plan', got a dict"):
+        make_planner("builtins:dict")
+
+
+def test_the_navigator_takes_them_by_name():
+    plugin = PlannerPlugin(name=f"{HERE}:made", params={"rows": 4})
+    assert PlannerPlugin(name=f"{HERE}:made").params == {"rows": 2}
+    navigation = load_preset("thesis").replace(planner=plugin)
+    assert NavigationParams(**navigation.model_dump(mode="json")) == navigation
+    with pytest.raises(ConfigError, match=r"planner\.name: expected one that ROS has"):
+        write_nav2_params(navigation)
+    with pytest.raises(ConfigError, match="unknown planner 'navfm'; did you mean 'navfn'"):
+        PlannerPlugin(name="navfm")

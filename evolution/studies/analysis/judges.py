@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from evolution.files import differences
-from evolution.search import NO_PATTERN, EvolveSettings, Experiment
+from evolution.search import FITNESSES, EvolveSettings, Experiment
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.settings import JUDGES
 
@@ -50,20 +50,20 @@ class Judge:
     def meaning(self) -> str:
         """What a fitness value of this judge means, in words (thesis, Eq. 4.5)."""
         search, controllers = self.experiment.search, len(self.experiment.controllers)
-        readings = {"gini": "Gini coefficients spread wide and evenly", "cluster": "cluster scores are near 1, 2, ..."}
+        pattern = FITNESSES.get(search.fitness)
         drives = search.maps_per_set * controllers
         words = (
             f"What the {self.name} means: lower is better. A set gains up to {search.pattern_weight:g} for maps whose "
-            f"{readings[search.fitness]}; a failed run costs its share of {search.base_cost:g} "
+            f"{pattern.wanted}; a failed run costs its share of {search.base_cost:g} "
             f"({search.base_cost / drives:.1f} if {controllers} controllers drive {search.maps_per_set} maps once), a "
             f"timeout {search.timeout_cost:g} more, so {search.base_cost:g} to "
             f"{search.base_cost + search.timeout_cost * drives:g} is a set on which every run failed"
         )
-        if search.fitness == "cluster":
+        if pattern.nothing >= 0:
             return f"{words}."
         return (
             f"{words}; a set without a pattern (fewer than two maps with a value, or two that read the same) costs "
-            f"{-NO_PATTERN * search.pattern_weight:g} times its success rate (thesis, Alg. 2)."
+            f"{-pattern.nothing * search.pattern_weight:g} times its success rate (thesis, Alg. 2)."
         )
 
 

@@ -1,1 +1,1 @@
-"""What a search is compared with: maps of a cellular automaton, and a fitness that plans instead of driving."""
+"""What a search is compared with: a fitness that plans instead of driving."""

@@ -99,7 +99,9 @@ def run_sweep(
     jobs = [(name, job) for name in worlds for scenario in scenarios for job in plans[name].jobs(scenario)]
     with (
         ResultStore(path / STORE) as store,
-        Evaluator(engine.run_job, store, workers=workers, warm_up=engine.warm_up) as evaluator,
+        Evaluator(
+            engine.run_job, store, workers=workers, warm_up=engine.warm_up, executor=engine.executor
+        ) as evaluator,
     ):
         results = evaluator.run([job for _, job in jobs], on_run)
     rows = tuple(_row(name, job, result) for (name, job), result in zip(jobs, results, strict=True))

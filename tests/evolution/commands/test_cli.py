@@ -17,6 +17,7 @@ from evolution.cli import main
 from evolution.driving import DriveSettings, check_room
 from evolution.runs.loading import load_run
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import ShapeSettings, make_family
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.scenario import Pose
 from tests.evolution import fake_runs
@@ -85,6 +86,12 @@ def refused(capsys, *argv):
         (["drive", OFFICE, "--controller", "rpp", "--gif", "film.avi"], ".gif"),
         (["drive", OFFICE, "--controller", "rpp", "--gif", "/nope/film.gif"], "a directory that can be written"),
         (["evolve", "--preset", "quik"], "quick"),
+        (["evolve", "--family", "doors,dors"], "unknown family 'dors'; did you mean 'doors'"),
+        (["evolve", "--family", "doors", "--robot-radius", "0.5"], "doors: expected maps that custom can drive"),
+        (["evolve", "--resume", "nowhere", "--family", "doors"], "--family"),
+        (["maps", "draw", "--family", "doors,", "--out", "x"], "--family: expected names separated by commas"),
+        (["maps", "draw", "--family", "pillar", "--out", "x"], "did you mean 'pillars'"),
+        (["maps", "draw", "--count", "0", "--out", "x"], "at least 1"),
         (["evolve", "--pop-size", "9", "--evaluations", "3"], "evaluations"),
         (["evolve", "--metric", "foo"], "(expected one of: barn_score, curvature,"),
         (["evolve", "--controllers", "rpp"], "expected two or more to tell apart, got rpp alone"),
@@ -286,6 +293,30 @@ def test_maps_info_and_convert(tmp_path, capsys):
     target = tmp_path / "office.mapset.json"
     assert main(["maps", "convert", OFFICE, str(target)]) == 0
     assert load_scenarios(target)[0].map == load_scenarios(OFFICE)[0].map
+
+
+def test_maps_draw(tmp_path, capsys):
+    command = ["maps", "draw", "--family", "doors,sparse", "--count", "3", "--seed", "1"]
+    for name in ("first", "again"):
+        assert main([*command, "--out", str(tmp_path / name)]) == 0
+    assert "look at" in capsys.readouterr().out
+    first, again = (sorted((tmp_path / name).iterdir()) for name in ("first", "again"))
+    assert [file.read_bytes() for file in first] == [file.read_bytes() for file in again]
+    genes = json.loads((tmp_path / "first" / "genes.json").read_text())
+    assert len(genes) == 3
+    for name, drawn in genes.items():
+        (scenario,) = load_scenarios(tmp_path / "first" / f"{name}.yaml")
+        family = make_family(drawn["family"])
+        cells = family.build(family.genes.from_mapping(drawn["genes"], name), ShapeSettings())
+        assert np.array_equal(scenario.map.occupancy, cells)
+    assert "expected a new or empty" in refused(capsys, *command, "--out", tmp_path / "first")
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_a_search_over_families_is_recorded(tmp_path, capsys):
+    assert main([*SMALL_SEARCH, "--family", "doors,shapes", *WITH_ERRORS, "--out", str(tmp_path / "run")]) == 0
+    config = json.loads((tmp_path / "run" / "config.json").read_text())
+    assert [family["name"] for family in config["search"]["families"]] == ["doors", "shapes"]
 
 
 def test_help_teaches_by_example(capsys):

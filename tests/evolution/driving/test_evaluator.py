@@ -136,7 +136,7 @@ def test_a_killed_parent_takes_hanging_workers_along():
 
         if __name__ == "__main__":
             def report(*_):
-                [pid] = evaluator._pool._pool_manager.worker_manager.workers
+                [pid] = evaluator._executor._pool._pool_manager.worker_manager.workers
                 print(pid, flush=True)
             evaluator = Evaluator(misbehave)
             evaluator.run(jobs_of(plan_of("good")), report)

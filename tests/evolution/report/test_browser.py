@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import io
 import shutil
+from dataclasses import replace
 
 import pytest
 from PIL import Image
 
 from evolution.report.of_study import report_of_study
-from evolution.report.page import Attachment, render_page
+from evolution.report.page import Attachment, Section, render_page
 from evolution.studies import load_results
 from evolution.studies.analysis.figures import drive_best_sets
 from tests.evolution.fake_study import ENGINE
@@ -33,7 +34,8 @@ def page(study_path, tmp_path_factory):
     Image.new("RGB", (400, 300), "#0072b2").save(picture, "png")
     figures = [Attachment("A figure", "image/png", picture.getvalue())]
     path = tmp_path_factory.mktemp("page") / "report.html"
-    path.write_text(render_page(type(report)(**{**vars(report), "figures": figures})), encoding="utf-8")
+    sections = [report.sections[0], Section("Figures", figures=figures, id="figures")]
+    path.write_text(render_page(replace(report, sections=sections)), encoding="utf-8")
     return path
 
 

@@ -88,7 +88,11 @@ OF_A_RUN = [
     ("config.json", without("search"), "search: is missing"),
     ("config.json", without("libraries"), "libraries: is missing"),
     ("config.json", without("search", "shapes", "resolution"), "search.shapes.resolution: is missing"),
-    ("config.json", with_value("ginny", "search", "fitness"), "search.fitness: should be 'gini' or 'cluster'"),
+    (
+        "config.json",
+        with_value("ginny", "search", "fitness"),
+        "search.fitness: unknown fitness 'ginny'; did you",
+    ),
     ("checkpoint.json", "{}", "generation: is missing"),
     ("checkpoint.json", "[]", "expected a JSON object, got list"),
 ]

@@ -18,7 +18,7 @@ import yaml
 
 from evolution.cli import main
 from evolution.report.of_study import report_of_study
-from evolution.report.page import Attachment, Report, Table, render_page
+from evolution.report.page import Attachment, Report, Section, Table, render_page
 from evolution.report.replays import ReplayedMap, replays_of, stuck_spots
 from evolution.report.writing import write_report
 from evolution.studies import StudySettings, load_results
@@ -251,7 +251,15 @@ def test_wrong_commands_are_one_line(arguments, message, study_path, capsys):
 
 def test_text_cannot_break_the_page():
     nasty = "</script><b>&"
-    report = Report(nasty, nasty, [nasty], nasty, nasty, tables=[Table(nasty, [nasty], [[nasty]])], missing=[nasty])
+    report = Report(
+        nasty,
+        nasty,
+        [nasty],
+        nasty,
+        nasty,
+        sections=[Section(nasty, [nasty], [Table(nasty, [nasty], [[nasty]])])],
+        missing=[nasty],
+    )
     text = render_page(report)
     assert nasty not in text
     assert text.count("</script>") == 2
@@ -259,7 +267,7 @@ def test_text_cannot_break_the_page():
 
 def test_numbers_as_a_reader_wants_them():
     table = Table("t", ["a"], [[0.12345], [3], [float("nan")], [0.00001234]], "Note.")
-    text = render_page(Report("t", "s", [], "c", "y", tables=[table]))
+    text = render_page(Report("t", "s", [], "c", "y", sections=[Section("s", tables=[table])]))
     cells = re.findall(r'<td class="number" data-sort="(.*?)">(.*?)</td>', text)
     assert cells == [("0.12345", "0.123"), ("3.0", "3"), ("", "–"), ("1.234e-05", "1.2e-05")]
     assert '<th scope="col" class="number">a</th>' in text
@@ -288,3 +296,55 @@ def test_stuck_spots_by_hand():
 def test_no_replay_no_board():
     assert replays_of([])["maps"] == []
     assert ReplayedMap("a", [], 0.1).group == ""
+
+
+def best_fitness(run):
+    best = run.generations[-1]["best"]
+    return Section("My <own> section", [f"It ended at {best:.2f}."], [Table("Best", ("fitness",), [[best]])])
+
+
+def silent(run):
+    return None
+
+
+def lost(run):
+    return {}["nothing"]
+
+
+def mistaken(run):
+    return "<p>text</p>"
+
+
+def uneven(run):
+    return Section("x", tables=[Table("t", ("a", "b"), [[1]])])
+
+
+HERE = "tests.evolution.report.test_report"
+
+
+@pytest.fixture
+def run_path(study_path, tmp_path):
+    return shutil.copytree(study_path / "runs" / "gini_6" / "seed-0000", tmp_path / "run")
+
+
+def test_sections_of_ones_own(run_path):
+    names = [f"{HERE}:{name}" for name in ("best_fitness", "silent", "lost", "mistaken", "uneven")]
+    page = Page(write_report(run_path, engine=ENGINE, sections=names).read_text())
+    assert "#section-3" in page.references
+    assert "My <own> section It ended at" in page.text
+    assert page.text.index("Figures A click") < page.text.index("It ended at") < page.text.index("mapbench evolve")
+    for words in (
+        "lost': KeyError: 'nothing', test_report.py line",
+        "mistaken': expected a Section or None, got a str",
+        "table 't': expected 2 cells in every row",
+    ):
+        assert words in page.text
+    assert page.text.count("report section '") == 2
+
+
+def test_sections_that_are_not_there(run_path, study_path):
+    with pytest.raises(ConfigError, match="unknown report section 'tabels'; did you mean 'tables'"):
+        write_report(run_path, engine=ENGINE, sections=["tabels"])
+    assert not (run_path / "report.html").exists()
+    with pytest.raises(ConfigError, match="sections: expected only of a run"):
+        write_report(study_path, engine=ENGINE, sections=["tables"])

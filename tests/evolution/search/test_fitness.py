@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evolution.driving.jobs import RunResult
-from evolution.search.fitness import (
+from evolution.search.exact import best_set
+from evolution.search.fitness import Fitness, calibrate_scale
+from evolution.search.patterns import (
     NO_PATTERN,
-    Fitness,
-    calibrate_scale,
+    Pattern,
     cluster_score,
     gini,
     gini_fitness,
@@ -19,7 +20,7 @@ from evolution.search.fitness import (
     pattern_score,
 )
 from evolution.search.settings import EvolveSettings
-from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.errors import ConfigError, PluginError, RunError
 
 # Means of DWB, MPPI and RPP on maps 1 to 3, s.
 TABLE_5_3 = ((37.65, 6.54, 4.93), (8.13, 7.03, 11.73), (8.47, 7.8, 8.87))
@@ -192,3 +193,53 @@ def test_patterns_lie_between_0_and_1_whatever_the_order(values):
     assert 0.0 <= pattern_score(values) <= 1.0
     assert 0.0 <= partial_pattern_score(values) <= 1.0
     assert partial_pattern_score(values[::-1]) == partial_pattern_score(values)
+
+
+class Contrast(Pattern):
+    """Slowest over fastest; who is fastest counts too."""
+
+    reading_name = "contrast"
+
+    def read(self, times):
+        return max(times) / min(times)
+
+    def judge(self, readings, maps):
+        return sum(readings) + len({times.index(min(times)) for times in maps})
+
+
+class Broken(Contrast):
+    def read(self, times):
+        raise ValueError("no idea")
+
+
+class Lost(Contrast):
+    def judge(self, readings, maps):
+        return float("nan")
+
+
+HERE = "tests.evolution.search.test_fitness"
+
+
+def test_a_fitness_of_ones_own_gets_readings_and_times():
+    # Ratios 4 and 5, the first controller is fastest on one map, the second on the other: 4 + 5 + 2 = 11, no failures.
+    results = results_of((1.0, 4.0), (10.0, 2.0))
+    breakdown = fitness_of(results, fitness=f"{HERE}:Contrast")
+    assert (breakdown.readings, breakdown.pattern, breakdown.total) == ((4.0, 5.0), 11.0, -220.0)
+    assert not Fitness.of(EvolveSettings(fitness=f"{HERE}:Contrast"), 150.0).needs_scale
+
+
+def test_a_fitness_that_fails_says_so():
+    for name, message in (("Broken", r"ValueError: no idea, test_fitness.py line \d+"), ("Lost", "expected finite")):
+        with pytest.raises(PluginError, match=f"fitness '{HERE}:{name}': {message}"):
+            fitness_of(results_of((1.0, 4.0)), fitness=f"{HERE}:{name}")
+    with pytest.raises(ConfigError, match="fitness: unknown fitness 'ginni'; did you mean 'gini'"):
+        EvolveSettings(fitness="ginni")
+    with pytest.raises(ConfigError, match="expected a subclass of"):
+        EvolveSettings(fitness=f"{HERE}:fitness_of")
+
+
+def test_the_exact_best_set_of_a_fitness_that_does_not_know_it():
+    fitness = Fitness.of(EvolveSettings(fitness=f"{HERE}:Contrast"), 150.0)
+    maps = {str(i): results_of((1.0, 2.0 + i))[0] for i in range(3)}
+    with pytest.raises(ConfigError, match="how to find its exact best set is not known"):
+        best_set(maps, fitness, 2)

@@ -20,7 +20,7 @@ from evolution.runs.loading import load_run
 from evolution.search.loop import evolve
 from evolution.search.settings import EvolveSettings, Experiment
 from gym_mapbench.errors import ConfigError, RunError
-from gym_mapbench.generator import sample_map
+from gym_mapbench.generator import interior, is_drivable, sample_map
 from gym_mapbench.mapio.bundle import read_bundle
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings, drive
 
@@ -243,6 +243,28 @@ def test_maps_and_fitness_can_be_the_callers():
         search = with_search(evaluations=8, maps_per_set=1)
         result = evolve(search, evaluator, draw_map=one_wall)
     assert all(one.map_set[0].map.occupancy[15].sum() == 3 for one in result.population)
+
+
+def test_a_search_draws_of_its_families(tmp_path):
+    families = ["doors", {"name": "sparse", "options": {"blocks": [1, 3]}}]
+    search = with_search(families=families, algorithm="random", evaluations=16)
+    result = run(tmp_path / "run", search)
+    maps = [one.map.occupancy for best in result.population for one in best.map_set]
+    assert all(is_drivable(cells, SMALL, search.run.robot) for cells in maps)
+    walls = [max(interior(cells, 1).mean(axis=0).max(), interior(cells, 1).mean(axis=1).max()) for cells in maps]
+    assert 0 < sum(wall > 0.6 for wall in walls) < len(maps)
+    assert RunDir.open(tmp_path / "run").config["search"]["families"][1] == families[1]
+    documented = Experiment.from_document(json.loads(json.dumps(search.document())), FakeRunSettings, "again")
+    assert documented == search
+
+
+def test_a_search_over_families_repeats_itself(tmp_path):
+    search = with_search(families=["doors", "u_traps"])
+    run(tmp_path / "first", search)
+    run(tmp_path / "again", search, workers=2)
+    assert reproducible_files(tmp_path / "first") == reproducible_files(tmp_path / "again")
+    with pytest.raises(ConfigError, match="families"):
+        go_on(RunDir.open(tmp_path / "first"))
 
 
 def test_a_used_directory_is_refused_and_left_alone(tmp_path):

@@ -8,23 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymoo.core.population import Population
 
+from evolution.search.operators.changes import Edit, move, scale, scale_shape
 from evolution.search.operators.crossover import CROSSOVERS, MapCrossover, pool_crossover, position_crossover
 from evolution.search.operators.duplicates import MapSetDuplicates
-from evolution.search.operators.mutation import (
-    MapMutation,
-    cut_out,
-    draw_changes,
-    label_obstacles,
-    move_obstacle,
-    mutate_map,
-    scale_obstacle,
-    scale_shape,
-)
+from evolution.search.operators.mutation import MapMutation, draw_changes, label_obstacles, mutate_map
 from evolution.search.operators.repair import MapRepair, repair_scenario
 from evolution.search.operators.sampling import MapSampling, as_column, sample_map_set, scenario_on
 from evolution.search.settings import MutationSettings
-from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator import ShapeSettings, clear_and_border, sample_map
+from gym_mapbench.errors import ConfigError, PluginError
+from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, sample_map
 from gym_mapbench.scenario import MapSet, Scenario
 from tests.evolution.fake_runs import SMALL
 
@@ -45,6 +37,11 @@ def in_order(cells, shapes):
 
 def inner(cells):
     return cells[1:-1, 1:-1]
+
+
+def edit_of(cells, labels, **options):
+    """An edit of obstacle 1."""
+    return Edit(cells, labels, 1, THESIS, MutationSettings(**options))
 
 
 @given(seeds, seeds, st.sampled_from([SMALL, THESIS.replace(n_obstacles=(15, 20))]))
@@ -76,11 +73,27 @@ def test_a_moved_obstacle_keeps_its_shape_and_stays_inside(seed, height, width, 
     labels = np.zeros((20, 20), dtype=np.int32)
     labels[row : row + height, col : col + width] = 1
     moved = np.zeros((20, 20), dtype=np.bool_)
-    move_obstacle(moved, labels, 1, 5, np.random.default_rng(seed))
-    [shape, new_row, new_col] = cut_out(moved.astype(np.int32), 1)
+    move(edit_of(moved, labels, move_distance=5), np.random.default_rng(seed))
+    [shape, new_row, new_col] = edit_of(moved, moved.astype(np.int32)).cut_out()
     assert shape.shape == (height, width)
     assert shape.all()
     assert max(abs(new_row - row), abs(new_col - col)) <= 5
+
+
+def test_what_is_added_is_a_piece_of_a_family():
+    families = [FamilySpec(name="doors", options={"thickness": [0.1, 0.1]})]
+    empty = clear_and_border(np.zeros((150, 150), dtype=np.bool_), THESIS)
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        added = inner(mutate_map(empty, THESIS, ONLY["add"].replace(shapes_per_map=(1, 1)), rng, families))
+        rows, cols = np.nonzero(added)
+        sides = sorted((np.ptp(rows) + 1, np.ptp(cols) + 1))
+        assert sides[0] == 2
+        assert 2 < sides[1] <= 30
+    column = as_column([sample_map_set(rng, 2, THESIS)])
+    settings = ONLY["add"].replace(probability=1.0)
+    pairs = [MapMutation(THESIS, settings, families)._do(None, column, random_state=rng)[0, 0] for _ in range(2)]
+    assert pairs[0].digest != pairs[1].digest
 
 
 @given(st.integers(1, 30), st.integers(1, 30), st.floats(0.3, 3.0))
@@ -97,7 +110,7 @@ def test_scaling_by_one_changes_nothing_and_keeps_the_middle():
     labels, _ = label_obstacles(cells)
     for factor, size in ((1.0, (6, 10)), (2.0, (12, 20)), (0.5, (3, 5))):
         scaled = np.zeros_like(cells)
-        scale_obstacle(scaled, labels, 1, (factor, factor), np.random.default_rng(0))
+        scale(edit_of(scaled, labels, scale_factor=(factor, factor)), np.random.default_rng(0))
         rows, cols = np.nonzero(scaled)
         assert (np.ptp(rows) + 1, np.ptp(cols) + 1) == size
         assert abs(rows.min() + rows.max() - 25) <= 1
@@ -123,7 +136,9 @@ def test_changes_follow_their_probabilities():
     changes = [change for _ in range(4000) for change in draw_changes(20, MutationSettings(), rng)]
     assert len(changes) / 4000 == pytest.approx(2.0, abs=0.05)
     shares = Counter(operation for _, operation in changes)
-    assert [shares[operation] / len(changes) for operation in range(4)] == pytest.approx([0.25] * 4, abs=0.02)
+    assert {name: share / len(changes) for name, share in shares.items()} == pytest.approx(
+        dict.fromkeys(("move", "scale", "remove", "add"), 0.25), abs=0.02
+    )
     assert {obstacle for obstacle, _ in changes} == set(range(1, 21))
     for _ in range(100):
         chosen = [obstacle for obstacle, _ in draw_changes(3, MutationSettings(shapes_per_map=(3, 3)), rng)]
@@ -212,3 +227,52 @@ def test_duplicates_are_found_by_content_in_any_order():
     parents = Population.new("X", as_column([third]))
     kept = MapSetDuplicates().do(fresh, parents)
     assert [individual.X[0] for individual in kept] == [one, other]
+
+
+def fill(edit, rng):
+    edit.cells[:] = True
+
+
+def stumble(edit, rng):
+    raise LookupError("no obstacle is good enough")
+
+
+HERE = "tests.evolution.search.test_operators"
+NONE = {f"{name}_probability": 0.0 for name in ("move", "scale", "remove", "add")}
+
+
+def test_operators_of_others_are_used_as_often_as_asked_for():
+    options = MutationSettings(operators={f"{HERE}:fill": 0.5}, **NONE | {"add_probability": 0.5})
+    rng = np.random.default_rng(0)
+    names = [name for _ in range(2000) for _, name in draw_changes(20, options, rng)]
+    assert names.count(f"{HERE}:fill") / len(names) == pytest.approx(0.5, abs=0.03)
+    full = MutationSettings(operators={f"{HERE}:fill": 1.0}, **NONE)
+    mutated = mutate_map(sample_map(rng, SMALL), SMALL, full, rng)
+    assert np.array_equal(mutated, clear_and_border(np.ones_like(mutated), SMALL))
+
+
+def test_settings_without_other_operators_are_written_as_ever():
+    assert "operators" not in MutationSettings().model_dump(mode="json")
+    options = MutationSettings(operators={f"{HERE}:fill": 0.5}, move_probability=0.0, scale_probability=0.0)
+    assert MutationSettings(**options.model_dump(mode="json")) == options
+    assert options.replace(connectivity=8).operators == options.operators
+
+
+@pytest.mark.parametrize(
+    ("operators", "message"),
+    [
+        ({"door": 0.5}, "operators: unknown mutation operator 'door'"),
+        ({"add": 0.5}, "operators: expected other operators, got 'add', which has a probability of its own"),
+        ({f"{HERE}:fill": 0.5}, "probabilities: expected a sum of 1, got move 0.25, .*fill 0.5"),
+        ({f"{HERE}:HERE": 0.5}, "expected a function"),
+    ],
+)
+def test_wrong_operators(operators, message):
+    with pytest.raises(ConfigError, match=message):
+        MutationSettings(operators=operators)
+
+
+def test_an_operator_that_fails_says_so():
+    options = MutationSettings(operators={f"{HERE}:stumble": 1.0}, **NONE)
+    with pytest.raises(PluginError, match=r"stumble': LookupError: no obstacle is good enough, test_operators.py line"):
+        mutate_map(sample_map(np.random.default_rng(0), SMALL), SMALL, options, np.random.default_rng(0))

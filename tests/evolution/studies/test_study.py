@@ -19,7 +19,7 @@ import yaml
 from evolution.driving.store import ResultStore
 from evolution.runs.directory import CHECKPOINT, CONFIG, STORE, TIMING
 from evolution.runs.loading import load_run
-from evolution.studies import StudySettings, load_results, load_study, run_study, study_names
+from evolution.studies import StudySettings, load_definition, load_results, load_study, run_study, study_names
 from evolution.studies.directory import STUDY
 from evolution.studies.engine import NAV2
 from evolution.studies.settings import MAX_SEED
@@ -49,7 +49,7 @@ def changed(**options):
     return {**document, **options}
 
 
-@pytest.mark.parametrize("name", study_names())
+@pytest.mark.parametrize("name", [name for name in study_names() if isinstance(load_definition(name), StudySettings)])
 def test_studies_of_the_package_can_be_run(name):
     settings = load_study(name)
     assert [task.configuration.name for task in check_study(settings, NAV2)] == list(settings.names)

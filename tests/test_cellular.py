@@ -1,4 +1,4 @@
-"""BARN's cellular automaton as a sampler."""
+"""BARN's cellular automaton."""
 
 from __future__ import annotations
 
@@ -8,9 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from evolution.studies.baselines.cellular import CellularSettings, cellular_map, smoothed
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator import ShapeSettings, interior, task_cells
+from gym_mapbench.generator import Cellular, ShapeSettings, interior, task_cells
+from gym_mapbench.generator.cellular import smoothed
+
+
+def cellular_map(rng, shapes, family=None):
+    family = family or Cellular()
+    return family.build(family.draw_genes(rng), shapes)
 
 
 def plain_smoothing(tiles, fill, clear):
@@ -52,16 +57,14 @@ def test_maps_are_the_thesis_world_with_other_obstacles():
 
 
 def test_without_smoothing_the_fill_is_the_density():
-    only = CellularSettings(fill_probability=(0.3,), smoothing_iterations=(0,), tile=1)
+    only = Cellular(fill_probability=(0.3,), smoothing_iterations=(0,), tile=1)
     shapes = ShapeSettings(cleared_distance=0)
     assert interior(cellular_map(np.random.default_rng(0), shapes, only), 1).mean() == pytest.approx(0.3, abs=0.02)
 
 
 def test_more_fill_is_more_wall():
     def density(fill):
-        return np.mean(
-            [cellular_map(rng, ShapeSettings(), CellularSettings(fill_probability=(fill,))).mean() for rng in rngs]
-        )
+        return np.mean([cellular_map(rng, ShapeSettings(), Cellular(fill_probability=(fill,))).mean() for rng in rngs])
 
     rngs = [np.random.default_rng(seed) for seed in range(5)]
     assert density(0.15) < density(0.3) < density(0.4)
@@ -69,6 +72,6 @@ def test_more_fill_is_more_wall():
 
 def test_bad_options_are_one_line():
     with pytest.raises(ConfigError, match=r"fill_probability\.0: expected less than or equal to 1"):
-        CellularSettings(fill_probability=(1.5,))
+        Cellular(fill_probability=(1.5,))
     with pytest.raises(ConfigError, match="smoothing_iterations"):
-        CellularSettings(smoothing_iterations=())
+        Cellular(smoothing_iterations=())

@@ -11,16 +11,16 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator.ranges import CellRange, NumberRange, draw_count
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
 
 Cells = NDArray[np.bool_]
 Probability = Annotated[float, Field(ge=0, le=1)]
-CellRange = tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]]
 
 TASK_YAW = 3 * math.pi / 4
 """Heading of start and goal: from the lower right to the upper left."""
@@ -47,7 +47,7 @@ class ShapeSettings(Settings):
 
     size: Annotated[int, Field(ge=5, le=10_000)] = 150
     resolution: Annotated[float, Field(gt=0)] = 0.05
-    n_obstacles: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] = (15, 40)
+    n_obstacles: NumberRange = (15, 40)
     circle_probability: Probability = 0.2
     square_probability: Probability = 0.3
     wall_probability: Probability = 0.5
@@ -58,13 +58,6 @@ class ShapeSettings(Settings):
     border: Annotated[int, Field(ge=0)] = 1
     task_distance: Annotated[int, Field(ge=0)] = 10
     cleared_distance: Annotated[int, Field(ge=0)] = 10
-
-    @field_validator("n_obstacles", "circle_radius", "square_side", "wall_length", "wall_thickness")
-    @classmethod
-    def _ordered(cls, value: tuple[int, int]) -> tuple[int, int]:
-        if value[0] > value[1]:
-            raise ConfigError(f"expected (smallest, largest), got {value}")
-        return value
 
     @model_validator(mode="after")
     def _consistent(self) -> ShapeSettings:
@@ -85,11 +78,11 @@ def draw_shape(rng: np.random.Generator, settings: ShapeSettings) -> Cells:
     """Draw kind, size and orientation of one obstacle; return its ``(height, width)`` bool stamp."""
     kind = rng.random()
     if kind < settings.circle_probability:
-        return disc(_draw(rng, settings.circle_radius))
+        return disc(draw_count(rng, settings.circle_radius))
     if kind < settings.circle_probability + settings.square_probability:
-        side = _draw(rng, settings.square_side)
+        side = draw_count(rng, settings.square_side)
         return np.ones((side, side), dtype=np.bool_)
-    wall = np.ones((_draw(rng, settings.wall_thickness), _draw(rng, settings.wall_length)), dtype=np.bool_)
+    wall = np.ones((draw_count(rng, settings.wall_thickness), draw_count(rng, settings.wall_length)), dtype=np.bool_)
     return wall if rng.integers(2) else wall.T
 
 
@@ -120,7 +113,7 @@ def sample_map(rng: np.random.Generator, settings: ShapeSettings) -> Cells:
     """Draw the ``(size, size)`` occupancy of one map, with its border, and start and goal areas cleared."""
     cells = np.zeros((settings.size, settings.size), dtype=np.bool_)
     inside = interior(cells, settings.border)
-    for _ in range(_draw(rng, settings.n_obstacles)):
+    for _ in range(draw_count(rng, settings.n_obstacles)):
         shape = draw_shape(rng, settings)
         stamp(inside, shape, *draw_position(rng, (shape.shape[0], shape.shape[1]), inside.shape))
     return clear_and_border(cells, settings)
@@ -168,8 +161,3 @@ def default_task(grid: GridMap, margin: int = 11) -> tuple[Pose, Pose]:
         Pose(*grid.cell_to_world(row - 0.25, col - 0.25), TASK_YAW) for row, col in task_cells(grid.shape, margin)
     )
     return start, goal
-
-
-def _draw(rng: np.random.Generator, bounds: tuple[int, int]) -> int:
-    """Draw an integer, both ends included."""
-    return int(rng.integers(bounds[0], bounds[1], endpoint=True))

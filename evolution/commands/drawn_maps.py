@@ -1,0 +1,48 @@
+"""``mapbench maps draw``: maps of families, to look at and to drive on."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from evolution.commands import options
+from evolution.commands.progress import console
+from evolution.files import write_json
+from evolution.pictures import maps_figure, save_figure
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.generator import draw_from
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.mapio.conversion import write_maps
+from gym_mapbench.mapio.formats import WRITTEN
+from gym_mapbench.mapio.tasked_map import group_scenarios
+
+
+def add_draw(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the action."""
+    draw = actions.add_parser("draw", help="new maps of some families, with their genes and a picture")
+    options.add_family_option(draw, "shapes")
+    draw.add_argument("--count", type=options.positive, default=4, metavar="N", help="number of maps (default 4)")
+    draw.add_argument("--seed", type=options.non_negative, default=0, metavar="N", help="default 0")
+    draw.add_argument("--robot", metavar="NAME", default="turtlebot3_waffle", help="who must be able to drive them")
+    draw.add_argument("--format", metavar="NAME", default="map_server", help=", ".join(WRITTEN))
+    draw.add_argument("--out", metavar="DIR", required=True, help="new folder of the maps, genes.json and maps.png")
+    draw.set_defaults(run=run_draw)
+
+
+def run_draw(args: argparse.Namespace) -> int:
+    """Draw, write, say where to look."""
+    config = EnvConfig.build(family=args.family or ("shapes",), robot=args.robot)
+    rng, out = np.random.default_rng(args.seed), Path(args.out)
+    scenarios, genes = [], {}
+    for number in range(args.count):
+        drawn = draw_from(rng, config.family, config.shapes, config.robot)
+        name = f"{drawn.family.rpartition(':')[2]}_{number}"
+        scenarios.append(config.make_scenario(GridMap(drawn.cells, config.shapes.resolution), name))
+        genes[name] = {"family": drawn.family, "genes": drawn.genes.model_dump(mode="json")}
+    write_maps(group_scenarios(scenarios), out, args.format)
+    write_json(out / "genes.json", genes)
+    save_figure(maps_figure(scenarios), out / "maps", formats=("png",))
+    console.print(f"wrote {args.count} maps; look at {out / 'maps.png'}")
+    return 0

@@ -1,0 +1,143 @@
+"""Executors: what jobs run on.
+
+By default these are worker processes of this machine. Whatever else has the interface of
+:class:`concurrent.futures.Executor` comes from a factory that is registered in :data:`EXECUTORS`, or named
+``module:attribute``.
+
+The default kills what takes too long, loses no more than one run to a process that dies, and leaves no process behind.
+A plain ``Executor`` can do none of this: a run that hangs hangs the search, and a dead worker may take the pool along,
+whose unfinished runs are then tried again in a new one.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, TypeVar
+
+from pebble import ProcessPool
+
+from evolution.driving.jobs import Job, RunResult
+from evolution.driving.launching import worker_context
+from gym_mapbench.registry import Registry, must_be_callable
+
+RunJob = Callable[[Job], RunResult]
+WarmUp = Callable[[], object]
+T = TypeVar("T")
+
+MAX_REASON = 300
+
+
+@dataclass(frozen=True)
+class Crew:
+    """What an executor is asked for.
+
+    Args:
+        workers: How many jobs run at once.
+        timeout_s: Wall-clock seconds a job may take, the worker's start not included.
+        prepare: To be called once in every new worker process, before its first job; can be pickled.
+        modules: Modules that workers will import: a fork server may do so once for all.
+    """
+
+    workers: int
+    timeout_s: float
+    prepare: WarmUp
+    modules: tuple[str, ...]
+
+    @classmethod
+    def of(cls, workers: int, timeout_s: float, run_job: RunJob, warm_up: WarmUp | None) -> Crew:
+        """Describe the workers that drive with ``run_job`` after a ``warm_up``."""
+        functions = [getattr(function, "func", function) for function in (run_job, warm_up)]
+        modules = tuple(name for one in functions if isinstance(name := getattr(one, "__module__", None), str))
+        return cls(workers, timeout_s, partial(start_worker, warm_up), modules)
+
+
+class Processes(Executor):
+    """Worker processes of this machine, one job each at a time; a job that takes too long is killed with its process.
+
+    Args:
+        crew: What is asked for.
+    """
+
+    def __init__(self, crew: Crew) -> None:
+        self._timeout_s = crew.timeout_s
+        self._pool = ProcessPool(crew.workers, initializer=crew.prepare, context=worker_context(crew.modules))
+
+    @property
+    def alive(self) -> bool:
+        """Whether jobs that were submitted still come to an end."""
+        return bool(self._pool.active)
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
+        """Run ``fn`` in a worker; the future gets a ``TimeoutError`` or a ``ProcessExpired`` where it is lost.
+
+        Raises:
+            RuntimeError: If no worker can be started.
+        """
+        future: Future[T] = self._pool.schedule(fn, args, kwargs, timeout=self._timeout_s)
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Stop all workers, whatever they do."""
+        self._pool.stop()  # type: ignore[no-untyped-call]
+        self._pool.join()
+
+
+EXECUTORS: Registry[Callable[[Crew], Executor]] = Registry(
+    "executor", "executors", {"processes": Processes}, check=must_be_callable
+)
+"""What makes an executor for a :class:`Crew`, by name."""
+
+
+class WarmUpError(Exception):
+    """A worker's warm-up failed: nothing can be driven there."""
+
+
+_warm_up_failure: list[str] = []
+"""Of this worker process; a list, because a function fills it."""
+
+
+def start_worker(warm_up: WarmUp | None) -> None:
+    """Prepare a new worker: it ends with its parent, and has its kernels loaded."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    try:
+        if warm_up is not None:
+            warm_up()
+    except Exception as error:
+        _warm_up_failure.append(one_line(error))
+
+
+def _end_with_parent() -> None:
+    """A parent that is killed cannot stop a worker that hangs."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def attempt(run_job: RunJob, job: Job) -> RunResult:
+    """Drive a job in a worker; whatever the controller raises becomes the run's result."""
+    if _warm_up_failure:
+        raise WarmUpError(_warm_up_failure[0])
+    try:
+        result = run_job(job)
+    except (Exception, SystemExit) as error:
+        return error_result(one_line(error))
+    if not isinstance(result, RunResult):
+        return error_result(f"expected a RunResult, got {type(result).__name__}")
+    return result
+
+
+def error_result(reason: str) -> RunResult:
+    """Return the result of a run that could not be driven to an end."""
+    return RunResult("error", time_s=0.0, path_length_m=0.0, reason=reason)
+
+
+def one_line(error: BaseException) -> str:
+    """Say type and text of an error in one short line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())[:MAX_REASON]

@@ -1,0 +1,49 @@
+"""Patterns: what the fitnesses look for in the driven maps of a set, one file each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from evolution.search.patterns.base import Pattern, Times
+from evolution.search.patterns.cluster import (
+    Cluster,
+    cluster_score,
+    pairwise_gaps,
+    partial_pattern_score,
+    pattern_score,
+)
+from evolution.search.patterns.gini import NO_PATTERN, Gini, gini, gini_fitness
+from evolution.search.patterns.pools import Found, Pool, Readings
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.registry import Registry
+
+__all__ = [
+    "FITNESSES",
+    "NO_PATTERN",
+    "Cluster",
+    "Found",
+    "Gini",
+    "Pattern",
+    "Pool",
+    "Readings",
+    "Times",
+    "cluster_score",
+    "gini",
+    "gini_fitness",
+    "pairwise_gaps",
+    "partial_pattern_score",
+    "pattern_score",
+]
+
+
+def _pattern(entry: Any) -> type[Pattern]:
+    """Accept a pattern's class."""
+    if isinstance(entry, type) and issubclass(entry, Pattern):
+        return entry
+    raise ConfigError(f"expected a subclass of {Pattern.__module__}.Pattern, got {entry!r:.80}")
+
+
+FITNESSES: Registry[type[Pattern]] = Registry(
+    "fitness", "fitnesses", {"gini": Gini, "cluster": Cluster}, check=_pattern
+)
+"""The fitnesses by name."""

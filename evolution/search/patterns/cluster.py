@@ -1,0 +1,107 @@
+"""Cluster: maps on which the controllers form one group, two, three... (thesis, Alg. 3 and 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations, product
+from statistics import fmean
+
+import numpy as np
+
+from evolution.search.patterns.base import Pattern, Times
+from evolution.search.patterns.pools import Found, Pool, orders_of, readings_of
+from gym_mapbench.errors import ConfigError
+
+
+def pairwise_gaps(times: Times) -> list[float]:
+    """Absolute differences of all pairs."""
+    return [abs(a - b) for a, b in combinations(times, 2)]
+
+
+def cluster_score(times: Times, scale: float) -> float:
+    """Estimated number of groups among the times (Alg. 3, Eq. 4.3), in [1, number of times].
+
+    Args:
+        times: One value per controller.
+        scale: Mean pairwise gap that stands for one more group, in the unit of ``times``.
+    """
+    gaps = pairwise_gaps(times)
+    mean_gap = fmean(gaps) if gaps else 0.0
+    return min(max(1.0 + mean_gap / scale, 1.0), float(len(times)))
+
+
+def pattern_score(values: Sequence[float]) -> float:
+    """Closeness of the sorted values to 1, 2, ..., n (Alg. 4, Eq. 4.4), in [0, 1]; for two values or more."""
+    ordered = np.sort(np.asarray(values, dtype=np.float64))
+    pattern = np.arange(1, len(ordered) + 1)
+    distance, farthest = np.linalg.norm(ordered - pattern), np.linalg.norm(len(ordered) - pattern)
+    return max(1.0 - float(distance / farthest), 0.0)
+
+
+def partial_pattern_score(values: Sequence[float]) -> float:
+    """Pattern fitness of some cluster scores (Alg. 4), in [0, 1].
+
+    Fewer than two values give 0; two are judged by their distance (1 or more is best), because
+    the maps between or beyond them may only be missing.
+    """
+    if len(values) < 2:
+        return 0.0
+    if len(values) == 2:
+        return float(min(abs(values[0] - values[1]), 1.0))
+    return pattern_score(values)
+
+
+class Cluster(Pattern):
+    """Cluster scores near 1, 2, ..., n; from 0 to 1."""
+
+    reading_name = "clusters"
+    wanted = "cluster scores are near 1, 2, ..."
+    needs_scale = True
+    exact = True
+
+    def read(self, times: Times) -> float:
+        """Return the cluster score of the times.
+
+        Raises:
+            ConfigError: If the scale is not known yet.
+        """
+        if self.scale is None:
+            raise ConfigError("cluster_scale: expected a value, or results to calibrate it from, got neither")
+        return cluster_score(times, self.scale)
+
+    def judge(self, readings: Sequence[float], maps: Sequence[Times]) -> float:
+        """Return the pattern fitness of the cluster scores."""
+        return partial_pattern_score(readings)
+
+    def bound(self, widest: float) -> float:
+        """Return 1."""
+        return 1.0
+
+    def best_of(self, pools: Sequence[Pool]) -> Found:
+        """Return the scores closest to 1, 2, ..., n, or for two farthest apart, with one from each pool.
+
+        Exact: were a reading not among the ``n`` nearest of its pool to its number, one of those would be
+        free to replace it.
+        """
+        if len(pools) < 2:
+            return None
+        best: Found = None
+        for order in orders_of(pools):
+            for places in product(*_candidates(order)):
+                found = list(zip(order, places, strict=True))
+                if len(set(found)) < len(found):
+                    continue
+                pattern = partial_pattern_score([float(readings_of(pool)[place]) for pool, place in found])
+                if best is None or pattern > best[0]:
+                    best = pattern, found
+        return best
+
+
+def _candidates(order: Sequence[Pool]) -> list[list[int]]:
+    """For each number 1, 2, ... the places worth trying in its pool."""
+    if len(order) == 2:
+        return [[0], [len(order[1].maps) - 1]]
+    return [
+        [int(place) for place in np.argsort(np.abs(readings_of(pool) - number), kind="stable")[: len(order)]]
+        for number, pool in enumerate(order, start=1)
+    ]

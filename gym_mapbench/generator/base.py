@@ -1,0 +1,80 @@
+"""What a family of maps is, and what the built-in ones have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator.shapes import Cells, ShapeSettings
+from gym_mapbench.settings import Settings
+
+
+class Family(Protocol):
+    """A kind of maps: frozen options, most of them ranges, from which the genes of a map are drawn.
+
+    A map is a function of its genes and of the world's size, resolution, border and cleared areas. Genes are
+    JSON-able, so that a map can be kept as its genes, and changed by changing one of them. Places are given as
+    shares of the room there is, sizes in m, so that the same genes make sense on maps of any size.
+
+    Attributes:
+        genes: Type of the genes.
+    """
+
+    genes: ClassVar[type[Settings]]
+
+    def draw_genes(self, rng: np.random.Generator) -> Settings:
+        """Draw the genes of one map."""
+        ...
+
+    def build(self, genes: Any, shapes: ShapeSettings) -> Cells:
+        """Return the ``(size, size)`` occupancy of the map, with its border, and start and goal areas cleared.
+
+        Args:
+            genes: What :meth:`draw_genes` returned, perhaps changed since.
+            shapes: Size, resolution, border and cleared areas; its shapes are not drawn.
+
+        Raises:
+            ConfigError: If the map is too small for the family.
+        """
+        ...
+
+
+def empty(shapes: ShapeSettings) -> Cells:
+    """Return ``(size, size)`` free cells."""
+    return np.zeros((shapes.size, shapes.size), dtype=np.bool_)
+
+
+def to_cells(length: float, shapes: ShapeSettings) -> int:
+    """Return the number of cells nearest to a length in m, at least 1."""
+    return max(1, round(length / shapes.resolution))
+
+
+def mirrored(cells: Cells) -> Cells:
+    """Mirror a map about the straight line from start to goal: what was below is right of it, and so on."""
+    return cells[::-1, ::-1].T
+
+
+def wall_rows(shapes: ShapeSettings, thickness: float, places: Sequence[float]) -> list[slice]:
+    """Return the rows of walls across the way, one in each of equally high parts of the room between start and goal.
+
+    Args:
+        shapes: The world; no wall is in the rows of its cleared areas.
+        thickness: Of every wall, m.
+        places: For every wall from the start on, where it is in its part, 0 (below) to 1 (above).
+
+    Raises:
+        ConfigError: If the map is too small.
+    """
+    low = min(shapes.border + shapes.task_distance + shapes.cleared_distance + 1, shapes.size // 2)
+    part, thick = (shapes.size - 2 * low) / len(places), to_cells(thickness, shapes)
+    if part < 2 * thick:
+        needed = 2 * low + 2 * thick * len(places)
+        raise ConfigError(
+            f"size: expected at least {needed} cells for walls across the way ({len(places)} of {thickness:.3g} m), "
+            f"got {shapes.size}"
+        )
+    rows = [low + round(part * number + place * (part - thick)) for number, place in enumerate(places)]
+    return [slice(row, row + thick) for row in rows]

@@ -1,0 +1,89 @@
+"""Families of maps by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, JsonValue, model_validator
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator.base import Family
+from gym_mapbench.generator.cellular import Cellular
+from gym_mapbench.generator.corridors import Corridors
+from gym_mapbench.generator.doors import Doors
+from gym_mapbench.generator.pillars import Pillars
+from gym_mapbench.generator.random_shapes import RandomShapes
+from gym_mapbench.generator.slaloms import Slaloms
+from gym_mapbench.generator.sparse import Sparse
+from gym_mapbench.generator.u_traps import UTraps
+from gym_mapbench.registry import Registry, must_be_callable
+from gym_mapbench.settings import Settings
+
+_OWN: dict[str, Callable[..., Family]] = {
+    "doors": Doors,
+    "pillars": Pillars,
+    "corridors": Corridors,
+    "slaloms": Slaloms,
+    "u_traps": UTraps,
+    "cellular": Cellular,
+    "sparse": Sparse,
+    "shapes": RandomShapes,
+}
+
+FAMILIES: Registry[Callable[..., Family]] = Registry("family", "families", _OWN, check=must_be_callable)
+"""The families by name; each is made of its options by keyword."""
+
+
+def make_family(name: str, **options: Any) -> Family:
+    """Make a family by name.
+
+    Args:
+        name: One of :data:`FAMILIES`.
+        options: Its options, most of them ranges of its genes; the family's own where they are not given.
+
+    Raises:
+        ConfigError: If there is no such family, or it has no such option.
+    """
+    make = FAMILIES.get(name)
+    try:
+        with FAMILIES.blamed(name):
+            return make(**options)
+    except ConfigError as error:
+        raise ConfigError(f"{name}: {error}") from None
+
+
+class FamilySpec(Settings):
+    """A family of maps as data, JSON-able.
+
+    Args:
+        name: One of :data:`FAMILIES`.
+        options: What differs from the family's own options.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    options: dict[str, JsonValue] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _exists(self) -> FamilySpec:
+        self.make()
+        return self
+
+    def make(self) -> Family:
+        """Make the family."""
+        return make_family(self.name, **self.options)
+
+
+def _as_specs(value: object) -> object:
+    """Read one family or several, each by name or as a mapping."""
+    if value is None:
+        return ()
+    items = list(value) if isinstance(value, Sequence) and not isinstance(value, str) else [value]
+    for item in items:
+        if not isinstance(item, str | Mapping | FamilySpec):
+            raise ConfigError(f"expected the name of a family, or a mapping of name and options, got {item!r:.80}")
+    return tuple(FamilySpec(name=item) if isinstance(item, str) else item for item in items)
+
+
+FamilySpecs = Annotated[tuple[FamilySpec, ...], BeforeValidator(_as_specs)]
+"""None (empty), a name, a mapping of ``name`` and ``options``, or several of these."""

@@ -1,0 +1,228 @@
+"""Registry: things of one kind by name, the project's own and everybody else's.
+
+A name is looked for in this order:
+
+1. what the project brings, and what a script or notebook added with :meth:`Registry.register`;
+2. ``module:attribute``: that attribute of that module, which is imported; the current directory is searched too;
+3. entry points of installed packages, in the group ``gym_mapbench.<plural>``.
+
+The second form needs no packaging, is plain text in every configuration file, and means the same in every worker
+process. It runs the code of the module, so a file that names one is as trustworthy as a program.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import os
+import re
+import sys
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from gym_mapbench.errors import ConfigError, MapBenchError, PluginError, nearest_name, unknown_name
+
+T = TypeVar("T")
+
+MODULE_ATTRIBUTE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
+"""``module:attribute``, both with dots in them if need be."""
+
+
+def as_it_is(entry: Any) -> Any:
+    """Accept whatever a third party registers."""
+    return entry
+
+
+def must_be_callable(entry: Any) -> Any:
+    """Accept what can be called; raises ``ConfigError`` otherwise."""
+    if not callable(entry):
+        raise ConfigError(f"expected something that can be called, got {type(entry).__name__}")
+    return entry
+
+
+def must_be(kind: type[T]) -> Callable[[Any], T]:
+    """Return a check that accepts values of one type and raises ``ConfigError`` on others."""
+
+    def check(entry: Any) -> T:
+        if not isinstance(entry, kind):
+            raise ConfigError(f"expected {kind.__name__}, got {type(entry).__name__}")
+        return entry
+
+    return check
+
+
+class Registry(Generic[T]):
+    """Things of one kind by name.
+
+    Args:
+        what: The kind, e.g. ``"noise level"``; opens error messages.
+        plural: Of the kind, in one word: ``noise_levels`` gives the entry point group ``gym_mapbench.noise_levels``.
+        built_in: What the project brings, in order.
+        check: Makes an entry of what a third party registered; raises ``ConfigError`` if that cannot be one.
+
+    Attributes:
+        built_in: Names of what the project brings, in order.
+    """
+
+    def __init__(
+        self, what: str, plural: str, built_in: Mapping[str, T], *, check: Callable[[Any], T] = as_it_is
+    ) -> None:
+        self.what = what
+        self.group = f"gym_mapbench.{plural}"
+        self.built_in = tuple(built_in)
+        self._entries = dict(built_in)
+        self._check = check
+
+    def register(self, name: str, entry: Any = None) -> Any:
+        """Add an entry for as long as this process lives; without one, a decorator.
+
+        Worker processes know nothing of it: what they need is named ``module:attribute``.
+
+        Args:
+            name: Its name; one that was registered before is replaced, so that a cell can be run twice.
+            entry: The entry.
+
+        Returns:
+            What was registered, as it came.
+
+        Raises:
+            ConfigError: If the project itself has an entry of this name, or the entry cannot be one.
+        """
+        if entry is None:
+            return lambda decorated: self.register(name, decorated)
+        if name in self.built_in or ":" in name:
+            raise ConfigError(f"{self.what} {name!r}: expected a new name without ':'")
+        self._entries[name] = self._checked(name, entry)
+        return entry
+
+    def for_workers(self, name: str) -> str:
+        """Return a name that worker processes will have to find.
+
+        Raises:
+            ConfigError: If it was registered in this process, of which workers know nothing.
+        """
+        if name in self._entries and name not in self.built_in:
+            raise ConfigError(
+                f"{self.what} {name!r}: is registered in this process alone; for worker processes name it "
+                "module:attribute, or give it an entry point"
+            )
+        return name
+
+    def names(self) -> tuple[str, ...]:
+        """All names there are, sorted, those of installed packages included; nothing is imported."""
+        return tuple(sorted({*self._entries, *self._points()}))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._entries or name in self._points()
+
+    def added(self) -> tuple[str, ...]:
+        """Names of everything but what the project brings, sorted; nothing is imported."""
+        return tuple(name for name in self.names() if name not in self.built_in)
+
+    def get(self, name: str, others: Iterable[str] = ()) -> T:
+        """Return an entry by name.
+
+        Args:
+            name: Its name, or ``module:attribute``.
+            others: Names that would have been accepted besides; they stand in the error message.
+
+        Raises:
+            ConfigError: If there is none, with the nearest valid name, or it cannot be loaded.
+        """
+        if name in self._entries:
+            return self._entries[name]
+        if MODULE_ATTRIBUTE.fullmatch(name):
+            return self._checked(name, self._load(name, name))
+        points = self._points()
+        if name in points:
+            return self._checked(name, self._load(name, points[name].value))
+        raise unknown_name(self.what, name, {*self._entries, *points, *others})
+
+    def __getitem__(self, name: str) -> T:
+        return self.get(name)
+
+    @contextmanager
+    def blamed(self, name: str) -> Iterator[None]:
+        """Say in one line that a third party's entry failed, why, and in which line of it.
+
+        Errors of this project pass as they are, and so does whatever its own entries raise.
+
+        Raises:
+            PluginError: Instead of whatever else is raised inside.
+        """
+        try:
+            yield
+        except MapBenchError:
+            raise
+        except Exception as error:
+            if name in self.built_in:
+                raise
+            raise PluginError(f"{self.what} {name!r}: {describe(error)}") from error
+
+    def _points(self) -> dict[str, EntryPoint]:
+        return {point.name: point for point in entry_points(group=self.group)}
+
+    def _load(self, name: str, value: str) -> Any:
+        """Import what ``module:attribute`` stands for."""
+        try:
+            return load_attribute(value)
+        except ConfigError as error:
+            where = "" if name == value else f": {value}"
+            raise ConfigError(f"{self.what} {name!r}{where} cannot be loaded ({error})") from error
+
+    def _checked(self, name: str, entry: Any) -> T:
+        try:
+            return self._check(entry)
+        except ConfigError as error:
+            raise ConfigError(f"{self.what} {name!r}: {error}") from None
+
+
+def load_attribute(value: str) -> Any:
+    """Import ``module:attribute``; the current directory is searched as well, as by ``python -m``.
+
+    Raises:
+        ConfigError: If the module cannot be imported, whatever it raises, or has no such attribute.
+    """
+    module_name, _, path = value.partition(":")
+    if not {"", os.getcwd()} & set(sys.path):
+        sys.path.append(os.getcwd())
+    try:
+        found: Any = importlib.import_module(module_name)
+    except (Exception, SystemExit) as error:
+        raise ConfigError(describe(error)) from error
+    for part in path.split("."):
+        if not hasattr(found, part):
+            near = nearest_name(part, dir(found))
+            hint = f"; did you mean {near!r}?" if near else ""
+            raise ConfigError(f"{module_name} has no {part!r}{hint}")
+        found = getattr(found, part)
+    return found
+
+
+def accepted_keywords(function: Callable[..., Any]) -> frozenset[str]:
+    """Return the names that ``function`` takes by keyword; none where it has no signature."""
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):
+        return frozenset()
+    named = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    return frozenset(p.name for p in parameters if p.kind in named)
+
+
+def describe(error: BaseException) -> str:
+    """Say type, text and place of an error in one line."""
+    text = " ".join(f"{type(error).__name__}: {error}".split())
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not _is_machinery(frame.filename)]
+    return f"{text}, {Path(frames[-1].filename).name} line {frames[-1].lineno}" if frames else text
+
+
+def _is_machinery(file: str) -> bool:
+    """Whether a line of this file says nothing about where a third party's code failed."""
+    return file in (__file__, importlib.__file__) or file.startswith("<frozen")

@@ -1,0 +1,60 @@
+"""Anything with the interface of concurrent.futures.Executor drives, to the same results."""
+
+from __future__ import annotations
+
+import pytest
+
+from evolution.driving.evaluator import Evaluator
+from evolution.driving.executors import EXECUTORS
+from evolution.driving.jobs import JobPlan
+from gym_mapbench.errors import ConfigError, PluginError, RunError
+from tests.evolution import fake_runs
+from tests.evolution.driving.test_evaluator import jobs_of, map_sets, plan_of
+from tests.evolution.fake_runs import CONTROLLERS, FakeRunSettings
+
+PLAIN = "tests.evolution.fake_runs:plain_pool"
+
+
+def test_a_plain_executor_gives_the_same_results():
+    plan = JobPlan(CONTROLLERS, FakeRunSettings(), root_seed=3)
+    results = []
+    for executor in ("processes", PLAIN):
+        with Evaluator(fake_runs.drive, workers=2, executor=executor) as evaluator:
+            sets = evaluator.evaluate(map_sets(2), plan)
+        results.append([[[one.time_s for runs in of_map for one in runs] for of_map in one_set] for one_set in sets])
+    assert results[0] == results[1]
+
+
+def test_a_plain_executor_warms_its_workers_up():
+    with Evaluator(fake_runs.tell_warmth, warm_up=fake_runs.touch_warm_up, executor=PLAIN) as evaluator:
+        assert [result.reason for result in evaluator.run(jobs_of(plan_of("any")))] == ["yes"]
+
+
+def test_a_dead_worker_takes_a_plain_pool_along_but_not_the_other_runs(tmp_path):
+    plan = plan_of("good", "raises", "fails_once", mark=str(tmp_path / "mark"))
+    with Evaluator(fake_runs.misbehave, workers=2, executor=PLAIN) as evaluator:
+        good, raises, fails_once = evaluator.run(jobs_of(plan))
+    assert good.outcome in ("goal", "timeout")
+    assert raises.reason == "ValueError: the costmap is upside down"
+    assert fails_once.time_s == fake_runs.drive(jobs_of(plan)[-1]).time_s
+
+
+def test_a_run_that_always_kills_its_worker_ends_a_search_on_a_plain_pool():
+    with Evaluator(fake_runs.misbehave, executor=PLAIN) as evaluator, pytest.raises(RunError, match="workers die"):
+        evaluator.run(jobs_of(plan_of("kills")))
+
+
+def test_an_executor_that_cannot_be_made():
+    with pytest.raises(ConfigError, match="unknown executor 'proceses'; did you mean 'processes'"):
+        Evaluator(fake_runs.drive, executor="proceses")
+    sundays = pytest.raises(
+        PluginError, match=r"no_pool': OSError: the cluster is closed on Sundays, fake_runs.py line"
+    )
+    with Evaluator(fake_runs.drive, executor="tests.evolution.fake_runs:no_pool") as evaluator, sundays:
+        evaluator.run(jobs_of(plan_of("any")))
+
+
+def test_registered_in_a_script(monkeypatch):
+    monkeypatch.setitem(EXECUTORS._entries, "plain", fake_runs.plain_pool)
+    with Evaluator(fake_runs.drive, executor="plain") as evaluator:
+        assert len(evaluator.run(jobs_of(plan_of("any")))) == 1

@@ -1,0 +1,44 @@
+"""Jobs: what makes them different, and what is measured on them."""
+
+from __future__ import annotations
+
+import pytest
+
+from evolution.driving.jobs import ControllerSpec, JobPlan
+from evolution.search.settings import EvolveSettings, Experiment
+from gym_mapbench.errors import ConfigError
+from tests.evolution.driving.test_evaluator import map_sets
+from tests.evolution.fake_runs import FakeRunSettings
+
+MINE = "tests.test_metrics:half_time"
+
+
+def plan_of(*metrics):
+    return JobPlan((ControllerSpec(name="dwb"),), FakeRunSettings(), metrics=metrics)
+
+
+def key_of(plan):
+    return plan.jobs(map_sets(1)[0][0])[0].key
+
+
+def test_metrics_that_are_measured_anyway_change_nothing():
+    assert plan_of("time", "spl", "spl").metrics == ()
+    assert key_of(plan_of("time", "spl")) == key_of(plan_of())
+
+
+def test_metrics_of_others_belong_to_the_job():
+    assert plan_of("spl", MINE, MINE).metrics == (MINE,)
+    assert key_of(plan_of(MINE)) != key_of(plan_of())
+    assert plan_of(MINE).jobs(map_sets(1)[0][0])[0].metrics == (MINE,)
+
+
+def test_the_metric_of_a_search_is_measured():
+    search = EvolveSettings(metric=MINE)
+    assert Experiment(search, (ControllerSpec(name="dwb"),), FakeRunSettings()).plan.metrics == (MINE,)
+
+
+def test_wrong_metrics():
+    with pytest.raises(ConfigError, match="unknown metric 'tmie'; did you mean 'time'"):
+        plan_of("tmie")
+    with pytest.raises(ConfigError, match="metric 'outcome': expected another name"):
+        plan_of("outcome")

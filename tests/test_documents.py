@@ -1,0 +1,85 @@
+"""Every code block of the documents runs: Python and shell blocks in one folder, in order, as a reader would."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from gym_mapbench.registry import Registry
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCUMENTS = ("README.md", "docs/extending.md")
+INTERPRETERS = {"python": [sys.executable, "-W", "error::DeprecationWarning:__main__"], "bash": ["bash", "-e"]}
+
+
+def blocks_of(document: str) -> list[tuple[str, str]]:
+    """Languages and texts of the blocks that run.
+
+    Blocks marked ``<!-- ... command -->`` install; CI runs them whole, and so does everybody on a fresh clone.
+    """
+    text = (ROOT / document).read_text(encoding="utf-8")
+    found = re.findall(r"(<!-- [a-z]+ command -->\n)?```(\w+)\n(.*?)```", text, flags=re.DOTALL)
+    return [(language, block) for marker, language, block in found if not marker and language in INTERPRETERS]
+
+
+def name_of(block: str, position: int, language: str) -> str:
+    """Where a block is saved: ``# NAME.py`` in its first line says so, for later blocks to import it."""
+    named = re.match(r"# (\w+\.py)\n", block)
+    return named[1] if named else f"block_{position}.{language}"
+
+
+BLOCKS = [
+    pytest.param(document, position, marks=pytest.mark.xdist_group(document), id=f"{document}-{position}")
+    for document in DOCUMENTS
+    for position in range(len(blocks_of(document)))
+]
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """A folder for each document, with the examples in it as in a clone; later blocks use what earlier ones wrote."""
+    folders = {}
+    for document in DOCUMENTS:
+        folders[document] = tmp_path_factory.mktemp("reader")
+        shutil.copytree(ROOT / "examples", folders[document] / "examples")
+    return folders
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_there_is_something_to_run(document):
+    assert {"python", "bash"} <= {language for language, _ in blocks_of(document)}
+
+
+@pytest.mark.parametrize(("document", "position"), BLOCKS)
+def test_block_runs(document, position, folders):
+    language, text = blocks_of(document)[position]
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    script = folders[document] / name_of(text, position, language)
+    script.write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [*INTERPRETERS[language], str(script)],
+        cwd=folders[document],
+        env={**os.environ, "PATH": path, "MPLBACKEND": "agg"},
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+    assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
+
+
+def test_the_table_of_registries_is_true():
+    text = (ROOT / "docs/extending.md").read_text(encoding="utf-8")
+    rows = re.findall(r"`([\w.]+)\.([A-Z]+)`, `(gym_mapbench\.\w+)` \|", text)
+    assert len(rows) == 11
+    for module, name, group in rows:
+        registry = getattr(import_module(module), name)
+        assert isinstance(registry, Registry)
+        assert registry.group == group
