@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import re
 import subprocess
 import sys
 from types import ModuleType, SimpleNamespace
@@ -13,9 +14,10 @@ import pytest
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.mapio.runner_results import COLUMNS, read_runner_results
-from tests.mapio.test_gazebo import OPTIONS, thesis_scenario
+from tests.mapio.test_gazebo import OPTIONS, navigation, thesis_scenario
 
 SUCCEEDED, ABORTED = 4, 6
+HEAD = ",".join(COLUMNS) + "\n"
 
 
 class World:
@@ -27,8 +29,14 @@ class World:
         self.goals = []
         self.cleared = []
         self.cancelled = 0
-        self.listeners = []
+        self.listeners = {"odom": [], "contacts": []}
         self.launched = []
+        self.stuck = set()  # numbers of the teleports after which the robot stays where it is
+        self.teleports = 0
+        self.touches = []  # simulated times at which the chassis touches a wall, counted from each goal
+        self.goal_time = math.inf
+        self.ready = True
+        self.interrupt_after = math.inf
         self.ending = {"dwb": (SUCCEEDED, 12.0), "mppi": (ABORTED, 20.0)}
 
     def spin(self):
@@ -37,8 +45,14 @@ class World:
             pose=SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=self.pose[0], y=self.pose[1]))),
             twist=SimpleNamespace(twist=empty_twist()),
         )
-        for listener in self.listeners:
+        for listener in self.listeners["odom"]:
             listener(message)
+        since = self.time - self.goal_time
+        touching = [wall for wall in self.touches if abs(since - wall) < 0.03]
+        for listener in self.listeners["contacts"]:
+            listener(SimpleNamespace(states=touching, contacts=touching))
+        if len(self.goals) >= self.interrupt_after:
+            raise KeyboardInterrupt
 
 
 def empty_twist():
@@ -77,8 +91,12 @@ class Client:
             self.world.cleared.append(self.name)
         if "set_entity_state" in self.name:
             assert request.state.name == "mapbench_robot"
-            self.world.pose = (request.state.pose.position.x, request.state.pose.position.y)
-        return Future(SimpleNamespace(success=True))
+            self.world.teleports += 1
+            if self.world.teleports not in self.world.stuck:
+                self.world.pose = (request.state.pose.position.x, request.state.pose.position.y)
+            else:
+                self.world.pose = (-9.0, -9.0)
+        return Future(SimpleNamespace(success=self.world.ready))
 
 
 class Handle:
@@ -104,6 +122,7 @@ class Action:
 
     def send_goal_async(self, goal):
         self.world.goals.append(goal)
+        self.world.goal_time = self.world.time
         return Future(Handle(self.world, goal))
 
 
@@ -124,14 +143,14 @@ def fake_node(world):
             return SimpleNamespace(publish=lambda message: None)
 
         def create_subscription(self, kind, topic, callback, depth):
-            world.listeners.append(callback)
+            world.listeners[topic].append(callback)
 
         def get_clock(self):
             now = SimpleNamespace(nanoseconds=int(world.time * 1e9), to_msg=lambda: None)
             return SimpleNamespace(now=lambda: now)
 
         def destroy_node(self):
-            world.listeners.clear()
+            world.listeners = {"odom": [], "contacts": []}
 
     return Node
 
@@ -152,21 +171,28 @@ def load(path, name):
     return module
 
 
-@pytest.fixture(scope="module")
-def bundle(tmp_path_factory):
+@pytest.fixture(scope="module", params=["humble", "jazzy"])
+def bundle(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runner") / "bundle"
     maps = [thesis_scenario(seed, f"map_{seed}") for seed in range(2)]
-    export_gazebo(maps, folder, **OPTIONS)
-    return maps, folder
+    export_gazebo(maps, folder, **(OPTIONS | {"navigation": navigation(release=request.param)}))
+    return maps, folder, request.param
+
+
+def simulator_of(bundle):
+    return "classic" if bundle[2] == "humble" else "gz"
 
 
 @pytest.fixture
-def ros(monkeypatch):
+def ros(monkeypatch, bundle):
     """The stand-ins; returns the world behind them."""
     world = World()
     install(
         monkeypatch,
-        rclpy={"init": lambda: None, "shutdown": lambda: None, "spin_once": lambda node, timeout_sec: world.spin()},
+        ament_index_python={},
+        ament_index_python__packages={"get_package_share_directory": {"mapbench_bundle": str(bundle[1])}.__getitem__},
+        rclpy={"init": lambda: None, "try_shutdown": lambda: None, "spin_once": lambda node, timeout_sec: world.spin()},
+        rclpy__qos={"qos_profile_sensor_data": None},
         rclpy__action={"ActionClient": lambda node, kind, name: Action(world)},
         rclpy__node={"Node": fake_node(world)},
         rclpy__parameter={"Parameter": lambda name, value: (name, value)},
@@ -183,8 +209,20 @@ def ros(monkeypatch):
         std_srvs__srv={"Trigger": Service},
         gazebo_msgs={},
         gazebo_msgs__srv={"SetEntityState": Service},
+        gazebo_msgs__msg={"ContactsState": None},
+        ros_gz_interfaces={},
+        ros_gz_interfaces__msg={"Contacts": None},
     )
 
+    def teleport(command, check):
+        """``gz service``."""
+        world.teleports += 1
+        if world.teleports in world.stuck:
+            raise subprocess.CalledProcessError(1, command)
+        x, y = re.search(r"x: ([-+.e0-9]+), y: ([-+.e0-9]+)", command[-1]).groups()
+        world.pose = (float(x), float(y))
+
+    monkeypatch.setattr(subprocess, "run", teleport)
     start = subprocess.Popen
 
     def launch(command, start_new_session):
@@ -196,17 +234,20 @@ def ros(monkeypatch):
 
 
 def test_the_runner_drives_everything_and_its_file_is_read_back(bundle, ros, tmp_path):
-    maps, folder = bundle
+    maps, folder, _ = bundle
+    ros.touches = [3.0, 3.05, 3.1, 3.2, 8.0]
     runner = load(folder / "run_benchmark.py", "exported_runner")
-    runner.main(["--repeats", "2", "--out", str(tmp_path / "times.csv")])
+    assert runner.main(["--repeats", "2", "--out", str(tmp_path / "times.csv")]) == 0
     results = read_runner_results(tmp_path / "times.csv")
     runs = [(map_.name, controller, repeat) for map_ in maps for controller in ("dwb", "mppi") for repeat in (0, 1)]
     assert [result[:3] for result in results] == runs
     assert {(result.controller, result.outcome) for result in results} == {("dwb", "goal"), ("mppi", "aborted")}
     assert all(result.time == pytest.approx(12.0, abs=0.11) for result in results if result.success)
-    assert [command[3:] for command in ros.launched] == [
-        [f"map:={map_.name}", "simulator:=classic", "headless:=true"] for map_ in maps
-    ]
+    assert {result.contacts for result in results} == {2}
+    simulator = simulator_of(bundle)
+    launch = ["ros2", "launch", "mapbench_bundle", "benchmark.launch.py"]
+    arguments = [f"simulator:={simulator}", "headless:=true"]
+    assert ros.launched == [[*launch, f"map:={map_.name}", *arguments] for map_ in maps]
     assert len(ros.goals) == 8
     assert ros.cleared[:2] == [
         "local_costmap/clear_entirely_local_costmap",
@@ -221,7 +262,7 @@ def test_the_runner_drives_everything_and_its_file_is_read_back(bundle, ros, tmp
 
 
 def test_a_run_that_takes_too_long_is_cancelled(bundle, ros, tmp_path):
-    _, folder = bundle
+    _, folder, _ = bundle
     runner = load(folder / "run_benchmark.py", "exported_runner")
     arguments = ["--maps", "map_1", "--controllers", "mppi", "--time-limit", "5", "--out", str(tmp_path / "t.csv")]
     runner.main(arguments)
@@ -229,12 +270,83 @@ def test_a_run_that_takes_too_long_is_cancelled(bundle, ros, tmp_path):
     assert result[:4] == ("map_1", "mppi", 0, "timeout")
     assert result.time == pytest.approx(5.0, abs=0.11)
     assert ros.cancelled == 1
-    with pytest.raises(FileExistsError):
-        runner.main(arguments)
+
+
+def runs_in(path):
+    return [result[:4] for result in read_runner_results(path)]
+
+
+ALL = [
+    (f"map_{map_}", name, 0, outcome) for map_ in range(2) for name, outcome in (("dwb", "goal"), ("mppi", "aborted"))
+]
+
+
+def test_one_failed_teleport_costs_one_run(bundle, ros, tmp_path, monkeypatch, capsys):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "SERVICE_TIMEOUT", 0.5)
+    ros.stuck = {2}
+    out = tmp_path / "times.csv"
+    assert runner.main(["--out", str(out)]) == 0
+    failed = ("map_0", "mppi", 0, "error")
+    assert runs_in(out) == [ALL[0], failed, *ALL[2:]]
+    assert "map_0, mppi: " in capsys.readouterr().err
+    assert runner.main(["--out", str(out), "--resume"]) == 0
+    assert sorted(runs_in(out)) == ALL
+    assert len(ros.goals) == 4
+
+
+@pytest.mark.parametrize("driven", [1, 2, 3])
+def test_an_interrupted_benchmark_goes_on(bundle, ros, tmp_path, driven):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    out = tmp_path / "times.csv"
+    ros.interrupt_after = driven
+    with pytest.raises(KeyboardInterrupt):
+        runner.main(["--out", str(out)])
+    assert runs_in(out) == ALL[: driven - 1]
+    with out.open("a") as file:
+        file.write("map_1,mp")  # a line that was not written to its end
+    ros.interrupt_after, ros.goals = math.inf, []
+    assert runner.main(["--out", str(out), "--resume"]) == 0
+    assert runs_in(out) == ALL
+    assert len(ros.goals) == 4 - (driven - 1)
+    before, ros.launched = out.read_bytes(), []
+    assert runner.main(["--out", str(out), "--resume"]) == 0
+    assert (out.read_bytes(), ros.launched) == (before, [])
+
+
+def test_a_map_that_does_not_start_leaves_the_others(bundle, ros, tmp_path, monkeypatch, capsys):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "START_TIMEOUT", 0.3)
+    ros.ready = False
+    assert runner.main(["--out", str(tmp_path / "times.csv")]) == 1
+    assert "not driven to the end: map_0, map_1; --resume tries again" in capsys.readouterr().err
+    assert runs_in(tmp_path / "times.csv") == []
+    assert len(ros.launched) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text", "words"),
+    [
+        ([], HEAD, "exists; continue it with --resume"),
+        (["--resume"], "my,notes\n1,2\n", "expected a file of this benchmark"),
+        (["--simulator", "webots"], None, "invalid choice: 'webots'"),
+    ],
+)
+def test_what_the_runner_refuses(bundle, ros, tmp_path, capsys, arguments, text, words):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    out = tmp_path / "times.csv"
+    if text is not None:
+        out.write_text(text)
+    with pytest.raises(SystemExit) as ended:
+        runner.main([*arguments, "--out", str(out)])
+    assert ended.value.code == 2
+    assert words in capsys.readouterr().err
+    assert (out.read_text() if out.exists() else None) == text
+    assert ros.launched == []
 
 
 def test_gz_teleport_asks_the_service(bundle, ros, monkeypatch):
-    _, folder = bundle
+    _, folder, _ = bundle
     runner = load(folder / "run_benchmark.py", "exported_runner")
     calls = []
     monkeypatch.setattr(subprocess, "run", lambda command, check: calls.append(command))
@@ -250,10 +362,14 @@ def test_gz_teleport_asks_the_service(bundle, ros, monkeypatch):
 @pytest.mark.parametrize("simulator", ["classic", "gz"])
 @pytest.mark.parametrize("headless", ["true", "false"])
 def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, simulator, headless):
-    maps, folder = bundle
+    maps, folder, release = bundle
+    if release == "jazzy" and simulator == "classic":
+        pytest.skip("there is none for Jazzy")
     arguments = {"map": "map_1", "simulator": simulator, "headless": headless}
     install(
         monkeypatch,
+        ament_index_python={},
+        ament_index_python__packages={"get_package_share_directory": {"mapbench_bundle": str(folder)}.__getitem__},
         launch={"LaunchDescription": list},
         launch__actions={
             "DeclareLaunchArgument": lambda name, **fields: (name, fields),
@@ -267,7 +383,9 @@ def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, si
         launch_ros__actions={"Node": SimpleNamespace},
     )
     launch = load(folder / "launch" / "benchmark.launch.py", "exported_launch")
-    *_, function = launch.generate_launch_description()
+    *declared, function = launch.generate_launch_description()
+    choices = {name: fields.get("choices") for name, fields in declared}
+    assert choices["simulator"] == (["classic", "gz"] if release == "humble" else ["gz"])
     started = function.function(None)
     first = started[0].cmd
     assert first[0] == ("gzserver" if simulator == "classic" else "gz")
@@ -279,13 +397,17 @@ def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, si
     assert nodes["lifecycle_manager"].parameters[0]["node_names"][-1] == "velocity_smoother"
     assert nodes["controller_server"].remappings == [("cmd_vel", "cmd_vel_nav")]
     assert nodes["map_server"].parameters[1]["yaml_filename"] == str(folder / "maps" / "map_1.yaml")
+    place = {"x": -0.064, "y": 0.0, "z": 0.16, "yaw": 0.0}
+    lidar = next(item for item in started if "base_scan" in getattr(item, "arguments", ()))
+    assert lidar.arguments[:8] == [text for key in place for text in (f"--{key}", str(place[key]))]
+    if simulator == "gz":
+        topic = "/world/map_1/model/mapbench_robot/link/base_link/sensor/bumper/contact"
+        assert nodes["parameter_bridge"].arguments[-1] == f"{topic}@ros_gz_interfaces/msg/Contacts[gz.msgs.Contacts"
+        assert nodes["parameter_bridge"].remappings == [(topic, "/contacts")]
     spawn = nodes["spawn_entity.py" if simulator == "classic" else "create"]
     assert spawn.arguments[-8:] == [
         "-x", str(maps[1].start.x), "-y", str(maps[1].start.y), "-z", "0.01", "-Y", str(maps[1].start.yaw),
     ]  # fmt: skip
-
-
-HEAD = ",".join(COLUMNS) + "\n"
 
 
 @pytest.mark.parametrize(
@@ -296,7 +418,9 @@ HEAD = ",".join(COLUMNS) + "\n"
         (HEAD + "m,dwb,0,flew,1,1\n", "outcome: expected one of goal, aborted"),
         (HEAD + "m,dwb,0,goal,soon,1\n", "time_s: expected a number, got 'soon'"),
         (HEAD + "m,dwb,0,goal,nan,1\n", "time_s: expected a number"),
-        (HEAD + "m,dwb,0,goal,-1,1\n", "of 0 or more"),
+        (HEAD + "m,dwb,0,goal,-1,1,0\n", "of 0 or more"),
+        (HEAD + "m,dwb,0,goal,1,1,-1\n", "of 0 or more"),
+        (HEAD + "m,dwb,0,goal,1,1,often\n", "contacts: expected a number, got 'often'"),
         (HEAD + ",dwb,0,goal,1,1\n", "names of a map and a controller"),
         (HEAD + "m,dwb\n", "outcome"),
     ],
@@ -305,3 +429,10 @@ def test_bad_results(tmp_path, text, words):
     (tmp_path / "times.csv").write_text(text)
     with pytest.raises(MapFormatError, match=words):
         read_runner_results(tmp_path / "times.csv")
+
+
+def test_results_of_older_runners_have_no_contacts(tmp_path):
+    (tmp_path / "old.csv").write_text("map,controller,repeat,outcome,time_s,path_length_m\nm,dwb,0,goal,1,2\n")
+    (tmp_path / "new.csv").write_text(HEAD + "m,dwb,0,goal,1,2,3\n")
+    (old,), (new,) = (read_runner_results(tmp_path / name) for name in ("old.csv", "new.csv"))
+    assert (old.contacts, new.contacts) == (None, 3)
