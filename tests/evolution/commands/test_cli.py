@@ -21,6 +21,7 @@ from gym_mapbench.generator import ShapeSettings, make_family
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.scenario import Pose
 from tests.evolution import fake_runs
+from tests.mapio.samples import barn_world
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 OFFICE = str(EXAMPLES / "office.yaml")
@@ -167,6 +168,19 @@ WITH_ERRORS = ["--controllers", "rpp,raises=rpp", "--workers", "1"]
 def test_errors_are_listed_under_the_table(capsys):
     assert main(["bench", OFFICE, "--repeats", "2", *WITH_ERRORS]) == 0
     assert capsys.readouterr().out.count("office/raises: ValueError: the costmap is upside down\n") == 1
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_barns_scores_say_that_the_global_costmap_knows_the_map(tmp_path, capsys):
+    (tmp_path / "world_0.world").write_text(barn_world([(0, 0), (1, 0)]))
+    np.save(tmp_path / "path_0.npy", np.array([[15, 0], [15, 29]]))
+    argv = ["bench", f"barn:{tmp_path}", "--controllers", "rpp", "--workers", "1"]
+    assert main(argv) == 0
+    assert "--unknown-map drives without it" in capsys.readouterr().err
+    assert main([*argv, "--unknown-map"]) == 0
+    said = capsys.readouterr().err
+    assert "BARN rpp: " in said
+    assert "--unknown-map" not in said
 
 
 @pytest.mark.usefixtures("fake_robot")
