@@ -101,7 +101,7 @@ class DriveSettings(Settings):
 
 
 def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
-    """Lay a parameter file over some settings: its navigation, its robot, a world as fast as its controller server."""
+    """Lay a parameter file over some settings: its navigation, its robot, and a world that keeps its pace."""
     world = settings.environment
     control = max(world.control_hz, read.navigation.controller_server.controller_frequency)
     physics = control * math.ceil(world.physics_hz / control - 1e-9)

@@ -419,6 +419,15 @@ def test_after_a_failure_later_critics_are_silent():
     assert ours.furthest == -1
 
 
+def test_a_failure_lasts_until_the_end_of_the_call():
+    params = MppiParams(batch_size=20, iteration_count=2, critics=["ConstraintCritic", "CostCritic"])
+    walls = Costmap(np.full((200, 200), 254, dtype=np.uint8), 0.05, -5.0, -5.0)
+    twice, once = (evaluate(*make_call(params.replace(iteration_count=n), costmap=walls)) for n in (2, 1))
+    assert twice.failed
+    assert (once.costs[1] > 0).all()
+    assert (twice.costs == 0).all()  # Nav2 asks no critic any more
+
+
 @pytest.mark.parametrize(("speed", "percentage", "ratio"), [(0.25, False, 0.5), (40.0, True, 0.4), (0.0, False, 1.0)])
 def test_speed_limit(speed, percentage, ratio):
     # Far more noise than the limits allow, so that the mean is clipped at both ends.
