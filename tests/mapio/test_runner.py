@@ -1,174 +1,31 @@
-"""The exported launch file and runner, driven by stand-ins for ROS that answer as ROS does."""
+"""The exported runner, driven by stand-ins for ROS that answer as ROS does."""
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import re
 import subprocess
-import sys
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import pytest
 
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.mapio.runner_results import COLUMNS, read_runner_results
+from tests.mapio.fake_ros import (
+    SUCCEEDED,
+    Action,
+    Service,
+    World,
+    empty_twist,
+    fake_node,
+    goal_message,
+    install,
+    load,
+)
 from tests.mapio.test_gazebo import OPTIONS, navigation, thesis_scenario
 
-SUCCEEDED, ABORTED = 4, 6
 HEAD = ",".join(COLUMNS) + "\n"
-
-
-class World:
-    """What the simulator would do: time goes on with every spin, the robot is where it was put, goals take a while."""
-
-    def __init__(self):
-        self.time = 0.0
-        self.pose = (0.0, 0.0)
-        self.goals = []
-        self.cleared = []
-        self.cancelled = 0
-        self.listeners = {"odom": [], "contacts": []}
-        self.launched = []
-        self.stuck = set()  # numbers of the teleports after which the robot stays where it is
-        self.teleports = 0
-        self.touches = []  # simulated times at which the chassis touches a wall, counted from each goal
-        self.goal_time = math.inf
-        self.ready = True
-        self.interrupt_after = math.inf
-        self.ending = {"dwb": (SUCCEEDED, 12.0), "mppi": (ABORTED, 20.0)}
-
-    def spin(self):
-        self.time += 0.05
-        message = SimpleNamespace(
-            pose=SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=self.pose[0], y=self.pose[1]))),
-            twist=SimpleNamespace(twist=empty_twist()),
-        )
-        for listener in self.listeners["odom"]:
-            listener(message)
-        since = self.time - self.goal_time
-        touching = [wall for wall in self.touches if abs(since - wall) < 0.03]
-        for listener in self.listeners["contacts"]:
-            listener(SimpleNamespace(states=touching, contacts=touching))
-        if len(self.goals) >= self.interrupt_after:
-            raise KeyboardInterrupt
-
-
-def empty_twist():
-    return SimpleNamespace(linear=SimpleNamespace(x=0.0), angular=SimpleNamespace(z=0.0))
-
-
-def empty_pose():
-    return SimpleNamespace(position=SimpleNamespace(x=0.0, y=0.0), orientation=SimpleNamespace(z=0.0, w=1.0))
-
-
-class Future:
-    def __init__(self, value, done=lambda: True):
-        self._value, self.done = value, done
-
-    def result(self):
-        return self._value
-
-
-class Service:
-    """A message type with a Request."""
-
-    @staticmethod
-    def Request():
-        return SimpleNamespace(state=SimpleNamespace(pose=empty_pose()))
-
-
-class Client:
-    def __init__(self, world, name):
-        self.world, self.name = world, name
-
-    def wait_for_service(self, timeout_sec):
-        return True
-
-    def call_async(self, request):
-        if "clear" in self.name:
-            self.world.cleared.append(self.name)
-        if "set_entity_state" in self.name:
-            assert request.state.name == "mapbench_robot"
-            self.world.teleports += 1
-            if self.world.teleports not in self.world.stuck:
-                self.world.pose = (request.state.pose.position.x, request.state.pose.position.y)
-            else:
-                self.world.pose = (-9.0, -9.0)
-        return Future(SimpleNamespace(success=self.world.ready))
-
-
-class Handle:
-    accepted = True
-
-    def __init__(self, world, goal):
-        self.world = world
-        self.status, self.duration = world.ending[goal.behavior_tree.rsplit("/", 1)[-1].removesuffix(".xml")]
-        self.begin = world.time
-
-    def get_result_async(self):
-        done = lambda: self.world.time - self.begin >= self.duration  # noqa: E731
-        return Future(SimpleNamespace(status=self.status), done)
-
-    def cancel_goal_async(self):
-        self.world.cancelled += 1
-        return Future(None)
-
-
-class Action:
-    def __init__(self, world):
-        self.world = world
-
-    def send_goal_async(self, goal):
-        self.world.goals.append(goal)
-        self.world.goal_time = self.world.time
-        return Future(Handle(self.world, goal))
-
-
-def goal_message():
-    header = SimpleNamespace(frame_id="", stamp=None)
-    return SimpleNamespace(pose=SimpleNamespace(header=header, pose=empty_pose()), behavior_tree="")
-
-
-def fake_node(world):
-    class Node:
-        def __init__(self, name, parameter_overrides):
-            assert parameter_overrides == [("use_sim_time", True)]
-
-        def create_client(self, kind, name):
-            return Client(world, name)
-
-        def create_publisher(self, kind, topic, depth):
-            return SimpleNamespace(publish=lambda message: None)
-
-        def create_subscription(self, kind, topic, callback, depth):
-            world.listeners[topic].append(callback)
-
-        def get_clock(self):
-            now = SimpleNamespace(nanoseconds=int(world.time * 1e9), to_msg=lambda: None)
-            return SimpleNamespace(now=lambda: now)
-
-        def destroy_node(self):
-            world.listeners = {"odom": [], "contacts": []}
-
-    return Node
-
-
-def install(monkeypatch, **modules):
-    """Put modules with these attributes where ``import`` finds them."""
-    for path, attributes in modules.items():
-        name = path.replace("__", ".")
-        module = ModuleType(name)
-        module.__dict__.update(attributes)
-        monkeypatch.setitem(sys.modules, name, module)
-
-
-def load(path, name):
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module", params=["humble", "jazzy"])
@@ -357,57 +214,6 @@ def test_gz_teleport_asks_the_service(bundle, ros, monkeypatch):
         'name: "mapbench_robot", position: {x: 1.0, y: 2.0, z: 0.01}, '
         f"orientation: {{z: 1.0, w: {math.cos(math.pi / 2)}}}"
     )
-
-
-@pytest.mark.parametrize("simulator", ["classic", "gz"])
-@pytest.mark.parametrize("headless", ["true", "false"])
-def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, simulator, headless):
-    maps, folder, release = bundle
-    if release == "jazzy" and simulator == "classic":
-        pytest.skip("there is none for Jazzy")
-    arguments = {"map": "map_1", "simulator": simulator, "headless": headless}
-    install(
-        monkeypatch,
-        ament_index_python={},
-        ament_index_python__packages={"get_package_share_directory": {"mapbench_bundle": str(folder)}.__getitem__},
-        launch={"LaunchDescription": list},
-        launch__actions={
-            "DeclareLaunchArgument": lambda name, **fields: (name, fields),
-            "ExecuteProcess": SimpleNamespace,
-            "OpaqueFunction": SimpleNamespace,
-        },
-        launch__substitutions={
-            "LaunchConfiguration": lambda key: SimpleNamespace(perform=lambda context: arguments[key])
-        },
-        launch_ros={},
-        launch_ros__actions={"Node": SimpleNamespace},
-    )
-    launch = load(folder / "launch" / "benchmark.launch.py", "exported_launch")
-    *declared, function = launch.generate_launch_description()
-    choices = {name: fields.get("choices") for name, fields in declared}
-    assert choices["simulator"] == (["classic", "gz"] if release == "humble" else ["gz"])
-    started = function.function(None)
-    first = started[0].cmd
-    assert first[0] == ("gzserver" if simulator == "classic" else "gz")
-    world = folder / "worlds" / ("map_1.world" if simulator == "classic" else "map_1.sdf")
-    assert str(world) in first
-    assert str(folder / "models") in next(iter(started[0].additional_env.values()))
-    nodes = {vars(item).get("name", item.executable): item for item in started if hasattr(item, "executable")}
-    assert {"map_server", "planner_server", "controller_server", "behavior_server", "bt_navigator"} <= set(nodes)
-    assert nodes["lifecycle_manager"].parameters[0]["node_names"][-1] == "velocity_smoother"
-    assert nodes["controller_server"].remappings == [("cmd_vel", "cmd_vel_nav")]
-    assert nodes["map_server"].parameters[1]["yaml_filename"] == str(folder / "maps" / "map_1.yaml")
-    place = {"x": -0.064, "y": 0.0, "z": 0.16, "yaw": 0.0}
-    lidar = next(item for item in started if "base_scan" in getattr(item, "arguments", ()))
-    assert lidar.arguments[:8] == [text for key in place for text in (f"--{key}", str(place[key]))]
-    if simulator == "gz":
-        topic = "/world/map_1/model/mapbench_robot/link/base_link/sensor/bumper/contact"
-        assert nodes["parameter_bridge"].arguments[-1] == f"{topic}@ros_gz_interfaces/msg/Contacts[gz.msgs.Contacts"
-        assert nodes["parameter_bridge"].remappings == [(topic, "/contacts")]
-    spawn = nodes["spawn_entity.py" if simulator == "classic" else "create"]
-    assert spawn.arguments[-8:] == [
-        "-x", str(maps[1].start.x), "-y", str(maps[1].start.y), "-z", "0.01", "-Y", str(maps[1].start.yaw),
-    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
