@@ -1,6 +1,6 @@
 """What a controller is: a policy over the env API, and Nav2's path followers inside one.
 
-:class:`Controller` is all that a run needs: ``reset`` and ``act``. Nav2's DWB, MPPI and RPP are
+:class:`Controller` is all that a run needs: ``reset`` and ``act``. Nav2's controllers are
 :class:`PathFollower` objects; :class:`controllers.navigator.Navigator` turns any of them into a
 Controller by adding planning, checkers and recoveries.
 """

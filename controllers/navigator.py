@@ -14,7 +14,16 @@ from typing import Literal
 
 import numpy as np
 
-from controllers.base import STOP, Context, FollowerSetup, Observation, PathFollower, Twist
+from controllers.base import (
+    STOP,
+    Context,
+    ControllerAbort,
+    ControllerError,
+    FollowerSetup,
+    Observation,
+    PathFollower,
+    Twist,
+)
 from controllers.behavior_tree import Node, Status
 from controllers.behaviors import BehaviorServer
 from controllers.controller_server import ControllerServer
@@ -143,6 +152,16 @@ class Navigator:
             self._finish(outcome)
             return STOP
         return self._command(odometry)
+
+    def explain(self) -> str:
+        """Say what keeps the path follower from driving on, if it can tell; in one line, else empty."""
+        explain = getattr(self.follower, "explain", None)
+        if explain is None or not len(self._board.path):
+            return ""
+        try:
+            return str(explain(self._board.local_pose, self._board.local_costmap.costmap, self._board.now))
+        except (ControllerError, ControllerAbort) as error:
+            return str(error)
 
     @property
     def seen_costmap(self) -> SeenCostmap:

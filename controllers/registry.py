@@ -1,4 +1,4 @@
-"""Controllers by name: Nav2's three, those of third parties, and learned policies from their files.
+"""Controllers by name: Nav2's own, those of third parties, and learned policies from their files.
 
 A third party's is a callable, named ``module:attribute``, registered here, or by the entry point group
 ``gym_mapbench.controllers`` (see :mod:`gym_mapbench.registry`). It is called with the parameters the user gave, and
@@ -10,11 +10,13 @@ returns a :class:`~controllers.base.Controller`. A path follower becomes one wit
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
 from controllers.base import Controller, PathFollower
 from controllers.dwb.controller import DwbFollower
+from controllers.graceful.controller import GracefulFollower
 from controllers.mppi.controller import MppiFollower
 from controllers.nav2_params import ControllerPlugin, NavigationParams, load_preset, plugins
 from controllers.nav2_params.findings import Findings
@@ -22,12 +24,22 @@ from controllers.nav2_params.presets import overlay
 from controllers.nav2_params.section import Section
 from controllers.navigator import Navigator
 from controllers.rl import load_sb3
+from controllers.rotation_shim.controller import RotationShimFollower
 from controllers.rpp.controller import RppFollower
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.registry import Registry, accepted_keywords, must_be_callable
 
-FOLLOWERS: dict[str, Callable[[Any], PathFollower]] = {"dwb": DwbFollower, "mppi": MppiFollower, "rpp": RppFollower}
-"""Nav2's controllers; each is made from its own parameters."""
+PRIMARIES: dict[str, Callable[[Any], PathFollower]] = {
+    "dwb": DwbFollower,
+    "mppi": MppiFollower,
+    "rpp": RppFollower,
+    "graceful": GracefulFollower,
+}
+FOLLOWERS: dict[str, Callable[[Any], PathFollower]] = {
+    **PRIMARIES,
+    **{f"shim_{name}": partial(RotationShimFollower, make) for name, make in PRIMARIES.items()},
+}
+"""Nav2's controllers, and the Rotation Shim around each of them; each is made from its own parameters."""
 
 CONTROLLERS: Registry[Callable[..., Any]] = Registry("controller", "controllers", FOLLOWERS, check=must_be_callable)
 """All controllers; third parties' are called as the module's text says."""
@@ -49,9 +61,9 @@ def make_controller(
     """Make a controller, ready for ``reset``.
 
     Args:
-        name: ``dwb``, ``mppi``, ``rpp``, a controller of ``navigation`` by its own name, a third party's (a name or
-            ``module:attribute``), or the file of a Stable-Baselines3 model, ``path/to/model.zip`` or
-            ``NAME=path/to/model.zip``.
+        name: ``dwb``, ``mppi``, ``rpp`` or ``graceful``, ``shim_dwb`` and so on for a Rotation Shim around it, a
+            controller of ``navigation`` by its own name, a third party's (a name or ``module:attribute``), or the file
+            of a Stable-Baselines3 model, ``path/to/model.zip`` or ``NAME=path/to/model.zip``.
         navigation: Parameters of the whole navigation, e.g. from ``read_nav2_params``; None for the preset's.
         preset: ``thesis``, ``fair``, ``jazzy`` or ``jazzy_fair``; not used where ``navigation`` is given.
         label: Name under which it is reported; ``name`` if None. A third party's names itself.

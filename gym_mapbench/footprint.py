@@ -5,7 +5,7 @@ Source: nav2_costmap_2d/src/footprint.cpp.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,17 +21,20 @@ class Footprint:
         corners: ``(n, 2)`` float64, m.
         inscribed_radius: Smallest distance of the outline from (0, 0), m.
         circumscribed_radius: Largest distance of the outline from (0, 0), m.
+        use_radius: Whether the robot is a disc, for which the cost at its centre says whether it collides.
     """
 
     corners: NDArray[np.float64]
     inscribed_radius: float
     circumscribed_radius: float
+    use_radius: bool = False
 
     @classmethod
     def from_radius(cls, radius: float, padding: float = 0.01) -> Footprint:
         """Nav2's stand-in for a disc: a 16-gon with its corners at ``radius`` (m), then padded."""
         angles = np.arange(CIRCLE_CORNERS) * 2 * np.pi / CIRCLE_CORNERS
-        return cls.from_corners(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), padding)
+        polygon = cls.from_corners(radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), padding)
+        return replace(polygon, use_radius=True)
 
     @classmethod
     def from_corners(cls, corners: NDArray[np.float64], padding: float = 0.01) -> Footprint:

@@ -76,3 +76,4 @@ RECORDINGS = [
     pytest.param(Recording("jazzy", "A", JAZZY_ORACLE), id="jazzy A", marks=needs_jazzy_oracle),
 ]
 each_recording = pytest.mark.parametrize("recorded", RECORDINGS)
+each_jazzy_recording = pytest.mark.parametrize("recorded", RECORDINGS[2:])

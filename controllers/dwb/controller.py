@@ -25,6 +25,10 @@ from gym_mapbench.scenario import Pose
 NO_SPEED_LIMIT = 0.0
 
 
+FORWARD = 0.4
+"""Share of the top speed from which on a candidate drives on, for :meth:`DwbFollower.explain`."""
+
+
 class DwbEvaluation(NamedTuple):
     """How every candidate of one cycle was judged.
 
@@ -138,6 +142,25 @@ class DwbFollower:
             InvalidPath: In Jazzy, in the same case.
         """
         return self._judge(self._look(pose, velocity, costmap, now), judge_all)
+
+    def explain(self, pose: Pose, costmap: Costmap, now: float) -> str:
+        """Say which critics keep a robot at rest from driving on; arguments as of the last cycle."""
+        judged = self.evaluate(pose, Twist(0.0, 0.0), costmap, now)
+        forward = np.flatnonzero((judged.illegal_by < 0) & (judged.velocities[:, 0] >= FORWARD * self.params.max_vel_x))
+        forbidden = ", ".join(f"{name} forbids {share:.0%}" for name, share in judged.rejections().items())
+        said = f"of DWB's {len(judged.totals)} candidates {forbidden or 'none is forbidden'}"
+        if judged.best < 0 or not len(forward):
+            return f"{said}; none of the others drives on"
+        onward = forward[np.argmin(judged.totals[forward])]
+        if onward == judged.best:
+            return said
+        dearer = judged.scales * (judged.raw_scores[onward] - judged.raw_scores[judged.best])
+        reasons = [f"{judged.critics[i]} by {dearer[i]:.2g}" for i in np.argsort(-dearer)[:2] if dearer[i] > 0]
+        (v, w), (v_on, w_on) = judged.velocities[judged.best], judged.velocities[onward]
+        return (
+            f"{said}; the cheapest, {v:.2f} m/s and {w:.2f} rad/s, beats the cheapest that drives on, {v_on:.2f} m/s "
+            f"and {w_on:.2f} rad/s: {' and '.join(reasons)} (smaller scales of these critics let it drive)"
+        )
 
     def trajectory(self, candidate: int) -> NDArray[np.float64]:
         """Return the poses of one candidate of the last cycle, ``(steps + 1, 3)`` x, y in m and yaw in rad."""

@@ -58,9 +58,6 @@ RENAMED_KEYS = {
 }
 """Newer name -> the name in Humble and Jazzy; both are accepted."""
 
-OUR_KEYS = frozenset({"noise", "noise_seed", "PathAlignCritic.humble_search"})
-"""Parameters that Nav2 does not have: left out of a file that is written."""
-
 _ACCELERATION = "Humble's MPPI has no acceleration limits"
 _DELAY = "the model has no delay"
 _LAYER = "the first inflation layer is taken"
@@ -172,6 +169,7 @@ class MppiParams(SettingsWithCritics):
         noise_seed: Ours. Seed of ``nav2`` noise; Nav2 leaves its generator at 5489.
     """
 
+    OURS: ClassVar[frozenset[str]] = frozenset({"release", "noise", "noise_seed", "PathAlignCritic.humble_search"})
     MISSING: ClassVar[dict[Release, dict[str, str]]] = {"humble": NEWER_ONLY_KEYS, "jazzy": NOT_IN_JAZZY_KEYS}
     DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = {"jazzy": JAZZY_DEFAULTS}
 

@@ -26,6 +26,7 @@ SHIM = frozenset(
 )
 """Parameters of the Rotation Shim that its primary controller does not have."""
 DWB = Keys()
+GRACEFUL = Keys()
 RPP = Keys(
     renamed={"max_allowed_time_to_collision": "max_allowed_time_to_collision_up_to_carrot"},
     elsewhere={

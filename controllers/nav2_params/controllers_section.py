@@ -13,7 +13,9 @@ from controllers.nav2_params.plugins import (
     CONTROLLERS,
     GOAL_CHECKERS,
     PROGRESS_CHECKERS,
-    classes,
+    SHIM_CLASS,
+    SHIMS,
+    controller_kind,
     known_class,
     read_params,
     take_class,
@@ -24,7 +26,6 @@ from gym_mapbench.errors import ConfigError
 
 TREES_CHOICE = "FollowPath"
 """The controller that Nav2's default tree asks for."""
-SHIM = "nav2_rotation_shim_controller::RotationShimController"
 HANDLED = (
     "prune_distance",
     "max_robot_pose_search_dist",
@@ -91,30 +92,38 @@ def _take_path_handler(server: Section) -> dict[str, Any]:
 
 def _read_controller(group: Section, name: str, handler: Mapping[str, Any]) -> ControllerPlugin | str:
     """Read one controller, or say why it does not drive here."""
-    _replace_shim(group)
-    ros_class = group.values.get("plugin", CONTROLLERS["dwb"].ros_class if name == TREES_CHOICE else None)
-    if ros_class is None:
+    if name == TREES_CHOICE:
+        group.values.setdefault("plugin", CONTROLLERS["dwb"].ros_class)
+    if "plugin" not in group.values:
         raise ConfigError(f"{group.name}.plugin: expected the class of this controller, got none")
-    kind = known_class(ros_class, classes(CONTROLLERS))
+    is_shim = known_class(group.values["plugin"], {"shim": SHIM_CLASS}) is not None
+    if is_shim:
+        _unfold_shim(group)
+    kind = controller_kind(group.values)
     if kind is None:
-        return f"{group.name}.plugin: the controller {str(ros_class)!r} is not built here"
+        key = "primary_controller" if is_shim else "plugin"
+        return f"{group.name}.{key}: the controller {str(group.values[key])!r} is not built here"
+    if is_shim:
+        del group.values["primary_controller"]
     group.values.pop("plugin", None)
     inherited = {key: value for key, value in handler.items() if key in CONTROLLERS[kind].parameters}
     group.values = {**inherited, **group.values}
-    {"dwb": _adapt_dwb, "mppi": _adapt_mppi}.get(kind, lambda _: None)(group)
+    {"dwb": _adapt_dwb, "mppi": _adapt_mppi}.get(SHIMS.get(kind, kind), lambda _: None)(group)
     return ControllerPlugin(kind=kind, params=read_params(group, CONTROLLERS[kind]))
 
 
-def _replace_shim(group: Section) -> None:
-    """Let the primary controller of a Rotation Shim drive alone, and say so."""
-    if str(group.values.get("plugin")).replace("/", "::") != SHIM:
-        return
-    primary = group.values.pop("primary_controller", None)
-    if isinstance(primary, Mapping):  # Lyrical: a group of its own
-        group.values |= primary
-        primary = primary.get("plugin")
-    group.values["plugin"] = primary or CONTROLLERS["dwb"].ros_class
-    group.findings.add("replaced", group.name, "the Rotation Shim is not built, so its primary controller drives alone")
+def _unfold_shim(group: Section) -> None:
+    """Bring the parameters of a Rotation Shim's primary controller, a group of their own in Lyrical, beside its own.
+
+    Raises:
+        ConfigError: If there is no primary controller.
+    """
+    primary = group.values.get("primary_controller")
+    if isinstance(primary, Mapping):
+        group.findings.add("renamed", f"{group.name}.primary_controller", "its parameters stand beside the shim's")
+        group.values = {**primary, **group.values, "primary_controller": primary.get("plugin")}
+    if group.values.get("primary_controller") is None:
+        raise ConfigError(f"{group.name}.primary_controller: expected the class of the controller inside, got none")
 
 
 def _adapt_dwb(group: Section) -> None:

@@ -29,7 +29,7 @@ from controllers.nav2_params.migration_rules import (
 )
 from controllers.nav2_params.nodes import Node, all_nodes
 from controllers.nav2_params.older import OLD_NODES
-from controllers.nav2_params.plugins import CONTROLLERS, Plugin, classes, known_class
+from controllers.nav2_params.plugins import CONTROLLERS, Plugin, controller_kind
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.releases import Release
@@ -254,7 +254,7 @@ def _controllers(group: yaml.MappingNode) -> dict[str, tuple[yaml.MappingNode, P
     found = {}
     for entry in entries(group):
         inner = {below.name: below.value.value for below in entries(entry.value)}
-        kind = known_class(inner.get("plugin"), classes(CONTROLLERS))
+        kind = controller_kind(inner)
         if kind is not None and isinstance(entry.value, yaml.MappingNode):
             found[entry.name] = (entry.value, CONTROLLERS[kind])
     return found

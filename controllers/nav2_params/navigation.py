@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from controllers.nav2_params.plugins import CONTROLLERS
+from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
 from controllers.releases import RELEASES, Release
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, unknown_name
@@ -284,6 +284,9 @@ class NavigationParams(Settings):
     def controller(self, name: str) -> ControllerPlugin:
         """Return a controller by its name, or else the first of that kind.
 
+        A Rotation Shim that is not configured has the defaults of Nav2's code, around the controller it is named
+        after; so has a Graceful Controller.
+
         Raises:
             ConfigError: If there is none.
         """
@@ -292,4 +295,9 @@ class NavigationParams(Settings):
         for plugin in self.controllers.values():
             if plugin.kind == name:
                 return plugin
-        raise unknown_name("controller", name, {*self.controllers, *(p.kind for p in self.controllers.values())})
+        if name in SHIMS:
+            return ControllerPlugin(kind=name, params=self.controller(SHIMS[name]).params)
+        if name == "graceful":
+            return ControllerPlugin(kind="graceful", params={"release": self.release})
+        kinds = {*(plugin.kind for plugin in self.controllers.values()), "graceful", *SHIMS}
+        raise unknown_name("controller", name, {*self.controllers, *kinds})

@@ -8,7 +8,7 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any
 
-from controllers.nav2_params.controller_keys import DWB, MPPI, RPP, SHIM
+from controllers.nav2_params.controller_keys import DWB, GRACEFUL, MPPI, RPP, SHIM
 from controllers.nav2_params.keys import NAVFN, SMAC_2D, THETA_STAR, Keys
 from controllers.nav2_params.section import RELEASE, Section, parameter_names
 from controllers.parameters import value_at
@@ -57,7 +57,7 @@ class Plugin:
     @cached_property
     def our_keys(self) -> frozenset[str]:
         """Dotted names of its parameters that Nav2 does not have."""
-        ours: frozenset[str] = getattr(import_module(self.module), "OUR_KEYS", frozenset()) | {RELEASE}
+        ours: frozenset[str] = getattr(self.params, "OURS", frozenset({RELEASE}))
         return ours
 
     def default(self, name: str, release: Release) -> Any:
@@ -80,7 +80,7 @@ class Plugin:
     def _strays(self) -> dict[str, str]:
         """Parameters of the other controllers, which are often left over in a section whose plugin was changed."""
         own = set(self.parameters)
-        others = [plugin for plugin in CONTROLLERS.values() if self in CONTROLLERS.values() and plugin is not self]
+        others = [plugin for plugin in PRIMARIES.values() if self in CONTROLLERS.values() and plugin is not self]
         named = {name: f"a parameter of {plugin.title}" for plugin in others for name in plugin.parameters}
         shim = dict.fromkeys(SHIM, "a parameter of the Rotation Shim") if others else {}
         return {name: why for name, why in {**named, **shim}.items() if name not in own}
@@ -90,7 +90,7 @@ class Plugin:
         return self.params(**values).model_dump(mode="json", exclude_none=True)
 
 
-CONTROLLERS = {
+PRIMARIES = {
     "dwb": Plugin("dwb_core::DWBLocalPlanner", "controllers.dwb.params", "DwbParams", DWB, "DWB"),
     "mppi": Plugin("nav2_mppi_controller::MPPIController", "controllers.mppi.params", "MppiParams", MPPI, "MPPI"),
     "rpp": Plugin(
@@ -100,6 +100,27 @@ CONTROLLERS = {
         RPP,
         "Regulated Pure Pursuit",
     ),
+    "graceful": Plugin(
+        "nav2_graceful_controller::GracefulController",
+        "controllers.graceful.params",
+        "GracefulParams",
+        GRACEFUL,
+        "the Graceful Controller",
+    ),
+}
+"""The controllers that drive by themselves."""
+SHIM_CLASS = "nav2_rotation_shim_controller::RotationShimController"
+SHIMS = {f"shim_{name}": name for name in PRIMARIES}
+"""A Rotation Shim around a controller -> that controller."""
+CONTROLLERS = PRIMARIES | {
+    shim: Plugin(
+        SHIM_CLASS,
+        "controllers.rotation_shim.params",
+        f"Shim{PRIMARIES[name].settings}",
+        PRIMARIES[name].other_keys,
+        f"the Rotation Shim around {PRIMARIES[name].title}",
+    )
+    for shim, name in SHIMS.items()
 }
 PLANNERS = {
     "navfn": Plugin("nav2_navfn_planner/NavfnPlanner", "gym_mapbench.planners", "NavfnParams", NAVFN, "NavFn"),
@@ -132,6 +153,19 @@ def known_class(ros_class: object, classes: Mapping[str, str]) -> str | None:
     """Return our name of a plugin class, None if it is not built here; ``/`` and ``::`` both separate its package."""
     given = str(ros_class).replace("/", "::")
     return next((name for name, known in classes.items() if given == known.replace("/", "::")), None)
+
+
+def controller_kind(group: Mapping[str, Any]) -> str | None:
+    """Return our name of the controller that a group of parameters is for, None if it is not built here.
+
+    That of a Rotation Shim says which controller is inside, whose parameters are in the same group.
+    """
+    kind = known_class(group.get("plugin"), {**classes(PRIMARIES), "shim": SHIM_CLASS})
+    if kind != "shim":
+        return kind
+    primary = group.get("primary_controller")
+    inside = known_class(primary.get("plugin") if isinstance(primary, Mapping) else primary, classes(PRIMARIES))
+    return f"shim_{inside}" if inside else None
 
 
 def name_of_class(ros_class: object, classes: Mapping[str, str], where: str, what: str) -> str:

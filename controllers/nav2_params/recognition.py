@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.nodes import Node
-from controllers.nav2_params.plugins import CONTROLLERS, classes, known_class
+from controllers.nav2_params.plugins import CONTROLLERS, controller_kind
 from controllers.nav2_params.section import leaves
 from controllers.parameters import nest_dotted
 from controllers.releases import RELEASES, Release
@@ -145,7 +145,7 @@ def _signs(node: Node) -> Iterator[Sign]:
 
 def _driving_signs(full: str, group: object) -> Iterator[Sign]:
     """Parameters of a controller that only one release has, as its own class knows."""
-    kind = known_class(group.get("plugin"), classes(CONTROLLERS)) if isinstance(group, Mapping) else None
+    kind = controller_kind(group) if isinstance(group, Mapping) else None
     if kind is None or not isinstance(group, Mapping):
         return
     missing = CONTROLLERS[kind].keys.missing

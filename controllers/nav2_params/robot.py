@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
 from controllers.nav2_params.parsing import Nav2Params
+from controllers.nav2_params.plugins import SHIMS
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.robot import RobotSpec
 
@@ -18,6 +19,11 @@ MAX_CORNERS = 8
 
 Limits = dict[str, float]
 
+TURNING: Mapping[str, str] = {
+    "max_angular_velocity": "rotate_to_heading_angular_vel",
+    "max_angular_acceleration": "max_angular_accel",
+}
+"""What a Rotation Shim says besides the controller inside."""
 SOURCES: Mapping[str, Mapping[str, str]] = {
     "dwb": {
         "max_linear_velocity": "max_vel_x",
@@ -33,11 +39,8 @@ SOURCES: Mapping[str, Mapping[str, str]] = {
         "max_linear_acceleration": "ax_max",
         "max_angular_acceleration": "az_max",
     },
-    "rpp": {
-        "max_linear_velocity": "desired_linear_vel",
-        "max_angular_velocity": "rotate_to_heading_angular_vel",
-        "max_angular_acceleration": "max_angular_accel",
-    },
+    "rpp": {"max_linear_velocity": "desired_linear_vel", **TURNING},
+    "graceful": {"max_linear_velocity": "v_linear_max", "max_angular_velocity": "v_angular_max"},
 }
 """Kind of controller -> limit of the robot -> the parameter that says it; backwards it is a negative number."""
 
@@ -100,8 +103,20 @@ def _area(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]
 
 
 def _limits(plugin: ControllerPlugin) -> Limits:
-    """Limits that a controller names; what is 0 or not given limits nothing."""
-    found = {limit: plugin.params.get(name) or 0.0 for limit, name in SOURCES[plugin.kind].items()}
+    """Limits that a controller names, a Rotation Shim's own besides those of the controller inside."""
+    inside = SHIMS.get(plugin.kind, plugin.kind)
+    found = [_named(plugin, SOURCES[inside])]
+    if plugin.kind in SHIMS:
+        found.append(_named(plugin, TURNING))
+    if inside == "graceful":  # on the spot v_angular_max does not limit it, and half a turn is its fastest
+        rate = plugin.params["rotation_scaling_factor"] * np.pi * plugin.params["v_angular_max"]
+        found.append({"max_angular_velocity": float(rate)})
+    return _highest(found)
+
+
+def _named(plugin: ControllerPlugin, sources: Mapping[str, str]) -> Limits:
+    """Limits by the parameters that say them; what is 0 or not given limits nothing."""
+    found = {limit: plugin.params.get(name) or 0.0 for limit, name in sources.items()}
     found["max_reverse_velocity"] = max(0.0, -found.get("max_reverse_velocity", 0.0))
     return {limit: float(value) for limit, value in found.items() if value > 0}
 

@@ -13,6 +13,7 @@ from controllers.nav2_params.plugins import (
     GOAL_CHECKERS,
     PLANNERS,
     PROGRESS_CHECKERS,
+    SHIMS,
     Plugin,
 )
 from controllers.nav2_params.section import leaves
@@ -136,7 +137,7 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
         "controller_plugins": list(plugins),
         "progress_checker": _progress_checker(server.progress_checker),
         "goal_checker": {**_options(server.goal_checker), "plugin": GOAL_CHECKERS[server.goal_checker.plugin]},
-        **{name: _plugin(CONTROLLERS[p.kind], p.params, navigation.release) for name, p in plugins.items()},
+        **{name: _controller(p.kind, p.params, navigation.release) for name, p in plugins.items()},
     }
 
 
@@ -150,6 +151,12 @@ def _list_progress_checker(release: Release) -> dict[str, Any]:
     if release == "humble":
         return {"progress_checker_plugin": "progress_checker"}
     return {"progress_checker_plugins": ["progress_checker"]}
+
+
+def _controller(kind: str, params: Mapping[str, Any], release: Release) -> dict[str, Any]:
+    """A controller, with the class of the one inside if it is a Rotation Shim."""
+    primary = {"primary_controller": CONTROLLERS[SHIMS[kind]].ros_class} if kind in SHIMS else {}
+    return {**_plugin(CONTROLLERS[kind], params, release), **primary}
 
 
 def _plugin(plugin: Plugin, params: Mapping[str, Any], release: Release) -> dict[str, Any]:

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import ControllerAbort, ControllerError, FollowerSetup, InvalidPath, Twist
+from controllers.records import fill_record, record_type
 from controllers.rpp import kernels
 from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
-
-
-def _own_fields() -> list[tuple[str, Any]]:
-    """Numbers and switches of the parameters, with their types."""
-    return [(name, field.annotation) for name, field in RppParams.model_fields.items() if name != "release"]
-
 
 # As Nav2 words them, so that logs of both compare.
 REASONS = {
@@ -28,19 +22,15 @@ REASONS = {
     kernels.COLLISION_AHEAD: "RegulatedPurePursuitController detected collision ahead!",
 }
 
-TUNING = np.dtype(
-    [
-        *((name, np.bool_ if bool in (kind, *get_args(kind)) else np.float64) for name, kind in _own_fields()),
-        *((name, np.float64) for name in ("control_period", "xy_goal_tolerance", "inscribed_radius")),
-        *((name, np.float64) for name in ("circumscribed_radius", "cost_at_radius")),
-        *((name, np.bool_) for name in ("last_of_equals", "keeps_segment", "searches_width", "turns_are_cusps")),
-    ],
-    align=True,
+TUNING = record_type(
+    RppParams,
+    numbers=("control_period", "xy_goal_tolerance", "inscribed_radius", "circumscribed_radius", "cost_at_radius"),
+    switches=("last_of_equals", "keeps_segment", "searches_width", "turns_are_cusps"),
 )
 """Parameters as the kernels take them, what the run adds, and how the release differs: the cost that is taken for that
 of an obstacle at the inscribed radius, which of equally near poses is the nearest, whether the last segment of the plan
 is kept, whether half the width of the costmap is searched rather than half of its larger side, and whether a turn of
-the path on the spot is a cusp. A parameter that is None is NaN or false."""
+the path on the spot is a cusp."""
 
 
 class RppFollower:
@@ -135,8 +125,4 @@ def make_tuning(params: RppParams, setup: FollowerSetup) -> NDArray[np.void]:
         values["allow_reversing"] = False
     if (params.max_robot_pose_search_dist or 0.0) < 0.0:
         values["max_robot_pose_search_dist"] = math.inf
-    record = np.zeros(1, dtype=TUNING)
-    for name in TUNING.fields or ():
-        missing = math.nan if TUNING[name] == np.float64 else False
-        record[name] = missing if values[name] is None else values[name]
-    return record
+    return fill_record(TUNING, values)

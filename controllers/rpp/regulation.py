@@ -65,13 +65,21 @@ def approach_limited(speed, remaining_length, distance_to_end, approach_velocity
 
 
 @kernel
+def reachable_turn_rate(angle, turn_rate, top_turn_rate, max_angular_accel, control_period):
+    """Turn rate (rad/s) on the spot towards ``angle`` (rad) that can be reached within one period."""
+    reach = max_angular_accel * control_period
+    wanted = top_turn_rate if angle > 0.0 else -top_turn_rate
+    return min(max(wanted, turn_rate - reach), turn_rate + reach)
+
+
+@kernel
 def rotation_speed(angle, turn_rate, top_turn_rate, max_angular_accel, control_period):
     """Turn rate (rad/s) on the spot by ``angle`` (rad): reachable within one period, and able to stop in time."""
-    sign = 1.0 if angle > 0.0 else -1.0
-    reach = max_angular_accel * control_period
-    command = min(max(sign * top_turn_rate, turn_rate - reach), turn_rate + reach)
+    command = reachable_turn_rate(angle, turn_rate, top_turn_rate, max_angular_accel, control_period)
     stoppable = math.sqrt(2.0 * max_angular_accel * abs(angle))
-    return sign * stoppable if abs(command) > stoppable else command
+    if abs(command) <= stoppable:
+        return command
+    return stoppable if angle > 0.0 else -stoppable
 
 
 @kernel

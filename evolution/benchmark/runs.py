@@ -60,10 +60,13 @@ class Benchmark(Tabled):
         return Table(self.rows) if name == "runs" else Table(_summary(rows, self.metrics) for rows in self._groups())
 
     @property
-    def errors(self) -> list[str]:
-        """Why runs ended in an error, each reason once for a controller on a map."""
-        failed = [row for row in self.rows if row["outcome"] == "error"]
-        return list(dict.fromkeys(f"{row['map']}/{row['controller']}: {row.get('reason', '')}" for row in failed))
+    def failures(self) -> list[str]:
+        """Why runs did not reach the goal: for a controller on a map, the first reason of each outcome."""
+        found: dict[tuple[str, str, str], str] = {}
+        for row in self.rows:
+            if row["outcome"] != "goal":
+                found.setdefault((row["map"], row["controller"], row["outcome"]), row.get("reason", ""))
+        return [f"{name}/{controller}: {reason or outcome}" for (name, controller, outcome), reason in found.items()]
 
     def to_json(self) -> str:
         """Return one object with ``runs``, as text."""

@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
         )
     if args.format == "table":
         print_table(result.table())
-        for line in result.errors:
+        for line in result.failures:
             console.print(line, highlight=False, markup=False, soft_wrap=True)
     else:
         print(result.to_json() if args.format == "json" else result.table("runs").to_csv(), end="")

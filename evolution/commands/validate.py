@@ -23,6 +23,7 @@ from evolution.validation import (
     layer_measures,
     mppi_measures,
     navfn_measures,
+    other_measures,
     rpp_measures,
 )
 
@@ -31,7 +32,7 @@ EXAMPLES = """  mapbench validate nav2-oracle
   mapbench validate nav2-oracle --units-only           single calls only, a few seconds
   mapbench validate nav2-oracle-layers                 what the sensor layers make of recorded scans"""
 
-UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, mppi_measures)
+UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, other_measures, mppi_measures)
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import Context, Controller
+from controllers.diagnosis import diagnose
+from controllers.navigator import Navigator
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.episode import Episode, Event, Outcome
@@ -75,6 +77,10 @@ def run_episode(
         observation, _, _, _, info = env.step(np.asarray(command, dtype=np.float64))
         log.add(command, info)
     outcome, reason = _outcome(controller, info)
+    trajectory, events = np.array(log.states), _events(controller, log)
+    if outcome != "goal":
+        explanation = controller.explain() if isinstance(controller, Navigator) else ""
+        reason = f"{reason}; {diagnose(trajectory, context.control_period, events, explanation)}"
     return Episode(
         scenario=scenario,
         controller=name,
@@ -83,11 +89,11 @@ def run_episode(
         reason=reason,
         time=float(info["time"]),
         control_period=context.control_period,
-        trajectory=np.array(log.states),
+        trajectory=trajectory,
         commands=np.array(log.commands, dtype=np.float64).reshape(-1, 2),
         path=np.asarray(getattr(controller, "first_path", np.empty((0, 3)))),
         first_contact_time=log.first_contact_time,
-        events=_events(controller, log),
+        events=events,
         controller_seconds=log.controller_seconds,
         robot=env.robot,
     )

@@ -11,7 +11,7 @@ from evolution.validation.layers import LayersOracle, layer_measures
 from evolution.validation.measures import Measure
 from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
-from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, rpp_measures
+from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
 
 __all__ = [
     "LayersOracle",
@@ -25,5 +25,6 @@ __all__ = [
     "layer_measures",
     "mppi_measures",
     "navfn_measures",
+    "other_measures",
     "rpp_measures",
 ]

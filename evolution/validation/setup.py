@@ -7,10 +7,6 @@ from typing import Any
 import numpy as np
 
 from controllers.base import FollowerSetup, PathFollower
-from controllers.dwb.controller import DwbFollower
-from controllers.dwb.params import DwbParams
-from controllers.mppi.controller import MppiFollower
-from controllers.mppi.params import MppiParams
 from controllers.nav2_params.navigation import (
     BehaviorTree,
     ControllerServer,
@@ -20,8 +16,7 @@ from controllers.nav2_params.navigation import (
     ProgressChecker,
 )
 from controllers.nav2_params.plugins import CONTROLLERS
-from controllers.rpp.controller import RppFollower
-from controllers.rpp.params import RppParams
+from controllers.registry import FOLLOWERS
 from evolution.validation.oracle import Oracle, Preset
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_static_costmap
 from gym_mapbench.footprint import Footprint
@@ -30,6 +25,9 @@ from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
 from gym_mapbench.robot import RobotSpec
 
 WINDOW_METERS = 3
+
+KINDS = {"DWB": "dwb", "RPP": "rpp", "MPPI": "mppi", "Graceful": "graceful", "RotationShim": "shim_dwb"}
+"""Controllers by their names in recordings -> our names."""
 
 
 def footprint_of(preset: Preset) -> Footprint:
@@ -66,19 +64,20 @@ def full_costmap(grid: GridMap, params: CostmapParams, footprint: Footprint) -> 
 
 def make_follower(oracle: Oracle, kind: str, variant: str = "default", seed: int | None = None) -> PathFollower:
     """A controller with the recorded parameters; ``seed`` is that of MPPI's noise generator."""
-    params = follower_params(oracle, kind, variant)
-    if kind == "RPP":
-        return RppFollower(RppParams(**params))
-    if kind == "DWB":
-        return DwbFollower(DwbParams(**params))
-    noise = {} if seed is None else {"noise": "nav2", "noise_seed": seed}
-    return MppiFollower(MppiParams(**params, **noise))
+    ours, params = KINDS[kind], follower_params(oracle, kind, variant)
+    noise = {"noise": "nav2", "noise_seed": seed} if kind == "MPPI" and seed is not None else {}
+    return FOLLOWERS[ours](CONTROLLERS[ours].params(**params, **noise))
 
 
 def follower_params(oracle: Oracle, kind: str, variant: str = "default") -> dict[str, Any]:
-    """Recorded parameters with their release, without those that only ROS needs."""
-    keys = CONTROLLERS[kind.lower()].keys
-    values = oracle.controller_params(kind, variant)
+    """Recorded parameters with their release, without those that only ROS needs.
+
+    Those of the Rotation Shim stand beside DWB's, which was recorded inside it.
+    """
+    keys = CONTROLLERS[KINDS[kind]].keys
+    inside = oracle.controller_params("DWB", "default") if kind == "RotationShim" else {}
+    values = {**inside, **oracle.controller_params(kind, variant)}
+    values.pop("primary_controller", None)
     return {name: v for name, v in values.items() if not keys.is_ros_only(name)} | {"release": oracle.release}
 
 

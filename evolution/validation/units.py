@@ -21,6 +21,9 @@ from gym_mapbench.errors import NoPathError
 from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose
 
+OTHERS = {"Graceful": "graceful", "RotationShim": "shim"}
+"""Controllers that only some recordings have -> how the names of their columns begin."""
+
 
 def costmap_measures(oracle: Oracle) -> list[Measure]:
     """Share of cells whose cost is the recorded one."""
@@ -76,6 +79,21 @@ def dwb_measures(oracle: Oracle) -> list[Measure]:
             same = ours.best == -1 if none_legal else ours.best == best[unit.row]
             choices.add(0.0 if same else 1.0, unit.name)
     return [choices.agreement(), scores.largest()]
+
+
+def other_measures(oracle: Oracle) -> list[Measure]:
+    """Largest difference of a command's components, of each further controller that was recorded."""
+    measures = []
+    for kind, column in OTHERS.items():
+        commands = Cases(f"{column}_cmd_abs_err_max", "< 1e-6")
+        for preset in oracle.presets:
+            recorded = oracle.table("units", preset).get(f"{column}_cmd")
+            if recorded is None or kind not in oracle.config["controllers"]:
+                continue
+            for unit in each_unit(oracle, kind, preset):
+                commands.add(difference(_command(unit), recorded[unit.row]), unit.name)
+        measures += [commands.largest()] if commands.errors else []
+    return measures
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,10 @@ def _straight_cost(cell, goal, width):
 
 @kernel
 def descend(potentials, start, goal):
-    """Walk down the potential from ``goal`` to ``start``: ``(n, 2)`` float32 col, row; empty if the walk fails."""
+    """Walk down the potential from ``goal`` to ``start``: ``(n, 2)`` float32 col, row, and whether it came there.
+
+    A walk that does not come there ended where it could not go on, or after four times the longer side.
+    """
     rows, width = potentials.shape
     potential, cells = potentials.ravel(), potentials.size
     most = 4 * max(rows, width)
@@ -166,23 +169,23 @@ def descend(potentials, start, goal):
         near = cell + _round(dx) + width * _round(dy)
         if potential[max(0, min(cells - 1, near))] < COST_NEUTRAL:
             points[n, 0], points[n, 1] = start % width, start // width
-            return points[: n + 1]
+            return points[: n + 1], True
         if cell < width or cell > cells - width:
-            break
+            return points[:n], False
         points[n, 0], points[n, 1] = cell % width + dx, cell // width + dy
         if _swings(points, n) or _meets_the_unknown(potential, cell, width):
             cell = _lowest_neighbour(potential, cell, width)
             dx, dy = np.float32(0), np.float32(0)
             if potential[cell] >= POT_HIGH:
-                break
+                return points[: n + 1], False
         else:
             x, y = _slope(potential, cell, width, dx, dy)
             if x == 0 and y == 0:
-                break
+                return points[: n + 1], False
             scale = HALF / _norm(x, y)
             cell, dx = _carry(cell, dx + x * scale, 1)
             cell, dy = _carry(cell, dy + y * scale, width)
-    return points[:0]
+    return points, False
 
 
 @kernel

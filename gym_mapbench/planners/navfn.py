@@ -66,9 +66,9 @@ class NavfnPlanner:
         if end is None:
             raise no_path(start, goal, "start and goal are not connected")
         width = costmap.costs.shape[1]
-        points = descend(potential, _flat(start_cell, width), _flat(end[1], width))
-        if len(points) == 0:
-            raise no_path(start, goal, "the potential has a dead end")
+        points, arrived = descend(potential, _flat(start_cell, width), _flat(end[1], width))
+        if not arrived:
+            raise no_path(start, goal, _why_short(len(points), costmap))
         path = _to_path(points, costmap, end[0], 0.0 if humble else AT_GOAL_SQUARED)
         set_last_yaw(path, start, goal, direct)
         return path
@@ -120,6 +120,14 @@ class NavfnPlanner:
             if least == 0:
                 break
         return best
+
+
+def _why_short(points: int, costmap: Costmap) -> str:
+    """Say why NavFn's walk down the potential ended before the start."""
+    most = 4 * max(costmap.costs.shape)
+    if points < most:
+        return "the potential has a dead end"
+    return f"NavFn follows at most {most} points, 4 times the longer side in cells, and the way is longer"
 
 
 @functools.cache

@@ -311,14 +311,51 @@ def test_a_foreign_controller_beside_the_trees_own_is_left_out(write):
     assert list(read_nav2_params(write(document), only="Mine").navigation.controllers) == ["Mine"]
 
 
-@pytest.mark.parametrize("primary", ["dwb_core::DWBLocalPlanner", {**DWB}])
-def test_a_rotation_shim_gives_way_to_its_primary_controller(primary):
-    shim = {"plugin": "nav2_rotation_shim_controller::RotationShimController", "angular_dist_threshold": 0.7}
+SHIM = {"plugin": "nav2_rotation_shim_controller::RotationShimController", "angular_dist_threshold": 0.7}
+
+
+@pytest.mark.parametrize("primary", ["dwb_core::DWBLocalPlanner", "dwb_core/DWBLocalPlanner", {**DWB}])
+def test_a_rotation_shim_and_its_primary_controller_share_a_group(primary):
     own = DWB if isinstance(primary, str) else {}
-    group = {**own, **shim, "primary_controller": primary}
-    read = parse_nav2_params(with_controller(group))
-    assert read.navigation.controllers["FollowPath"].params["max_vel_x"] == 0.3
-    assert read.named("replaced") == ("controller_server.FollowPath",)
+    read = parse_nav2_params(with_controller({**own, **SHIM, "primary_controller": primary, "max_vel_y": 0.1}))
+    plugin = read.navigation.controllers["FollowPath"]
+    assert (plugin.kind, plugin.params["max_vel_x"], plugin.params["angular_dist_threshold"]) == ("shim_dwb", 0.3, 0.7)
+    assert read.named("replaced") == ("controller_server.FollowPath.max_vel_y",)
+    assert read.named("unknown") == ()
+    assert "drives: FollowPath (the Rotation Shim around DWB)" in "\n".join(summarise(read))
+
+
+def test_the_robot_of_a_shim_turns_as_fast_as_either_wants():
+    shim = {**DWB, **SHIM, "primary_controller": "dwb_core::DWBLocalPlanner", "max_vel_theta": 0.7}
+    for rate, highest in ((0.5, 1.0), (1.3, 1.3)):  # a spin of the recoveries turns with 1 rad/s
+        read = parse_nav2_params(with_controller({**shim, "rotate_to_heading_angular_vel": rate}))
+        robot = robot_of(read, RobotSpec())
+        assert (robot.max_angular_velocity, robot.max_linear_velocity) == (highest, 0.3)
+    graceful = {"plugin": "nav2_graceful_controller::GracefulController", "v_linear_max": 0.4, "v_angular_max": 0.8}
+    for scale, highest in ((0.1, 1.0), (0.5, 0.4 * math.pi)):
+        read = parse_nav2_params(with_controller({**graceful, "rotation_scaling_factor": scale}))
+        robot = robot_of(read, RobotSpec())
+        assert robot.max_angular_velocity == pytest.approx(highest)
+        assert robot.max_linear_velocity == 0.4
+
+
+def test_a_rotation_shim_whose_primary_controller_is_not_there():
+    with pytest.raises(ConfigError, match=r"FollowPath.primary_controller: expected the class .* inside, got none"):
+        parse_nav2_params(with_controller(SHIM))
+    foreign = with_controller({**SHIM, "primary_controller": "teb_local_planner::TebLocalPlannerROS"})
+    assert parse_nav2_params(foreign).foreign["FollowPath"] == (
+        "controller_server.FollowPath.primary_controller: the controller 'teb_local_planner::TebLocalPlannerROS' is "
+        "not built here"
+    )
+
+
+def test_the_graceful_controller_tells_its_release():
+    graceful = {"plugin": "nav2_graceful_controller::GracefulController", "lambda": 1.5, "transform_tolerance": 0.2}
+    for release, own in (("humble", {"motion_target_dist": 0.5}), ("jazzy", {"max_lookahead": 0.8})):
+        read = parse_nav2_params(with_controller({**graceful, **own}))
+        params = read.navigation.controllers["FollowPath"].params
+        assert (read.navigation.release, params["lambda"]) == (release, 1.5)
+        assert own.items() <= params.items()
 
 
 def test_robots_that_move_sideways_drive_straight_on():

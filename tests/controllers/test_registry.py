@@ -6,7 +6,7 @@ import pytest
 
 from controllers.nav2_params import load_preset, parse_nav2_params
 from controllers.navigator import Navigator
-from controllers.registry import controller_names, make_controller
+from controllers.registry import FOLLOWERS, controller_names, make_controller
 from controllers.rl import as_controller
 from gym_mapbench import registry
 from gym_mapbench.errors import ConfigError, PluginError
@@ -30,6 +30,20 @@ def test_values_of_the_preset(name):
 
 def test_fair_preset():
     assert make_controller("dwb", preset="fair").follower.params.max_vel_x == 0.5
+
+
+@pytest.mark.parametrize(("preset", "top"), [("fair", 1.9), ("jazzy_fair", 1.9), ("thesis", 1.0), ("jazzy", 1.0)])
+def test_the_graceful_controller_has_the_limits_of_a_fair_preset(preset, top):
+    params = make_controller("graceful", preset=preset).follower.params
+    assert (params.v_angular_max, params.v_linear_max) == (top, 0.5)
+    assert params.release == load_preset(preset).release
+
+
+def test_a_shim_nobody_configured_is_around_the_controller_of_the_preset():
+    follower = make_controller("shim_dwb", preset="fair", angular_dist_threshold=0.5).follower
+    assert follower.primary.params.max_vel_x == 0.5
+    assert (follower.params.angular_dist_threshold, follower.params.angular_disengage_threshold) == (0.5, 0.785)
+    assert make_controller("shim_graceful", preset="jazzy").follower.params.angular_disengage_threshold == 0.3925
 
 
 def test_some_parameters_differ():
@@ -119,7 +133,7 @@ class TestThirdParties:
         monkeypatch.setattr(registry, "entry_points", points)
 
     def test_listed_with_the_others(self):
-        assert controller_names() == ("broken", "dwb", "learned", "mine", "mppi", "rpp")
+        assert controller_names() == tuple(sorted({"broken", "learned", "mine", *FOLLOWERS}))
 
     def test_gets_its_parameters_and_the_navigation(self):
         controller = make_controller("mine", preset="fair", speed=0.2)

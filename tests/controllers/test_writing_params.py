@@ -56,7 +56,19 @@ controllers = st.dictionaries(
     st.sampled_from(["FollowPath", "dwb", "rpp", "Precise"]),
     st.builds(ControllerPlugin, kind=st.just("rpp"), params=st.fixed_dictionaries({"lookahead_dist": positive}))
     | st.builds(
-        ControllerPlugin, kind=st.just("dwb"), params=st.just({"critics": ["PathDist"], "PathDist.scale": 2.0})
+        ControllerPlugin,
+        kind=st.sampled_from(["dwb", "shim_dwb"]),
+        params=st.just({"critics": ["PathDist"], "PathDist.scale": 2.0}),
+    )
+    | st.builds(
+        ControllerPlugin,
+        kind=st.sampled_from(["graceful", "shim_graceful"]),
+        params=st.fixed_dictionaries({"lambda": positive}),
+    )
+    | st.builds(
+        ControllerPlugin,
+        kind=st.sampled_from(["shim_mppi", "shim_rpp"]),
+        params=st.fixed_dictionaries({"angular_dist_threshold": positive, "max_angular_accel": positive}),
     ),
 )
 navigations = st.builds(
@@ -105,6 +117,15 @@ def test_presets_survive_ros_and_json(name):
     assert NavigationParams(**preset.model_dump(mode="json")) == preset
 
 
+def test_a_rotation_shim_is_written_with_the_controller_inside():
+    thesis = load_preset("thesis")
+    navigation = thesis.replace(controllers={"FollowPath": thesis.controller("shim_rpp")})
+    written = write_nav2_params(navigation)["controller_server"]["ros__parameters"]["FollowPath"]
+    assert written["plugin"] == "nav2_rotation_shim_controller::RotationShimController"
+    assert written["primary_controller"] == CONTROLLERS["rpp"].ros_class
+    assert (written["desired_linear_vel"], written["angular_dist_threshold"]) == (0.5, 0.785)
+
+
 def test_what_is_written_is_what_ros_takes():
     thesis = load_preset("thesis")
     document = write_nav2_params(thesis, robot=make_robot("jackal"), follow_path="rpp")
@@ -150,7 +171,11 @@ def test_parameters_of_ours_stay_out():
         "robot_base_frame",
         "odom_topic",
     }
-    assert parameters_of_ours(load_preset("jazzy")) == {"mppi.noise": "numpy", "mppi.noise_seed": 5489}
+    jazzy = load_preset("jazzy")
+    assert parameters_of_ours(jazzy) == {"mppi.noise": "numpy", "mppi.noise_seed": 5489}
+    inside = jazzy.replace(controllers={"turning": jazzy.controller("shim_mppi")})
+    assert parameters_of_ours(inside) == {"turning.noise": "numpy", "turning.noise_seed": 5489}
+    assert "noise_seed" not in write_nav2_params(inside)["controller_server"]["ros__parameters"]["turning"]
 
 
 def test_each_release_in_its_own_words():

@@ -14,7 +14,7 @@ from evolution.validation.closed_loop import DrivenRun, RunTask, closed_loop_mea
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
-from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, rpp_measures
+from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
 from gym_mapbench.errors import MapFormatError
 from tests.oracle_data import JAZZY_ORACLE, ORACLE, needs_jazzy_oracle, needs_oracle
 
@@ -154,6 +154,7 @@ def test_costmaps_and_plans_are_the_recorded_ones():
 @needs_oracle
 def test_single_calls_are_the_recorded_ones():
     oracle = Oracle(ORACLE)
+    assert other_measures(oracle) == []
     measures = by_key([*rpp_measures(oracle), *dwb_measures(oracle), *mppi_measures(oracle)])
     assert measures["rpp_cmd_abs_err_max"].value < 1e-6
     assert measures["dwb_choice_agreement"].value == 1.0
@@ -206,14 +207,24 @@ def test_a_missed_target_is_exit_code_1(spoilt, capsys):
 def test_jazzys_single_calls_are_the_recorded_ones():
     oracle = Oracle(JAZZY_ORACLE)
     assert oracle.release == "jazzy"
-    takes = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, mppi_measures)
+    takes = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, other_measures, mppi_measures)
     measures = [measure for take in takes for measure in take(oracle)]
-    assert len(measures) == 10
+    assert len(measures) == 12
+    assert {"graceful_cmd_abs_err_max", "shim_cmd_abs_err_max"} <= by_key(measures).keys()
     assert not [measure for measure in measures if measure.missed]
 
 
 @needs_jazzy_oracle
-@pytest.mark.parametrize(("controller", "variant"), [("RPP", "default"), ("DWB", "default"), ("MPPI", "inflation_055")])
+@pytest.mark.parametrize(
+    ("controller", "variant"),
+    [
+        ("RPP", "default"),
+        ("DWB", "default"),
+        ("MPPI", "inflation_055"),
+        ("Graceful", "default"),
+        ("RotationShim", "default"),
+    ],
+)
 def test_jazzys_whole_runs_are_the_recorded_ones(controller, variant):
     records = json.loads((JAZZY_ORACLE / "runs_A.json").read_text())
     of_kind = [i for i, one in enumerate(records) if (one["controller"], one["variant"]) == (controller, variant)]

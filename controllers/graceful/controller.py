@@ -1,0 +1,124 @@
+"""GracefulFollower: Nav2's Graceful Controller as a path follower."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import ControllerAbort, ControllerError, FollowerSetup, InvalidPath, Twist
+from controllers.graceful.kernels import following
+from controllers.graceful.params import GracefulParams
+from controllers.records import fill_record, record_type
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.scenario import Pose
+
+# As Nav2 words them, so that logs of both compare.
+REASONS = {
+    "humble": {
+        following.EMPTY_PLAN: "Resulting plan has 0 poses in it.",
+        following.COLLISION: "Collision detected in the trajectory",
+    },
+    "jazzy": {
+        following.EMPTY_PLAN: "Resulting plan has 0 poses in it.",
+        following.COLLISION: "Collision detected in trajectory",
+    },
+}
+
+TUNING = record_type(
+    GracefulParams,
+    numbers=("sharpness", "xy_goal_tolerance"),
+    switches=("last_of_equals", "keeps_segment", "searches_width", "adds_headings", "takes_farthest"),
+)
+"""Parameters as the kernels take them, ``lambda`` as ``sharpness`` as well; the goal checker's tolerance (m), and how
+the release differs: which of equally near poses is the nearest, whether poses without headings of their own get them,
+and whether the target is the farthest that can be reached."""
+
+
+class GracefulFollower:
+    """The Graceful Controller: a smooth control law towards a target on the path.
+
+    Args:
+        params: Parameters; the defaults of Humble's code if None.
+    """
+
+    _tuning: NDArray[np.void]
+    _corners: NDArray[np.float64]
+    _use_radius: bool
+
+    def __init__(self, params: GracefulParams | None = None) -> None:
+        self.params = params or GracefulParams()
+        self.set_plan(np.empty((0, 3)))
+
+    def reset(self, setup: FollowerSetup) -> None:
+        """Forget the plan and the speed limit of the last run."""
+        self._tuning = make_tuning(self.params, setup)
+        self._corners = np.ascontiguousarray(setup.footprint.corners)
+        self._use_radius = setup.footprint.use_radius
+        self.set_plan(np.empty((0, 3)))
+
+    def set_plan(self, path: NDArray[np.float64]) -> None:
+        """Take a new global plan, ``(n, 3)`` x, y in m and yaw in rad, start to goal."""
+        self._path = np.ascontiguousarray(path, dtype=np.float64)
+        self._steps = np.hypot(*np.diff(self._path[:, :2], axis=0).T)
+        self._begin = 0
+        self._arrived = False
+        self._turns_first = True
+
+    def move_plan(self, path: NDArray[np.float64]) -> None:
+        """Take the same plan where it lies by now; what is behind stays behind."""
+        self._path = np.ascontiguousarray(path, dtype=np.float64)
+
+    def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
+        """Limit the speed to ``speed`` m/s, or per cent of ``v_linear_max``, and the turn rate alike; 0 lifts it.
+
+        ``v_linear_min`` stays the lowest speed.
+        """
+        params = self.params
+        share = speed / 100.0 if percentage else speed / params.v_linear_max
+        top = params.v_linear_max * share
+        self._tuning["v_linear_max"] = max(top, params.v_linear_min) if speed else params.v_linear_max
+        self._tuning["v_angular_max"] = params.v_angular_max * share if speed else params.v_angular_max
+
+    def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
+        """Return the next command; arguments as in :class:`controllers.base.PathFollower`.
+
+        Raises:
+            ControllerError: If no target can be reached; in Humble also if the plan is empty.
+            InvalidPath: If the plan is empty.
+        """
+        m = costmap
+        scene = (
+            m.costs, m.resolution, m.origin_x, m.origin_y, m.track_unknown_space, self._corners, self._use_radius,
+            tuple(map(float, pose)),
+        )  # fmt: skip
+        status, v, w, self._begin, self._arrived, self._turns_first = following.follow(
+            self._path, self._steps, self._begin, self._arrived, self._turns_first, scene, self._tuning
+        )
+        if status != following.OK:
+            raise self._error_of(status)(REASONS[self.params.release][status])
+        return Twist(v, w)
+
+    def _error_of(self, status: int) -> type[ControllerError | ControllerAbort]:
+        """What a failure is in the release's words."""
+        return InvalidPath if status == following.EMPTY_PLAN and self.params.release != "humble" else ControllerError
+
+
+def make_tuning(params: GracefulParams, setup: FollowerSetup) -> NDArray[np.void]:
+    """Join the parameters with what the controller server tells the plugin: one record of :data:`TUNING`."""
+    humble = params.release == "humble"
+    values = params.model_dump() | {
+        "sharpness": getattr(params, "lambda"),
+        "xy_goal_tolerance": setup.xy_goal_tolerance,
+        "searches_width": True,
+        "keeps_segment": False,
+        **dict.fromkeys(("last_of_equals", "adds_headings", "takes_farthest"), not humble),
+    }
+    if humble:
+        values["v_angular_min_in_place"] = 0.0
+    if params.initial_rotation:  # Nav2 switches it off, with a warning
+        values["allow_backward"] = False
+    if (params.max_robot_pose_search_dist or 0.0) < 0.0:
+        values["max_robot_pose_search_dist"] = math.inf
+    return fill_record(TUNING, values)

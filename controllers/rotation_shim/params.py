@@ -1,0 +1,119 @@
+"""Parameters of the Rotation Shim Controller, with Nav2's names and the defaults of its code.
+
+The shim and its primary controller share one block of a parameter file, and where both know a parameter by the same
+name, both read it. So the parameters of a shim around a controller are those of both at once.
+
+Source: nav2_rotation_shim_controller: src/nav2_rotation_shim_controller.cpp (Humble and Jazzy).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field
+
+from controllers.dwb import params as dwb
+from controllers.dwb.params import DwbParams
+from controllers.graceful import params as graceful
+from controllers.graceful.params import GracefulParams
+from controllers.mppi import params as mppi
+from controllers.mppi.params import MppiParams
+from controllers.parameters import ReleaseSettings
+from controllers.releases import RELEASES, Release
+from controllers.rpp import params as rpp
+from controllers.rpp.params import RppParams
+
+PRIMARIES = dwb, mppi, rpp, graceful
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+
+ROS_ONLY_KEYS = frozenset().union(*(module.ROS_ONLY_KEYS for module in PRIMARIES))
+"""Keys of a parameter file that mean nothing without ROS, whichever controller is inside."""
+
+RENAMED_KEYS = {new: old for module in PRIMARIES for new, old in module.RENAMED_KEYS.items()}
+"""Newer name -> the name in Humble and Jazzy, of the controllers inside."""
+
+_ALWAYS = "Humble looks at the heading of every new path"
+
+
+class RotationShimParams(ReleaseSettings):
+    """What ``nav2_rotation_shim_controller`` itself reads.
+
+    Args:
+        angular_dist_threshold: Bearing of the path from which on the robot turns on the spot, rad.
+        angular_disengage_threshold: Bearing at which a turn ends, rad.
+        forward_sampling_distance: How far from the path's first pose the pose is whose bearing counts, m.
+        rotate_to_heading_angular_vel: Turn rate on the spot, rad/s.
+        max_angular_accel: Of the turn on the spot, rad/s^2.
+        simulate_ahead_time: How far ahead the turn is checked for collisions, s.
+        rotate_to_goal_heading: Whether the shim also turns to the goal's heading, once the goal's position is reached.
+        closed_loop: Whether the turn rate is counted from the measured one, not from the last command.
+        max_cost_threshold: Jazzy: cost under the outline from which on a turn is not made.
+        rotate_to_heading_once: Jazzy: whether a replanned path to the same goal is not looked at again.
+        use_path_orientations: Jazzy: whether the heading of that pose counts, not its bearing.
+    """
+
+    MISSING: ClassVar[dict[Release, dict[str, str]]] = {
+        "humble": {
+            "max_cost_threshold": "Humble turns unless the outline touches an obstacle (254)",
+            "rotate_to_heading_once": _ALWAYS,
+            "use_path_orientations": "Humble takes the bearing of a point ahead on the path",
+        }
+    }
+    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = {
+        "jazzy": {
+            "angular_disengage_threshold": 0.3925,
+            "max_cost_threshold": 254.0,
+            "rotate_to_heading_once": False,
+            "use_path_orientations": False,
+        }
+    }
+
+    angular_dist_threshold: NonNegative = 0.785
+    angular_disengage_threshold: NonNegative = 0.785
+    forward_sampling_distance: NonNegative = 0.5
+    rotate_to_heading_angular_vel: Positive = 1.8
+    max_angular_accel: Positive = 3.2
+    simulate_ahead_time: NonNegative = 1.0
+    rotate_to_goal_heading: bool = False
+    closed_loop: bool = True
+    max_cost_threshold: NonNegative | None = None
+    rotate_to_heading_once: bool | None = None
+    use_path_orientations: bool | None = None
+
+
+def _of_both(table: str, primary: type[ReleaseSettings]) -> dict[Release, dict[str, Any]]:
+    """Join a table of the shim (``MISSING`` or ``DEFAULTS``) with that of its primary controller."""
+    own: Mapping[Release, Mapping[str, Any]] = getattr(RotationShimParams, table)
+    inner: Mapping[Release, Mapping[str, Any]] = getattr(primary, table)
+    return {release: {**inner.get(release, {}), **own.get(release, {})} for release in RELEASES}
+
+
+class ShimDwbParams(RotationShimParams, DwbParams):
+    """A Rotation Shim around DWB."""
+
+    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", DwbParams)
+    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", DwbParams)
+
+
+class ShimMppiParams(RotationShimParams, MppiParams):
+    """A Rotation Shim around MPPI."""
+
+    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", MppiParams)
+    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", MppiParams)
+
+
+class ShimRppParams(RotationShimParams, RppParams):
+    """A Rotation Shim around Regulated Pure Pursuit."""
+
+    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", RppParams)
+    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", RppParams)
+
+
+class ShimGracefulParams(RotationShimParams, GracefulParams):
+    """A Rotation Shim around the Graceful Controller."""
+
+    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", GracefulParams)
+    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", GracefulParams)
