@@ -68,6 +68,7 @@ class ReleaseSettings(Settings):
     Attributes:
         DEFAULTS: Of each release, by dotted name, where they differ from those of the fields.
         MISSING: Dotted names of the parameters that a release does not have -> what it does instead.
+        OURS: Dotted names of the parameters that no Nav2 has.
 
     Args:
         release: Whose behaviour this is.
@@ -75,6 +76,7 @@ class ReleaseSettings(Settings):
 
     DEFAULTS: ClassVar[Mapping[Release, Mapping[str, Any]]] = {}
     MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = {}
+    OURS: ClassVar[frozenset[str]] = frozenset({"release"})
     release: Release = "humble"
 
     @model_validator(mode="before")

@@ -18,7 +18,7 @@ from typing import Any
 from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
 from controllers.nav2_params.presets import overlay
 from evolution.benchmark import PREFIX as BARN
-from evolution.benchmark import Benchmark, barn_settings, load_barn, read_bench
+from evolution.benchmark import Benchmark, barn_settings, begin_benchmark, load_barn, read_bench
 from evolution.benchmark import bench as drive_all
 from evolution.driving import (
     ControllerSpec,
@@ -34,7 +34,6 @@ from evolution.driving import (
     warm_up,
     with_parameters,
 )
-from evolution.files import new_directory
 from evolution.pictures import write_run_figures
 from evolution.runs import RUN, LoadedRun, RunDir, load_run
 from evolution.search import (
@@ -84,12 +83,14 @@ def bench(
     settings: DriveSettings | None = None,
     start: PoseLike | None = None,
     goal: PoseLike | None = None,
+    unknown_map: bool = False,
     repeats: int = 1,
     seed: int = 0,
     metrics: Sequence[str] = (),
     workers: int | None = None,
     executor: str = "processes",
     out: str | Path | None = None,
+    resume: bool = False,
     on_run: OnRun | None = None,
     **environment: Any,
 ) -> Benchmark:
@@ -103,12 +104,15 @@ def bench(
         settings: World and navigation in one value, instead of ``params`` and ``environment``.
         start: ``(x, y, yaw)`` in m and rad, instead of what the files say.
         goal: The same for the goal.
+        unknown_map: Whether Nav2's costmaps know nothing of the map, but what the sensors have shown of it so far.
         repeats: Runs of each controller on each map, each with a seed of its own.
         seed: Root of all randomness.
         metrics: What is measured besides the project's own metrics, by name.
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`).
-        out: New directory for ``bench.json`` and ``bench.csv``; nothing is written if None.
+        out: New directory, for every result as it comes and at last ``bench.json`` and ``bench.csv``; nothing is
+            written if None.
+        resume: Whether to continue a benchmark that was begun in ``out``, to the same results.
         on_run: Called after each run with its job, its result, and how many are left.
         environment: Fields of :class:`gym_mapbench.config.EnvConfig`, e.g. ``robot="jackal", noise="nominal"``.
 
@@ -116,23 +120,29 @@ def bench(
         A row for every run; a notebook shows the summary.
 
     Raises:
-        ConfigError: If anything cannot be used; nothing is driven then.
+        ConfigError: If anything cannot be used, or ``out`` holds another benchmark; nothing is driven then.
         MapFormatError: If a file is no map.
-        RunError: If no worker starts or nothing can be written.
+        RunError: If no worker starts, nothing can be written, or ``out`` holds no benchmark to continue.
     """
+    if resume and out is None:
+        raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
     items = [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
     scenarios = load_all(items, start, goal)
     read = _read(params)
     settings = settings or _settings(params, read, environment)
+    settings = settings.replace(unknown_map=unknown_map or settings.unknown_map)
     settings = barn_settings(settings) if barn_source(items) else settings
     check_room(scenarios, settings)
     own = DEFAULT_CONTROLLERS if read is None else read.own_controllers
     specs = _specs(own if controllers is None else controllers)
     try_controllers(specs, settings)
-    if out is not None:
-        new_directory(Path(out))
     plan = JobPlan(specs, settings, seed, repeats, tuple(metrics))
-    with Evaluator(run_job, workers=workers or available_cores(), warm_up=warm_up, executor=executor) as evaluator:
+    kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
+    cores = workers or available_cores()
+    with (
+        ResultStore(kept) as store,
+        Evaluator(run_job, store, workers=cores, warm_up=warm_up, executor=executor) as evaluator,
+    ):
         result = drive_all(scenarios, plan, evaluator, on_run)
     if out is not None:
         result.save(Path(out))

@@ -169,6 +169,7 @@ class MppiParams(SettingsWithCritics):
         noise_seed: Ours. Seed of ``nav2`` noise; Nav2 leaves its generator at 5489.
     """
 
+    OURS: ClassVar[frozenset[str]] = frozenset({"release", "noise", "noise_seed", "PathAlignCritic.humble_search"})
     MISSING: ClassVar[dict[Release, dict[str, str]]] = {"humble": NEWER_ONLY_KEYS, "jazzy": NOT_IN_JAZZY_KEYS}
     DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = {"jazzy": JAZZY_DEFAULTS}
 

@@ -13,7 +13,7 @@ from controllers.nav2_params.presets import PRESETS, load_preset
 from controllers.nav2_params.reading import preset_of, read_nav2_params
 from controllers.nav2_params.robot import robot_of
 from controllers.nav2_params.summary import summarise
-from controllers.nav2_params.writing import write_nav2_params
+from controllers.nav2_params.writing import parameters_of_ours, write_nav2_params
 
 __all__ = [
     "PRESETS",
@@ -22,6 +22,7 @@ __all__ = [
     "NavigationParams",
     "PlannerPlugin",
     "load_preset",
+    "parameters_of_ours",
     "parse_nav2_params",
     "preset_of",
     "read_nav2_params",

@@ -195,7 +195,7 @@ def _read_progress_checker(server: Section) -> ProgressChecker:
     name, *others = server.take_names("progress_checker_plugins", (name,), least=1)
     for other in others:
         server.leave(other)
-    group = server.take_group(name)
+    group = server.take_group(name, "progress_checker")
     kind = take_class(group, PROGRESS_CHECKERS["simple"], PROGRESS_CHECKERS, "progress checker")
     return group.build(ProgressChecker, keys.PROGRESS_CHECKER, plugin=kind)
 
@@ -205,7 +205,7 @@ def _read_goal_checker(server: Section) -> GoalChecker:
     first, *others = server.take_names("goal_checker_plugins", ("goal_checker",), least=1)
     for name in others:
         server.leave(name)
-    group = server.take_group(first)
+    group = server.take_group(first, "goal_checker")
     kind = take_class(group, GOAL_CHECKERS["simple"], GOAL_CHECKERS, "goal checker")
     if kind == "position" and group.findings.release == "humble":
         raise ConfigError(f"{group.name}.plugin: Nav2 Humble has no PositionGoalChecker; --nav2 jazzy has")

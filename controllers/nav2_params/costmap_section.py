@@ -73,7 +73,7 @@ def _find_layers(section: Section, names: tuple[str, ...]) -> list[Layer]:
         if kind is None:
             _leave_out(section, name, "this layer is not built")
             continue
-        group = section.take_group(name)
+        group = section.take_group(name, kind)
         group.stand_in = replaced
         if replaced:
             section.findings.add("replaced", group.name, f"approximated by the {kind.replace('_', ' ')}")
@@ -103,7 +103,7 @@ def _take_sources(section: Section, group: Section, shared: object) -> dict[str,
     own = group.values.pop("observation_sources", shared)
     names = [str(name) for name in own] if isinstance(own, (list, tuple)) else str(own or "").split()
     holder = group if any(name in group.values for name in names) else section
-    sources = {name: holder.take_group(name) for name in names}
+    sources = {name: holder.take_group(name, "scan") for name in names}
     group.leave_groups()
     return sources
 

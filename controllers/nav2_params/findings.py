@@ -57,14 +57,22 @@ class Findings:
     Args:
         release: The distribution as which it is read.
         found: In the order of the file.
+        kept: Numbers and switches among what means nothing without ROS, by full name in a file that is written. Names
+            (of topics, frames, files) are those of the user's own robot, and are not kept.
     """
 
     release: Release = "humble"
     found: list[Finding] = field(default_factory=list)
+    kept: dict[str, float | bool] = field(default_factory=dict)
 
     def add(self, kind: Kind, name: str, why: str = "") -> None:
         """Keep a finding."""
         self.found.append(Finding(kind, name, why))
+
+    def keep(self, written: str, value: object) -> None:
+        """Keep what means nothing without ROS for a file that is written, if it is a number or a switch."""
+        if isinstance(value, (bool, int, float)):
+            self.kept[written] = value
 
     def refuse(self) -> None:
         """Refuse what is no parameter here, for those who name parameters to us and not to ROS.

@@ -102,7 +102,7 @@ def _open(node: Node, findings: Findings) -> Section:
         raise ConfigError(f"{node.full}: expected a group {PARAMETERS!r} in it, as in ROS")
     if node.name in OLD_NODES:
         findings.add("renamed", node.full, node.section)
-    section = Section(node.full, node.group[PARAMETERS], findings)
+    section = Section(node.full, node.group[PARAMETERS], findings, written=node.section)
     section.values = modernised(node.name, section.values, node.full, findings)
     return section
 

@@ -23,6 +23,7 @@ from controllers.nav2_params.nodes import SECTIONS, all_nodes, find_sections
 from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, classes, known_class, read_params
 from controllers.nav2_params.recognition import Recognition, recognise
 from controllers.nav2_params.section import Section, parameter_names
+from controllers.parameters import nest_dotted
 from controllers.releases import Release
 
 TREES_PLANNER = "GridBased"
@@ -44,6 +45,8 @@ class Nav2Params:
         foreign: Controllers of the file that are not built here -> why they do not drive.
         asked_for: The controller of the file that Nav2's default tree asks for; empty if it has none.
         document: The file itself, which knows its lines.
+        ros_only: Numbers and switches that mean nothing without ROS, as ``publish_frequency``; nested, by node, in the
+            groups in which :func:`~controllers.nav2_params.writing.write_nav2_params` writes them back.
     """
 
     navigation: NavigationParams
@@ -53,6 +56,7 @@ class Nav2Params:
     foreign: Mapping[str, str] = field(default_factory=dict)
     asked_for: str = ""
     document: Document = field(default_factory=lambda: Document(None))
+    ros_only: Mapping[str, Any] = field(default_factory=dict)
 
     def named(self, kind: Kind) -> tuple[str, ...]:
         """Full names of what was found of one kind."""
@@ -101,6 +105,7 @@ def parse_nav2_params(
         foreign=controllers.foreign,
         asked_for=controllers.asked_for,
         document=given,
+        ros_only=nest_dotted(findings.kept),
     )
 
 
@@ -129,7 +134,7 @@ def _read_sections(sections: Mapping[str, Section]) -> tuple[dict[str, Any], Con
 def _read_planner(server: Section) -> PlannerPlugin:
     """Read the planner that the default tree asks for, or else the first; NavFn or Smac 2D stand in for others'."""
     names = server.take_names("planner_plugins", (TREES_PLANNER,), least=1)
-    group = server.take_group(TREES_PLANNER if TREES_PLANNER in names else names[0])
+    group = server.take_group(TREES_PLANNER if TREES_PLANNER in names else names[0], TREES_PLANNER)
     ros_class = group.values.pop("plugin", PLANNERS["navfn"].ros_class)
     kind = known_class(ros_class, classes(PLANNERS))
     if kind is None:

@@ -54,6 +54,12 @@ class Plugin:
             missing=getattr(self.params, "MISSING", {}),
         )
 
+    @cached_property
+    def our_keys(self) -> frozenset[str]:
+        """Dotted names of its parameters that Nav2 does not have."""
+        ours: frozenset[str] = getattr(self.params, "OURS", frozenset({RELEASE}))
+        return ours
+
     def default(self, name: str, release: Release) -> Any:
         """Default of a parameter in a release; None where it does not have the parameter."""
         first, _, rest = name.partition(".")

@@ -28,25 +28,30 @@ class Section:
         findings: Where all keys without effect are collected.
         stand_in: Whether this is the group of a plugin that another one stands in for, so that its other keys have
             no counterpart.
+        written: Full dotted name of the same group in a file that is written, where some groups have a fixed name.
 
     Raises:
         ConfigError: If ``values`` is not a mapping, or gives a parameter twice.
     """
 
-    def __init__(self, name: str, values: object, findings: Findings, stand_in: bool = False) -> None:
+    def __init__(
+        self, name: str, values: object, findings: Findings, stand_in: bool = False, written: str | None = None
+    ) -> None:
         if values is not None and not isinstance(values, Mapping):
             raise ConfigError(f"{name}: expected a group of parameters, got {type(values).__name__}")
         self.name = name
         self.findings = findings
         self.stand_in = stand_in
+        self.written = name if written is None else written
         try:
             self.values = nest_dotted(values or {})
         except ConfigError as error:
             raise ConfigError(f"{name}.{error}") from None
 
-    def take_group(self, key: str) -> Section:
-        """Take a group out; an empty one if there is none."""
-        return Section(f"{self.name}.{key}", self.values.pop(key, None), self.findings, self.stand_in)
+    def take_group(self, key: str, written: str | None = None) -> Section:
+        """Take a group out; an empty one if there is none. ``written`` is its name in a file that is written."""
+        values = self.values.pop(key, None)
+        return Section(f"{self.name}.{key}", values, self.findings, self.stand_in, f"{self.written}.{written or key}")
 
     def take_names(self, key: str, default: tuple[str, ...], least: int = 0) -> tuple[str, ...]:
         """Take a list of at least so many names out."""
@@ -92,7 +97,7 @@ class Section:
         for key, value in given.items():
             name = key if key in valid else keys.renamed.get(key, key)
             if name not in valid or keys.why_not(name, self.findings.release) is not None:
-                self._find(key, name, keys, valid)
+                self._find(key, value, name, keys, valid)
             elif name != key and (name in given or name in kept):
                 self.findings.add("unused", f"{self.name}.{key}", f"{name} is given as well, and counts")
             elif not self._left_to_robot(key, value, keys):
@@ -140,7 +145,7 @@ class Section:
         slips = (f for f in self.findings.found if f.kind == "unknown" and f.why and f.name.startswith(f"{self.name}."))
         return next((f"; {slip.name} is no parameter, {slip.why}" for slip in slips), "")
 
-    def _find(self, given: str, name: str, keys: Keys, valid: Collection[str]) -> None:
+    def _find(self, given: str, value: object, name: str, keys: Keys, valid: Collection[str]) -> None:
         """List a key that is no parameter here; ``name`` is its name here."""
         full, add = f"{self.name}.{given}", self.findings.add
         why = keys.why_not(name, self.findings.release)
@@ -148,6 +153,7 @@ class Section:
             add("left_out", full)
         elif keys.is_ros_only(name):
             add("ros_only", full)
+            self.findings.keep(f"{self.written}.{given}", value)
         elif self.stand_in:
             add("detail", full)
         elif why is not None:

@@ -1,11 +1,11 @@
-"""NavigationParams become the content of a ``nav2_params.yaml`` that ROS 2 (Humble) takes."""
+"""NavigationParams become the content of a ``nav2_params.yaml`` that their release of Nav2 takes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from controllers.nav2_params.navigation import NavigationParams, ProgressChecker
+from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, ProgressChecker
 from controllers.nav2_params.plugins import (
     BEHAVIORS,
     CONTROLLERS,
@@ -14,7 +14,11 @@ from controllers.nav2_params.plugins import (
     PLANNERS,
     PROGRESS_CHECKERS,
     SHIMS,
+    Plugin,
 )
+from controllers.nav2_params.section import leaves
+from controllers.parameters import nest_dotted, overlay
+from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.robot import RobotSpec
@@ -22,6 +26,26 @@ from gym_mapbench.settings import Settings
 
 BASE_FRAME = "base_link"
 SCAN = {"topic": "/scan", "data_type": "LaserScan"}
+BEHAVIOR_FRAMES = {
+    "humble": {
+        "costmap_topic": "local_costmap/costmap_raw",
+        "footprint_topic": "local_costmap/published_footprint",
+        "global_frame": "odom",
+    },
+    "jazzy": {
+        "local_costmap_topic": "local_costmap/costmap_raw",
+        "global_costmap_topic": "global_costmap/costmap_raw",
+        "local_footprint_topic": "local_costmap/published_footprint",
+        "global_footprint_topic": "global_costmap/published_footprint",
+        "local_frame": "odom",
+        "global_frame": "map",
+    },
+}
+"""Where a release's behaviour server looks."""
+ERROR_CODES = ["compute_path_error_code", "follow_path_error_code"]
+"""What the trees of Jazzy and newer releases report."""
+UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother")
+"""Nodes that publish Twist in Jazzy, and TwistStamped in newer releases unless they are told."""
 
 
 def write_nav2_params(
@@ -30,17 +54,20 @@ def write_nav2_params(
     robot: RobotSpec | None = None,
     follow_path: str | None = None,
     use_sim_time: bool = True,
+    ros_only: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Return the content of a ``nav2_params.yaml``; every controller is a plugin under its own name.
 
     :func:`~controllers.nav2_params.parsing.parse_nav2_params` reads it back to the same parameters (with
-    ``robot`` and ``follow_path`` left out).
+    ``robot`` and ``follow_path`` left out), but for those that ROS does not have: the numbers of the behaviour tree,
+    and what :func:`parameters_of_ours` says.
 
     Args:
         navigation: The parameters.
         robot: Gives the shape to costmaps that leave it to the robot.
         follow_path: The controller that is to be called ``FollowPath``, which is the one Nav2's own tree asks for.
         use_sim_time: Whether the nodes take the simulator's clock.
+        ros_only: What a user's file has besides that means nothing without ROS, by node: ``Nav2Params.ros_only``.
 
     Raises:
         ConfigError: If ``follow_path`` is unknown, or the progress checker is ``none``.
@@ -48,26 +75,47 @@ def write_nav2_params(
     nodes = {
         "controller_server": _controller_server(navigation, follow_path),
         "planner_server": _planner_server(navigation),
-        "behavior_server": _behavior_server(navigation),
-        "bt_navigator": {
-            **_options(navigation.bt),
-            "global_frame": "map",
-            "robot_base_frame": BASE_FRAME,
-            "odom_topic": "/odom",
-        },
-    }
-    if navigation.velocity_smoother is not None:
-        nodes["velocity_smoother"] = {**_options(navigation.velocity_smoother), "odom_topic": "odom"}
-    costmaps = {
+        "behavior_server": _behavior_server(navigation.behavior_server, navigation.release),
+        "bt_navigator": _bt_navigator(navigation),
         "local_costmap": _costmap(navigation.local_costmap, "odom", robot),
         "global_costmap": _costmap(navigation.global_costmap, "map", robot),
     }
-    document = {name: _node(values, use_sim_time) for name, values in nodes.items()}
-    return document | {name: {name: _node(values, use_sim_time)} for name, values in costmaps.items()}
+    if navigation.velocity_smoother is not None:
+        nodes["velocity_smoother"] = {**_options(navigation.velocity_smoother), "odom_topic": "odom"}
+    if navigation.release != "humble":
+        nodes |= {name: nodes[name] | {"enable_stamped_cmd_vel": False} for name in UNSTAMPED if name in nodes}
+    kept = ros_only or {}
+    return {
+        name: _node(name, _beside({"use_sim_time": use_sim_time, **values}, kept.get(name, {})))
+        for name, values in nodes.items()
+    }
 
 
-def _node(values: Mapping[str, Any], use_sim_time: bool) -> dict[str, Any]:
-    return {"ros__parameters": {"use_sim_time": use_sim_time, **values}}
+def parameters_of_ours(navigation: NavigationParams) -> dict[str, Any]:
+    """Return the parameters of the controllers that no Nav2 has, by name; they are in no file that is written.
+
+    The numbers of the behaviour tree, ``navigation.bt``, belong into its XML.
+    """
+    plugins = {name: (CONTROLLERS[p.kind], p.params) for name, p in navigation.controllers.items()}
+    return {
+        f"{name}.{key}": value
+        for name, (plugin, params) in plugins.items()
+        for key, value in leaves(params)
+        if key in plugin.our_keys and key != "release"
+    }
+
+
+def _node(name: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """A node's parameters; each costmap is in a namespace of its name."""
+    node = {"ros__parameters": values}
+    return {name: node} if name.endswith("_costmap") else node
+
+
+def _beside(values: Mapping[str, Any], kept: Mapping[str, Any]) -> dict[str, Any]:
+    """Put what is kept of a user's file beside the values, which count; but no group of a plugin that is not there."""
+    listed = values.get("controller_plugins")
+    of_plugins = {name for name, value in kept.items() if listed is not None and isinstance(value, Mapping)}
+    return overlay({name: kept[name] for name in kept if name not in of_plugins - values.keys()}, values)
 
 
 def _options(settings: Settings) -> dict[str, Any]:
@@ -81,29 +129,45 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
     if follow_path is not None:
         chosen = navigation.controller(follow_path)
         plugins = {"FollowPath" if plugin is chosen else name: plugin for name, plugin in plugins.items()}
-    values = _options(server)
-    del values["progress_checker"], values["goal_checker"]
     return {
-        **values,
+        **_own_options(server),
         "odom_topic": "/odom",
-        "progress_checker_plugin": "progress_checker",
+        **_list_progress_checker(navigation.release),
         "goal_checker_plugins": ["goal_checker"],
         "controller_plugins": list(plugins),
         "progress_checker": _progress_checker(server.progress_checker),
         "goal_checker": {**_options(server.goal_checker), "plugin": GOAL_CHECKERS[server.goal_checker.plugin]},
-        **{name: {**_classes(plugin.kind), **_of_ros(plugin.params)} for name, plugin in plugins.items()},
+        **{name: _controller(p.kind, p.params, navigation.release) for name, p in plugins.items()},
     }
 
 
-def _classes(kind: str) -> dict[str, str]:
-    """The class of a controller in ROS, and of the one inside if it is a Rotation Shim."""
+def _own_options(server: ControllerServer) -> dict[str, Any]:
+    """Options of the server without those of its checkers."""
+    return {name: value for name, value in _options(server).items() if not name.endswith("_checker")}
+
+
+def _list_progress_checker(release: Release) -> dict[str, Any]:
+    """Name the progress checker; Humble has only one."""
+    if release == "humble":
+        return {"progress_checker_plugin": "progress_checker"}
+    return {"progress_checker_plugins": ["progress_checker"]}
+
+
+def _controller(kind: str, params: Mapping[str, Any], release: Release) -> dict[str, Any]:
+    """A controller, with the class of the one inside if it is a Rotation Shim."""
     primary = {"primary_controller": CONTROLLERS[SHIMS[kind]].ros_class} if kind in SHIMS else {}
-    return {"plugin": CONTROLLERS[kind].ros_class, **primary}
+    return {**_plugin(CONTROLLERS[kind], params, release), **primary}
 
 
-def _of_ros(params: Mapping[str, Any]) -> dict[str, Any]:
-    """A plugin's parameters without the release, which no parameter says in ROS."""
-    return {name: value for name, value in params.items() if name != "release"}
+def _plugin(plugin: Plugin, params: Mapping[str, Any], release: Release) -> dict[str, Any]:
+    """A plugin's class and those of its parameters that Nav2 has."""
+    of_nav2 = {name: value for name, value in leaves(params) if name not in plugin.our_keys}
+    return {"plugin": _class(plugin.ros_class, release), **nest_dotted(of_nav2)}
+
+
+def _class(ros_class: str, release: Release) -> str:
+    """The name of a class in a release: planners and behaviours are named with ``/`` up to Iron."""
+    return ros_class if release == "humble" else ros_class.replace("/", "::")
 
 
 def _progress_checker(checker: ProgressChecker) -> dict[str, Any]:
@@ -116,19 +180,27 @@ def _planner_server(navigation: NavigationParams) -> dict[str, Any]:
     planner = navigation.planner
     if planner.name not in PLANNERS:
         raise ConfigError(f"planner.name: expected one that ROS has, got {planner.name!r}")
-    plugin = {"plugin": PLANNERS[planner.name].ros_class, **_of_ros(planner.params)}
+    plugin = _plugin(PLANNERS[planner.name], planner.params, navigation.release)
     return {"planner_plugins": ["GridBased"], "GridBased": plugin}
 
 
-def _behavior_server(navigation: NavigationParams) -> dict[str, Any]:
-    server = navigation.behavior_server
+def _behavior_server(server: BehaviorServer, release: Release) -> dict[str, Any]:
     return {
         **_options(server),
-        "costmap_topic": "local_costmap/costmap_raw",
-        "footprint_topic": "local_costmap/published_footprint",
-        "global_frame": "odom",
+        **BEHAVIOR_FRAMES[release],
         "robot_base_frame": BASE_FRAME,
-        **{name: {"plugin": BEHAVIORS[name]} for name in server.behavior_plugins},
+        **{name: {"plugin": _class(BEHAVIORS[name], release)} for name in server.behavior_plugins},
+    }
+
+
+def _bt_navigator(navigation: NavigationParams) -> dict[str, Any]:
+    """The navigator's own parameters; all other numbers of ``bt`` stand in the tree."""
+    return {
+        "bt_loop_duration": navigation.bt.bt_loop_duration,
+        "global_frame": "map",
+        "robot_base_frame": BASE_FRAME,
+        "odom_topic": "/odom",
+        **({} if navigation.release == "humble" else {"error_code_names": ERROR_CODES}),
     }
 
 

@@ -16,6 +16,7 @@ from evolution.benchmark.barn import (
     score_runs,
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
+from evolution.benchmark.directory import begin_benchmark
 from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "Benchmark",
     "Comparison",
     "barn_settings",
+    "begin_benchmark",
     "bench",
     "bench_row",
     "compare",

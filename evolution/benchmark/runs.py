@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import FiniteFloat
 
+from evolution.benchmark.directory import BENCHMARK
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
 from evolution.files import Document, Row, Table, Tabled, check_rows, read_json, write_text
 from gym_mapbench.episode import Outcome
@@ -105,6 +106,8 @@ def read_bench(path: str | Path) -> Benchmark:
     """
     path = Path(path)
     path = path / BENCH if (path / BENCH).is_file() else path
+    if BENCHMARK.holds(path):
+        raise RunError(f"{path}: the benchmark was not finished; continue it with --resume")
     if not path.is_file():
         raise RunError(f"{path}: expected a {BENCH} or the directory of one")
     rows = read_json(path).get("runs")

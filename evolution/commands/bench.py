@@ -10,11 +10,17 @@ from evolution.api import barn_source, bench
 from evolution.benchmark import BarnScore, correlation_with, reference_of, score_runs
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, errors, print_table
+from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench bench runs/first --repeats 5
   mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
   mapbench bench a.yaml b.yaml --controllers dwb,rpp --format json > results.json
+  mapbench bench maps/*.yaml --out results              each result is kept as it comes; after an interruption:
+  mapbench bench maps/*.yaml --out results --resume
   mapbench bench a.yaml --controllers mppi,sac=models/sac.zip"""
+
+KNOWN_MAP = """  Here the global costmap knows the whole map from the start, which that of the published DWA did not;
+  --unknown-map drives without it."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -26,6 +32,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     options.add_controllers_option(parser)
     options.add_task_options(parser)
     options.add_drive_options(parser)
+    options.add_unknown_map_option(parser)
     options.add_work_options(parser)
     parser.add_argument("--repeats", type=options.positive, default=1, metavar="R", help="runs of each (default 1)")
     parser.add_argument(
@@ -39,12 +46,19 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--metric", action="append", default=[], metavar="NAME", help="measure this too: a name or module:attribute"
     )
     parser.add_argument("--format", choices=("table", "json", "csv"), default="table")
-    parser.add_argument("--out", metavar="DIR", help="also write bench.json and bench.csv there")
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        help="a new directory: every result is kept there as it comes, and bench.json and bench.csv at the end",
+    )
+    parser.add_argument("--resume", action="store_true", help="continue the benchmark in the directory of --out")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Drive and print."""
+    if args.resume and args.out is None:
+        raise ConfigError("--resume: expected the directory to continue, --out DIR")
     with WorkBar("driving") as bar:
         result = bench(
             args.maps,
@@ -52,12 +66,14 @@ def run(args: argparse.Namespace) -> int:
             settings=options.drive_settings(args),
             start=args.start,
             goal=args.goal,
+            unknown_map=args.unknown_map,
             repeats=args.repeats,
             seed=args.seed or 0,
             metrics=args.metric,
             workers=args.workers,
             executor=args.executor,
             out=args.out,
+            resume=args.resume,
             on_run=bar.advance,
         )
     if args.format == "table":
@@ -68,6 +84,8 @@ def run(args: argparse.Namespace) -> int:
         print(result.to_json() if args.format == "json" else result.table("runs").to_csv(), end="")
     if barn := barn_source(args.maps):
         _print_barn(score_runs(result, barn, args.lo), barn)
+        if not args.unknown_map:
+            errors.print(KNOWN_MAP, highlight=False)
     return 0
 
 

@@ -31,6 +31,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--scenario", type=options.positive, default=1, metavar="N", help="which one (default 1)")
     options.add_task_options(parser)
     options.add_drive_options(parser)
+    options.add_unknown_map_option(parser)
     parser.add_argument("--seed", type=options.non_negative, default=0, metavar="N")
     parser.add_argument("--gif", metavar="FILE", help="write the run as an animated picture")
     parser.add_argument("--mp4", metavar="FILE", help="write it as a film (needs ffmpeg)")
@@ -54,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     if args.scenario > len(scenarios):
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")
     scenario = scenarios[args.scenario - 1]
-    settings = options.drive_settings(args)
+    settings = options.drive_settings(args).replace(unknown_map=args.unknown_map)
     check_room([scenario], settings)
     controllers = options.listed_controllers(args.controller)
     if len(controllers) != 1:

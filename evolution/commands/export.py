@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from controllers.nav2_params import NavigationParams, write_nav2_params
+from controllers.nav2_params import NavigationParams, parameters_of_ours, write_nav2_params
 from evolution.commands import options
+from evolution.commands.parameter_file import read_parameter_file
 from evolution.commands.progress import console
 from evolution.driving import ControllerSpec, DriveSettings
 from evolution.runs import CONFIG, load_run
@@ -15,10 +18,12 @@ from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_maps
 from gym_mapbench.mapio.formats import WRITTEN
 from gym_mapbench.mapio.gazebo import export_gazebo
+from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 
 EXAMPLES = """  mapbench export runs/first --format gazebo --out bundle
   mapbench export maps.mapset.json --format map_server --out maps
-  mapbench export office.yaml --format gazebo --params nav2_params.yaml --out bundle"""
+  mapbench export office.yaml --format gazebo --params nav2_params.yaml --out bundle
+  mapbench export office.yaml --format gazebo --nav2 jazzy --out bundle"""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -52,18 +57,51 @@ def _export_gazebo(args: argparse.Namespace) -> list[Path]:
     settings = options.drive_settings(args, recorded.run if recorded else None)  # type: ignore[arg-type]
     chosen = options.controllers_of(args)
     specs = recorded.controllers if recorded is not None and args.controllers is None else chosen
-    navigation = compared(settings, specs)
-    robot = settings.environment.robot
+    read = read_parameter_file(args)
     return export_gazebo(
         load_scenarios(args.source, start=args.start, goal=args.goal),
         args.out,
-        navigation_params=write_nav2_params(navigation, robot=robot),
-        controllers=list(navigation.controllers),
-        robot=robot,
+        navigation=bundled(settings, specs, {} if read is None else read.ros_only),
+        robot=settings.environment.robot,
+        lidar=settings.environment.lidar,
         wall_height=args.wall_height,
         time_limit=settings.time_limit,
-        lidar_range=settings.environment.lidar.range_max,
     )
+
+
+def bundled(
+    settings: DriveSettings, specs: tuple[ControllerSpec, ...], ros_only: Mapping[str, Any]
+) -> BundledNavigation:
+    """What drives in a bundle.
+
+    Args:
+        settings: With the navigation.
+        specs: Who is compared.
+        ros_only: What a user's file has besides, by node.
+
+    Raises:
+        ConfigError: If a controller is none of Nav2's, or something is not in ROS.
+    """
+    navigation = compared(settings, specs)
+    kept = {**ros_only, "controller_server": _renamed(ros_only.get("controller_server", {}), settings, specs)}
+    return BundledNavigation(
+        params=write_nav2_params(navigation, robot=settings.environment.robot, ros_only=kept),
+        controllers=list(navigation.controllers),
+        tree=navigation.bt.model_dump(),
+        release=navigation.release,
+        besides=parameters_of_ours(navigation),
+    )
+
+
+def _renamed(server: Mapping[str, Any], settings: DriveSettings, specs: tuple[ControllerSpec, ...]) -> dict[str, Any]:
+    """Give what a file's controllers have besides to those that are compared, which may have other names."""
+    named = settings.navigation.controllers
+    kept = {key: value for key, value in server.items() if key not in named}
+    for spec in specs:
+        plugin = settings.navigation.controller(spec.registered_name)
+        source = next(name for name, one in named.items() if one is plugin)
+        kept |= {spec.name: server[source]} if source in server else {}
+    return kept
 
 
 def compared(settings: DriveSettings, specs: tuple[ControllerSpec, ...]) -> NavigationParams:

@@ -33,11 +33,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Compare and print."""
-    comparison = compare(our_times(args.ours), times_of_results(read_runner_results(args.csv)))
+    results = read_runner_results(args.csv)
+    comparison = compare(our_times(args.ours), times_of_results(results))
+    touched = sum(bool(result.contacts) for result in results)
     if args.format == "json":
-        print(json.dumps(_document(comparison), indent=1, allow_nan=False))
-    else:
-        _print(comparison)
+        print(json.dumps({**_document(comparison), "touched": touched}, indent=1, allow_nan=False))
+        return 0
+    _print(comparison)
+    if touched:
+        console.print(f"{touched} of their {len(results)} runs touched something, which ends a run of ours")
     return 0
 
 

@@ -65,6 +65,15 @@ def names_in(registry: Registry[Any]) -> str:
     return f"{', '.join(registry.built_in)}, or module:attribute"
 
 
+def add_unknown_map_option(parser: argparse.ArgumentParser) -> None:
+    """Add ``--unknown-map``."""
+    parser.add_argument(
+        "--unknown-map",
+        action="store_true",
+        help="Nav2's global costmap does not know the map: only the sensors fill it, and paths may cross the unknown",
+    )
+
+
 def add_controllers_option(parser: argparse.ArgumentParser) -> None:
     """Add ``--controllers``."""
     parser.add_argument(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from controllers.base import Controller
 from controllers.nav2_params import (
@@ -22,6 +22,7 @@ from controllers.registry import CONTROLLERS, make_controller
 from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import environment_for, run_episode
+from evolution.driving.unknown_map import check_sensors, without_map
 from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.episode import Episode
@@ -65,11 +66,13 @@ class DriveSettings(Settings):
         navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``, or the options of a
             :class:`ParameterFile`.
         own_goal_check: Whether Nav2's own goal checker says when the goal is reached; False: the env's does.
+        unknown_map: Whether Nav2's costmaps know nothing of the map, but what the sensors have shown of it so far.
     """
 
     environment: EnvConfig = EnvConfig()
     navigation: NavigationParams
     own_goal_check: bool = True
+    unknown_map: bool = False
 
     @field_validator("navigation", mode="before")
     @classmethod
@@ -79,6 +82,12 @@ class DriveSettings(Settings):
         if isinstance(value, Mapping) and "params" in value:
             return ParameterFile.from_mapping(value, "navigation").load()
         return value
+
+    @model_validator(mode="after")
+    def _sees(self) -> Self:
+        if self.unknown_map:
+            check_sensors(self.navigation)
+        return self
 
     @property
     def time_limit(self) -> float:
@@ -159,8 +168,11 @@ def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Epis
     """
     if not isinstance(job.settings, DriveSettings):
         raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
-    controller = build_controller(job.controller, job.settings)
-    env = environment_for(job.settings.environment, controller, own_goal_check=job.settings.own_goal_check)
+    settings = job.settings
+    if settings.unknown_map:
+        settings = settings.replace(navigation=without_map(settings.navigation, job.scenario.map))
+    controller = build_controller(job.controller, settings)
+    env = environment_for(settings.environment, controller, own_goal_check=settings.own_goal_check)
     return run_episode(
         env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed, watch=watch
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.robot import RobotSpec
 
 WHEEL_RADIUS = 0.033
@@ -14,6 +15,10 @@ WHEEL_RADIUS = 0.033
 CHASSIS_HEIGHT = 0.12
 GROUND_CLEARANCE = 0.01
 LIDAR_Z = 0.16
+NEAREST_RANGE = 0.05
+"""Of a scanner without a shortest distance of its own, m: the simulators want one."""
+SCAN_RATE = 10.0
+"""Of a scanner without a rate of its own, Hz."""
 MASS = 3.0
 WHEEL_MASS = 0.1
 
@@ -26,13 +31,13 @@ class RobotModel:
         spec: The robot it stands for.
         length: Of the chassis along x; the diameter of a disc.
         width: Of the chassis along y.
-        lidar_range: Range of its lidar.
+        lidar: Its scanner, at its place on the robot.
     """
 
     spec: RobotSpec
     length: float
     width: float
-    lidar_range: float
+    lidar: LidarSettings
 
     chassis_height: float = CHASSIS_HEIGHT
     lidar_z: float = LIDAR_Z
@@ -41,12 +46,37 @@ class RobotModel:
     wheel_mass: float = WHEEL_MASS
 
     @classmethod
-    def of(cls, spec: RobotSpec, lidar_range: float) -> RobotModel:
-        """Build from a robot: a cylinder for a disc, the box around the polygon otherwise."""
+    def of(cls, spec: RobotSpec, lidar: LidarSettings) -> RobotModel:
+        """Build from a robot: a cylinder for a disc, the box around the polygon otherwise.
+
+        The lidar sits where the robot has it, unless it has a place of its own.
+        """
+        mounted = lidar.mounted(spec.lidar)
         if spec.footprint is None:
-            return cls(spec, 2 * spec.radius, 2 * spec.radius, lidar_range)
+            return cls(spec, 2 * spec.radius, 2 * spec.radius, mounted)
         reach = np.abs(np.asarray(spec.footprint)).max(axis=0)
-        return cls(spec, float(2 * reach[0]), float(2 * reach[1]), lidar_range)
+        return cls(spec, float(2 * reach[0]), float(2 * reach[1]), mounted)
+
+    @property
+    def lidar_pose(self) -> tuple[float, float, float, float]:
+        """x, y, z, yaw of the lidar on the robot, m and rad."""
+        x, y, yaw = self.lidar.place
+        return x, y, self.lidar_z, yaw
+
+    @property
+    def lidar_angles(self) -> tuple[float, float]:
+        """Angles of the first and the last beam, rad."""
+        return self.lidar.angle_min, self.lidar.angle_min + (self.lidar.beams - 1) * self.lidar.beam_angle
+
+    @property
+    def lidar_ranges(self) -> tuple[float, float]:
+        """Shortest and longest distance that the lidar measures, m."""
+        return self.lidar.range_min or NEAREST_RANGE, self.lidar.range_max
+
+    @property
+    def scan_rate(self) -> float:
+        """Scans per second."""
+        return self.lidar.scan_rate or SCAN_RATE
 
     @property
     def box(self) -> bool:

@@ -11,6 +11,7 @@ import math
 import re
 from collections import defaultdict
 from collections.abc import Sequence
+from decimal import Decimal
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,19 +30,27 @@ DEFAULT_RESOLUTION = 1.0
 PASSABLE = b".GS"
 BLOCKED = b"@OTW"
 MAX_SCEN_TASKS = 500_000
+DECIMALS = 8
+"""Digits after the point of the lengths that are written."""
 
 Cell = tuple[int, int]
 
 _HEADER = re.compile(rb"type[ \t]+octile\s+height[ \t]+(\d{1,9})\s+width[ \t]+(\d{1,9})\s+map[ \t]*\r?\n")
+_CORNERS = re.compile(rb"type[ \t]+octile-corner\s")
 _LINE_LIMIT = 2000
 
 
 class ScenTask(NamedTuple):
-    """One line of a ``.scen`` file; cells are ``(row, col)`` with row 0 at the bottom, ``optimal`` is in cells."""
+    """One line of a ``.scen`` file.
+
+    ``start`` and ``goal`` are ``(row, col)`` with row 0 at the bottom; ``optimal`` is in cells, and the file prints it
+    with ``decimals`` digits after the point (negative: the last digit stands for tens, hundreds...).
+    """
 
     start: Cell
     goal: Cell
     optimal: float
+    decimals: int = DECIMALS
 
 
 def read_movingai(path: Path, resolution: float = DEFAULT_RESOLUTION) -> list[TaskedMap]:
@@ -70,12 +79,9 @@ def read_map_file(path: Path, resolution: float = DEFAULT_RESOLUTION) -> GridMap
         MapFormatError: If the header or a row is not as it should be.
     """
     data = read_bytes(path)
-    header = _HEADER.match(data)
-    if header is None:
-        raise MapFormatError(f"{path}: expected the header of an octile map (type, height, width, map)")
-    rows, cols = int(header[1]), int(header[2])
+    rows, cols, begin = _read_header(path, data)
     check_size(path, rows, cols)
-    body = data[header.end() :]
+    body = data[begin:]
     lines = body.split() if len(body) <= 2 * rows * (cols + 2) + _LINE_LIMIT else []
     if len(lines) != rows or any(len(line) != cols for line in lines):
         raise MapFormatError(f"{path}: expected {rows} rows of {cols} cells as its header says")
@@ -85,6 +91,19 @@ def read_map_file(path: Path, resolution: float = DEFAULT_RESOLUTION) -> GridMap
     if len(strange):
         raise MapFormatError(f"{path}: expected cells of {(PASSABLE + BLOCKED).decode()}, got {chr(strange[0])!r}")
     return GridMap.from_image_array(blocked, resolution)
+
+
+def _read_header(path: Path, data: bytes) -> tuple[int, int, int]:
+    """Return rows, columns, and where the cells begin."""
+    header = _HEADER.match(data)
+    if header is not None:
+        return int(header[1]), int(header[2]), header.end()
+    if _CORNERS.match(data):
+        raise MapFormatError(
+            f"{path}: an octile-corner map, in which different heights of the corners close cells to their neighbours, "
+            "which no grid of free and occupied cells can say; expected type octile"
+        )
+    raise MapFormatError(f"{path}: expected the header of an octile map (type, height, width, map)")
 
 
 def read_scen_file(path: Path, shape: tuple[int, int]) -> list[ScenTask]:
@@ -131,9 +150,9 @@ def scen_text(map_name: str, shape: tuple[int, int], tasks: Sequence[ScenTask]) 
     """Return the ``.scen`` text of tasks with their optimal lengths (cells); buckets are 4 cells wide."""
     rows, cols = shape
     lines = ["version 1"]
-    for (start_row, start_col), (goal_row, goal_col), optimal in tasks:
+    for (start_row, start_col), (goal_row, goal_col), optimal, _ in tasks:
         ends = f"{start_col}\t{rows - 1 - start_row}\t{goal_col}\t{rows - 1 - goal_row}"
-        lines.append(f"{int(optimal) // 4}\t{map_name}\t{cols}\t{rows}\t{ends}\t{optimal:.8f}")
+        lines.append(f"{int(optimal) // 4}\t{map_name}\t{cols}\t{rows}\t{ends}\t{optimal:.{DECIMALS}f}")
     return "\n".join(lines) + "\n"
 
 
@@ -226,7 +245,14 @@ def _parse_task(line: str, shape: tuple[int, int], where: str) -> ScenTask:
     x0, y0, x1, y1 = ends
     if not all(0 <= x < cols and 0 <= y < rows for x, y in ((x0, y0), (x1, y1))):
         raise MapFormatError(f"{where}: expected cells on the map, got {ends}")
-    return ScenTask((rows - 1 - y0, x0), (rows - 1 - y1, x1), as_number(f"{where}: optimum", fields[-1]))
+    optimal = as_number(f"{where}: optimum", fields[-1])
+    return ScenTask((rows - 1 - y0, x0), (rows - 1 - y1, x1), optimal, _decimals(fields[-1]))
+
+
+def _decimals(number: str) -> int:
+    """Count the digits after the point of a printed number."""
+    exponent = Decimal(number).as_tuple().exponent
+    return -exponent if isinstance(exponent, int) else 0
 
 
 def _integer(field: str, where: str) -> int:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gym_mapbench.mapio.movingai import map_of_scen, optimal_lengths, read_map_file, read_scen_file
+from gym_mapbench.mapio.movingai import ScenTask, map_of_scen, optimal_lengths, read_map_file, read_scen_file
 
-TOLERANCE = 1e-3
+SUMMATION = 1e-3
+"""What the sums of others may be off by, cells: some were added up in single precision."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,8 @@ class ScenReport:
         tasks: Number of its tasks.
         solved: Tasks with a path.
         largest_error: Largest difference between our length and the file's among them, cells.
-        wrong: Index (from 0) of every task without a path or off by more than :data:`TOLERANCE`.
+        wrong: Index (from 0) of every task without a path, or off by more than the file's rounding
+            (:func:`tolerances`).
         seconds: Wall-clock time of the searches.
     """
 
@@ -65,6 +69,19 @@ def check_scen(path: str | Path) -> ScenReport:
         len(tasks),
         int(solved.sum()),
         float(errors[solved].max(initial=0.0)),
-        tuple(np.flatnonzero(~(errors <= TOLERANCE)).tolist()),
+        tuple(np.flatnonzero(~(errors <= tolerances(tasks))).tolist()),
         seconds,
     )
+
+
+def tolerances(tasks: Sequence[ScenTask]) -> NDArray[np.float64]:
+    """Return by how much each length may be off, cells: half a unit of its last digit, and the error of a sum.
+
+    Zeros at the end are often not printed. Whether a file prints so many digits after the point or so many in all, a
+    length has at least as many after the point as any that is longer, so it is taken to have been printed with those.
+    """
+    lengths, printed = np.array([task.optimal for task in tasks]), np.array([task.decimals for task in tasks])
+    longest_first = np.argsort(-lengths, kind="stable")
+    decimals = np.empty(len(tasks))
+    decimals[longest_first] = np.maximum.accumulate(printed[longest_first]) if len(tasks) else []
+    return SUMMATION + 0.5 * 10.0**-decimals

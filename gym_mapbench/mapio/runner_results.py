@@ -10,13 +10,18 @@ from typing import NamedTuple
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.source import as_number, read_text, short
 
-COLUMNS = ("map", "controller", "repeat", "outcome", "time_s", "path_length_m")
+COLUMNS = ("map", "controller", "repeat", "outcome", "time_s", "path_length_m", "contacts")
+ADDED_LATER = ("contacts",)
+"""Columns that older bundles' runners did not write."""
 RUNNER_OUTCOMES = ("goal", "aborted", "timeout", "error")
 MAX_RESULTS_BYTES = 50_000_000
 
 
 class RunnerResult(NamedTuple):
-    """One run as the runner measured it: simulated seconds, way in m; ``aborted`` is Nav2 giving up."""
+    """One run as the runner measured it: simulated seconds, way in m; ``aborted`` is Nav2 giving up.
+
+    ``contacts`` is how often the robot touched something; None where it was not counted.
+    """
 
     map: str
     controller: str
@@ -24,6 +29,7 @@ class RunnerResult(NamedTuple):
     outcome: str
     time: float
     path_length: float
+    contacts: int | None = None
 
     @property
     def success(self) -> bool:
@@ -40,7 +46,7 @@ def read_runner_results(path: str | Path) -> list[RunnerResult]:
     path = Path(path)
     rows = csv.DictReader(io.StringIO(read_text(path, MAX_RESULTS_BYTES)), restval="")
     try:
-        missing = set(COLUMNS) - set(rows.fieldnames or ())
+        missing = {*COLUMNS} - {*ADDED_LATER, *(rows.fieldnames or ())}
         if not missing:
             return [_parse(row, f"{path}: line {number}") for number, row in enumerate(rows, start=2)]
     except csv.Error as error:
@@ -56,6 +62,8 @@ def _parse(row: dict[str, str], where: str) -> RunnerResult:
     if not row["map"] or not row["controller"]:
         raise MapFormatError(f"{where}: expected the names of a map and a controller")
     repeat, time, length = (as_number(f"{where}: {name}", row[name]) for name in ("repeat", "time_s", "path_length_m"))
-    if min(repeat, time, length) < 0:
-        raise MapFormatError(f"{where}: expected repeat, time_s and path_length_m of 0 or more")
-    return RunnerResult(row["map"], row["controller"], int(repeat), row["outcome"], time, length)
+    contacts = as_number(f"{where}: contacts", row["contacts"]) if "contacts" in row else None
+    if min(repeat, time, length, contacts or 0) < 0:
+        raise MapFormatError(f"{where}: expected repeat, time_s, path_length_m and contacts of 0 or more")
+    counted = None if contacts is None else int(contacts)
+    return RunnerResult(row["map"], row["controller"], int(repeat), row["outcome"], time, length, counted)

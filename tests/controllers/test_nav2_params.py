@@ -1,4 +1,4 @@
-"""Parameter files: what is read, what is refused and how, and that nothing is lost on the way back to ROS."""
+"""Parameter files: what is read, what is refused and how."""
 
 from __future__ import annotations
 
@@ -11,25 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controllers.nav2_params import (
-    PRESETS,
-    NavigationParams,
     load_preset,
     parse_nav2_params,
     read_nav2_params,
-    write_nav2_params,
 )
 from controllers.nav2_params.navigation import (
-    BehaviorServer,
-    BehaviorTree,
-    ControllerPlugin,
-    ControllerServer,
     GoalChecker,
     PlannerPlugin,
     ProgressChecker,
-    VelocitySmoother,
 )
 from controllers.nav2_params.parsing import SECTIONS
-from controllers.nav2_params.plugins import CONTROLLERS
 from gym_mapbench.costmap import CostmapParams, InflationLayer, ObservationSource, ObstacleLayer
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.robot import make_robot
@@ -397,122 +388,3 @@ def test_fair_gives_everybody_the_limits_of_the_robot():
 def test_an_unknown_preset_is_refused():
     with pytest.raises(ConfigError, match="unknown preset 'thesys'; did you mean 'thesis'"):
         load_preset("thesys")
-
-
-# --- And back --------------------------------------------------------------------------------------------------------
-
-positive = st.floats(0.01, 10)
-axes = st.tuples(positive, st.just(0.0), positive)
-negative_axes = st.tuples(positive, st.just(0.0), positive).map(lambda axis: tuple(-value for value in axis))
-corners = st.just(((0.3, 0.2), (-0.3, 0.2), (0.0, -0.25)))
-obstacle_layers = st.builds(
-    ObstacleLayer,
-    enabled=st.booleans(),
-    scan=st.builds(
-        ObservationSource, clearing=st.booleans(), obstacle_max_range=positive, max_obstacle_height=positive
-    ),
-)
-costmap_params = st.builds(
-    CostmapParams,
-    robot_radius=st.none() | positive,
-    footprint=st.none() | corners,
-    resolution=positive,
-    rolling_window=st.booleans(),
-    plugins=st.permutations(["static_layer", "obstacle_layer", "inflation_layer"]).map(tuple),
-    obstacle_layer=obstacle_layers,
-    inflation_layer=st.builds(InflationLayer, inflation_radius=positive, inflate_unknown=st.booleans()),
-)
-controllers = st.dictionaries(
-    st.sampled_from(["FollowPath", "dwb", "rpp", "Precise"]),
-    st.builds(ControllerPlugin, kind=st.just("rpp"), params=st.fixed_dictionaries({"lookahead_dist": positive}))
-    | st.builds(
-        ControllerPlugin,
-        kind=st.sampled_from(["dwb", "shim_dwb"]),
-        params=st.just({"critics": ["PathDist"], "PathDist.scale": 2.0}),
-    )
-    | st.builds(
-        ControllerPlugin,
-        kind=st.sampled_from(["graceful", "shim_graceful"]),
-        params=st.fixed_dictionaries({"lambda": positive}),
-    )
-    | st.builds(
-        ControllerPlugin,
-        kind=st.sampled_from(["shim_mppi", "shim_rpp"]),
-        params=st.fixed_dictionaries({"angular_dist_threshold": positive, "max_angular_accel": positive}),
-    ),
-)
-navigations = st.builds(
-    NavigationParams,
-    controller_server=st.builds(
-        ControllerServer,
-        controller_frequency=positive,
-        failure_tolerance=st.sampled_from([-1.0, 0.0, 0.3]),
-        progress_checker=st.builds(ProgressChecker, plugin=st.sampled_from(["simple", "pose"])),
-        goal_checker=st.builds(GoalChecker, plugin=st.sampled_from(["simple", "stopped"]), xy_goal_tolerance=positive),
-    ),
-    controllers=controllers,
-    planner=st.builds(PlannerPlugin, name=st.just("navfn"), params=st.fixed_dictionaries({"tolerance": positive}))
-    | st.builds(PlannerPlugin, name=st.just("smac_2d"), params=st.fixed_dictionaries({"allow_unknown": st.booleans()}))
-    | st.builds(PlannerPlugin, name=st.just("theta_star"), params=st.fixed_dictionaries({"w_euc_cost": positive})),
-    local_costmap=costmap_params,
-    global_costmap=costmap_params,
-    behavior_server=st.builds(BehaviorServer, behavior_plugins=st.sampled_from([(), ("wait",), ("spin", "wait")])),
-    bt=st.builds(BehaviorTree, recoveries=st.booleans(), number_of_retries=st.integers(0, 9)),
-    velocity_smoother=st.none()
-    | st.builds(VelocitySmoother, max_velocity=axes, max_decel=negative_axes, feedback=st.just("CLOSED_LOOP")),
-)
-
-
-@settings(max_examples=60, deadline=None)
-@given(navigations)
-def test_what_is_written_reads_back_the_same(navigation):
-    assert parse_nav2_params(write_nav2_params(navigation)).navigation == navigation
-
-
-@pytest.mark.parametrize("name", PRESETS)
-def test_presets_survive_ros_and_json(name):
-    preset = load_preset(name)
-    document = yaml.safe_load(yaml.safe_dump(write_nav2_params(preset)))
-    assert parse_nav2_params(document, release=preset.release).navigation == preset
-    assert NavigationParams(**preset.model_dump(mode="json")) == preset
-
-
-def test_a_rotation_shim_is_written_with_the_controller_inside():
-    thesis = load_preset("thesis")
-    navigation = thesis.replace(controllers={"FollowPath": thesis.controller("shim_rpp")})
-    written = write_nav2_params(navigation)["controller_server"]["ros__parameters"]["FollowPath"]
-    assert written["plugin"] == "nav2_rotation_shim_controller::RotationShimController"
-    assert written["primary_controller"] == CONTROLLERS["rpp"].ros_class
-    assert (written["desired_linear_vel"], written["angular_dist_threshold"]) == (0.5, 0.785)
-
-
-def test_what_is_written_is_what_ros_takes():
-    thesis = load_preset("thesis")
-    document = write_nav2_params(thesis, robot=make_robot("jackal"), follow_path="rpp")
-    server = document["controller_server"]["ros__parameters"]
-    assert server["controller_plugins"] == ["dwb", "mppi", "FollowPath"]
-    assert server["FollowPath"]["plugin"] == CONTROLLERS["rpp"].ros_class
-    for name in ("local_costmap", "global_costmap"):
-        written = document[name][name]["ros__parameters"]
-        assert written["footprint"] == "[[0.21, 0.165], [-0.21, 0.165], [-0.21, -0.165], [0.21, -0.165]]"
-        assert "robot_radius" not in written
-    assert write_nav2_params(thesis, robot=make_robot("turtlebot3_burger"))["local_costmap"]["local_costmap"][
-        "ros__parameters"
-    ]["robot_radius"] == pytest.approx(0.105)
-    assert "velocity_smoother" not in document
-    assert _values_of_type(document, tuple | type(None)) == []
-
-
-def _values_of_type(value, kind):
-    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return ([value] if isinstance(value, kind) else []) + [
-        found for item in inner for found in _values_of_type(item, kind)
-    ]
-
-
-def test_writing_refuses_what_ros_does_not_have():
-    server = ControllerServer(progress_checker=ProgressChecker(plugin="none"))
-    with pytest.raises(ConfigError, match="one that ROS has, got 'none'"):
-        write_nav2_params(NavigationParams(controller_server=server))
-    with pytest.raises(ConfigError, match="unknown controller 'teb'"):
-        write_nav2_params(load_preset("thesis"), follow_path="teb")

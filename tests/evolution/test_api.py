@@ -41,6 +41,64 @@ def test_bench_keeps_what_load_reads(tmp_path):
     assert "<td>far</td>" in result._repr_html_()
 
 
+def rows_but_timings(path):
+    return [{key: value for key, value in row.items() if key != "wall"} for row in load(path).rows]
+
+
+@pytest.mark.usefixtures("fake_robot")
+@pytest.mark.parametrize("driven_before", [1, 2, 4])
+def test_an_interrupted_bench_goes_on_to_the_same_results(tmp_path, driven_before):
+    options = {"controllers": ["rpp", "far=rpp"], "repeats": 2, "workers": 1, "seed": 5}
+    bench(OFFICE, out=tmp_path / "whole", **options)
+    driven = []
+
+    def interrupt(*_):
+        driven.append(1)
+        if len(driven) == driven_before:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        bench(OFFICE, out=tmp_path / "part", on_run=interrupt, **options)
+    assert not (tmp_path / "part" / "bench.json").exists()
+    with pytest.raises(RunError, match="not finished; continue it with --resume"):
+        load(tmp_path / "part")
+    lefts = []
+    result = bench(OFFICE, out=tmp_path / "part", resume=True, on_run=lambda *run: lefts.append(run[2]), **options)
+    assert lefts == list(range(4 - driven_before))[::-1]
+    assert rows_but_timings(tmp_path / "part") == rows_but_timings(tmp_path / "whole")
+    assert [*load(tmp_path / "part").rows[0]] == [*load(tmp_path / "whole").rows[0]]
+    again = bench(OFFICE, out=tmp_path / "part", resume=True, **options)
+    assert again.to_json() == result.to_json() == (tmp_path / "part" / "bench.json").read_text()
+    assert sorted(path.name for path in (tmp_path / "part").iterdir()) == [
+        "bench.csv",
+        "bench.json",
+        "benchmark.json",
+        "results.sqlite",
+    ]
+
+
+@pytest.mark.usefixtures("fake_robot")
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"seed": 6}, "seed was 5 when the benchmark began, got 6"),
+        ({"repeats": 3}, "repeats was 2 when the benchmark began, got 3"),
+        ({"controllers": ["rpp", "dwb"]}, r"controllers\.far was .* when the benchmark began, got None"),
+        ({"time_limit": 20.0}, r"settings\.environment\.time_limit was 150\.0 when the benchmark began, got 20\.0"),
+        ({"goal": (8.0, 6.0, 0.5)}, r"maps\.1 office was '.*' when the benchmark began"),
+        ({"resume": False}, "already holds a benchmark; continue it with --resume, or choose another directory"),
+    ],
+)
+def test_another_experiments_directory_is_left_alone(tmp_path, changes, message):
+    options = {"controllers": ["rpp", "far=rpp"], "repeats": 2, "workers": 1, "seed": 5}
+    bench(OFFICE, out=tmp_path, **options)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(ConfigError, match=message) as caught:
+        bench(OFFICE, out=tmp_path, **({"resume": True} | options | changes))
+    assert "\n" not in str(caught.value)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
 @pytest.mark.usefixtures("fake_robot")
 def test_maps_may_be_there_already():
     scenarios = load_scenarios(OFFICE)
@@ -73,6 +131,11 @@ def test_studies_are_tables(study_path):
         (lambda folder: bench(OFFICE, "mpi"), "did you mean 'mppi'"),
         (lambda folder: bench(OFFICE, "rpp", nois="nominal"), "nois"),
         (lambda folder: bench([OFFICE, "barn:there"], "rpp"), "expected no other map beside it"),
+        (lambda folder: bench(OFFICE, "rpp", resume=True), "resume: expected the directory of a benchmark"),
+        (
+            lambda folder: bench(OFFICE, "rpp", resume=True, out=folder),
+            r"not a benchmark directory \(no benchmark.json",
+        ),
         (lambda folder: evolve("quikc", out=folder / "a"), "quikc"),
         (lambda folder: evolve("quick", pop_sise=2, out=folder / "a"), "pop_size"),
         (lambda folder: evolve({"controllers": ["rpp"]}, out=folder / "a"), "two or more"),

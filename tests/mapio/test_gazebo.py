@@ -13,9 +13,12 @@ from evolution.cli import build_parser
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.mapio.gazebo import export_gazebo, map_files
-from gym_mapbench.robot import RobotSpec, make_robot
+from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
+from gym_mapbench.mapio.gazebo_robot import RobotModel
+from gym_mapbench.robot import LidarMount, RobotSpec, make_robot
 from gym_mapbench.scenario import MapSet, Scenario
 from tests.mapio.rasterise import rasterise_world, read_collada
 from tests.mapio.samples import grids, scenario_on
@@ -23,9 +26,25 @@ from tests.mapio.samples import grids, scenario_on
 PARAMS = {
     "controller_server": {"ros__parameters": {"controller_plugins": ["dwb", "mppi"], "dwb": {"max_vel_x": 0.26}}},
     "planner_server": {"ros__parameters": {"planner_plugins": ("GridBased",)}},
+    "behavior_server": {"ros__parameters": {"behavior_plugins": ["spin", "backup", "wait"]}},
     "velocity_smoother": {"ros__parameters": {"max_velocity": (0.26, 0.0, 1.0)}},
 }
-OPTIONS = {"navigation_params": PARAMS, "controllers": ["dwb", "mppi"], "robot": make_robot("turtlebot3_waffle")}
+TREE = {
+    "replanning_frequency": 2.0,
+    "number_of_retries": 4,
+    "spin_dist": 1.2,
+    "wait_duration": 3.0,
+    "backup_dist": 0.4,
+    "backup_speed": 0.06,
+    "time_allowance": 9.0,
+    "recoveries": True,
+}
+NAVIGATION = {"params": PARAMS, "controllers": ["dwb", "mppi"], "tree": TREE}
+OPTIONS = {"navigation": BundledNavigation(**NAVIGATION), "robot": make_robot("turtlebot3_waffle")}
+
+
+def navigation(**changes):
+    return BundledNavigation(**(NAVIGATION | changes))
 
 
 def thesis_scenario(seed, name):
@@ -115,6 +134,56 @@ def test_trees_name_their_controller_and_planner(exported):
     assert tree.find(".//FollowPath").get("controller_id") == "mppi"
     assert tree.find(".//ComputePathToPose").get("planner_id") == "GridBased"
     assert [node.tag for node in tree.find(".//RoundRobin")] == ["Sequence", "Spin", "Wait", "BackUp"]
+    assert "BTCPP_format" not in tree.attrib
+
+
+def tree_of(**changes):
+    return ElementTree.fromstring(navigation(**changes).files()["behavior_trees/dwb.xml"])
+
+
+@pytest.mark.parametrize("release", ["humble", "jazzy"])
+def test_the_numbers_of_the_tree_are_those_that_were_driven_with(release):
+    tree = tree_of(release=release)
+    assert tree.find(".//RateController").get("hz") == "2.0"
+    assert tree.find(".//RecoveryNode[@name='NavigateRecovery']").get("number_of_retries") == "4"
+    assert tree.find(".//Spin").attrib == {"spin_dist": "1.2", "time_allowance": "9.0"}
+    assert tree.find(".//Wait").attrib == {"wait_duration": "3.0"}
+    backup = {"backup_dist": "0.4", "backup_speed": "0.06", "time_allowance": "9.0"}
+    assert tree.find(".//BackUp").attrib == backup
+
+
+def test_jazzys_tree_asks_whether_a_recovery_would_help():
+    tree = tree_of(release="jazzy")
+    assert tree.get("BTCPP_format") == "4"
+    errors = {"ComputePathToPose": "{compute_path_error_code}", "FollowPath": "{follow_path_error_code}"}
+    assert {name: tree.find(f".//{name}").get("error_code_id") for name in errors} == errors
+    guarded = [[child.tag for child in sequence] for sequence in tree.iter("Sequence")]
+    assert guarded == [
+        ["WouldAPlannerRecoveryHelp", "ClearEntireCostmap"],
+        ["WouldAControllerRecoveryHelp", "ClearEntireCostmap"],
+        ["Fallback", "ReactiveFallback"],
+        ["ClearEntireCostmap", "ClearEntireCostmap"],
+    ]
+    assert "error_code" not in ElementTree.tostring(tree_of()).decode()
+
+
+@pytest.mark.parametrize("release", ["humble", "jazzy"])
+def test_a_tree_has_only_what_was_driven_with(release):
+    behaviors = {"behavior_server": {"ros__parameters": {"behavior_plugins": ["wait"]}}}
+    some = tree_of(release=release, params=PARAMS | behaviors)
+    assert [node.tag for node in some.find(".//RoundRobin")] == ["Sequence", "Wait"]
+    none = tree_of(release=release, tree=TREE | {"recoveries": False})
+    tags = [node.tag for node in none.iter()]
+    pipeline = ["PipelineSequence", "RateController", "ForceSuccess", "ComputePathToPose", "FollowPath"]
+    assert tags == ["root", "BehaviorTree", *pipeline]
+
+
+def test_what_no_parameter_of_nav2_says_is_a_comment():
+    text = navigation(release="jazzy", besides={"mppi.noise": "nav2", "mppi.noise_seed": 7}).files()["nav2_params.yaml"]
+    head = [line for line in text.splitlines() if line.startswith("#")]
+    assert head[0] == "# Nav2 Jazzy."
+    assert head[2:] == ['#   mppi.noise: "nav2"', "#   mppi.noise_seed: 7"]
+    assert yaml.safe_load(text)["controller_server"] == PARAMS["controller_server"]
 
 
 @pytest.mark.parametrize("robot", ["turtlebot3_burger", "jackal"])
@@ -123,7 +192,7 @@ def test_the_robot_has_outline_and_limits_of_its_spec(tmp_path, robot, model):
     spec = make_robot(robot)
     export_gazebo([thesis_scenario(1, "m")], tmp_path, **(OPTIONS | {"robot": spec}))
     root = ElementTree.parse(tmp_path / "models" / model / "model.sdf").getroot()
-    chassis = root.find(".//collision[@name='chassis']/geometry")
+    chassis = root.find(".//collision[@name='chassis_collision']/geometry")
     if spec.footprint is None:
         assert float(chassis.findtext("cylinder/radius")) == spec.radius
     else:
@@ -161,14 +230,20 @@ def test_an_occupied_folder_is_left_alone(exported, tmp_path):
         ({"controllers": ["rpp"]}, "controller 'rpp': expected a plugin"),
         ({"controllers": ["dwb", "dwb"]}, "expected every name once"),
         ({"controllers": ["../dwb"]}, "expected a name of letters"),
-        ({"navigation_params": {}}, "controller_server.ros__parameters.controller_plugins"),
-        ({"navigation_params": PARAMS | {"planner_server": None}}, "planner_server"),
-        ({"wall_height": 0.1}, "wall height: expected more than the lidar's 0.16 m"),
+        ({"params": {}}, "controller_server.ros__parameters.controller_plugins"),
+        ({"params": PARAMS | {"planner_server": None}}, "planner_server"),
+        ({"params": PARAMS | {"behavior_server": None}}, "behavior_server"),
     ],
 )
-def test_bad_options_write_nothing(tmp_path, change, words):
+def test_bad_navigation_writes_nothing(tmp_path, change, words):
     with pytest.raises(ConfigError, match=words):
-        export_gazebo([thesis_scenario(1, "m")], tmp_path / "out", **(OPTIONS | change))
+        export_gazebo([thesis_scenario(1, "m")], tmp_path / "out", **(OPTIONS | {"navigation": navigation(**change)}))
+    assert not (tmp_path / "out").exists()
+
+
+def test_walls_that_the_lidar_looks_over_write_nothing(tmp_path):
+    with pytest.raises(ConfigError, match=r"wall height: expected more than the lidar's 0\.16 m"):
+        export_gazebo([thesis_scenario(1, "m")], tmp_path / "out", **OPTIONS, wall_height=0.1)
     assert not (tmp_path / "out").exists()
 
 
@@ -180,10 +255,60 @@ def test_bad_map_names_write_nothing(tmp_path, names):
 
 
 def test_inertia_is_possible():
-    from gym_mapbench.mapio.gazebo_robot import RobotModel
-
     for spec in (RobotSpec(radius=0.5), make_robot("jackal")):
-        a, b, c = RobotModel.of(spec, 3.5).moments
+        a, b, c = RobotModel.of(spec, LidarSettings()).moments
         assert min(a, b, c) > 0
         assert a + b >= c
         assert b + c >= a
+
+
+def lidar_of(root, kind):
+    sensor = root.find(".//sensor[@name='lidar']")
+    place = [float(value) for value in sensor.findtext("pose").split()]
+    block = sensor.find(kind)
+    names = (
+        "scan/horizontal/samples",
+        "scan/horizontal/min_angle",
+        "scan/horizontal/max_angle",
+        "range/min",
+        "range/max",
+    )
+    return place, [float(block.findtext(name)) for name in names], float(sensor.findtext("update_rate"))
+
+
+@pytest.mark.parametrize(("model", "kind"), [("mapbench_robot", "ray"), ("mapbench_robot_gz", "lidar")])
+def test_the_lidar_sits_where_the_robot_has_it(tmp_path, model, kind):
+    robots = {
+        "preset": (make_robot("turtlebot3_waffle"), LidarSettings()),
+        "turned": (RobotSpec(lidar=LidarMount(x=0.1, y=-0.05, yaw=0.5, range_min=0.3)), LidarSettings(range_max=8.0)),
+        "own": (RobotSpec(lidar=LidarMount(x=0.1)), LidarSettings(x=0.0, y=0.02, beams=5, angle_min=-1.0)),
+        "narrow": (RobotSpec(), LidarSettings(beams=3, angle_min=-0.5, angle_increment=0.5, scan_rate=5.0)),
+    }
+    found = {}
+    for name, (robot, lidar) in robots.items():
+        export_gazebo([thesis_scenario(1, "m")], tmp_path / name, **(OPTIONS | {"robot": robot}), lidar=lidar)
+        found[name] = lidar_of(ElementTree.parse(tmp_path / name / "models" / model / "model.sdf").getroot(), kind)
+        transform = json.loads((tmp_path / name / "benchmark.json").read_text())["robot"]["lidar"]
+        assert [transform[key] for key in ("x", "y", "z", "yaw")] == [found[name][0][i] for i in (0, 1, 2, 5)]
+    assert found["preset"][0] == [-0.064, 0.0, 0.16, 0.0, 0.0, 0.0]
+    assert found["preset"][1:] == ([360, 0.0, pytest.approx(359 * np.pi / 180), 0.12, 3.5], 10.0)
+    assert found["turned"][0] == [0.1, -0.05, 0.16, 0.0, 0.0, 0.5]
+    assert found["turned"][1][3:] == [0.3, 8.0]
+    assert found["own"][0][:2] == [0.0, 0.02]
+    assert found["own"][1][:3] == [5, -1.0, pytest.approx(-1.0 + 4 * 2 * np.pi / 5)]
+    assert found["narrow"][1:] == ([3, -0.5, 0.5, 0.05, 3.5], 5.0)
+
+
+def test_no_name_is_given_twice_beside_each_other(exported):
+    for file in (*exported[1].glob("models/*/model.sdf"), *exported[1].glob("worlds/*")):
+        for element in ElementTree.parse(file).iter():
+            names = [child.get("name") for child in element if child.get("name") is not None]
+            assert len(names) == len(set(names)), f"{file}: {names}"
+
+
+@pytest.mark.parametrize(("model", "plugin"), [("mapbench_robot", True), ("mapbench_robot_gz", False)])
+def test_the_bumper_feels_the_chassis(exported, model, plugin):
+    root = ElementTree.parse(exported[1] / "models" / model / "model.sdf").getroot()
+    bumper = root.find(".//sensor[@type='contact']")
+    assert root.find(f".//collision[@name='{bumper.findtext('contact/collision')}']") is not None
+    assert (bumper.find("plugin") is not None) is plugin

@@ -54,6 +54,7 @@ def test_written_tasks_come_back(tmp_path):
     [
         ("", "header of an octile map"),
         (MOVINGAI_MAP.replace("octile", "hex"), "header of an octile map"),
+        (MOVINGAI_MAP.replace("octile", "octile-corner"), "an octile-corner map"),
         (MOVINGAI_MAP.replace("height 4", "height 5"), "expected 5 rows of 5 cells"),
         (MOVINGAI_MAP.replace("width 5", "width 40000"), "expected 4 rows of 40000 cells"),
         (MOVINGAI_MAP.replace("width 5", "width 999999"), "at most 50000 cells a side"),

@@ -11,8 +11,8 @@ from hypothesis.extra.numpy import arrays
 
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.mapio.movingai import optimal_lengths
-from gym_mapbench.mapio.movingai_check import check_scen
+from gym_mapbench.mapio.movingai import ScenTask, optimal_lengths
+from gym_mapbench.mapio.movingai_check import SUMMATION, check_scen, tolerances
 from tests.mapio.samples import MOVINGAI_MAP, MOVINGAI_SCEN
 from tests.oracle_data import DATA, needs_data
 
@@ -71,6 +71,37 @@ def test_right_and_wrong_optima(scen):
     assert report.wrong == (1,)
     assert report.largest_error == pytest.approx(0.002)
     assert "1 disagree, the first is task 1" in str(report)
+
+
+@pytest.mark.parametrize(
+    ("printed", "right"),
+    [("2.41", True), ("2.42", True), ("2.40", False), ("2.4", True), ("2.5", False), ("2", True), ("3", False)],
+)
+def test_a_length_may_be_rounded_as_far_as_the_file_prints_it(scen, printed, right):
+    scen.write_text(MOVINGAI_SCEN.replace("2.41421356", printed))
+    assert check_scen(scen).passed is right
+
+
+def test_a_zero_at_the_end_that_is_not_printed_does_not_widen_the_tolerance():
+    def tasks(*printed):
+        numbers = [text.partition(".")[2] for text in printed]
+        return [ScenTask((0, 0), (0, 0), float(p), len(d)) for p, d in zip(printed, numbers, strict=True)]
+
+    two_decimals = tolerances(tasks("3.5", "7.25", "7", "9.12"))
+    assert two_decimals == pytest.approx(SUMMATION + np.full(4, 0.005))
+    six_digits = tolerances(tasks("12345.7", "1234.5", "1234.57", "12.3457"))
+    assert six_digits == pytest.approx(SUMMATION + np.array([0.05, 0.005, 0.005, 0.00005]))
+    assert len(tolerances([])) == 0
+
+
+@given(
+    lengths=st.lists(st.floats(0.5, 90000), min_size=1, max_size=20),
+    form=st.sampled_from(["{:.2f}", "{:.6g}", "{:.0f}", "{:.8f}"]),
+)
+def test_no_rounding_of_a_right_length_is_called_wrong(lengths, form):
+    texts = [form.format(length) for length in lengths]
+    tasks = [ScenTask((0, 0), (0, 0), float(t), len(t.partition(".")[2])) for t in texts]
+    assert (abs(np.array(lengths) - [task.optimal for task in tasks]) <= tolerances(tasks)).all()
 
 
 def test_tasks_without_a_path_are_wrong(scen):

@@ -34,7 +34,7 @@ def bundle(request, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def sdf_check(tmp_path_factory):
-    """The path of a compiled program that loads SDF files with libsdformat."""
+    """The path of a compiled program that checks SDF files with libsdformat, as ``sdf check`` does."""
     if not (shutil.which("g++") and shutil.which("pkg-config")):
         pytest.skip("no C++ compiler or pkg-config")
     listed = subprocess.run(["pkg-config", "--list-all"], capture_output=True, text=True, check=True).stdout
@@ -55,15 +55,19 @@ def run_sdf_check(program, folder, files):
     return done.returncode, done.stdout + done.stderr
 
 
-def test_libsdformat_loads_worlds_and_models_without_a_word(bundle, sdf_check):
+def test_sdf_check_passes_worlds_and_models_without_a_word(bundle, sdf_check):
     _, folder = bundle
     files = sorted(folder.glob("worlds/*")) + sorted(folder.glob("models/m*/model.sdf"))
     assert len(files) == 5
     assert run_sdf_check(sdf_check, folder, files) == (0, "")
 
 
-def test_libsdformat_would_have_complained(bundle, sdf_check, tmp_path):
+def test_sdf_check_would_have_complained(bundle, sdf_check, tmp_path):
     _, folder = bundle
+    model = (folder / "models" / "mapbench_robot" / "model.sdf").read_text()
+    for old, new in (("chassis_visual", "chassis_collision"), ("<child>wheel_left", "<child>wheel_lost")):
+        (tmp_path / "bad.sdf").write_text(model.replace(old, new))
+        assert run_sdf_check(sdf_check, folder, [tmp_path / "bad.sdf"])[0] != 0
     world = (folder / "worlds" / "map_0.world").read_text()
     for old, new in (("model://map_0", "model://map_9"), ("</world>", ""), ('name="map_0"', "")):
         (tmp_path / "bad.world").write_text(world.replace(old, new))

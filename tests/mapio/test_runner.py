@@ -1,172 +1,55 @@
-"""The exported launch file and runner, driven by stand-ins for ROS that answer as ROS does."""
+"""The exported runner, driven by stand-ins for ROS that answer as ROS does."""
 
 from __future__ import annotations
 
-import importlib.util
 import math
+import re
 import subprocess
-import sys
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import pytest
 
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.mapio.runner_results import COLUMNS, read_runner_results
-from tests.mapio.test_gazebo import OPTIONS, thesis_scenario
+from tests.mapio.fake_ros import (
+    SUCCEEDED,
+    Action,
+    Service,
+    World,
+    empty_twist,
+    fake_node,
+    goal_message,
+    install,
+    load,
+)
+from tests.mapio.test_gazebo import OPTIONS, navigation, thesis_scenario
 
-SUCCEEDED, ABORTED = 4, 6
-
-
-class World:
-    """What the simulator would do: time goes on with every spin, the robot is where it was put, goals take a while."""
-
-    def __init__(self):
-        self.time = 0.0
-        self.pose = (0.0, 0.0)
-        self.goals = []
-        self.cleared = []
-        self.cancelled = 0
-        self.listeners = []
-        self.launched = []
-        self.ending = {"dwb": (SUCCEEDED, 12.0), "mppi": (ABORTED, 20.0)}
-
-    def spin(self):
-        self.time += 0.05
-        message = SimpleNamespace(
-            pose=SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=self.pose[0], y=self.pose[1]))),
-            twist=SimpleNamespace(twist=empty_twist()),
-        )
-        for listener in self.listeners:
-            listener(message)
+HEAD = ",".join(COLUMNS) + "\n"
 
 
-def empty_twist():
-    return SimpleNamespace(linear=SimpleNamespace(x=0.0), angular=SimpleNamespace(z=0.0))
-
-
-def empty_pose():
-    return SimpleNamespace(position=SimpleNamespace(x=0.0, y=0.0), orientation=SimpleNamespace(z=0.0, w=1.0))
-
-
-class Future:
-    def __init__(self, value, done=lambda: True):
-        self._value, self.done = value, done
-
-    def result(self):
-        return self._value
-
-
-class Service:
-    """A message type with a Request."""
-
-    @staticmethod
-    def Request():
-        return SimpleNamespace(state=SimpleNamespace(pose=empty_pose()))
-
-
-class Client:
-    def __init__(self, world, name):
-        self.world, self.name = world, name
-
-    def wait_for_service(self, timeout_sec):
-        return True
-
-    def call_async(self, request):
-        if "clear" in self.name:
-            self.world.cleared.append(self.name)
-        if "set_entity_state" in self.name:
-            assert request.state.name == "mapbench_robot"
-            self.world.pose = (request.state.pose.position.x, request.state.pose.position.y)
-        return Future(SimpleNamespace(success=True))
-
-
-class Handle:
-    accepted = True
-
-    def __init__(self, world, goal):
-        self.world = world
-        self.status, self.duration = world.ending[goal.behavior_tree.rsplit("/", 1)[-1].removesuffix(".xml")]
-        self.begin = world.time
-
-    def get_result_async(self):
-        done = lambda: self.world.time - self.begin >= self.duration  # noqa: E731
-        return Future(SimpleNamespace(status=self.status), done)
-
-    def cancel_goal_async(self):
-        self.world.cancelled += 1
-        return Future(None)
-
-
-class Action:
-    def __init__(self, world):
-        self.world = world
-
-    def send_goal_async(self, goal):
-        self.world.goals.append(goal)
-        return Future(Handle(self.world, goal))
-
-
-def goal_message():
-    header = SimpleNamespace(frame_id="", stamp=None)
-    return SimpleNamespace(pose=SimpleNamespace(header=header, pose=empty_pose()), behavior_tree="")
-
-
-def fake_node(world):
-    class Node:
-        def __init__(self, name, parameter_overrides):
-            assert parameter_overrides == [("use_sim_time", True)]
-
-        def create_client(self, kind, name):
-            return Client(world, name)
-
-        def create_publisher(self, kind, topic, depth):
-            return SimpleNamespace(publish=lambda message: None)
-
-        def create_subscription(self, kind, topic, callback, depth):
-            world.listeners.append(callback)
-
-        def get_clock(self):
-            now = SimpleNamespace(nanoseconds=int(world.time * 1e9), to_msg=lambda: None)
-            return SimpleNamespace(now=lambda: now)
-
-        def destroy_node(self):
-            world.listeners.clear()
-
-    return Node
-
-
-def install(monkeypatch, **modules):
-    """Put modules with these attributes where ``import`` finds them."""
-    for path, attributes in modules.items():
-        name = path.replace("__", ".")
-        module = ModuleType(name)
-        module.__dict__.update(attributes)
-        monkeypatch.setitem(sys.modules, name, module)
-
-
-def load(path, name):
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
-def bundle(tmp_path_factory):
+@pytest.fixture(scope="module", params=["humble", "jazzy"])
+def bundle(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runner") / "bundle"
     maps = [thesis_scenario(seed, f"map_{seed}") for seed in range(2)]
-    export_gazebo(maps, folder, **OPTIONS)
-    return maps, folder
+    export_gazebo(maps, folder, **(OPTIONS | {"navigation": navigation(release=request.param)}))
+    return maps, folder, request.param
+
+
+def simulator_of(bundle):
+    return "classic" if bundle[2] == "humble" else "gz"
 
 
 @pytest.fixture
-def ros(monkeypatch):
+def ros(monkeypatch, bundle):
     """The stand-ins; returns the world behind them."""
     world = World()
     install(
         monkeypatch,
-        rclpy={"init": lambda: None, "shutdown": lambda: None, "spin_once": lambda node, timeout_sec: world.spin()},
+        ament_index_python={},
+        ament_index_python__packages={"get_package_share_directory": {"mapbench_bundle": str(bundle[1])}.__getitem__},
+        rclpy={"init": lambda: None, "try_shutdown": lambda: None, "spin_once": lambda node, timeout_sec: world.spin()},
+        rclpy__qos={"qos_profile_sensor_data": None},
         rclpy__action={"ActionClient": lambda node, kind, name: Action(world)},
         rclpy__node={"Node": fake_node(world)},
         rclpy__parameter={"Parameter": lambda name, value: (name, value)},
@@ -183,8 +66,20 @@ def ros(monkeypatch):
         std_srvs__srv={"Trigger": Service},
         gazebo_msgs={},
         gazebo_msgs__srv={"SetEntityState": Service},
+        gazebo_msgs__msg={"ContactsState": None},
+        ros_gz_interfaces={},
+        ros_gz_interfaces__msg={"Contacts": None},
     )
 
+    def teleport(command, check):
+        """``gz service``."""
+        world.teleports += 1
+        if world.teleports in world.stuck:
+            raise subprocess.CalledProcessError(1, command)
+        x, y = re.search(r"x: ([-+.e0-9]+), y: ([-+.e0-9]+)", command[-1]).groups()
+        world.pose = (float(x), float(y))
+
+    monkeypatch.setattr(subprocess, "run", teleport)
     start = subprocess.Popen
 
     def launch(command, start_new_session):
@@ -196,17 +91,20 @@ def ros(monkeypatch):
 
 
 def test_the_runner_drives_everything_and_its_file_is_read_back(bundle, ros, tmp_path):
-    maps, folder = bundle
+    maps, folder, _ = bundle
+    ros.touches = [3.0, 3.05, 3.1, 3.2, 8.0]
     runner = load(folder / "run_benchmark.py", "exported_runner")
-    runner.main(["--repeats", "2", "--out", str(tmp_path / "times.csv")])
+    assert runner.main(["--repeats", "2", "--out", str(tmp_path / "times.csv")]) == 0
     results = read_runner_results(tmp_path / "times.csv")
     runs = [(map_.name, controller, repeat) for map_ in maps for controller in ("dwb", "mppi") for repeat in (0, 1)]
     assert [result[:3] for result in results] == runs
     assert {(result.controller, result.outcome) for result in results} == {("dwb", "goal"), ("mppi", "aborted")}
     assert all(result.time == pytest.approx(12.0, abs=0.11) for result in results if result.success)
-    assert [command[3:] for command in ros.launched] == [
-        [f"map:={map_.name}", "simulator:=classic", "headless:=true"] for map_ in maps
-    ]
+    assert {result.contacts for result in results} == {2}
+    simulator = simulator_of(bundle)
+    launch = ["ros2", "launch", "mapbench_bundle", "benchmark.launch.py"]
+    arguments = [f"simulator:={simulator}", "headless:=true"]
+    assert ros.launched == [[*launch, f"map:={map_.name}", *arguments] for map_ in maps]
     assert len(ros.goals) == 8
     assert ros.cleared[:2] == [
         "local_costmap/clear_entirely_local_costmap",
@@ -221,7 +119,7 @@ def test_the_runner_drives_everything_and_its_file_is_read_back(bundle, ros, tmp
 
 
 def test_a_run_that_takes_too_long_is_cancelled(bundle, ros, tmp_path):
-    _, folder = bundle
+    _, folder, _ = bundle
     runner = load(folder / "run_benchmark.py", "exported_runner")
     arguments = ["--maps", "map_1", "--controllers", "mppi", "--time-limit", "5", "--out", str(tmp_path / "t.csv")]
     runner.main(arguments)
@@ -229,12 +127,83 @@ def test_a_run_that_takes_too_long_is_cancelled(bundle, ros, tmp_path):
     assert result[:4] == ("map_1", "mppi", 0, "timeout")
     assert result.time == pytest.approx(5.0, abs=0.11)
     assert ros.cancelled == 1
-    with pytest.raises(FileExistsError):
-        runner.main(arguments)
+
+
+def runs_in(path):
+    return [result[:4] for result in read_runner_results(path)]
+
+
+ALL = [
+    (f"map_{map_}", name, 0, outcome) for map_ in range(2) for name, outcome in (("dwb", "goal"), ("mppi", "aborted"))
+]
+
+
+def test_one_failed_teleport_costs_one_run(bundle, ros, tmp_path, monkeypatch, capsys):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "SERVICE_TIMEOUT", 0.5)
+    ros.stuck = {2}
+    out = tmp_path / "times.csv"
+    assert runner.main(["--out", str(out)]) == 0
+    failed = ("map_0", "mppi", 0, "error")
+    assert runs_in(out) == [ALL[0], failed, *ALL[2:]]
+    assert "map_0, mppi: " in capsys.readouterr().err
+    assert runner.main(["--out", str(out), "--resume"]) == 0
+    assert sorted(runs_in(out)) == ALL
+    assert len(ros.goals) == 4
+
+
+@pytest.mark.parametrize("driven", [1, 2, 3])
+def test_an_interrupted_benchmark_goes_on(bundle, ros, tmp_path, driven):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    out = tmp_path / "times.csv"
+    ros.interrupt_after = driven
+    with pytest.raises(KeyboardInterrupt):
+        runner.main(["--out", str(out)])
+    assert runs_in(out) == ALL[: driven - 1]
+    with out.open("a") as file:
+        file.write("map_1,mp")  # a line that was not written to its end
+    ros.interrupt_after, ros.goals = math.inf, []
+    assert runner.main(["--out", str(out), "--resume"]) == 0
+    assert runs_in(out) == ALL
+    assert len(ros.goals) == 4 - (driven - 1)
+    before, ros.launched = out.read_bytes(), []
+    assert runner.main(["--out", str(out), "--resume"]) == 0
+    assert (out.read_bytes(), ros.launched) == (before, [])
+
+
+def test_a_map_that_does_not_start_leaves_the_others(bundle, ros, tmp_path, monkeypatch, capsys):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    monkeypatch.setattr(runner, "START_TIMEOUT", 0.3)
+    ros.ready = False
+    assert runner.main(["--out", str(tmp_path / "times.csv")]) == 1
+    assert "not driven to the end: map_0, map_1; --resume tries again" in capsys.readouterr().err
+    assert runs_in(tmp_path / "times.csv") == []
+    assert len(ros.launched) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text", "words"),
+    [
+        ([], HEAD, "exists; continue it with --resume"),
+        (["--resume"], "my,notes\n1,2\n", "expected a file of this benchmark"),
+        (["--simulator", "webots"], None, "invalid choice: 'webots'"),
+    ],
+)
+def test_what_the_runner_refuses(bundle, ros, tmp_path, capsys, arguments, text, words):
+    runner = load(bundle[1] / "run_benchmark.py", "exported_runner")
+    out = tmp_path / "times.csv"
+    if text is not None:
+        out.write_text(text)
+    with pytest.raises(SystemExit) as ended:
+        runner.main([*arguments, "--out", str(out)])
+    assert ended.value.code == 2
+    assert words in capsys.readouterr().err
+    assert (out.read_text() if out.exists() else None) == text
+    assert ros.launched == []
 
 
 def test_gz_teleport_asks_the_service(bundle, ros, monkeypatch):
-    _, folder = bundle
+    _, folder, _ = bundle
     runner = load(folder / "run_benchmark.py", "exported_runner")
     calls = []
     monkeypatch.setattr(subprocess, "run", lambda command, check: calls.append(command))
@@ -247,47 +216,6 @@ def test_gz_teleport_asks_the_service(bundle, ros, monkeypatch):
     )
 
 
-@pytest.mark.parametrize("simulator", ["classic", "gz"])
-@pytest.mark.parametrize("headless", ["true", "false"])
-def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, simulator, headless):
-    maps, folder = bundle
-    arguments = {"map": "map_1", "simulator": simulator, "headless": headless}
-    install(
-        monkeypatch,
-        launch={"LaunchDescription": list},
-        launch__actions={
-            "DeclareLaunchArgument": lambda name, **fields: (name, fields),
-            "ExecuteProcess": SimpleNamespace,
-            "OpaqueFunction": SimpleNamespace,
-        },
-        launch__substitutions={
-            "LaunchConfiguration": lambda key: SimpleNamespace(perform=lambda context: arguments[key])
-        },
-        launch_ros={},
-        launch_ros__actions={"Node": SimpleNamespace},
-    )
-    launch = load(folder / "launch" / "benchmark.launch.py", "exported_launch")
-    *_, function = launch.generate_launch_description()
-    started = function.function(None)
-    first = started[0].cmd
-    assert first[0] == ("gzserver" if simulator == "classic" else "gz")
-    world = folder / "worlds" / ("map_1.world" if simulator == "classic" else "map_1.sdf")
-    assert str(world) in first
-    assert str(folder / "models") in next(iter(started[0].additional_env.values()))
-    nodes = {vars(item).get("name", item.executable): item for item in started if hasattr(item, "executable")}
-    assert {"map_server", "planner_server", "controller_server", "behavior_server", "bt_navigator"} <= set(nodes)
-    assert nodes["lifecycle_manager"].parameters[0]["node_names"][-1] == "velocity_smoother"
-    assert nodes["controller_server"].remappings == [("cmd_vel", "cmd_vel_nav")]
-    assert nodes["map_server"].parameters[1]["yaml_filename"] == str(folder / "maps" / "map_1.yaml")
-    spawn = nodes["spawn_entity.py" if simulator == "classic" else "create"]
-    assert spawn.arguments[-8:] == [
-        "-x", str(maps[1].start.x), "-y", str(maps[1].start.y), "-z", "0.01", "-Y", str(maps[1].start.yaw),
-    ]  # fmt: skip
-
-
-HEAD = ",".join(COLUMNS) + "\n"
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -296,7 +224,9 @@ HEAD = ",".join(COLUMNS) + "\n"
         (HEAD + "m,dwb,0,flew,1,1\n", "outcome: expected one of goal, aborted"),
         (HEAD + "m,dwb,0,goal,soon,1\n", "time_s: expected a number, got 'soon'"),
         (HEAD + "m,dwb,0,goal,nan,1\n", "time_s: expected a number"),
-        (HEAD + "m,dwb,0,goal,-1,1\n", "of 0 or more"),
+        (HEAD + "m,dwb,0,goal,-1,1,0\n", "of 0 or more"),
+        (HEAD + "m,dwb,0,goal,1,1,-1\n", "of 0 or more"),
+        (HEAD + "m,dwb,0,goal,1,1,often\n", "contacts: expected a number, got 'often'"),
         (HEAD + ",dwb,0,goal,1,1\n", "names of a map and a controller"),
         (HEAD + "m,dwb\n", "outcome"),
     ],
@@ -305,3 +235,10 @@ def test_bad_results(tmp_path, text, words):
     (tmp_path / "times.csv").write_text(text)
     with pytest.raises(MapFormatError, match=words):
         read_runner_results(tmp_path / "times.csv")
+
+
+def test_results_of_older_runners_have_no_contacts(tmp_path):
+    (tmp_path / "old.csv").write_text("map,controller,repeat,outcome,time_s,path_length_m\nm,dwb,0,goal,1,2\n")
+    (tmp_path / "new.csv").write_text(HEAD + "m,dwb,0,goal,1,2,3\n")
+    (old,), (new,) = (read_runner_results(tmp_path / name) for name in ("old.csv", "new.csv"))
+    assert (old.contacts, new.contacts) == (None, 3)

@@ -78,6 +78,16 @@ def test_the_command(files, capsys):
     assert json.loads(capsys.readouterr().out)["order_kept"] == {"map_1": True, "map_2": True}
 
 
+def test_their_contacts_are_said(files, capsys):
+    argv = ["import-results", str(files / "results.csv"), "--ours", str(files / "bench.json")]
+    rows = zip(SAMPLE.splitlines(), ("contacts", "2", "0", "1", "0", "0", "0", "0", "0"), strict=True)
+    (files / "results.csv").write_text("\n".join(f"{line},{contacts}" for line, contacts in rows) + "\n")
+    assert main(argv) == 0
+    assert "2 of their 8 runs touched something" in capsys.readouterr().out
+    assert main([*argv, "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["touched"] == 2
+
+
 def test_files_of_another_kind(files, capsys):
     bench = files / "bench.json"
     for text, reason in (

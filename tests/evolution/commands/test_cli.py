@@ -21,6 +21,7 @@ from gym_mapbench.generator import ShapeSettings, make_family
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.scenario import Pose
 from tests.evolution import fake_runs
+from tests.mapio.samples import barn_world
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 OFFICE = str(EXAMPLES / "office.yaml")
@@ -73,6 +74,8 @@ def refused(capsys, *argv):
         (["bench", OFFICE, "--time-limit", "0"], "--time-limit: expected a finite number above 0"),
         (["bench", OFFICE, "--lo", "nan"], "--lo: expected a finite number above 0"),
         (["bench", OFFICE, "--out", "/dev/null/results"], "/dev/null/results: cannot be made"),
+        (["bench", OFFICE, "--resume"], "--resume: expected the directory to continue, --out DIR"),
+        (["bench", OFFICE, "--resume", "--out", "/nowhere"], "/nowhere: not a benchmark directory"),
         (["bench", OFFICE, "--params", "nowhere.yaml"], "nowhere.yaml"),
         (
             ["bench", OFFICE, "--params", "fairr"],
@@ -168,6 +171,19 @@ def test_errors_are_listed_under_the_table(capsys):
 
 
 @pytest.mark.usefixtures("fake_robot")
+def test_barns_scores_say_that_the_global_costmap_knows_the_map(tmp_path, capsys):
+    (tmp_path / "world_0.world").write_text(barn_world([(0, 0), (1, 0)]))
+    np.save(tmp_path / "path_0.npy", np.array([[15, 0], [15, 29]]))
+    argv = ["bench", f"barn:{tmp_path}", "--controllers", "rpp", "--workers", "1"]
+    assert main(argv) == 0
+    assert "--unknown-map drives without it" in capsys.readouterr().err
+    assert main([*argv, "--unknown-map"]) == 0
+    said = capsys.readouterr().err
+    assert "BARN rpp: " in said
+    assert "--unknown-map" not in said
+
+
+@pytest.mark.usefixtures("fake_robot")
 def test_errors_of_a_search_are_counted(tmp_path, capsys):
     assert main([*SMALL_SEARCH, *WITH_ERRORS, "--out", str(tmp_path / "run")]) == 0
     last = "2 of 4 runs ended in an error, the first because: ValueError: the costmap is upside down\n"
@@ -235,6 +251,8 @@ def test_bench_as_json_and_csv(tmp_path, capsys):
     assert json.loads((out / "bench.json").read_text()) == printed
     with (out / "bench.csv").open() as file:
         assert [row["outcome"] for row in csv.DictReader(file)] == ["goal"] * 4
+    assert main([*argv, "--resume", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out) == printed
 
 
 def test_a_users_parameters_say_what_is_ignored(capsys):

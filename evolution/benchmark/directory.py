@@ -1,0 +1,62 @@
+"""The directory of a benchmark: begun with what is driven, filled run by run, continued after an interruption.
+
+::
+
+    benchmark.json    maps, controllers, world and seed, and the versions it was begun with
+    results.sqlite    every driven run, as it came
+    bench.json        all runs, once the last one is driven
+    bench.csv         the same as a table
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from evolution.driving import JobPlan
+from evolution.files import DirectoryKind
+from evolution.runs import STORE
+from gym_mapbench.scenario import Scenario
+
+BENCHMARK = DirectoryKind("benchmark", "benchmark.json", format_version=1)
+
+
+def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *, resume: bool) -> Path:
+    """Begin a directory, or go on with one.
+
+    Args:
+        path: The directory.
+        scenarios: What is driven on.
+        plan: Who drives, and how.
+        resume: Whether to go on with a benchmark that was begun there.
+
+    Returns:
+        Where its results are kept.
+
+    Raises:
+        ConfigError: If it holds anything, or with ``resume`` if another benchmark was begun there.
+        RunError: If it cannot be written, or with ``resume`` if it holds no benchmark or another version's.
+    """
+    document = _document(scenarios, plan)
+    if resume:
+        config = BENCHMARK.open(path)
+        BENCHMARK.check_same(path, config, config.get("benchmark"), document)
+    else:
+        BENCHMARK.create(path, {"benchmark": document})
+    return path / STORE
+
+
+def _document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str, Any]:
+    """All that the results depend on; maps and controllers by name, so that one that differs can be named."""
+    maps = {f"{number} {scenario.name}": scenario.digest for number, scenario in enumerate(scenarios, start=1)}
+    controllers = {spec.name: spec.model_dump(mode="json", exclude={"name"}) for spec in plan.controllers}
+    settings = plan.settings.model_dump(mode="json")
+    return {
+        "maps": maps,
+        "controllers": controllers,
+        "repeats": plan.repeats,
+        "seed": plan.root_seed,
+        "metrics": list(plan.metrics),
+        "settings": settings,
+    }

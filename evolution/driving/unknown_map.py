@@ -1,0 +1,66 @@
+"""Driving without the map: costmaps that only the robot's own sensors fill.
+
+As Nav2 is set up where nothing is known beforehand: no static layer, so that a costmap has a size and a place of its
+own, and a planner whose paths may lead through what has not been seen yet.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from controllers.nav2_params import NavigationParams
+from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.gridmap import GridMap
+
+STATIC = "static_layer"
+COSTMAPS = ("global_costmap", "local_costmap")
+
+
+def without_map(navigation: NavigationParams, grid: GridMap) -> NavigationParams:
+    """Return navigation that knows no more of the map than where it lies and how large it is.
+
+    Args:
+        navigation: With costmaps that :func:`check_sensors` accepts.
+        grid: Gives place and size to costmaps that show the whole map.
+    """
+    changes: dict[str, Any] = {name: _without_static(getattr(navigation, name), grid) for name in COSTMAPS}
+    planner = navigation.planner
+    if "allow_unknown" in planner.params:  # what other planners make of unknown cells is up to them
+        changes["planner"] = planner.replace(params={**planner.params, "allow_unknown": True})
+    return navigation.replace(**changes)
+
+
+def check_sensors(navigation: NavigationParams) -> None:
+    """Refuse a costmap that would have nothing in it without the map.
+
+    Raises:
+        ConfigError: Naming it.
+    """
+    for name in COSTMAPS:
+        costmap = getattr(navigation, name)
+        if costmap.writes(STATIC) and not costmap.observes:
+            raise ConfigError(
+                f"unknown_map: expected an obstacle layer or a voxel layer in the {name}, "
+                f"which only the sensors fill then, got {', '.join(costmap.plugins)}"
+            )
+
+
+def _without_static(costmap: CostmapParams, grid: GridMap) -> CostmapParams:
+    """Leave out the static layer; a costmap of the whole map keeps its place and, in whole metres, its size."""
+    if not costmap.writes(STATIC):
+        return costmap
+    plugins = tuple(name for name in costmap.plugins if name != STATIC)
+    if costmap.rolling_window:
+        return costmap.replace(plugins=plugins)
+    rows, cols = grid.shape
+    return costmap.replace(
+        plugins=plugins,
+        track_unknown_space=True,
+        resolution=grid.resolution,
+        origin_x=grid.origin[0],
+        origin_y=grid.origin[1],
+        width=math.ceil(cols * grid.resolution - 1e-9),
+        height=math.ceil(rows * grid.resolution - 1e-9),
+    )

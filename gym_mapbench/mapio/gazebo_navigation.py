@@ -1,0 +1,90 @@
+"""Nav2 in a bundle for Gazebo: its parameters, and a behaviour tree for each of the compared controllers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import yaml
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio.output import Files, check_names
+from gym_mapbench.mapio.rendering import render
+from gym_mapbench.releases import Release
+
+
+@dataclass(frozen=True)
+class BundledNavigation:
+    """What drives in a bundle.
+
+    Args:
+        params: The mapping of a ``nav2_params.yaml`` of the release, written as it is.
+        controllers: Names of the controller plugins in it that are compared; one behaviour tree each.
+        tree: Numbers of the behaviour tree: ``replanning_frequency``, ``number_of_retries``, ``spin_dist``,
+            ``wait_duration``, ``backup_dist``, ``backup_speed``, ``time_allowance``, and ``recoveries`` (whether there
+            are any).
+        release: Of Nav2.
+        besides: What MapBench drove with that no parameter of Nav2 says, by name; a comment of the parameter file.
+
+    Raises:
+        ConfigError: If a name cannot be a file name or comes twice, or ``params`` has no plugin for a controller.
+    """
+
+    params: Mapping[str, Any]
+    controllers: Sequence[str]
+    tree: Mapping[str, Any]
+    release: Release = "humble"
+    besides: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        check_names("controller", self.controllers)
+        known = _plugins(self.params, "controller_server", "controller_plugins")
+        for name in self.controllers:
+            if name not in known:
+                raise ConfigError(f"controller {name!r}: expected a plugin of controller_server, which has {known}")
+
+    @property
+    def smooths(self) -> bool:
+        """Whether the velocity smoother stands between controller and base."""
+        return "velocity_smoother" in self.params
+
+    def files(self) -> Files:
+        """Return the parameters and the behaviour trees."""
+        trees: Files = {f"behavior_trees/{name}.xml": self._tree(name) for name in self.controllers}
+        return trees | {"nav2_params.yaml": self._comment() + _yaml(self.params)}
+
+    def _tree(self, controller: str) -> str:
+        """The default tree of the release with one controller, and the behaviours that have a server."""
+        return render(
+            "behavior_tree.xml.j2",
+            controller=controller,
+            planner=_plugins(self.params, "planner_server", "planner_plugins")[0],
+            release=self.release,
+            tree=self.tree,
+            behaviors=_plugins(self.params, "behavior_server", "behavior_plugins", least=0),
+        )
+
+    def _comment(self) -> str:
+        head = f"# Nav2 {self.release.capitalize()}.\n"
+        if not self.besides:
+            return head
+        said = "".join(f"#   {name}: {json.dumps(value)}\n" for name, value in self.besides.items())
+        return f"{head}# MapBench drove with these besides, which Nav2 does not have as parameters:\n{said}"
+
+
+def _yaml(document: Mapping[str, Any]) -> str:
+    """Write YAML; through JSON, so that tuples become lists, and what YAML could only write with a tag is refused."""
+    return yaml.safe_dump(json.loads(json.dumps(document)), sort_keys=False)
+
+
+def _plugins(params: Mapping[str, Any], server: str, key: str, least: int = 1) -> list[str]:
+    """Return the plugins that a server section names."""
+    try:
+        plugins = params[server]["ros__parameters"][key]
+    except (KeyError, TypeError):
+        raise ConfigError(f"nav2 parameters: expected {server}.ros__parameters.{key}, which is missing") from None
+    if not isinstance(plugins, (list, tuple)) or len(plugins) < least:
+        raise ConfigError(f"nav2 parameters: {server}.{key}: expected a list of names, got {plugins!r}")
+    return [str(plugin) for plugin in plugins]

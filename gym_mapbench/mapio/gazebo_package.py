@@ -1,0 +1,92 @@
+"""What makes a bundle for Gazebo a ROS 2 package: its manifest and build file, launch file, runner and README."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
+from gym_mapbench.mapio.gazebo_robot import RobotModel
+from gym_mapbench.mapio.output import Files
+from gym_mapbench.mapio.rendering import render
+from gym_mapbench.mapio.runner_results import COLUMNS
+from gym_mapbench.releases import Release
+from gym_mapbench.scenario import Scenario
+
+SIMULATORS: dict[Release, tuple[str, ...]] = {"humble": ("classic", "gz"), "jazzy": ("gz",)}
+"""Simulators that have packages for a release, the usual one first."""
+
+PREFIX = "mapbench_"
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """All that the package's own files say.
+
+    Args:
+        folder: Name of its folder; the package is named after it.
+        scenarios: Maps and tasks.
+        navigation: What drives.
+        model: The robot.
+        time_limit: Simulated seconds the runner gives a run.
+        wall_height: m.
+    """
+
+    folder: str
+    scenarios: Sequence[Scenario]
+    navigation: BundledNavigation
+    model: RobotModel
+    time_limit: float
+    wall_height: float
+
+    @property
+    def package(self) -> str:
+        """Name of the package: lower case, digits and single underscores, as ROS wants it."""
+        plain = re.sub(r"[^a-z0-9]+", "_", self.folder.lower()).strip("_")
+        return PREFIX + (plain.removeprefix(PREFIX) or "bundle")
+
+    @property
+    def simulators(self) -> tuple[str, ...]:
+        """Simulators it runs in, the usual one first."""
+        return SIMULATORS[self.navigation.release]
+
+    def files(self) -> Files:
+        """Return what builds, launches, drives and explains it."""
+        values: dict[str, object] = {
+            "package": self.package,
+            "release": self.navigation.release,
+            "simulators": self.simulators,
+            "maps": [scenario.name for scenario in self.scenarios],
+        }
+        return {
+            "package.xml": render("package.xml.j2", **values),
+            "CMakeLists.txt": render("CMakeLists.txt.j2", **values),
+            "benchmark.json": json.dumps(self._benchmark(), indent=1) + "\n",
+            "launch/benchmark.launch.py": render("benchmark.launch.py.j2", **values),
+            "run_benchmark.py": render("run_benchmark.py.j2", columns=list(COLUMNS), **values),
+            "README.md": self._readme(values),
+        }
+
+    def _benchmark(self) -> dict[str, object]:
+        """What the launch file and the runner read."""
+        x, y, z, yaw = self.model.lidar_pose
+        return {
+            "maps": [{"name": s.name, "start": list(s.start), "goal": list(s.goal)} for s in self.scenarios],
+            "controllers": list(self.navigation.controllers),
+            "time_limit": self.time_limit,
+            "velocity_smoother": self.navigation.smooths,
+            "robot": {"name": self.model.spec.name, "lidar": {"x": x, "y": y, "z": z, "yaw": yaw}},
+        }
+
+    def _readme(self, values: dict[str, object]) -> str:
+        return render(
+            "README.md.j2",
+            controllers=list(self.navigation.controllers),
+            columns=COLUMNS,
+            robot=self.model.spec.name,
+            outline=self.model.describe(),
+            wall_height=self.wall_height,
+            **values,
+        )

@@ -1,0 +1,90 @@
+"""``mapbench export --format gazebo``: whose parameters, whose tree, for which release."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+from controllers.nav2_params import load_preset, read_nav2_params
+from evolution.cli import main
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+OFFICE = str(EXAMPLES / "office.yaml")
+
+
+def exported(folder, *options):
+    assert main(["export", OFFICE, "--format", "gazebo", *options, "--out", str(folder)]) == 0
+    return yaml.safe_load((folder / "nav2_params.yaml").read_text())
+
+
+@pytest.mark.parametrize("preset", ["thesis", "jazzy"])
+def test_a_bundle_is_of_the_release_whose_parameters_drive(tmp_path, preset):
+    exported(tmp_path / "bundle", "--params", preset)
+    read = read_nav2_params(tmp_path / "bundle" / "nav2_params.yaml")
+    expected = load_preset(preset)
+    assert read.recognition.release == expected.release
+    assert read.navigation.controllers == expected.controllers
+    assert read.navigation.planner == expected.planner
+    assert read.navigation.velocity_smoother == expected.velocity_smoother
+    tree = ElementTree.parse(tmp_path / "bundle" / "behavior_trees" / "mppi.xml").getroot()
+    assert tree.get("BTCPP_format") == (None if preset == "thesis" else "4")
+    assert float(tree.find(".//BackUp").get("backup_speed")) == expected.bt.backup_speed
+    assert tree.find(".//FollowPath").get("controller_id") == "mppi"
+
+
+def test_the_distribution_may_be_named_alone(tmp_path):
+    exported(tmp_path / "bundle", "--nav2", "jazzy", "--controllers", "mppi")
+    text = (tmp_path / "bundle" / "nav2_params.yaml").read_text()
+    assert text.splitlines()[0] == "# Nav2 Jazzy."
+    assert '#   mppi.noise: "numpy"' in text
+    assert "(Jazzy)" in (tmp_path / "bundle" / "README.md").read_text()
+    assert not list((tmp_path / "bundle").rglob("*.world"))
+
+
+USERS = """
+controller_server:
+  ros__parameters:
+    costmap_update_timeout: 0.4
+    controller_plugins: [FollowPath, Second]
+    FollowPath:
+      plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController
+      transform_tolerance: 0.7
+    Second:
+      plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController
+      transform_tolerance: 0.8
+global_costmap:
+  global_costmap:
+    ros__parameters: {publish_frequency: 3.0, transform_tolerance: 0.6, map_topic: /other/map}
+"""
+
+
+@pytest.mark.parametrize(
+    ("controllers", "tolerances"),
+    [
+        ([], {"FollowPath": 0.7, "Second": 0.8}),
+        (["--controllers", "Second,rpp"], {"Second": 0.8, "rpp": 0.7}),
+        (["--controllers", "slow=Second"], {"slow": 0.8}),
+    ],
+)
+def test_what_only_ros_reads_comes_back_as_the_user_gave_it(tmp_path, controllers, tolerances):
+    (tmp_path / "users.yaml").write_text(USERS)
+    written = exported(tmp_path / "bundle", "--params", str(tmp_path / "users.yaml"), "--nav2", "humble", *controllers)
+    server = written["controller_server"]["ros__parameters"]
+    assert server["controller_plugins"] == list(tolerances)
+    assert {name: server[name]["transform_tolerance"] for name in tolerances} == tolerances
+    assert {name for name in server if name in ("FollowPath", "Second")} <= set(tolerances)
+    assert server["costmap_update_timeout"] == 0.4
+    costmap = written["global_costmap"]["global_costmap"]["ros__parameters"]
+    assert (costmap["publish_frequency"], costmap["transform_tolerance"]) == (3.0, 0.6)
+    assert "map_topic" not in costmap
+
+
+def test_the_lidar_of_the_bundle_is_the_robots(tmp_path):
+    exported(tmp_path / "bundle", "--robot", "turtlebot3_burger")
+    model = ElementTree.parse(tmp_path / "bundle" / "models" / "mapbench_robot" / "model.sdf").getroot()
+    lidar = model.find(".//sensor[@name='lidar']")
+    assert lidar.findtext("pose").split()[0] == "-0.032"
+    assert lidar.findtext("ray/range/min") == "0.12"

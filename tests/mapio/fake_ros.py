@@ -1,0 +1,161 @@
+"""Stand-ins for ROS that answer as ROS does, for the exported launch file and runner."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import sys
+from types import ModuleType, SimpleNamespace
+
+SUCCEEDED, ABORTED = 4, 6
+
+
+class World:
+    """What the simulator would do: time goes on with every spin, the robot is where it was put, goals take a while."""
+
+    def __init__(self):
+        self.time = 0.0
+        self.pose = (0.0, 0.0)
+        self.goals = []
+        self.cleared = []
+        self.cancelled = 0
+        self.listeners = {"odom": [], "contacts": []}
+        self.launched = []
+        self.stuck = set()  # numbers of the teleports after which the robot stays where it is
+        self.teleports = 0
+        self.touches = []  # simulated times at which the chassis touches a wall, counted from each goal
+        self.goal_time = math.inf
+        self.ready = True
+        self.interrupt_after = math.inf
+        self.ending = {"dwb": (SUCCEEDED, 12.0), "mppi": (ABORTED, 20.0)}
+
+    def spin(self):
+        self.time += 0.05
+        message = SimpleNamespace(
+            pose=SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=self.pose[0], y=self.pose[1]))),
+            twist=SimpleNamespace(twist=empty_twist()),
+        )
+        for listener in self.listeners["odom"]:
+            listener(message)
+        since = self.time - self.goal_time
+        touching = [wall for wall in self.touches if abs(since - wall) < 0.03]
+        for listener in self.listeners["contacts"]:
+            listener(SimpleNamespace(states=touching, contacts=touching))
+        if len(self.goals) >= self.interrupt_after:
+            raise KeyboardInterrupt
+
+
+def empty_twist():
+    return SimpleNamespace(linear=SimpleNamespace(x=0.0), angular=SimpleNamespace(z=0.0))
+
+
+def empty_pose():
+    return SimpleNamespace(position=SimpleNamespace(x=0.0, y=0.0), orientation=SimpleNamespace(z=0.0, w=1.0))
+
+
+class Future:
+    def __init__(self, value, done=lambda: True):
+        self._value, self.done = value, done
+
+    def result(self):
+        return self._value
+
+
+class Service:
+    """A message type with a Request."""
+
+    @staticmethod
+    def Request():
+        return SimpleNamespace(state=SimpleNamespace(pose=empty_pose()))
+
+
+class Client:
+    def __init__(self, world, name):
+        self.world, self.name = world, name
+
+    def wait_for_service(self, timeout_sec):
+        return True
+
+    def call_async(self, request):
+        if "clear" in self.name:
+            self.world.cleared.append(self.name)
+        if "set_entity_state" in self.name:
+            assert request.state.name == "mapbench_robot"
+            self.world.teleports += 1
+            if self.world.teleports not in self.world.stuck:
+                self.world.pose = (request.state.pose.position.x, request.state.pose.position.y)
+            else:
+                self.world.pose = (-9.0, -9.0)
+        return Future(SimpleNamespace(success=self.world.ready))
+
+
+class Handle:
+    accepted = True
+
+    def __init__(self, world, goal):
+        self.world = world
+        self.status, self.duration = world.ending[goal.behavior_tree.rsplit("/", 1)[-1].removesuffix(".xml")]
+        self.begin = world.time
+
+    def get_result_async(self):
+        done = lambda: self.world.time - self.begin >= self.duration  # noqa: E731
+        return Future(SimpleNamespace(status=self.status), done)
+
+    def cancel_goal_async(self):
+        self.world.cancelled += 1
+        return Future(None)
+
+
+class Action:
+    def __init__(self, world):
+        self.world = world
+
+    def send_goal_async(self, goal):
+        self.world.goals.append(goal)
+        self.world.goal_time = self.world.time
+        return Future(Handle(self.world, goal))
+
+
+def goal_message():
+    header = SimpleNamespace(frame_id="", stamp=None)
+    return SimpleNamespace(pose=SimpleNamespace(header=header, pose=empty_pose()), behavior_tree="")
+
+
+def fake_node(world):
+    class Node:
+        def __init__(self, name, parameter_overrides):
+            assert parameter_overrides == [("use_sim_time", True)]
+
+        def create_client(self, kind, name):
+            return Client(world, name)
+
+        def create_publisher(self, kind, topic, depth):
+            return SimpleNamespace(publish=lambda message: None)
+
+        def create_subscription(self, kind, topic, callback, depth):
+            world.listeners[topic].append(callback)
+
+        def get_clock(self):
+            now = SimpleNamespace(nanoseconds=int(world.time * 1e9), to_msg=lambda: None)
+            return SimpleNamespace(now=lambda: now)
+
+        def destroy_node(self):
+            world.listeners = {"odom": [], "contacts": []}
+
+    return Node
+
+
+def install(monkeypatch, **modules):
+    """Put modules with these attributes where ``import`` finds them."""
+    for path, attributes in modules.items():
+        name = path.replace("__", ".")
+        module = ModuleType(name)
+        module.__dict__.update(attributes)
+        monkeypatch.setitem(sys.modules, name, module)
+
+
+def load(path, name):
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
