@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+import signal
 import subprocess
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -84,7 +86,9 @@ def ros(monkeypatch, bundle):
 
     def launch(command, start_new_session):
         world.launched.append(command)
-        return start(["sleep", "60"], start_new_session=start_new_session)
+        # A shell ignores SIGINT for what it starts in the background, and children inherit that.
+        heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+        return start(["sleep", "60"], start_new_session=start_new_session, preexec_fn=heed)
 
     monkeypatch.setattr(subprocess, "Popen", launch)
     return world
