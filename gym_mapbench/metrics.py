@@ -100,7 +100,7 @@ def barn_score(episode: Episode) -> float:
 
 
 def motion_start(episode: Episode) -> float:
-    """Time until the robot was 0.1 m away from its start, s: BARN's clock starts there; the end if it never was."""
+    """Time until the robot was 0.1 m from its start, s, where BARN's clock starts; the run's time if it never was."""
     away = np.hypot(*(episode.trajectory[:, :2] - episode.trajectory[0, :2]).T)
     moved = np.flatnonzero(away >= BARN_MOTION)
     return float(moved[0]) * episode.control_period if len(moved) else episode.time
@@ -179,6 +179,6 @@ def _clearances(episode: Episode) -> Floats:
 
 
 def _mean_rate(episode: Episode, order: int) -> float:
-    """Mean absolute derivative of the forward speed of some order; 0 for a run too short to have one."""
+    """Mean absolute derivative, of the given order, of the forward speed; 0 for a run too short to have one."""
     rates = np.diff(episode.trajectory[:, 3], n=order) / episode.control_period**order
     return float(np.abs(rates).mean()) if len(rates) else 0.0

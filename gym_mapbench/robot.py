@@ -16,7 +16,7 @@ Positive = Annotated[float, Field(gt=0)]
 
 
 class LidarMount(Settings):
-    """Where a robot's scanner sits, and how near it sees; at the centre and from 0 m on, unless told otherwise.
+    """Where a robot's scanner sits, and how near it sees; by default at the centre, and from 0 m on.
 
     Args:
         x: In the robot's frame, m forwards of its centre.
@@ -34,7 +34,7 @@ class LidarMount(Settings):
 class RobotSpec(Settings):
     """A differential-drive robot: a disc, or a convex polygon where ``footprint`` is given.
 
-    The limits are those of the wheels: what the base can do whatever it is told.
+    The limits are those of the wheels: what the base can do, whatever is commanded.
 
     Args:
         radius: Radius of the disc, m; ignored where ``footprint`` is given.
@@ -44,7 +44,7 @@ class RobotSpec(Settings):
         max_angular_velocity: rad/s.
         max_linear_acceleration: m/s^2, speeding up and braking.
         max_angular_acceleration: rad/s^2.
-        lidar: Where its scanner sits; noise levels from ``nominal`` on put it there.
+        lidar: Where its scanner sits; used where the noise's ``lidar_mount`` is ``robot``, as in ``nominal``.
     """
 
     name: str = "custom"

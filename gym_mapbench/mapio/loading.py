@@ -20,7 +20,7 @@ from gym_mapbench.scenario import MapSet, Pose, Scenario
 PoseLike = Pose | Sequence[float]
 
 PREFIXED = re.compile(rf"({MODULE_ATTRIBUTE.pattern}|[A-Za-z_]\w+):(.+)")
-"""A path that says who reads it; a single letter would be a drive."""
+"""A path with the format that reads it in front; a single letter in front would be a drive of Windows."""
 
 
 def load_scenarios(
