@@ -51,8 +51,9 @@ class EnvConfig(Settings):
         action: ``physical``: m/s and rad/s. ``normalized``: -1 to 1, where 1 is the robot's limit and 0 is rest.
         collision_ends_episode: Whether the first touch of a wall ends the episode.
         goal_ends_episode: Whether reaching the goal ends the episode.
-        xy_goal_tolerance: m; once the position has been this close, only the heading counts (Nav2's SimpleGoalChecker).
-        yaw_goal_tolerance: rad.
+        xy_goal_tolerance: Largest distance from the goal, m; once the robot has been this close, only its heading
+            counts (Nav2's SimpleGoalChecker).
+        yaw_goal_tolerance: Largest error of the heading at the goal, rad.
         observation: Which of ``pose odom velocity goal scan path costmap`` are observed.
         lidar: Beams and ranges of the scan, and the scanner's place on the robot.
         path: The observed window of the global path.

@@ -76,7 +76,7 @@ def measure_map(scenario: Scenario, robot: RobotSpec) -> dict[str, float]:
 
 
 def measure_array(scenarios: Iterable[Scenario], robot: RobotSpec) -> NDArray[np.float64]:
-    """Return ``(scenarios, len(MEASURES))``, one row a scenario, in the order of :data:`MEASURES`."""
+    """Return ``(scenarios, len(MEASURES))``, one row per scenario, in the order of :data:`MEASURES`."""
     rows = [list(measure_map(scenario, robot).values()) for scenario in scenarios]
     return np.array(rows, dtype=np.float64).reshape(-1, len(MEASURES))
 

@@ -140,7 +140,7 @@ _FUNCTIONS = (
 METRICS: Registry[Callable[[Episode], float]] = Registry(
     "metric", "metrics", {function.__name__: function for function in _FUNCTIONS}, check=must_be_callable
 )
-"""Metrics by name; a third party's is measured where it is asked for, the project's own on every run."""
+"""Metrics by name; the project's own are measured on every run, a third party's only where it is asked for."""
 
 
 def measure(episode: Episode, also: Iterable[str] = ()) -> dict[str, float]:

@@ -214,7 +214,7 @@ class Wander:
         deviations: Stationary standard deviation of every component; where all are 0, nothing is drawn.
         time_constant: Seconds in which the correlation falls to 1/e; 0 for none at all.
         period: Seconds from one call of :meth:`advance` to the next.
-        rng: Where it draws from.
+        rng: Generator that the error is drawn from.
     """
 
     def __init__(
@@ -266,7 +266,7 @@ def disturb_ranges(
         deviation: Standard deviation, m.
         relative: The same as a share of the range; the squares of both add up.
         range_max: Largest range, m; the result stays between 0 and this.
-        rng: Where the noise is drawn from.
+        rng: Generator that the noise is drawn from.
     """
     if not (deviation or relative):
         return ranges

@@ -87,7 +87,8 @@ class Observer:
         start: Where the robot truly starts.
         streams: What the noise is drawn from.
 
-    ``path`` is the global path, ``(n, 3)`` x, y (m), yaw (rad); None where it is not observed.
+    Attributes:
+        path: The global path, ``(n, 3)`` x, y (m), yaw (rad); None where it is not observed.
 
     Raises:
         NoPathError: If ``path`` is observed and there is none.

@@ -215,7 +215,7 @@ def _cost_colours() -> NDArray[np.float32]:
 
 @functools.lru_cache(maxsize=4)
 def _background(grid: GridMap, size: int) -> NDArray[np.float32]:
-    """Draw the map alone, ``(height, width, 3)`` float32: whole pixels a cell, or the mean of whole cells a pixel."""
+    """Draw the map alone, ``(height, width, 3)`` float32: whole pixels per cell, or a mean of cells per pixel."""
     cells = np.empty((*grid.shape, 3), np.float32)
     cells[:] = FREE
     if grid.unknown is not None:

@@ -56,7 +56,7 @@ class ObservationSource(Settings):
         obstacle_max_range: Farthest hit that is marked, m.
         obstacle_min_range: Nearest hit that is marked, m.
         raytrace_max_range: How far along a ray cells are cleared, m.
-        raytrace_min_range: From where on a ray cells are cleared, m.
+        raytrace_min_range: Distance along a ray from which on cells are cleared, m.
         min_obstacle_height: Lowest point that is used at all, m.
         max_obstacle_height: Highest point that is used at all, m.
         inf_is_valid: Whether a ray that hits nothing clears as if it ended just short of the sensor's range.
@@ -119,16 +119,16 @@ class CostmapParams(Settings):
     """Options of one costmap, named and defaulted as in Nav2 Humble's code.
 
     Args:
-        robot_radius: m; None takes the robot's own. A ``footprint`` takes precedence.
+        robot_radius: Radius of the robot, m; None takes the robot's own. A ``footprint`` takes precedence.
         footprint: Corners ``((x, y), ...)`` m, or Nav2's text form ``"[[x, y], ...]"``; None takes ``robot_radius``.
-        footprint_padding: m, added to every corner away from both axes.
-        resolution: m per cell of a costmap that does not take its size from the map.
+        footprint_padding: How far every corner is moved away from both axes, m.
+        resolution: Side of a cell, m, of a costmap that does not take its size from the map.
         width: Extent along x, m, of a costmap that does not take its size from the map.
         height: Extent along y, m; likewise.
         origin_x: World x of the first lower-left corner, m; a rolling window stays aligned to it.
         origin_y: World y of the same corner, m.
         rolling_window: Whether the costmap is a window that follows the robot.
-        update_frequency: Hz.
+        update_frequency: Updates per second, Hz.
         track_unknown_space: Whether unknown cells stay unknown (255) instead of free.
         use_maximum: Whether the static layer writes the greater cost instead of overwriting.
         lethal_cost_threshold: Map value, 0 to 100, from which on a cell is an obstacle.

@@ -39,7 +39,7 @@ class CorridorGenes(Settings):
 
     Args:
         flights: Its steps, from the start on.
-        width: m.
+        width: Width of the corridor, m.
         mirrored: Whether it goes to the left first, then up, and so on.
     """
 

@@ -70,7 +70,7 @@ class ShapeSettings(Settings):
 
     @property
     def probabilities(self) -> tuple[float, float, float]:
-        """Of circle, square and wall."""
+        """Probabilities of circle, square and wall."""
         return self.circle_probability, self.square_probability, self.wall_probability
 
 

@@ -68,7 +68,7 @@ def measure_path(blocked, nearest, path, radius):
         blocked: ``(rows, cols)`` bool in a frame of blocked cells.
         nearest: ``(rows, cols)`` distance to the nearest blocked cell's centre, cells.
         path: ``(n, 2)`` int64 free cells.
-        radius: Of the dispersion, cells.
+        radius: Radius of the dispersion, cells.
 
     Returns:
         ``(4,)`` closest obstacle, average visibility, dispersion (a count), characteristic dimension; cells.

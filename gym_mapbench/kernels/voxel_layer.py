@@ -137,7 +137,7 @@ def clear_voxel_line(
 
 @kernel
 def clear_voxel(layer, columns, cell, level, mark_threshold, unknown_threshold):
-    """Free one voxel, and its cell where no more than the threshold of its column are still marked."""
+    """Free one voxel, and its cell if at most the threshold of the column's voxels are still marked."""
     column = columns[cell] & ~(VOXEL << level)
     columns[cell] = column
     marked = column >> HALF

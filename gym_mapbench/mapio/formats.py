@@ -27,7 +27,7 @@ from gym_mapbench.registry import Registry
 
 
 def _none_in(folder: Path) -> list[Path]:
-    """Leave every folder to other formats."""
+    """Find no files in any folder."""
     return []
 
 

@@ -98,7 +98,7 @@ def grey_levels(grid: GridMap) -> NDArray[np.uint8]:
 
 
 def image_files(maps: Sequence[TaskedMap]) -> Files:
-    """Return one PNG a map; tasks have no place in a picture.
+    """Return one PNG per map; a picture cannot hold tasks.
 
     Raises:
         ConfigError: If a name cannot be a file name or comes twice.

@@ -170,7 +170,7 @@ def _trinary(picture: Picture, thresholds: _Thresholds) -> Values:
 
 
 def _scale(picture: Picture, thresholds: _Thresholds) -> Values:
-    """As trinary, with values in between; a pixel that is not opaque is unknown."""
+    """Like :func:`_trinary`, with values in between; a pixel that is not opaque is unknown."""
     total, occupancy = _occupancy(picture, thresholds, with_alpha=False)
     span = thresholds.occupied_thresh - thresholds.free_thresh
     graded = np.rint((occupancy - thresholds.free_thresh) / span * 100.0)

@@ -38,7 +38,7 @@ class RunnerResult(NamedTuple):
 
 
 def read_runner_results(path: str | Path) -> list[RunnerResult]:
-    """Read the runner's CSV file, one line a run.
+    """Read the runner's CSV file, one line per run.
 
     Raises:
         MapFormatError: If a column is missing, or a value is not what it should be.

@@ -32,7 +32,7 @@ class NavfnParams(Settings):
     """Options of NavFn, named and defaulted as in Nav2.
 
     Args:
-        tolerance: m; how far from an unreachable goal a path may end, along either axis.
+        tolerance: How far from an unreachable goal a path may end, along either axis, m.
         use_astar: Whether to spread towards the goal first.
         allow_unknown: Whether paths may cross unknown cells.
         use_final_approach_orientation: Whether the last pose faces the way the path arrives, not the goal's yaw.

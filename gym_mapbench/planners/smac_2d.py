@@ -32,7 +32,7 @@ class SmootherParams(Settings):
         max_iterations: Most rounds; 0 leaves the path as it was found.
         w_smooth: Pull towards the neighbours' middle.
         w_data: Pull towards the path as it was found.
-        tolerance: m; a round that moves all points together less than this is the last.
+        tolerance: A round that moves all points together by less than this is the last, m.
         do_refinement: Whether to smooth the smoothed path again.
         refinement_num: How many times.
     """
@@ -51,7 +51,7 @@ class Smac2DParams(Settings):
     ``max_planning_time`` is not among them: a plan must not depend on the clock; ``max_iterations`` limits it.
 
     Args:
-        tolerance: m; a path may end less than this from an unreachable goal.
+        tolerance: A path may end less than this from an unreachable goal, m.
         downsample_costmap: Whether to plan on a coarser costmap.
         downsampling_factor: How many cells make a side of a coarser one.
         allow_unknown: Whether paths may cross unknown cells.
