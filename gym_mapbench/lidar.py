@@ -111,7 +111,7 @@ class Lidar:
         return ranges
 
     def report(self, ranges: NDArray[np.float32], lost: NDArray[np.bool_] | None) -> NDArray[np.float32]:
-        """Return what the scanner reports: ``(beams,)`` measured ranges, m, without those lost or too near."""
+        """Return ``(beams,)`` measured ranges, m, with ``no_range`` where a beam is lost or hits something too near."""
         range_min = self._settings.range_min
         if not range_min and lost is None:
             return ranges
