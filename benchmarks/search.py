@@ -23,7 +23,7 @@ def main() -> None:
     generations: list[Progress] = []
     with Evaluator(run_job, workers=args.workers, warm_up=warm_up) as evaluator:
         evolve(experiment_of(document), evaluator, on_generation=generations.append)
-    later = generations[1:]  # the first one starts the workers
+    later = generations[1:]  # the first one includes the start of the workers
     seconds = sum(one.seconds for one in later)
     driving = sum(one.evaluate_seconds for one in later)
     evaluations = later[-1].row["evaluations"] - generations[0].row["evaluations"]

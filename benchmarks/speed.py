@@ -1,4 +1,4 @@
-"""Time every part of the simulation and print medians with their ratio to a calibration loop of the same run."""
+"""Time the main parts of the simulation and print medians with their ratio to a calibration loop of the same run."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ from gym_mapbench.simulation import Simulation
 WINDOW_CELLS = 60
 FOLLOWERS = {"MPPI": (MppiFollower, MppiParams), "DWB": (DwbFollower, DwbParams), "RPP": (RppFollower, RppParams)}
 TIMED = (("MPPI", "thesis"), ("MPPI", "jazzy"), ("DWB", "thesis"), ("RPP", "thesis"))
-"""Controllers and the presets whose parameters they have; Nav2's recorded times are those of Humble."""
+"""Controllers, and the preset each takes its parameters from; Nav2's recorded times are Humble's, as in ``thesis``."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Median seconds of one call, and how many pure-Python loop iterations fit into it."""
+    """Median seconds of one call and of one iteration of the calibration loop, and Nav2's milliseconds if recorded."""
 
     name: str
     seconds: float
@@ -192,7 +192,7 @@ def env_timing(scenario: Scenario, beams: int) -> Timing:
 
 
 def recorded_nav2(directory: str | None) -> dict[tuple[str, str], float]:
-    """Nav2's recorded milliseconds per call by (controller, costmap), of the first preset."""
+    """Nav2's recorded milliseconds per call by (controller, costmap), from the first preset recorded for each."""
     if directory is None:
         return {}
     entries = json.loads((Path(directory) / "timing.json").read_text(encoding="utf-8"))["entries"]

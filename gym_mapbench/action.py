@@ -1,4 +1,4 @@
-"""Actions: the space, and what an action commands."""
+"""Actions: their space, and the command that an action stands for."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def action_space(config: EnvConfig) -> spaces.Box:
 def to_command(action: ArrayLike, config: EnvConfig) -> tuple[float, float]:
     """Return the forward speed (m/s) and turn rate (rad/s) an action commands, not yet clipped.
 
-    A normalised action is a share of the robot's limit in its direction, so that 0 is rest.
+    A normalised action is a share of the robot's limit in its direction, so that 0 means standing still.
 
     Raises:
         ConfigError: If the action is not two finite numbers.

@@ -22,7 +22,7 @@ from gym_mapbench.settings import Settings, read_yaml
 
 ROW_CHARACTERS = frozenset("#.? ")
 MAX_TICK_TRAVEL = 0.05
-"""Farthest way in one physics step, m: Box2D moves no body by more than 2 of its units at once."""
+"""Longest distance driven in one physics step, m: Box2D moves no body by more than 2 of its units at once."""
 
 Rate = Annotated[float, Field(gt=0, le=10_000)]
 Rows = tuple[str, ...]
@@ -51,14 +51,15 @@ class EnvConfig(Settings):
         action: ``physical``: m/s and rad/s. ``normalized``: -1 to 1, where 1 is the robot's limit and 0 is rest.
         collision_ends_episode: Whether the first touch of a wall ends the episode.
         goal_ends_episode: Whether reaching the goal ends the episode.
-        xy_goal_tolerance: m; once the position was this close, only the heading counts (Nav2's SimpleGoalChecker).
-        yaw_goal_tolerance: rad.
+        xy_goal_tolerance: Largest distance from the goal, m; once the robot has been this close, only its heading
+            counts (Nav2's SimpleGoalChecker).
+        yaw_goal_tolerance: Largest error of the heading at the goal, rad.
         observation: Which of ``pose odom velocity goal scan path costmap`` are observed.
         lidar: Beams and ranges of the scan, and the scanner's place on the robot.
         path: The observed window of the global path.
         costmap: The observed window of the costmap.
-        noise: ``none``, ``nominal``, ``rough``, or a mapping of :class:`~gym_mapbench.noise.NoiseSettings`, of which
-            ``level`` may be the level it begins with: ``{level: nominal, scan: 0.02}``.
+        noise: ``none``, ``nominal``, ``rough``, or a mapping of :class:`~gym_mapbench.noise.NoiseSettings`, in which
+            ``level`` may name the level that the other values change: ``{level: nominal, scan: 0.02}``.
         reward: Weights of the reward's terms.
     """
 
@@ -156,7 +157,7 @@ class EnvConfig(Settings):
         if away > reach:
             raise ConfigError(f"lidar: expected a place on the robot, within {reach:g} m of its centre, got {away:g} m")
         if lidar.no_reading == "zero" and self.noise.scan_dropout and not lidar.range_min:
-            raise ConfigError("lidar.range_min: expected more than 0 where lost beams say 0 m, got 0")
+            raise ConfigError("lidar.range_min: expected more than 0 where lost beams are reported as 0 m, got 0")
         return self
 
     @property
@@ -166,12 +167,12 @@ class EnvConfig(Settings):
 
     @property
     def late_ticks(self) -> int:
-        """Physics steps of every control step in which the robot still obeys the command before."""
+        """Physics steps of every control step in which the robot still obeys the previous command."""
         return math.floor(self.noise.latency * self.ticks + 0.5)
 
     @property
     def mounted_lidar(self) -> LidarSettings:
-        """The scanner at its place on the robot; nothing about it is left open."""
+        """The scanner with its place on the robot and its shortest range filled in."""
         return self.lidar.mounted(self.robot.lidar if self.noise.lidar_mount == "robot" else LidarMount())
 
     @property

@@ -42,7 +42,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         **options: Fields of :class:`~gym_mapbench.config.EnvConfig`, on top of ``config``.
 
     Raises:
-        ConfigError: On an unknown key, a bad value, or a task that cannot be.
+        ConfigError: On an unknown key, a bad value, or an impossible task.
         MapFormatError: If a map file is not what it claims to be.
     """
 
@@ -107,7 +107,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         """Drive for one control period.
 
         Args:
-            action: Two finite numbers; what the robot cannot do is clipped.
+            action: Two finite numbers; values beyond the robot's limits are clipped.
 
         Raises:
             ConfigError: If the action is anything else.
@@ -126,7 +126,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         return observation, sum(terms.values()), task.outcome in ("goal", "collision"), task.outcome == "timeout", info
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Draw the moment: ``(height, width, 3)`` uint8 for ``rgb_array``, a window for ``human``.
+        """Draw the present state: ``(height, width, 3)`` uint8 for ``rgb_array``, a window for ``human``.
 
         Raises:
             gymnasium.error.ResetNeeded: Before the first reset.
@@ -143,7 +143,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         return None
 
     def snapshot(self) -> Snapshot:
-        """Return what a picture of this moment needs."""
+        """Return what a picture of the present state needs."""
         sensor, scan = self._observer.beams(self._simulation.pose) or (None, None)
         return Snapshot(
             scenario=self.scenario,
@@ -162,7 +162,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             self._window = None
 
     def _drive(self, command: tuple[float, float]) -> bool:
-        """Drive for one control period, at first still by the command before; return whether a wall was touched."""
+        """Drive for one control period, at first still by the previous command; return whether a wall was touched."""
         gain_v, gain_w = self._actuation.advance()
         before, self._command = self._command, (command[0] * (1 + gain_v), command[1] * (1 + gain_w))
         contact = self._late_ticks > 0 and self._simulation.advance(*before, self._late_ticks)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Scenario
 
 Outcome = Literal["goal", "collision", "timeout", "planner_failure", "controller_failure", "error"]
-OUTCOMES: tuple[str, ...] = get_args(Outcome)
 
 
 class Event(NamedTuple):
@@ -39,7 +38,7 @@ class Episode:
         controller: Name of the controller.
         seed: Seed of the run.
         outcome: How it ended.
-        reason: One line more on how it ended; empty at the goal.
+        reason: One line on why it ended like this; empty if the goal was reached.
         time: Simulated seconds until the end.
         control_period: Seconds between two rows of ``trajectory``.
         trajectory: ``(n + 1, 5)`` true x, y (m), yaw (rad), v (m/s), omega (rad/s), from the start pose on.

@@ -9,7 +9,7 @@
     |   `-- NoPathError            start and goal are not connected
     |       `-- EndpointError      start or goal is off the map or in an obstacle
     |-- RunError                   a run directory, a store or a worker
-    `-- PluginError                code that a user added, and that failed
+    `-- PluginError                code that a user added and that failed
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import difflib
 from collections.abc import Iterable
 
 NEAR = 0.6
-"""Likeness, 0 to 1, from which on one name may be a slip of another."""
+"""Similarity, 0 to 1, from which on a name counts as a misspelling of another."""
 
 
 class MapBenchError(Exception):
@@ -42,7 +42,7 @@ class NoPathError(PlanningError):
 
 
 class EndpointError(NoPathError):
-    """Start or goal is off the map or in an obstacle, which in Nav2 Jazzy no recovery is tried for."""
+    """Start or goal is off the map or in an obstacle; Nav2 Jazzy tries no recovery for this."""
 
 
 class RunError(MapBenchError):
@@ -54,14 +54,14 @@ class PluginError(MapBenchError):
 
 
 def nearest_name(name: str, valid: Iterable[str], cutoff: float = NEAR) -> str | None:
-    """Return the valid name most like ``name``, None if none is; the order of its words does not count.
+    """Return the valid name most similar to ``name``, None if none is similar; the order of words does not count.
 
-    A name all of whose words are in the other is near it, as ``burger`` is in ``turtlebot3_burger``.
+    A name all of whose words occur in a valid one is similar to it, as ``burger`` is to ``turtlebot3_burger``.
 
     Args:
-        name: What came.
-        valid: What would have been accepted.
-        cutoff: Least likeness, 0 to 1.
+        name: The name that was given.
+        valid: The names that are accepted.
+        cutoff: Least similarity, 0 to 1.
     """
 
     def likeness(other: str) -> float:
@@ -83,8 +83,8 @@ def unknown_name(what: str, name: object, valid: Iterable[str]) -> ConfigError:
 
     Args:
         what: What the name stands for, e.g. ``"controller"``.
-        name: What came.
-        valid: What would have been accepted.
+        name: The name that was given.
+        valid: The names that are accepted.
     """
     names = sorted(valid)
     near = nearest_name(str(name), names)

@@ -1,4 +1,4 @@
-"""Footprint: the padded polygon by which Nav2's costmaps and controllers know the robot.
+"""Footprint: the padded polygon that stands for the robot in Nav2's costmaps and controllers.
 
 Source: nav2_costmap_2d/src/footprint.cpp.
 """
@@ -21,7 +21,7 @@ class Footprint:
         corners: ``(n, 2)`` float64, m.
         inscribed_radius: Smallest distance of the outline from (0, 0), m.
         circumscribed_radius: Largest distance of the outline from (0, 0), m.
-        use_radius: Whether the robot is a disc, for which the cost at its centre says whether it collides.
+        use_radius: Whether the robot is a disc; the cost at its centre then tells whether it collides.
     """
 
     corners: NDArray[np.float64]

@@ -16,22 +16,27 @@ IDENTITY = Pose(0.0, 0.0, 0.0)
 
 
 def compose(frame: Pose, pose: Pose) -> Pose:
-    """Return ``pose``, which is given in ``frame``, in the frame in which ``frame`` is given; m, rad in (-pi, pi]."""
+    """Transform ``pose`` from ``frame`` into the frame in which ``frame`` itself is given; m, rad in (-pi, pi]."""
     cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
     x, y = frame.x + (cos * pose.x - sin * pose.y), frame.y + (sin * pose.x + cos * pose.y)
     return Pose(x, y, wrap_angle(frame.yaw + pose.yaw))
 
 
 def inverse(frame: Pose) -> Pose:
-    """Return the other frame as seen from ``frame``: composed with ``frame``, either way round, it is the identity."""
+    """Return the pose of the other frame in ``frame``; composed with ``frame``, in either order, it is the identity."""
     cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
     return Pose(-(cos * frame.x + sin * frame.y), sin * frame.x - cos * frame.y, wrap_angle(-frame.yaw))
 
 
 def relate(here: Pose, there: Pose) -> Pose:
-    """Return the frame of ``here`` in that of ``there``, given one and the same pose in both.
+    """Return the pose of one frame in another, from a pose that is known in both.
 
-    Where the two are equal it is the identity, to the last bit.
+    Args:
+        here: The pose in the one frame.
+        there: The same pose in the other frame.
+
+    Returns:
+        The pose of the first frame in the other; exactly the identity where ``here`` equals ``there``.
     """
     turn = wrap_angle(there.yaw - here.yaw)
     cos, sin = math.cos(turn), math.sin(turn)
@@ -39,7 +44,7 @@ def relate(here: Pose, there: Pose) -> Pose:
 
 
 def transform_path(frame: Pose, path: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the poses of ``path``, ``(n, 3)`` x, y in m and yaw in rad, as :func:`compose` does one; a new array."""
+    """Transform every pose of ``path``, ``(n, 3)`` x, y in m and yaw in rad, as :func:`compose` does; a new array."""
     cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
     moved = np.empty((len(path), 3))
     moved[:, 0] = frame.x + (cos * path[:, 0] - sin * path[:, 1])

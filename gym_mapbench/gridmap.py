@@ -128,7 +128,7 @@ class GridMap:
 
     @cached_property
     def rectangles(self) -> NDArray[np.int64]:
-        """``(n, 4)`` row and col of the lower-left cell, height and width of few rectangles that make up the walls."""
+        """The walls as few rectangles, ``(n, 4)``: row and col of the lower-left cell, height and width."""
         rectangles: NDArray[np.int64] = merge_rectangles(self.occupancy)
         rectangles.flags.writeable = False
         return rectangles

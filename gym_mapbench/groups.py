@@ -29,8 +29,8 @@ class CostmapWindow(Settings):
 
     Args:
         cells: Rows and columns of the window; 60 are Nav2's 3 m at 0.05 m a cell.
-        inflation_radius: Of Nav2's inflation layer, m.
-        cost_scaling_factor: Of Nav2's inflation layer, 1/m.
+        inflation_radius: Reach of Nav2's inflation layer, m.
+        cost_scaling_factor: Decay of the cost in Nav2's inflation layer, 1/m.
     """
 
     cells: Annotated[int, Field(ge=1, le=4000)] = 60

@@ -22,8 +22,8 @@ from gym_mapbench.settings import Settings
 class LidarSettings(Settings):
     """A planar scanner on the robot; the defaults are the TurtleBot3's LDS-01.
 
-    The place, and the shortest distance, are None where they are left to the noise level: at the centre from 0 m on, or
-    where the robot's own scanner is. :meth:`mounted` fills them in.
+    ``x``, ``y``, ``yaw`` and ``range_min`` are None where the noise level decides them: either the robot's centre and
+    0 m, or the values of the robot's own scanner. :meth:`mounted` fills them in.
 
     Args:
         beams: Number of beams, counter-clockwise from ``angle_min``.
@@ -31,12 +31,13 @@ class LidarSettings(Settings):
         y: The same, m to the left.
         yaw: Heading of the scanner in the robot's frame, rad.
         range_min: Shortest distance, m; what is nearer is not measured.
-        range_max: Largest distance, m; also what a beam that hits nothing says.
-        no_reading: What a beam says that is lost, or hits something nearer than ``range_min``. ``range_max``: as if
-            there was nothing, as drivers that report infinity. ``zero``: 0 m, as LDS-01 and LDS-02 do.
+        range_max: Largest distance, m; also reported for a beam that hits nothing.
+        no_reading: What is reported for a beam that is lost, or hits something nearer than ``range_min``.
+            ``range_max``: as if nothing was there, like drivers that report infinity. ``zero``: 0 m, as LDS-01 and
+            LDS-02 do.
         angle_min: Angle of the first beam to the scanner's heading, rad.
         angle_increment: Angle from beam to beam, rad; None spreads them over a full turn.
-        scan_rate: Scans per second; in between the last one is observed again, as with a real scanner (the
+        scan_rate: Scans per second; between two scans the last one is observed again, as with a real scanner (the
             LDS-01 turns at 5 Hz). None: every observation has its own.
     """
 
@@ -63,12 +64,12 @@ class LidarSettings(Settings):
 
     @property
     def no_range(self) -> float:
-        """What a beam without a reading says, m."""
+        """What is reported for a beam without a reading, m."""
         return self.range_max if self.no_reading == "range_max" else 0.0
 
     @property
     def place(self) -> Pose:
-        """The scanner in the robot's frame; the robot's centre as far as it is left open."""
+        """Pose of the scanner in the robot's frame; what is None counts as 0."""
         return Pose(self.x or 0.0, self.y or 0.0, self.yaw or 0.0)
 
     @model_validator(mode="after")
@@ -83,7 +84,7 @@ class LidarSettings(Settings):
         return robot if place == IDENTITY else compose(robot, place)
 
     def mounted(self, mount: LidarMount) -> LidarSettings:
-        """Return the scanner with what was left open filled in from ``mount``."""
+        """Return the scanner with what is None filled in from ``mount``."""
         return _mounted(self, mount)
 
 
@@ -110,7 +111,7 @@ class Lidar:
         return ranges
 
     def report(self, ranges: NDArray[np.float32], lost: NDArray[np.bool_] | None) -> NDArray[np.float32]:
-        """Return what the scanner says of ``(beams,)`` measured ranges, m, of which some beams may be lost."""
+        """Return ``(beams,)`` measured ranges, m, with ``no_range`` where a beam is lost or hits something too near."""
         range_min = self._settings.range_min
         if not range_min and lost is None:
             return ranges
@@ -122,7 +123,7 @@ class Lidar:
 
 @functools.lru_cache(maxsize=8)
 def _mounted(settings: LidarSettings, mount: LidarMount) -> LidarSettings:
-    """Fill in a place; kept, as every episode asks for it."""
+    """Fill in what is None; cached, as every episode asks for it."""
     return settings.replace(
         **{name: value for name, value in mount.model_dump().items() if getattr(settings, name) is None}
     )
@@ -130,7 +131,7 @@ def _mounted(settings: LidarSettings, mount: LidarMount) -> LidarSettings:
 
 @functools.lru_cache(maxsize=8)
 def _directions(settings: LidarSettings) -> NDArray[np.float64]:
-    """``(beams, 2)`` cosine and sine of every beam's angle; kept, as every episode begins with a new Lidar."""
+    """``(beams, 2)`` cosine and sine of every beam's angle; cached, as every episode begins with a new Lidar."""
     directions: NDArray[np.float64] = np.stack([np.cos(settings.angles), np.sin(settings.angles)], axis=1)
     directions.flags.writeable = False
     return directions

@@ -1,4 +1,4 @@
-"""Where the robot believes to be: by its wheels in the odom frame, by its localisation on the map.
+"""Where the robot believes it is: in the odom frame by its wheels, on the map by its localisation.
 
 The odom pose is smooth and drifts; the estimate on the map does not drift, but jumps, as AMCL's does. Nothing of
 the localisation's error reaches the odom frame.
@@ -15,17 +15,18 @@ from gym_mapbench.noise import NoiseSettings, Wander
 from gym_mapbench.scenario import Pose, wrap_angle
 
 ODOM_SHIFT = 1.0
-"""Farthest odom coordinate of the start in a random odom frame, m; 2 m across are whole cells of any usual size."""
+"""Largest odom coordinate of the start in a random odom frame, m; its range, 2 m, is a whole number of usual cells."""
 
 
 class Odometry:
     """Wheel odometry from a start pose on.
 
-    Its errors are systematic, one draw for a run: on smooth floors they outweigh those that change from moment to
-    moment (Borenstein and Feng, UMBmark, 1996). It counts how the body moves, also along a wall where wheels slip.
+    Its errors are systematic and drawn once for a run: on smooth floors they outweigh those that change from moment
+    to moment (Borenstein and Feng, UMBmark, 1996). It counts how the body moves, even along a wall, where real
+    wheels would slip.
 
     Args:
-        noise: Where the odom frame lies, and how wrongly wheels count.
+        noise: Where the odom frame lies, and the errors of the wheels.
         start: True pose at the start.
         frame_rng: Draws the odom frame.
         rng: Draws the errors of this run.
@@ -54,7 +55,7 @@ class Odometry:
         return self._pose
 
     def measure(self, velocity: tuple[float, float]) -> tuple[float, float]:
-        """Return how fast wheels say the robot drives (m/s) and turns (rad/s)."""
+        """Return the forward speed (m/s) and turn rate (rad/s) that the wheels measure."""
         if not self._drifts:
             return velocity
         v, w = velocity
@@ -64,9 +65,11 @@ class Odometry:
 class Localisation:
     """The estimate on the map.
 
-    Where it errs, or wheels drift, it is AMCL seen from outside: after ``update_min_d`` or ``update_min_a`` of motion
-    it corrects itself, to the true pose plus the error of that moment. Until then the transform from map to odom stays
-    as it is, and the estimate follows odometry. Source: nav2_amcl (Humble) src/amcl_node.cpp, ``shouldUpdateFilter``.
+    Where it has errors, or wheels drift, it behaves like AMCL seen from outside: after ``update_min_d`` or
+    ``update_min_a`` of motion it corrects itself, to the true pose plus the error of that moment. Until then the
+    transform from map to odom stays as it is, and the estimate follows odometry.
+
+    Source: nav2_amcl (Humble) src/amcl_node.cpp, ``shouldUpdateFilter``.
 
     Args:
         noise: Spread of the error and when it is corrected.
@@ -93,12 +96,12 @@ class Localisation:
         return compose(self._odom_in_map, odom)
 
     def _moved(self, before: Pose, now: Pose) -> bool:
-        """Whether it is time for a correction; AMCL looks at x and y apart."""
+        """Whether it is time for a correction; AMCL looks at x and y separately."""
         moved = max(abs(now.x - before.x), abs(now.y - before.y))
         return moved > self._noise.update_min_d or abs(wrap_angle(now.yaw - before.yaw)) > self._noise.update_min_a
 
 
 def _draw_pose(rng: np.random.Generator) -> Pose:
-    """Draw a pose, uniform in position and heading, so that every place and turn of a cell is as likely."""
+    """Draw a pose, uniform in position and heading, so that all shifts and turns against the map are equally likely."""
     x, y, turn = rng.uniform(-1.0, 1.0, 3).tolist()
     return Pose(ODOM_SHIFT * x, ODOM_SHIFT * y, wrap_angle(math.pi * turn))

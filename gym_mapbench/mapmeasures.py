@@ -31,7 +31,7 @@ DISPERSION_RADIUS: Final = 0.45
 """BARN's three cells of 0.15 m."""
 
 _TOUCHING: Final = 1e-9
-"""Overlaps below this (m, or cells) are rounding."""
+"""Overlaps below this (m, or cells) are rounding errors."""
 
 _NEIGHBOURS: Final = np.ones((3, 3), dtype=np.bool_)
 
@@ -76,7 +76,7 @@ def measure_map(scenario: Scenario, robot: RobotSpec) -> dict[str, float]:
 
 
 def measure_array(scenarios: Iterable[Scenario], robot: RobotSpec) -> NDArray[np.float64]:
-    """Return ``(scenarios, len(MEASURES))``, one row a scenario, in the order of :data:`MEASURES`."""
+    """Return ``(scenarios, len(MEASURES))``, one row per scenario, in the order of :data:`MEASURES`."""
     rows = [list(measure_map(scenario, robot).values()) for scenario in scenarios]
     return np.array(rows, dtype=np.float64).reshape(-1, len(MEASURES))
 
@@ -91,8 +91,8 @@ def squared_wall_distances(grid: GridMap) -> NDArray[np.float64]:
 
     Returns:
         ``(2 * rows + 1, 2 * cols + 1)`` squares of half cells; point ``[i, j]`` lies ``i / 2`` cells above and
-        ``j / 2`` cells right of the map's lower-left corner. The point of a wall that is nearest to such a
-        point is such a point too, so these are whole numbers.
+        ``j / 2`` cells right of the map's lower-left corner. The nearest point of a wall to a point
+        of the lattice is on the lattice, too, so these are whole numbers.
     """
     rows, cols = grid.shape
     wall = np.ones((2 * rows + 1, 2 * cols + 1), dtype=np.bool_)
@@ -123,7 +123,7 @@ def narrowest_passage(grid: GridMap, start: Cell, goal: Cell) -> float:
 
 
 def configuration_space(grid: GridMap, robot: RobotSpec) -> Cells:
-    """Return where a robot's centre can be, in the middle of cells.
+    """Return the cells in whose middle the robot's centre can be.
 
     Returns:
         ``(1, rows, cols)`` bool for a disc; for a polygon ``(16, rows, cols)``, headings every 22.5 degrees.

@@ -100,7 +100,7 @@ def barn_score(episode: Episode) -> float:
 
 
 def motion_start(episode: Episode) -> float:
-    """Time until the robot was 0.1 m away from its start, s: BARN's clock starts there; the end if it never was."""
+    """Time until the robot was 0.1 m from its start, s, where BARN's clock starts; the run's time if it never was."""
     away = np.hypot(*(episode.trajectory[:, :2] - episode.trajectory[0, :2]).T)
     moved = np.flatnonzero(away >= BARN_MOTION)
     return float(moved[0]) * episode.control_period if len(moved) else episode.time
@@ -140,7 +140,7 @@ _FUNCTIONS = (
 METRICS: Registry[Callable[[Episode], float]] = Registry(
     "metric", "metrics", {function.__name__: function for function in _FUNCTIONS}, check=must_be_callable
 )
-"""Metrics by name; a third party's is measured where it is asked for, the project's own on every run."""
+"""Metrics by name; the project's own are measured on every run, a third party's only where it is asked for."""
 
 
 def measure(episode: Episode, also: Iterable[str] = ()) -> dict[str, float]:
@@ -179,6 +179,6 @@ def _clearances(episode: Episode) -> Floats:
 
 
 def _mean_rate(episode: Episode, order: int) -> float:
-    """Mean absolute derivative of the forward speed of some order; 0 for a run too short to have one."""
+    """Mean absolute derivative, of the given order, of the forward speed; 0 for a run too short to have one."""
     rates = np.diff(episode.trajectory[:, 3], n=order) / episode.control_period**order
     return float(np.abs(rates).mean()) if len(rates) else 0.0

@@ -1,7 +1,7 @@
 """Noise: what differs from run to run when it is switched on. All of it is off by default.
 
-Each source of noise draws from a generator of its own, and as often a second whatever the robot does. So at equal
-seeds all controllers meet the same noise at the same time, and it stays the same when another source is switched
+Each source of noise draws from a generator of its own, at a rate that does not depend on what the robot does. So at
+equal seeds all controllers meet the same noise at the same time, and it stays the same when another source is switched
 on or off (common random numbers).
 """
 
@@ -28,40 +28,42 @@ Speed = Annotated[float, Field(ge=0, le=1)]
 
 
 class NoiseSettings(Settings):
-    """What is wrong with sensors, motors and localisation; 0 switches a noise off, and so does each default.
+    """What is wrong with sensors, motors and localisation; by default all noise is off, and 0 switches a noise off.
 
-    Deviations are those of normal distributions. A mapping may begin with ``level``, the name of one of
-    :data:`NOISES`, whose values its own then replace.
+    Deviations are standard deviations of normal distributions. A mapping may have the key ``level``, the name of one
+    of :data:`NOISES`; its other values then replace those of the level.
 
     Args:
         odom_frame: Where the odom frame lies, in which wheel odometry counts and the local costmap lives.
             ``aligned``: at the start it is the map frame. ``random``: at the start it is shifted and turned
             against the map by any amount, as on a robot, which begins to count wherever it is switched on.
-        start_xy: Of the true start position along x and y, m.
-        start_yaw: Of the true start heading, rad.
-        pose_xy: Of the localisation's error along the map's x and y, m.
-        pose_yaw: Of the localisation's error in heading, rad.
-        pose_time_constant: Time in which the localisation's error forgets all but 37 % of what it was, s; with 0
+        start_xy: Deviation of the true start position along x and y, m.
+        start_yaw: Deviation of the true start heading, rad.
+        pose_xy: Deviation of the localisation's error along the map's x and y, m.
+        pose_yaw: Deviation of the localisation's error in heading, rad.
+        pose_time_constant: Time in which the autocorrelation of the localisation's error falls to 1/e, s; with 0
             any two errors are independent.
         update_min_d: Distance along an axis of the odom frame after which the localisation corrects itself, m (a
             parameter of AMCL, as the next). Between two corrections the estimate follows wheel odometry.
         update_min_a: Turn after which it corrects itself, rad.
-        odometry_v: Of the measured forward speed, m/s; independent at each control step, and not in the odom pose.
-        odometry_w: Of the measured turn rate, rad/s.
-        odometry_distance: Of the relative error of the distance that wheel odometry counts; one for a run, as wheels
-            keep their diameter.
-        odometry_turn: Of the relative error of the turn that it counts; one for a run, as the axle keeps its length.
-        odometry_veer: Of the turn that it counts for each metre driven straight on, rad/m; one for a run, as one
-            wheel is larger than the other.
-        actuation_v: Of the factor on the commanded forward speed.
-        actuation_w: Of the factor on the commanded turn rate.
-        actuation_time_constant: As ``pose_time_constant``, of these factors.
-        latency: Share of the control period for which the robot still obeys the command before, rounded to whole
+        odometry_v: Deviation of the measured forward speed, m/s; independent at each control step, and not part of the
+            odom pose.
+        odometry_w: Deviation of the measured turn rate, rad/s; likewise.
+        odometry_distance: Deviation of the relative error of the distance that wheel odometry counts; drawn once for a
+            run, as wheels keep their diameter.
+        odometry_turn: Deviation of the relative error of the turn that it counts; drawn once for a run, as the axle
+            keeps its length.
+        odometry_veer: Deviation of the turn that it counts for each metre driven straight on, rad/m; drawn once for a
+            run, as one wheel stays larger than the other.
+        actuation_v: Deviation of the relative error with which the commanded forward speed is carried out.
+        actuation_w: The same for the commanded turn rate.
+        actuation_time_constant: As ``pose_time_constant``, for these two errors.
+        latency: Share of the control period for which the robot still obeys the previous command, rounded to whole
             physics steps.
-        lidar_mount: Where the scanner is as far as ``lidar`` does not say so. ``centre``: at the robot's centre, and
-            it sees from 0 m on. ``robot``: where the robot's own is.
-        scan: Of each range of the lidar, m.
-        scan_relative: The same in parts of the range; where both are given, their squares add up.
+        lidar_mount: Where the scanner is, unless ``lidar`` says so. ``centre``: at the robot's centre, and it sees
+            from 0 m on. ``robot``: where the robot's own scanner is.
+        scan: Deviation of each range of the lidar, m.
+        scan_relative: The same as a share of the range; where both are given, their squares add up.
         scan_dropout: Probability that a beam comes back with nothing.
     """
 
@@ -126,7 +128,7 @@ _LEVELS: dict[str, NoiseSettings] = {
         odometry_distance=0.01,
         odometry_turn=0.02,
         odometry_veer=0.01,
-        # Assumed, no data sheet says it: a few per cent of load and slip that last for seconds.
+        # Assumed, as no data sheet gives it: a few per cent of load and slip that last for seconds.
         actuation_v=0.03,
         actuation_w=0.03,
         actuation_time_constant=2.0,
@@ -136,12 +138,12 @@ _LEVELS: dict[str, NoiseSettings] = {
         lidar_mount="robot",
         scan=0.01,
     ),
-    # One that is not.
+    # A TurtleBot3 that is not.
     "rough": NoiseSettings(
         odom_frame="random",
         start_xy=0.05,
         start_yaw=0.1,
-        # Towards the 6.7 cm above.
+        # Near the 6.7 cm given above.
         pose_xy=0.05,
         pose_yaw=0.035,
         pose_time_constant=3.0,
@@ -201,18 +203,18 @@ class Streams(NamedTuple):
 
     @classmethod
     def spawn(cls, rng: np.random.Generator) -> Streams:
-        """Make them from the env's generator, which itself draws nothing."""
+        """Make them from the env's generator, whose own numbers are not used up."""
         return cls(*rng.spawn(len(cls._fields)))
 
 
 class Wander:
-    """An error that wanders around 0: an Ornstein-Uhlenbeck process, anywhere in its spread from the first moment on.
+    """An error that wanders around 0: an Ornstein-Uhlenbeck process that begins in its stationary distribution.
 
     Args:
         deviations: Stationary standard deviation of every component; where all are 0, nothing is drawn.
         time_constant: Seconds in which the correlation falls to 1/e; 0 for none at all.
         period: Seconds from one call of :meth:`advance` to the next.
-        rng: Where it draws from.
+        rng: Generator that the error is drawn from.
     """
 
     def __init__(
@@ -262,9 +264,9 @@ def disturb_ranges(
     Args:
         ranges: ``(beams,)`` m, ``range_max`` where nothing was hit.
         deviation: Standard deviation, m.
-        relative: The same in parts of the range; the squares of both add up.
-        range_max: Largest range, m; the result stays within 0 and it.
-        rng: Where the noise is drawn from.
+        relative: The same as a share of the range; the squares of both add up.
+        range_max: Largest range, m; the result stays between 0 and this.
+        rng: Generator that the noise is drawn from.
     """
     if not (deviation or relative):
         return ranges

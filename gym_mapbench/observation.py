@@ -1,4 +1,4 @@
-"""What the robot observes: the space of every key beside what fills it.
+"""What the robot observes: for every key its space, and the values in it.
 
 ``pose``, ``odom`` and ``velocity`` are float64, because controllers that are compared with Nav2's to 1e-9 read
 them; the rest is float32. Every array of every observation is new.
@@ -87,7 +87,8 @@ class Observer:
         start: Where the robot truly starts.
         streams: What the noise is drawn from.
 
-    ``path`` is the global path, ``(n, 3)`` x, y (m), yaw (rad); None where it is not observed.
+    Attributes:
+        path: The global path, ``(n, 3)`` x, y (m), yaw (rad); None where it is not observed.
 
     Raises:
         NoPathError: If ``path`` is observed and there is none.
@@ -126,7 +127,7 @@ class Observer:
     def beams(self, pose: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
         """Return where the beams start, and ``(beams, 2)`` world angle (rad) and range (m) of each, without noise.
 
-        None without a scan.
+        None where no scan is observed.
         """
         if "scan" not in self._keys:
             return None
@@ -169,7 +170,7 @@ def in_robot_frame(goal: Pose, pose: Pose) -> NDArray[np.float32]:
 
 
 class PathView:
-    """Looks along a path from where the robot is; never back.
+    """Looks ahead along a path from where the robot is, and never back.
 
     Args:
         path: ``(n, 3)`` x, y (m), yaw (rad) from start to goal.

@@ -10,7 +10,7 @@ ENV_ID = "MapBench-v0"
 def register_envs() -> None:
     """Register ``MapBench-v0`` and its vector form, once.
 
-    ``import gym_mapbench`` calls this, so does ``gymnasium.make("gym_mapbench:MapBench-v0")``, and
+    It is called by ``import gym_mapbench``, by ``gymnasium.make("gym_mapbench:MapBench-v0")``, and by
     any Gymnasium that loads the entry points of the group ``gymnasium.envs``.
     """
     if ENV_ID not in registry:

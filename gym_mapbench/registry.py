@@ -1,4 +1,4 @@
-"""Registry: things of one kind by name, the project's own and everybody else's.
+"""Registry: things of one kind by name, the project's own and those of third parties.
 
 A name is looked for in this order:
 
@@ -29,7 +29,7 @@ from gym_mapbench.errors import ConfigError, MapBenchError, PluginError, nearest
 T = TypeVar("T")
 
 MODULE_ATTRIBUTE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
-"""``module:attribute``, both with dots in them if need be."""
+"""``module:attribute``, both may contain dots."""
 
 
 def as_it_is(entry: Any) -> Any:
@@ -60,7 +60,7 @@ class Registry(Generic[T]):
 
     Args:
         what: The kind, e.g. ``"noise level"``; opens error messages.
-        plural: Of the kind, in one word: ``noise_levels`` gives the entry point group ``gym_mapbench.noise_levels``.
+        plural: Its plural, in one word: ``noise_levels`` gives the entry point group ``gym_mapbench.noise_levels``.
         built_in: What the project brings, in order.
         check: Makes an entry of what a third party registered; raises ``ConfigError`` if that cannot be one.
 
@@ -78,7 +78,7 @@ class Registry(Generic[T]):
         self._check = check
 
     def register(self, name: str, entry: Any = None) -> Any:
-        """Add an entry for as long as this process lives; without one, a decorator.
+        """Add an entry for as long as this process lives; without ``entry``, return a decorator that does.
 
         Worker processes know nothing of it: what they need is named ``module:attribute``.
 

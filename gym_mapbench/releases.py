@@ -1,4 +1,4 @@
-"""The releases of Nav2 whose behaviour is built."""
+"""The releases of Nav2 whose behaviour is reproduced."""
 
 from __future__ import annotations
 

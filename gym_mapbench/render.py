@@ -47,7 +47,7 @@ class SeenCostmap:
     Args:
         costmap: The cost values, in a frame of their own.
         frame: Pose of that frame on the map, by the robot's localisation.
-        estimate: Where the robot believes to be on the map.
+        estimate: Where the robot believes it is on the map.
     """
 
     costmap: Costmap
@@ -67,7 +67,7 @@ class Snapshot:
         path: ``(n, 2)`` or more columns, the path to show, m; None for none.
         scan: ``(beams, 2)`` angle in the world (rad) and range (m) of every beam; None for none.
         sensor: Where the beams start; None for the robot's centre.
-        seen: A costmap of the robot, and where it believes to be; None for none.
+        seen: A costmap of the robot, and where the robot believes it is; None for none.
     """
 
     scenario: Scenario
@@ -85,7 +85,7 @@ def draw(snapshot: Snapshot, size: int = DEFAULT_SIZE) -> Frame:
 
     Args:
         snapshot: What to show.
-        size: Wanted length of the longer side, pixels; cells get a whole number of pixels, so it is met roughly.
+        size: Wanted length of the longer side, pixels; met only roughly, as every cell gets a whole number of pixels.
 
     Returns:
         ``(height, width, 3)`` uint8, first row at the top.
@@ -215,7 +215,7 @@ def _cost_colours() -> NDArray[np.float32]:
 
 @functools.lru_cache(maxsize=4)
 def _background(grid: GridMap, size: int) -> NDArray[np.float32]:
-    """Draw the map alone, ``(height, width, 3)`` float32: whole pixels a cell, or the mean of whole cells a pixel."""
+    """Draw the map alone, ``(height, width, 3)`` float32: whole pixels per cell, or a mean of cells per pixel."""
     cells = np.empty((*grid.shape, 3), np.float32)
     cells[:] = FREE
     if grid.unknown is not None:

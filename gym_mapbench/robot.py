@@ -16,12 +16,12 @@ Positive = Annotated[float, Field(gt=0)]
 
 
 class LidarMount(Settings):
-    """Where a robot's scanner sits, and how near it sees; at the centre and from 0 m on, unless told otherwise.
+    """Where a robot's scanner sits, and how near it sees; by default at the centre, and from 0 m on.
 
     Args:
-        x: In the robot's frame, m forwards of its centre.
-        y: m to the left.
-        yaw: Heading, rad.
+        x: Place in the robot's frame, m forwards of its centre.
+        y: The same, m to the left.
+        yaw: Heading in the robot's frame, rad.
         range_min: Shortest distance it measures, m.
     """
 
@@ -34,17 +34,17 @@ class LidarMount(Settings):
 class RobotSpec(Settings):
     """A differential-drive robot: a disc, or a convex polygon where ``footprint`` is given.
 
-    The limits are those of the wheels: what the base can do whatever it is told.
+    The limits are those of the wheels: what the base can do, whatever is commanded.
 
     Args:
         radius: Radius of the disc, m; ignored where ``footprint`` is given.
         footprint: Convex polygon, ``((x, y), ...)`` m in the robot frame, or None.
-        max_linear_velocity: m/s, forwards.
-        max_reverse_velocity: m/s, backwards, as a positive number.
-        max_angular_velocity: rad/s.
-        max_linear_acceleration: m/s^2, speeding up and braking.
-        max_angular_acceleration: rad/s^2.
-        lidar: Where its scanner sits; noise levels from ``nominal`` on put it there.
+        max_linear_velocity: Top speed forwards, m/s.
+        max_reverse_velocity: Top speed backwards, m/s, as a positive number.
+        max_angular_velocity: Top turn rate, rad/s.
+        max_linear_acceleration: Largest change of the speed, m/s^2, for speeding up and braking alike.
+        max_angular_acceleration: Largest change of the turn rate, rad/s^2.
+        lidar: Where its scanner sits; used where the noise's ``lidar_mount`` is ``robot``, as in ``nominal``.
     """
 
     name: str = "custom"

@@ -96,7 +96,7 @@ def _pose_on(grid: GridMap, what: str, pose: Pose) -> Pose:
 
 
 def wrap_angle(angle: float) -> float:
-    """Wrap an angle to (-pi, pi]; one that lies there comes back bit by bit, so that saved poses keep their digest."""
+    """Wrap an angle to (-pi, pi]; one that lies there is returned unchanged, so that saved poses keep their digest."""
     if -np.pi < angle <= np.pi:
         return float(angle)
     return float(-((-angle + np.pi) % (2 * np.pi) - np.pi))

@@ -37,7 +37,7 @@ class ScenarioSource:
             raise ConfigError("scenarios: expected at least one, got none")
 
     def choose(self, options: Mapping[str, Any], rng: np.random.Generator) -> Scenario:
-        """Return the scenario that ``options`` ask for; drawn where they do not say.
+        """Return the scenario that ``options`` ask for; draw what they leave open.
 
         Args:
             options: ``scenario`` (an index or a Scenario) or ``map`` (a GridMap), ``start``, ``goal``.

@@ -71,7 +71,7 @@ def _refuse_conversion(came: object, made: object) -> None:
 
 
 class _Loader(yaml.SafeLoader):
-    """Reads ``1e-3`` as a number, as ROS does; YAML 1.1 wants a dot in it."""
+    """Reads ``1e-3`` as a number, as ROS does; YAML 1.1 requires a dot in it."""
 
 
 _Loader.add_implicit_resolver(

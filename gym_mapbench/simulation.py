@@ -143,13 +143,13 @@ class Simulation:
 
 
 def _approach(speed: float, target: float, change: float) -> float:
-    """Move a speed towards its target by at most ``change``; comparing costs a quarter of ``min`` and ``max``."""
+    """Move a speed towards its target by at most ``change``; comparing takes a quarter of the time of ``min``."""
     error = target - speed
     return speed + (change if error > change else -change if error < -change else error)
 
 
 class _Touch(b2ContactListener):  # type: ignore[misc]
-    """Counts the contacts that touch; Box2D calls it only when one begins, lasts or ends."""
+    """Counts the contacts that touch; Box2D calls it only when one begins, persists or ends."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -235,7 +235,7 @@ class TestScan:
 
     def test_zero_needs_a_scanner_that_does_not_believe_it(self):
         with pytest.raises(
-            ConfigError, match=r"lidar\.range_min: expected more than 0 where lost beams say 0 m, got 0"
+            ConfigError, match=r"lidar\.range_min: expected more than 0 where lost beams are reported as 0 m, got 0"
         ):
             EnvConfig(lidar={"no_reading": "zero"}, noise={"scan_dropout": 0.1})
         EnvConfig(lidar={"no_reading": "zero"}, noise="rough")

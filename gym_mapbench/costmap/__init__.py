@@ -1,8 +1,8 @@
 """Costmaps as in Nav2: cost values on a grid, and the layers that write them.
 
 What comes in is parameters, the static map, laser scans and the robot's pose; what goes out is a
-:class:`Costmap`. ``params`` holds the options, ``scan`` makes points of a scan, every layer has a module of its
-own, and ``layered_costmap`` has them write in their order.
+:class:`Costmap`. ``params`` holds the options, ``scan`` turns a scan into points, every layer has a module of
+its own, and ``layered_costmap`` lets them write in their order.
 """
 
 from gym_mapbench.costmap.grid import (

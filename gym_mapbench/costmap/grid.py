@@ -25,7 +25,7 @@ class Costmap:
         costs: ``(rows, cols)`` uint8, C-contiguous; row 0 at the bottom.
         resolution: Side of a cell, m.
         origin_x: World x of the lower-left corner of cell (0, 0), m.
-        origin_y: World y of it, m.
+        origin_y: World y of the same corner, m.
         track_unknown_space: Whether 255 means "unknown" rather than an obstacle.
     """
 

@@ -58,11 +58,11 @@ class Inflation(Layer):
         self._last = EVERYWHERE
 
     def reset(self) -> None:
-        """Inflate everything anew at the next update, where the release does so."""
+        """Inflate everything again at the next update; only Jazzy does so."""
         self._all_is_news |= self._reset_is_news
 
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
-        """Widen the box by what it was at the last update, and by the inflation radius."""
+        """Widen the box by that of the last update, and by the inflation radius."""
         news = box.tolist()
         for axis in (0, 1):
             box[axis] = min(self._last[axis], news[axis]) - self._params.inflation_radius
@@ -77,7 +77,7 @@ class Inflation(Layer):
             return
         options = self._params.inflate_unknown, self._params.inflate_around_unknown
         row0, col0, row1, col1 = cells
-        # Cells farther than twice the reach can neither be seen from here nor lie in the way.
+        # Obstacles count up to one reach outside the cells, and their waves spread one reach beyond that.
         first_row, first_col = max(0, row0 - 2 * self._reach), max(0, col0 - 2 * self._reach)
         around = master[first_row : row1 + 2 * self._reach, first_col : col1 + 2 * self._reach].copy()
         inner = row0 - first_row, col0 - first_col, row1 - first_row, col1 - first_col

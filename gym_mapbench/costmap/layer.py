@@ -29,8 +29,8 @@ class Window:
     Args:
         shape: ``(rows, cols)``.
         resolution: Side of a cell, m.
-        origin_x: Lower-left corner, m, in the costmap's frame.
-        origin_y: Of it, m.
+        origin_x: x of the lower-left corner in the costmap's frame, m.
+        origin_y: y of the same corner, m.
         frame: Pose of the costmap's frame in the map's.
     """
 
@@ -53,7 +53,7 @@ class Window:
         return (x, y), (x + cols * self.resolution, y + rows * self.resolution)
 
     def roll(self, robot: Pose) -> tuple[int, int]:
-        """Move by whole cells, rounded towards none, so that the robot is in the middle; returns rows and columns."""
+        """Move by whole cells, rounded towards zero, until the robot is in the middle; return rows and columns."""
         rows, cols = self.shape
         d_row = int((robot.y - (rows - 1 + 0.5) * self.resolution / 2 - self.origin_y) / self.resolution)
         d_col = int((robot.x - (cols - 1 + 0.5) * self.resolution / 2 - self.origin_x) / self.resolution)
@@ -62,7 +62,7 @@ class Window:
         return d_row, d_col
 
     def cells_in(self, box: Box) -> Cells:
-        """Return the cells that a box touches; none, or one in a corner, where it is empty (``updateMap``)."""
+        """Return the cells that a box touches; for an empty box none, or one in a corner (``updateMap``)."""
         rows, cols = self.shape
         min_x, min_y, max_x, max_y = box.tolist()
         row0, row1 = (_enforced(y, self.origin_y, self.resolution, rows) for y in (min_y, max_y))
@@ -78,13 +78,13 @@ def _enforced(at: float, origin: float, resolution: float, count: int) -> int:
 
 
 class Layer(ABC):
-    """One of the plugins of a costmap. It has a window's cells; the window is moved by who calls."""
+    """One of the plugins of a costmap. It covers the cells of a window, which the caller moves."""
 
     def reset(self) -> None:  # noqa: B027 - most layers have nothing to forget
         """Forget what was observed."""
 
     def roll(self, d_row: int, d_col: int) -> None:  # noqa: B027 - nor anything to move
-        """Follow the window, which has moved by so many cells."""
+        """Follow the window, which has moved by this many cells."""
 
     @abstractmethod
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
@@ -93,7 +93,7 @@ class Layer(ABC):
         Args:
             window: Where the costmap's cells lie now.
             robot: Pose of the robot in the costmap's frame.
-            box: What the layers before have changed.
+            box: The box that the layers before this one have changed.
         """
 
     @abstractmethod

@@ -43,12 +43,12 @@ def build_static_costmap(grid: GridMap, params: CostmapParams, footprint: Footpr
 class LayeredCostmap:
     """One of Nav2's costmaps with its layers: the global one on the map, or the local one, a window that rolls.
 
-    An update writes only the box that the layers say has news; cells outside it keep what they had.
+    An update writes only the box in which the layers report changes; cells outside it keep their values.
 
     Args:
         params: Layers and size.
         grid: The static map; only ``static_layer`` looks at it.
-        footprint: The padded footprint: inscribed radius, and what footprint clearing frees.
+        footprint: The padded footprint; gives the inscribed radius, and the cells that footprint clearing frees.
 
     Raises:
         ConfigError: If the costmap has no cells or too many, or the inflation radius is more than 2000 cells.
@@ -74,12 +74,12 @@ class LayeredCostmap:
             layer.reset()
 
     def observe(self, scan: LaserScan, sensor: Pose, height: float = 0.0) -> None:
-        """Give the obstacle layers a new scan; it counts at every update until there is a newer one.
+        """Give the obstacle layers a new scan; every update uses it until there is a newer one.
 
         Args:
             scan: The scan.
             sensor: Pose of the lidar when it was taken, m and rad, in the costmap's frame.
-            height: Of the lidar above the ground, m.
+            height: Height of the lidar above the ground, m.
         """
         for layer in self._layers.values():
             if isinstance(layer, ObstacleGrid):
@@ -89,7 +89,7 @@ class LayeredCostmap:
         """Run one update cycle and return the costmap; call it at ``update_frequency``.
 
         Args:
-            pose: Of the robot, m and rad, in the costmap's frame.
+            pose: Pose of the robot, m and rad, in the costmap's frame.
             frame: Pose of the costmap's frame in the map's; a rolling static layer needs it.
         """
         if self._unchanging is not None:
@@ -103,10 +103,10 @@ class LayeredCostmap:
         return costmap
 
     def layer(self, name: str) -> Layer:
-        """Return a layer that writes by its name in ``plugins``.
+        """Return a layer by its name in ``plugins``.
 
         Raises:
-            KeyError: If there is none.
+            KeyError: If no layer of this name writes.
         """
         return self._layers[name]
 

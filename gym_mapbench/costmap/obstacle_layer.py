@@ -30,7 +30,7 @@ class ObstacleGrid(Layer):
         footprint: What footprint clearing frees.
 
     Attributes:
-        costs: ``(rows, cols)`` uint8, what the layer knows: 0, 254, or 255 never seen.
+        costs: ``(rows, cols)`` uint8, what the layer knows: 0 free, 254 occupied, 255 never seen.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class ObstacleGrid(Layer):
         self.reset()
 
     def observe(self, scan: LaserScan, sensor: Pose, height: float) -> None:
-        """Take a new scan of a sensor at a pose in the costmap's frame, ``height`` m above the ground."""
+        """Take a new scan from a sensor at a pose in the costmap's frame, ``height`` m above the ground."""
         source = self.layer.scan
         observation = scan.observe(sensor, height, inf_is_valid=source.inf_is_valid)
         if not source.min_obstacle_height <= observation.z <= source.max_obstacle_height:
@@ -125,7 +125,7 @@ class VoxelGrid(ObstacleGrid):
 
     def _mark(self, window: Window, seen: Observation, box: Box) -> None:
         layer, source = self.layer, self.layer.scan
-        # What lies below the lowest voxel counts as in it.
+        # A hit below the lowest voxel counts as a hit in it.
         level = int((max(seen.z, layer.origin_z) - layer.origin_z) / layer.z_resolution)
         if level < layer.z_voxels:
             ranges = source.obstacle_min_range, source.obstacle_max_range

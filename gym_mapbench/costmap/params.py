@@ -56,7 +56,7 @@ class ObservationSource(Settings):
         obstacle_max_range: Farthest hit that is marked, m.
         obstacle_min_range: Nearest hit that is marked, m.
         raytrace_max_range: How far along a ray cells are cleared, m.
-        raytrace_min_range: From where on a ray cells are cleared, m.
+        raytrace_min_range: Distance along a ray from which on cells are cleared, m.
         min_obstacle_height: Lowest point that is used at all, m.
         max_obstacle_height: Highest point that is used at all, m.
         inf_is_valid: Whether a ray that hits nothing clears as if it ended just short of the sensor's range.
@@ -102,10 +102,10 @@ class VoxelLayer(ObstacleLayer):
     Args:
         z_voxels: Voxels in a column.
         z_resolution: Height of a voxel, m.
-        origin_z: Where the lowest one begins, m.
+        origin_z: Height at which the lowest voxel begins, m.
         mark_threshold: How many marked voxels a column may have and still not be an obstacle.
-        unknown_threshold: How many unknown voxels a cleared column may have and still be free; those that are missing
-            to 16 are added.
+        unknown_threshold: How many unknown voxels a cleared column may have and still be free; as in Nav2,
+            the voxels by which the column is shorter than 16 are not counted against it.
     """
 
     z_voxels: Annotated[int, Field(ge=1, le=16)] = 10
@@ -119,25 +119,25 @@ class CostmapParams(Settings):
     """Options of one costmap, named and defaulted as in Nav2 Humble's code.
 
     Args:
-        robot_radius: m; None takes the robot's own. A ``footprint`` wins over it.
+        robot_radius: Radius of the robot, m; None takes the robot's own. A ``footprint`` takes precedence.
         footprint: Corners ``((x, y), ...)`` m, or Nav2's text form ``"[[x, y], ...]"``; None takes ``robot_radius``.
-        footprint_padding: m, added to every corner away from both axes.
-        resolution: m per cell of a costmap that does not take its size from the map.
-        width: m, x; of a costmap that does not take its size from the map.
-        height: m, y; likewise.
+        footprint_padding: How far every corner is moved away from both axes, m.
+        resolution: Side of a cell, m, of a costmap that does not take its size from the map.
+        width: Extent along x, m, of a costmap that does not take its size from the map.
+        height: Extent along y, m; likewise.
         origin_x: World x of the first lower-left corner, m; a rolling window stays aligned to it.
-        origin_y: World y of it, m.
+        origin_y: World y of the same corner, m.
         rolling_window: Whether the costmap is a window that follows the robot.
-        update_frequency: Hz.
+        update_frequency: Updates per second, Hz.
         track_unknown_space: Whether unknown cells stay unknown (255) instead of free.
         use_maximum: Whether the static layer writes the greater cost instead of overwriting.
         lethal_cost_threshold: Map value, 0 to 100, from which on a cell is an obstacle.
         unknown_cost_value: Map value, as an unsigned byte, that means unknown.
         trinary_costmap: Whether map values below the threshold are free rather than scaled.
         plugins: Names of the layers in the order in which they write.
-        release: Release whose layers these are; ours, not Nav2's. Jazzy's voxel layer loses no ray that leaves the
-            window and looks at ``min_obstacle_height``, its obstacle layer takes ranges in metres, and
-            ``combination_method`` may be 2.
+        release: Release of Nav2 whose layers these are; not a parameter of Nav2. Jazzy's voxel layer loses no ray that
+            leaves the window and obeys ``min_obstacle_height``, its obstacle layer also checks ranges in metres, its
+            inflation layer starts over after a reset, and ``combination_method`` may be 2.
     """
 
     robot_radius: Positive | None = None
@@ -232,7 +232,7 @@ class CostmapParams(Settings):
         return any(self.writes(name) for name in OBSTACLE_LAYERS)
 
     def make_footprint(self, robot: RobotSpec) -> Footprint:
-        """Return the padded footprint: of these options where they give one, else of the robot."""
+        """Return the padded footprint: that of these options where they give one, else that of the robot."""
         corners = self.footprint if self.footprint or self.robot_radius else robot.footprint
         if corners:
             return Footprint.from_corners(np.array(corners), self.footprint_padding)

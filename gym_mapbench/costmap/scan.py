@@ -25,10 +25,10 @@ class LaserScan:
 
     Args:
         ranges: ``(beams,)`` m; inf where nothing was hit.
-        angle_min: Of the first beam to the sensor's heading, rad.
-        angle_increment: From beam to beam, rad.
-        range_min: Shorter ranges are no measurements, m.
-        range_max: Ranges from here on are none either, m.
+        angle_min: Angle of the first beam to the sensor's heading, rad.
+        angle_increment: Angle from beam to beam, rad.
+        range_min: Ranges below this are not measurements, m.
+        range_max: Ranges from this value on are not measurements either, m.
     """
 
     ranges: NDArray[np.floating]
@@ -38,7 +38,7 @@ class LaserScan:
     range_max: float
 
     def observe(self, sensor: Pose, height: float, *, inf_is_valid: bool = False) -> Observation:
-        """Return the points of this scan in the frame in which the sensor stands at ``sensor``.
+        """Return the points of this scan in the frame in which ``sensor`` is given.
 
         Args:
             sensor: Pose of the sensor, m and rad.
@@ -75,7 +75,7 @@ class Observation:
 
 @functools.lru_cache(maxsize=8)
 def _directions(beams: int, angle_min: float, angle_increment: float) -> NDArray[np.float64]:
-    """``(beams, 2)`` cosine and sine of every beam's angle; kept, as scan after scan has the same."""
+    """``(beams, 2)`` cosine and sine of every beam's angle; cached, as every scan has the same."""
     angles = angle_min + np.arange(beams) * angle_increment
     directions: NDArray[np.float64] = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     directions.flags.writeable = False

@@ -36,7 +36,7 @@ def _static_cost(value: int, params: CostmapParams) -> np.uint8:
 
 
 class StaticMap(Layer):
-    """Writes the map: once where the costmap is the map's, at every update into a rolling window.
+    """Writes the map: once into a costmap of the whole map, at every update into a rolling window.
 
     Args:
         params: How the map is read, and whether the window rolls.
@@ -56,8 +56,8 @@ class StaticMap(Layer):
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
         """Widen the box by the map, or by the whole of a rolling window.
 
-        For a rolling window Humble and Jazzy take the map's bounds for the window's, which is wrong in an odom frame
-        and no difference on the map; newer releases have mended it as it is here.
+        In a rolling window, Humble and Jazzy use the map's bounds instead of the window's. This makes no difference
+        in the map frame, but is wrong in an odom frame; newer releases have corrected it, and so does this layer.
         """
         if self._rolling or self._has_news:
             for corner in window.corners:
@@ -65,7 +65,7 @@ class StaticMap(Layer):
         self._has_news = False
 
     def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
-        """Copy the map's cells, or look a rolling window's up in it."""
+        """Copy the map's cells; for a rolling window, look each of its cells up in the map."""
         if not self._rolling:
             combine(master, self._costs, *cells, MAX if self._use_maximum else TRUE_OVERWRITE)
             return

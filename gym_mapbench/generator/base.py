@@ -13,7 +13,7 @@ from gym_mapbench.settings import Settings
 
 
 class Family(Protocol):
-    """A kind of maps: frozen options, most of them ranges, from which the genes of a map are drawn.
+    """A kind of map: frozen options, most of them ranges, from which the genes of a map are drawn.
 
     A map is a function of its genes and of the world's size, resolution, border and cleared areas. Genes are
     JSON-able, so that a map can be kept as its genes, and changed by changing one of them. Places are given as
@@ -53,17 +53,17 @@ def to_cells(length: float, shapes: ShapeSettings) -> int:
 
 
 def mirrored(cells: Cells) -> Cells:
-    """Mirror a map about the straight line from start to goal: what was below is right of it, and so on."""
+    """Mirror a map about the straight line from start to goal: what was below is now on the right, and so on."""
     return cells[::-1, ::-1].T
 
 
 def wall_rows(shapes: ShapeSettings, thickness: float, places: Sequence[float]) -> list[slice]:
-    """Return the rows of walls across the way, one in each of equally high parts of the room between start and goal.
+    """Return the rows of walls across the way: one in each of the equally high parts between start and goal.
 
     Args:
         shapes: The world; no wall is in the rows of its cleared areas.
-        thickness: Of every wall, m.
-        places: For every wall from the start on, where it is in its part, 0 (below) to 1 (above).
+        thickness: Thickness of every wall, m.
+        places: Where each wall is in its part, 0 (below) to 1 (above), the one nearest to the start first.
 
     Raises:
         ConfigError: If the map is too small.

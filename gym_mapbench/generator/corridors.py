@@ -39,7 +39,7 @@ class CorridorGenes(Settings):
 
     Args:
         flights: Its steps, from the start on.
-        width: m.
+        width: Width of the corridor, m.
         mirrored: Whether it goes to the left first, then up, and so on.
     """
 
@@ -49,7 +49,7 @@ class CorridorGenes(Settings):
 
 
 class Corridors(Settings):
-    """A corridor from start to goal with right-angled bends, everything else solid; never longer than up and across.
+    """A corridor from start to goal with right-angled bends, everything else solid; it only leads up and to the left.
 
     ::
 
@@ -65,9 +65,9 @@ class Corridors(Settings):
         ################
 
     Args:
-        flights: Range of the number of steps; each has two bends, but for the last with one.
+        flights: Range of the number of steps; each has two bends, the last one only one.
         width: Range of the corridor's width, m.
-        weight: Range of the steps' weights; the nearer its ends, the more even the steps.
+        weight: Range of the steps' weights; the narrower it is, the more even the steps.
     """
 
     genes: ClassVar[type[Settings]] = CorridorGenes
@@ -107,7 +107,7 @@ def _stops(first: int, last: int, weights: list[float]) -> list[int]:
 
 
 def _carve(cells: Cells, rows: tuple[int, int], cols: tuple[int, int], width: int) -> None:
-    """Free the cells along a straight piece, its ends rounded up to squares."""
+    """Free the cells along a straight piece, with a square at each end."""
     before, beyond = (width - 1) // 2, width // 2 + 1
     (low, high), (left, right) = sorted(rows), sorted(cols)
     cells[max(0, low - before) : high + beyond, max(0, left - before) : right + beyond] = False

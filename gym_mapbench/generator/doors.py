@@ -40,8 +40,8 @@ class DoorsGenes(Settings):
 
     Args:
         doors: Its walls, the one nearest to the start first.
-        thickness: Of the walls, m.
-        mirrored: Whether the walls stand upright instead of lying across.
+        thickness: Thickness of the walls, m.
+        mirrored: Whether the walls run from bottom to top instead of from left to right.
     """
 
     doors: tuple[Door, ...]

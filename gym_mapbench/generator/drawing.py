@@ -26,9 +26,9 @@ from gym_mapbench.settings import Settings
 
 MAX_DRAWS = 200
 LONGEST_PLAN = 0.9
-"""Share of the points that NavFn's plan may have which the plan of a drawn map has at most.
+"""Longest plan that a drawn map may have, as a share of the longest that NavFn can follow.
 
-NavFn gives up after 4 max(rows, cols) points; the rest is for plans that noise and other inflation make longer.
+NavFn gives up after 4 max(rows, cols) points; the rest is a reserve, as noise and other inflation make plans longer.
 """
 
 
@@ -53,9 +53,9 @@ def draw_from(
 
     Args:
         rng: Source of all randomness.
-        families: One or more, all as likely.
+        families: One or more, all equally likely.
         shapes: Size, resolution, border and cleared areas of the map.
-        robot: For which the map must be drivable, see :func:`is_drivable`.
+        robot: The robot that must be able to drive the map, see :func:`is_drivable`.
 
     Raises:
         ConfigError: If the map is too small for the family, or none of 200 maps is drivable.
@@ -69,7 +69,7 @@ def draw_from(
             return DrawnMap(spec.name, genes, cells)
     raise ConfigError(
         f"{spec.name}: expected maps that {robot.name} can drive with a cell to spare, got none in {MAX_DRAWS} draws; "
-        "give its ranges more room"
+        "widen the ranges of its options"
     )
 
 
@@ -100,19 +100,19 @@ def is_drivable(cells: Cells, shapes: ShapeSettings, robot: RobotSpec) -> bool:
 def draw_map(
     rng: np.random.Generator, shapes: ShapeSettings, families: Sequence[FamilySpec], robot: RobotSpec
 ) -> Cells:
-    """Draw the occupancy of one map: of the families, or where there are none, of the thesis, drivable or not."""
+    """Draw the occupancy of a map: of one of the families, or without any, as in the thesis, drivable or not."""
     return draw_from(rng, families, shapes, robot).cells if families else sample_map(rng, shapes)
 
 
 def draw_obstacle(
     rng: np.random.Generator, shapes: ShapeSettings, families: Sequence[FamilySpec], area: tuple[int, int]
 ) -> tuple[Cells, int, int]:
-    """Draw something to add to a map: a random shape, or where there are families a piece of a new map of one.
+    """Draw something to add to a map: a random shape, or, where there are families, a piece of a new map of one.
 
     Args:
         rng: Source of all randomness.
         shapes: The world; a piece is as high and wide as the longest wall of its random shapes.
-        families: All as likely.
+        families: Families of maps, all equally likely.
         area: Rows and columns inside the border.
 
     Returns:

@@ -17,7 +17,7 @@ class PillarGenes(Settings):
 
     Args:
         pitch: From the middle of a pillar to that of the next, in a row and from row to row, m.
-        side: Of every pillar, m.
+        side: Side of every pillar, m.
         x: Where the first column begins, share of the pitch.
         y: Where the first row begins, share of the pitch.
         stagger: By how much every other row is shifted, share of the pitch.

@@ -24,7 +24,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 SignedShare = Annotated[float, Field(ge=-1, le=1)]
 Count = Annotated[int, Field(ge=1, le=1000)]
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
-"""Of everything that is drawn while a map is built."""
+"""Seed of everything that is drawn while a map is built."""
 
 LengthRange = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
 WeightRange = Annotated[tuple[Weight, Weight], AfterValidator(_ordered)]

@@ -70,7 +70,7 @@ class ShapeSettings(Settings):
 
     @property
     def probabilities(self) -> tuple[float, float, float]:
-        """Of circle, square and wall."""
+        """Probabilities of circle, square and wall."""
         return self.circle_probability, self.square_probability, self.wall_probability
 
 
@@ -95,7 +95,7 @@ def disc(radius: int) -> Cells:
 def draw_position(rng: np.random.Generator, shape: tuple[int, int], area: tuple[int, int]) -> tuple[int, int]:
     """Draw ``(row, col)`` of a stamp's lower-left cell, uniformly over all places inside ``(rows, cols)``.
 
-    A stamp larger than the area gets 0, and sticks out.
+    A stamp larger than the area is placed at 0 and sticks out.
     """
     row, col = (int(rng.integers(max(1, whole - part + 1))) for part, whole in zip(shape, area, strict=True))
     return row, col
@@ -145,8 +145,8 @@ def task_cells(shape: tuple[int, int], margin: int) -> tuple[tuple[int, int], tu
 def default_task(grid: GridMap, margin: int = 11) -> tuple[Pose, Pose]:
     """Return start (near the lower right) and goal (near the upper left), both facing up and left.
 
-    The points lie a quarter of a cell inside their cells: NavFn rounds points to cells, and a
-    cell's middle would be a tie.
+    The points lie a quarter of a cell inside their cells: NavFn rounds points to cells, and the
+    middle of a cell would be a tie.
 
     Args:
         grid: The map.

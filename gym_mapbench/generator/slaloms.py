@@ -26,7 +26,7 @@ class Baffle(Settings):
 
     Args:
         place: Where it is in its part of the way, 0 to 1.
-        reach: How far it reaches, share of the map's width; two neighbours overlap where their sum is above 1.
+        reach: How far it reaches, share of the map's width; two neighbours overlap where these add up to more than 1.
     """
 
     place: Share
@@ -39,8 +39,8 @@ class SlalomGenes(Settings):
     Args:
         baffles: Its walls, the one nearest to the start first.
         left_first: Whether the first one comes from the left, the second from the right, and so on.
-        thickness: Of the walls, m.
-        mirrored: Whether the walls stand upright instead of lying across.
+        thickness: Thickness of the walls, m.
+        mirrored: Whether the walls run from bottom to top instead of from left to right.
     """
 
     baffles: tuple[Baffle, ...]

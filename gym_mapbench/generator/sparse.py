@@ -18,8 +18,8 @@ class Block(Settings):
     Args:
         x: Where its middle is, 0 (left) to 1 (right).
         y: Where its middle is, 0 (below) to 1 (above).
-        width: m; of a disc, its diameter.
-        height: m; of no use to a disc.
+        width: Its width, m; the diameter of a disc.
+        height: Its height, m; not used for a disc.
         round: Whether it is a disc.
     """
 

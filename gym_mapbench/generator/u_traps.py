@@ -32,7 +32,7 @@ class Trap(Settings):
 
     Args:
         place: Where its middle is in its part of the straight way, 0 to 1.
-        aside: How far its middle is beside that way, share of its width; positive is above it and right of it.
+        aside: Distance of its middle from that way, share of its width; positive is above it and to its right.
         width: From outer wall to outer wall, m.
         depth: From the opening to the outside of its back wall, m.
         opens_right: Whether it opens to the right instead of downwards.
@@ -50,7 +50,7 @@ class UTrapGenes(Settings):
 
     Args:
         traps: The one nearest to the start first.
-        thickness: Of all walls, m.
+        thickness: Thickness of all walls, m.
     """
 
     traps: tuple[Trap, ...]

@@ -6,7 +6,7 @@ import numpy as np
 
 from gym_mapbench.kernels.jit import kernel
 
-# Heading k is k * 45 degrees; going forwards then means this step.
+# Heading k is k * 45 degrees; driving forwards is this step.
 HEADING_ROW, HEADING_COL = (0, 1, 1, 1, 0, -1, -1, -1), (1, 1, 0, -1, -1, -1, 0, 1)
 
 

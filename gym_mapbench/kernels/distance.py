@@ -21,7 +21,7 @@ BLOCKED = -1.0
 
 @kernel
 def squared_distance(occupied):
-    """Exact squared distance ``(rows, cols)`` float64, cells^2, to the nearest occupied cell's centre; inf without."""
+    """Exact squared distance ``(rows, cols)`` float64, cells^2, to the nearest occupied cell's centre; inf if none."""
     rows, cols = occupied.shape
     squared = _squared_along_columns(occupied)
     vertex, border, parabola = np.empty(cols, np.int64), np.empty(cols + 1), np.empty(cols)

@@ -1,4 +1,4 @@
-"""A footprint on a grid: the dearest cell under its outline, and the cells within it.
+"""A footprint on a grid: the highest cost under its outline, and the cells within it.
 
 Source: nav2_costmap_2d/src/footprint_collision_checker.cpp, footprint.cpp, costmap_2d.cpp; for the cost Bresenham as in
 nav2_util's line iterator.

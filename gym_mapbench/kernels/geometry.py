@@ -1,4 +1,4 @@
-"""Where a point lies on a grid, and how two headings differ."""
+"""Where a point lies on a grid, and angles wrapped to one turn."""
 
 from __future__ import annotations
 

@@ -54,15 +54,15 @@ def write_map(
 
     Args:
         master: ``(rows, cols)`` uint8, written.
-        resolution: Of the window, m.
-        origin_x: Lower-left corner of the window in its frame, m.
-        origin_y: Of it, m.
+        resolution: Side of a cell of the window, m.
+        origin_x: x of the window's lower-left corner in its frame, m.
+        origin_y: y of the same corner, m.
         known: ``(rows, cols)`` uint8, the map.
-        known_resolution: Of the map, m.
-        known_x: Lower-left corner of the map, m.
-        known_y: Of it, m.
-        frame_x: Where the window's frame has its origin in the map's frame, m.
-        frame_y: Of it, m.
+        known_resolution: Side of a cell of the map, m.
+        known_x: x of the map's lower-left corner, m.
+        known_y: y of the same corner, m.
+        frame_x: x of the origin of the window's frame in the map's frame, m.
+        frame_y: y of the same origin, m.
         frame_yaw: How far the window's frame is turned, rad.
         row0: First row to write.
         col0: First column.

@@ -13,7 +13,7 @@ import numpy as np
 from gym_mapbench.kernels.distance import DIAGONAL, STEP_COL, STEP_ROW
 from gym_mapbench.kernels.jit import kernel
 
-# Clockwise, every 22.5 degrees; those between axis and diagonal are a knight's moves.
+# Clockwise, every 22.5 degrees; those between axis and diagonal are knight's moves.
 FAN_ROW = (0, 1, 1, 2, 1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1)
 FAN_COL = (1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1, 0, 1, 1, 2)
 
@@ -68,7 +68,7 @@ def measure_path(blocked, nearest, path, radius):
         blocked: ``(rows, cols)`` bool in a frame of blocked cells.
         nearest: ``(rows, cols)`` distance to the nearest blocked cell's centre, cells.
         path: ``(n, 2)`` int64 free cells.
-        radius: Of the dispersion, cells.
+        radius: Radius of the dispersion, cells.
 
     Returns:
         ``(4,)`` closest obstacle, average visibility, dispersion (a count), characteristic dimension; cells.

@@ -21,7 +21,7 @@ def cast_rays(walls, resolution, origin_x, origin_y, x, y, yaw, beams, range_max
         walls: ``(rows + 2, cols + 2)`` bool, C-contiguous: the map in a frame of walls, which ends every ray.
         resolution: Side of a cell, m.
         origin_x: World x of the lower-left corner of the map inside the frame, m.
-        origin_y: World y of it, m.
+        origin_y: World y of the same corner, m.
         x: Sensor, m; must be on the map.
         y: Sensor, m.
         yaw: Heading of the sensor, rad.

@@ -59,7 +59,7 @@ def voxel_at(point, grid):
     origin_x, origin_y, origin_z, resolution, z_resolution, cols, rows, levels = grid
     col, row = (point[0] - origin_x) / resolution, (point[1] - origin_y) / resolution
     level = (point[2] - origin_z) / z_resolution
-    # Asked like this, a ray of which rounding has left nothing (NaN) is off the grid, too.
+    # Written so that a NaN, from a ray that rounding has shortened to nothing, is off the grid, too.
     on_grid = point[0] >= origin_x and point[1] >= origin_y and point[2] >= origin_z
     if on_grid and col < cols and row < rows and level < levels:
         return col, row, level
@@ -137,7 +137,7 @@ def clear_voxel_line(
 
 @kernel
 def clear_voxel(layer, columns, cell, level, mark_threshold, unknown_threshold):
-    """Free one voxel, and its cell where no more than the threshold of its column are still marked."""
+    """Free one voxel, and its cell if at most the threshold of the column's voxels are still marked."""
     column = columns[cell] & ~(VOXEL << level)
     columns[cell] = column
     marked = column >> HALF
@@ -160,7 +160,7 @@ def bits(number):
 def mark_voxels(
     layer, columns, resolution, origin_x, origin_y, sensor, points, z, level, mark_threshold, min_range, max_range, box
 ):
-    """Mark the voxels of ``points`` ``(n, 2)`` float32 m at height ``z`` (m), which is that ``level`` of the columns.
+    """Mark the voxels of ``points`` ``(n, 2)`` float32 m at height ``z`` (m), which lies in ``level`` of the columns.
 
     Ranges are in metres, and ``max_range`` itself is too far.
     """

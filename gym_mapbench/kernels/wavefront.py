@@ -1,7 +1,7 @@
 """NavFn: potentials spread from the robot until they reach the goal, and the walk back down.
 
 Source: nav2_navfn_planner/src/navfn.cpp (Humble). Cells are flat indices, ``cell = row * width + col``.
-Potentials and offsets are float32 as in the original: the length of some paths hangs on the last bit.
+Potentials and offsets are float32 as in the original: the length of some paths depends on the last bit.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ONE = np.float32(1)
 
 @kernel
 def spread(costmap, cost_of, start, goal, use_astar):
-    """Potentials ``(rows, cols)`` float32 around ``start``; POT_HIGH where the wave was not when it met ``goal``.
+    """Potentials ``(rows, cols)`` float32 around ``start``; POT_HIGH where the wave had not been when it met ``goal``.
 
     Args:
         costmap: ``(rows, cols)`` uint8.

@@ -147,7 +147,7 @@ def _csv_rows(path: Path) -> list[dict[str, str]]:
 def _official_length(cells: NDArray[np.int64]) -> float:
     """Return the length that the challenge's score uses, m: start, path, goal.
 
-    Its own conversion puts the path a cell (x) and 0.1 m (y) off; the published lengths have that in them.
+    The challenge's own conversion puts the path a cell off in x and 0.1 m in y; the published lengths include this.
     """
     path = cells * RESOLUTION + np.array([-4.575, 5.075])
     points = np.vstack([START[:2], path, GOAL[:2]])

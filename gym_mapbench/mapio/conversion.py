@@ -36,7 +36,7 @@ def write_maps(maps: Sequence[TaskedMap], out_dir: str | Path, format: str) -> l
 
 
 def write_map_file(maps: Sequence[TaskedMap], target: str | Path) -> list[Path]:
-    """Write one map (or, as ``.json``, any number) under a name of the caller's, with the files that belong to it.
+    """Write one map (or, as ``.json``, any number) under the given name, with the files that belong to it.
 
     Args:
         maps: What :func:`~gym_mapbench.mapio.load_maps` returns.

@@ -1,4 +1,4 @@
-"""Map formats by name: whose files are known by their names, how they are read, and how they are written.
+"""Map formats by name: how their files are recognised, how they are read, and how they are written.
 
 A third party's is a :class:`MapFormat` in :data:`FORMATS`, which is asked after the project's own, or a function of a
 path, named ``module:attribute``.
@@ -27,7 +27,7 @@ from gym_mapbench.registry import Registry
 
 
 def _none_in(folder: Path) -> list[Path]:
-    """Leave every folder to other formats."""
+    """Find no files in any folder."""
     return []
 
 
@@ -37,8 +37,8 @@ class MapFormat:
 
     Args:
         read: Returns the maps in a file; takes ``resolution=`` and ``threshold=`` by keyword where they mean something.
-        suffixes: How its files' names end, lower case; a file to write has the first of them.
-        names: Whole names of its files, for those whose end does not tell.
+        suffixes: How its files' names end, lower case; files that are written end in the first.
+        names: Whole names of its files, where the end of the name does not tell.
         files_in: Returns the files to read in a folder; none if the folder is not of this format.
         write: Returns the contents of the files for some maps, by name; None for a format that is only read.
     """
@@ -100,4 +100,4 @@ FORMATS: Registry[MapFormat] = Registry(
 written by :mod:`gym_mapbench.mapio.gazebo`."""
 
 WRITTEN = tuple(name for name in FORMATS.built_in if FORMATS.get(name).write is not None)
-"""Names of those of the project's formats that are written."""
+"""Names of the project's formats that can be written."""

@@ -45,11 +45,11 @@ def export_gazebo(
     Args:
         scenarios: A map set, or any scenarios; their names become file names.
         out_dir: A folder that is new or empty; the package is named after it.
-        navigation: What drives.
+        navigation: Nav2's parameters and behaviour trees.
         robot: Shape and limits of the robot, and where its lidar sits.
         lidar: Beams and ranges of its lidar, and its place where it has one of its own.
         wall_height: Height of the walls, m.
-        time_limit: Simulated seconds the runner gives a run.
+        time_limit: Simulated seconds after which the runner ends a run.
 
     Returns:
         The files, as written.

@@ -17,7 +17,7 @@ from gym_mapbench.releases import Release
 
 @dataclass(frozen=True)
 class BundledNavigation:
-    """What drives in a bundle.
+    """Nav2 as a bundle runs it.
 
     Args:
         params: The mapping of a ``nav2_params.yaml`` of the release, written as it is.
@@ -25,8 +25,9 @@ class BundledNavigation:
         tree: Numbers of the behaviour tree: ``replanning_frequency``, ``number_of_retries``, ``spin_dist``,
             ``wait_duration``, ``backup_dist``, ``backup_speed``, ``time_allowance``, and ``recoveries`` (whether there
             are any).
-        release: Of Nav2.
-        besides: What MapBench drove with that no parameter of Nav2 says, by name; a comment of the parameter file.
+        release: Release of Nav2.
+        besides: Settings that MapBench drove with and that are no parameters of Nav2, by name; they become a comment
+            in the parameter file.
 
     Raises:
         ConfigError: If a name cannot be a file name or comes twice, or ``params`` has no plugin for a controller.
@@ -71,7 +72,7 @@ class BundledNavigation:
         if not self.besides:
             return head
         said = "".join(f"#   {name}: {json.dumps(value)}\n" for name, value in self.besides.items())
-        return f"{head}# MapBench drove with these besides, which Nav2 does not have as parameters:\n{said}"
+        return f"{head}# MapBench also drove with these settings, which are not parameters of Nav2:\n{said}"
 
 
 def _yaml(document: Mapping[str, Any]) -> str:

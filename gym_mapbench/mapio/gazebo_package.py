@@ -23,15 +23,15 @@ PREFIX = "mapbench_"
 
 @dataclass(frozen=True)
 class Bundle:
-    """All that the package's own files say.
+    """What the package's own files are written from.
 
     Args:
         folder: Name of its folder; the package is named after it.
         scenarios: Maps and tasks.
-        navigation: What drives.
+        navigation: Nav2's parameters and behaviour trees.
         model: The robot.
-        time_limit: Simulated seconds the runner gives a run.
-        wall_height: m.
+        time_limit: Simulated seconds after which the runner ends a run.
+        wall_height: Height of the walls, m.
     """
 
     folder: str

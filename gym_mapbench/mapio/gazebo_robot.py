@@ -10,15 +10,15 @@ from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.robot import RobotSpec
 
 WHEEL_RADIUS = 0.033
-"""Of a TurtleBot3, m."""
+"""Radius of a TurtleBot3's wheels, m."""
 
 CHASSIS_HEIGHT = 0.12
 GROUND_CLEARANCE = 0.01
 LIDAR_Z = 0.16
 NEAREST_RANGE = 0.05
-"""Of a scanner without a shortest distance of its own, m: the simulators want one."""
+"""Shortest range of a scanner that has none of its own, m; the simulators require one."""
 SCAN_RATE = 10.0
-"""Of a scanner without a rate of its own, Hz."""
+"""Rate of a scanner that has none of its own, Hz."""
 MASS = 3.0
 WHEEL_MASS = 0.1
 
@@ -29,8 +29,8 @@ class RobotModel:
 
     Args:
         spec: The robot it stands for.
-        length: Of the chassis along x; the diameter of a disc.
-        width: Of the chassis along y.
+        length: Length of the chassis along x; the diameter of a disc.
+        width: Width of the chassis along y.
         lidar: Its scanner, at its place on the robot.
     """
 

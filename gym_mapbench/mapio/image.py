@@ -1,4 +1,4 @@
-"""Plain pictures (PNG, BMP, JPEG, PGM): brightness read as Nav2 does, maps with a threshold and a resolution given."""
+"""Plain pictures (PNG, BMP, JPEG, PGM): brightness as Nav2 reads it; the caller gives threshold and resolution."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _PILLOW_FORMATS = ("PNG", "BMP", "JPEG")
 class Picture(NamedTuple):
     """A decoded picture, row 0 at the top.
 
-    ``total`` is the sum of each pixel's ``channels`` values, each up to ``white``; ``opaque`` is None without alpha.
+    ``total`` is the sum of each pixel's ``channels`` values, each up to ``white``; ``alpha`` may be None.
     """
 
     total: NDArray[np.uint32]
@@ -98,7 +98,7 @@ def grey_levels(grid: GridMap) -> NDArray[np.uint8]:
 
 
 def image_files(maps: Sequence[TaskedMap]) -> Files:
-    """Return one PNG a map; tasks have no place in a picture.
+    """Return one PNG per map; a picture cannot hold tasks.
 
     Raises:
         ConfigError: If a name cannot be a file name or comes twice.
@@ -108,7 +108,7 @@ def image_files(maps: Sequence[TaskedMap]) -> Files:
 
 
 def _decode(data: bytes, path: Path) -> Image.Image:
-    """Let Pillow decode the bytes, after its size is known to be sane."""
+    """Let Pillow decode the bytes, once the size that they announce is known to be sane."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")

@@ -20,7 +20,7 @@ from gym_mapbench.scenario import MapSet, Pose, Scenario
 PoseLike = Pose | Sequence[float]
 
 PREFIXED = re.compile(rf"({MODULE_ATTRIBUTE.pattern}|[A-Za-z_]\w+):(.+)")
-"""A path that says who reads it; a single letter would be a drive."""
+"""A path with the format that reads it in front; a single letter in front would be a drive of Windows."""
 
 
 def load_scenarios(
@@ -112,7 +112,7 @@ def _read(name: str, path: Path, options: dict[str, float]) -> list[TaskedMap]:
 
 
 def _format_and_path(text: str) -> tuple[str, Path]:
-    """Tell who reads a path: the format that stands before it, or else the one that knows its name."""
+    """Tell which format a path is in: the one named before it, or else the one that recognises its name."""
     prefixed = PREFIXED.fullmatch(text)
     if prefixed and not Path(text).exists() and (":" in prefixed[1] or prefixed[1] in FORMATS):
         if not Path(prefixed[2]).exists():

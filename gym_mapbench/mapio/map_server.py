@@ -44,7 +44,7 @@ class _Thresholds(NamedTuple):
 
 
 def read_map_server(path: Path) -> list[TaskedMap]:
-    """Read ``NAME.yaml``, its picture, and the ``NAME_poses.yaml`` of it, if there is one.
+    """Read ``NAME.yaml``, its picture, and its ``NAME_poses.yaml``, if there is one.
 
     The picture must lie inside the folder of the YAML file (an absolute name may point there too).
 
@@ -102,7 +102,7 @@ def map_server_pgm(grid: GridMap) -> bytes:
 def map_server_files(maps: Sequence[TaskedMap]) -> Files:
     """Return ``NAME.pgm``, ``NAME.yaml`` and, where a task is known, ``NAME_poses.yaml`` of every map.
 
-    A map with several tasks is written once a task, since the poses file holds one.
+    A map with several tasks is written once for each task, since a poses file holds only one.
 
     Raises:
         ConfigError: If a name cannot be a file name or comes twice.
@@ -170,7 +170,7 @@ def _trinary(picture: Picture, thresholds: _Thresholds) -> Values:
 
 
 def _scale(picture: Picture, thresholds: _Thresholds) -> Values:
-    """As trinary, with values in between; a pixel that is not opaque is unknown."""
+    """Like :func:`_trinary`, with values in between; a pixel that is not opaque is unknown."""
     total, occupancy = _occupancy(picture, thresholds, with_alpha=False)
     span = thresholds.occupied_thresh - thresholds.free_thresh
     graded = np.rint((occupancy - thresholds.free_thresh) / span * 100.0)

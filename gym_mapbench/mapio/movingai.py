@@ -101,7 +101,7 @@ def _read_header(path: Path, data: bytes) -> tuple[int, int, int]:
     if _CORNERS.match(data):
         raise MapFormatError(
             f"{path}: an octile-corner map, in which different heights of the corners close cells to their neighbours, "
-            "which no grid of free and occupied cells can say; expected type octile"
+            "which a grid of free and occupied cells cannot represent; expected type octile"
         )
     raise MapFormatError(f"{path}: expected the header of an octile map (type, height, width, map)")
 
@@ -123,7 +123,7 @@ def map_of_scen(path: Path) -> Path:
     """Return the ``.map`` file of a ``.scen`` file: the one its first task names, beside it.
 
     Raises:
-        MapFormatError: If it is no ``.scen`` file, names no map, or that is not there.
+        MapFormatError: If it is no ``.scen`` file, names no map, or the map is missing.
     """
     if path.suffix.lower() != ".scen":
         raise MapFormatError(f"{path}: expected a .scen file, got {path.suffix or path.name}")
@@ -201,7 +201,7 @@ def _scen_tasks(tasked: TaskedMap) -> list[ScenTask]:
     lengths = optimal_lengths(tasked.grid, ends)
     for scenario, length in zip(scenarios, lengths, strict=True):
         if not np.isfinite(length):
-            raise ConfigError(f"task {scenario.name!r}: has no path, which a .scen file cannot say")
+            raise ConfigError(f"task {scenario.name!r}: has no path, which a .scen file cannot express")
     return [ScenTask(start, goal, float(length)) for (start, goal), length in zip(ends, lengths, strict=True)]
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gym_mapbench.mapio.movingai import ScenTask, map_of_scen, optimal_lengths, read_map_file, read_scen_file
 
 SUMMATION = 1e-3
-"""What the sums of others may be off by, cells: some were added up in single precision."""
+"""Rounding error allowed in the lengths of a file, cells: some were summed in single precision."""
 
 
 @dataclass(frozen=True)

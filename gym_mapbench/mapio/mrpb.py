@@ -55,7 +55,7 @@ def read_mrpb(map_path: Path, tests: Path) -> list[TaskedMap]:
 
 
 def read_mrpb_folder(tests: Path) -> list[TaskedMap]:
-    """Read the maps that a ``tasks.json`` names, as far as their folders are there, in its order.
+    """Read the maps that a ``tasks.json`` names, in its order; those whose folder is missing are left out.
 
     Raises:
         MapFormatError: If one of the files is not what it should be.
@@ -90,5 +90,5 @@ def _pose(test: Mapping[str, Any], what: str, where: str) -> Pose:
 def _read_tests(path: Path) -> Mapping[str, Any]:
     document = read_json(path, MAX_TASKS_BYTES)
     if not isinstance(document, Mapping):
-        raise MapFormatError(f"{path}: expected one entry a map, got {short(document)}")
+        raise MapFormatError(f"{path}: expected one entry per map, got {short(document)}")
     return document

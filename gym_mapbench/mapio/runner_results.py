@@ -18,7 +18,7 @@ MAX_RESULTS_BYTES = 50_000_000
 
 
 class RunnerResult(NamedTuple):
-    """One run as the runner measured it: simulated seconds, way in m; ``aborted`` is Nav2 giving up.
+    """One run as the runner measured it: simulated seconds, path length in m; ``aborted`` means that Nav2 gave up.
 
     ``contacts`` is how often the robot touched something; None where it was not counted.
     """
@@ -38,7 +38,7 @@ class RunnerResult(NamedTuple):
 
 
 def read_runner_results(path: str | Path) -> list[RunnerResult]:
-    """Read the runner's CSV file, one line a run.
+    """Read the runner's CSV file, one line per run.
 
     Raises:
         MapFormatError: If a column is missing, or a value is not what it should be.

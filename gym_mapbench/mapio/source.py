@@ -19,11 +19,11 @@ MAX_MAP_SIDE = 50_000
 
 MAX_FILE_BYTES = 120_000_000
 MAX_JSON_BYTES = 20_000_000
-"""Small objects take twenty times their text in memory."""
+"""Low, because many small JSON objects take twenty times the memory of their text."""
 
 MAX_NAME_LENGTH = 1000
 MAX_YAML_BYTES = 100_000
-"""Of the YAML file of one map; a real one has 200 bytes."""
+"""Largest YAML file of one map; a real one has 200 bytes."""
 
 
 def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:

@@ -39,7 +39,7 @@ class TaskedMap:
         return TaskedMap(name, self.grid, name_tasks(name, [(task.start, task.goal) for task in self.tasks]))
 
     def scenarios(self) -> list[Scenario]:
-        """Return one scenario a task; all share this map.
+        """Return one scenario per task; all share this map.
 
         Raises:
             ConfigError: If a start or goal is off the map or occupied; the message names the task.

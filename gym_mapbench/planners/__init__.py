@@ -1,4 +1,4 @@
-"""Global planners by name; a third party's is a :class:`PlannerEntry`, or a callable that takes nothing."""
+"""Global planners by name; a third party's is a :class:`PlannerEntry`, or a callable that takes no arguments."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class NoParams(Settings):
 
 
 def _entry(made: Any) -> PlannerEntry:
-    """Accept an entry, or whatever makes a planner without being told anything."""
+    """Accept an entry, or a callable that makes a planner without arguments."""
     if isinstance(made, PlannerEntry):
         return made
     if not callable(made):

@@ -33,10 +33,10 @@ def no_path(start: Pose, goal: Pose, reason: str, kind: type[NoPathError] = NoPa
 
 
 def refuse_obstacle(costmap: Costmap, cell: tuple[int, int], start: Pose, goal: Pose) -> None:
-    """Refuse a plan to where the robot is if that is a lethal cell.
+    """Refuse a plan whose start and goal are one cell if that cell is lethal.
 
     Raises:
-        EndpointError: If it is.
+        EndpointError: If it is lethal.
     """
     if costmap.costs[cell] == LETHAL_OBSTACLE:
         raise no_path(start, goal, "the robot stands on an obstacle", EndpointError)

@@ -32,12 +32,12 @@ class NavfnParams(Settings):
     """Options of NavFn, named and defaulted as in Nav2.
 
     Args:
-        tolerance: m; how far from an unreachable goal a path may end, along either axis.
+        tolerance: How far from an unreachable goal a path may end, along either axis, m.
         use_astar: Whether to spread towards the goal first.
         allow_unknown: Whether paths may cross unknown cells.
         use_final_approach_orientation: Whether the last pose faces the way the path arrives, not the goal's yaw.
-        release: Of Nav2. Jazzy has the goal take the place of a last pose within 1 mm of it, and stays where start
-            and goal are one, whatever the costmap says of it.
+        release: Release of Nav2. In Jazzy the goal replaces a last pose within 1 mm of it, and a plan from the goal
+            itself succeeds even on an obstacle.
     """
 
     tolerance: Annotated[float, Field(ge=0)] = 0.5
@@ -74,7 +74,7 @@ class NavfnPlanner:
         return path
 
     def potential(self, costmap: Costmap, start: Pose, goal: Pose) -> NDArray[np.float32]:
-        """Potentials ``(rows, cols)`` float32 around the start, inf where the wave has not come.
+        """Potentials ``(rows, cols)`` float32 around the start, inf where the wave has not arrived.
 
         Raises:
             EndpointError: If start or goal is off the map.
@@ -83,7 +83,7 @@ class NavfnPlanner:
         return np.where(potential < POT_HIGH, potential, np.float32(np.inf))
 
     def _cells(self, costmap: Costmap, start: Pose, goal: Pose) -> tuple[tuple[int, int], tuple[int, int]]:
-        """Cells of start and goal; Jazzy also looks at the goal as the costmap maps it."""
+        """Cells of start and goal, rounded; Jazzy also looks at the cell that the costmap gives for the goal."""
         if self.params.release == "jazzy":
             _, goal_cell = cells_of(costmap, start, goal)
             if self.params.tolerance == 0.0 and costmap.costs[goal_cell] == LETHAL_OBSTACLE:
@@ -171,8 +171,8 @@ def _scan(centre: float, tolerance: float, step: float) -> list[float]:
 def _to_path(points: NDArray[np.float32], costmap: Costmap, goal: Pose, at_goal: float) -> Path:
     """Turn points ``(n, 2)`` col, row from goal to start into poses from start to goal, all but the last of yaw 0.
 
-    The goal comes after the last pose, or takes its place if that lies beyond it or at it (``smoothApproachToGoal``):
-    less than ``at_goal``, squared, m^2.
+    The goal is appended. It replaces the last pose if that lies beyond it, or if the square of their distance is less
+    than ``at_goal``, m^2 (``smoothApproachToGoal``).
     """
     path = np.zeros((len(points) + 1, 3))
     path[:-1, :2] = points[::-1]

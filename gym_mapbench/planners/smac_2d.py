@@ -32,7 +32,7 @@ class SmootherParams(Settings):
         max_iterations: Most rounds; 0 leaves the path as it was found.
         w_smooth: Pull towards the neighbours' middle.
         w_data: Pull towards the path as it was found.
-        tolerance: m; a round that moves all points together less than this is the last.
+        tolerance: A round that moves all points together by less than this is the last, m.
         do_refinement: Whether to smooth the smoothed path again.
         refinement_num: How many times.
     """
@@ -51,13 +51,14 @@ class Smac2DParams(Settings):
     ``max_planning_time`` is not among them: a plan must not depend on the clock; ``max_iterations`` limits it.
 
     Args:
-        tolerance: m; a path may end less than this from an unreachable goal.
+        tolerance: A path may end less than this from an unreachable goal, m.
         downsample_costmap: Whether to plan on a coarser costmap.
         downsampling_factor: How many cells make a side of a coarser one.
         allow_unknown: Whether paths may cross unknown cells.
         max_iterations: Most cells to expand; 0 or less means no limit.
-        max_on_approach_iterations: Most cells to expand once a path within the tolerance is known; likewise.
-        cost_travel_multiplier: How much dearer a step onto a cell of cost 252 is.
+        max_on_approach_iterations: Most cells to expand once a path within the tolerance is known; 0 or less means no
+            limit.
+        cost_travel_multiplier: How much is added to the cost of a step onto a cell of cost 252.
         use_final_approach_orientation: Whether the last pose faces the way the path arrives, not the goal's yaw.
         smoother: Options of the smoother.
     """
@@ -110,7 +111,7 @@ class Smac2DPlanner:
         return cells
 
     def _smoothed(self, points: NDArray[np.float64], costmap: Costmap) -> NDArray[np.float64]:
-        """Smooth a path ``(n, 2)`` m, and again as often as it came to rest and refinement is wanted."""
+        """Smooth a path ``(n, 2)`` m, then refine it as often as wanted, as long as it comes to rest."""
         options = self.params.smoother
         if len(points) < SHORTEST_SMOOTHED or options.max_iterations == 0:
             return points
@@ -125,7 +126,7 @@ class Smac2DPlanner:
 
 
 def downsampled(costmap: Costmap, factor: int) -> Costmap:
-    """Return a costmap of cells ``factor`` times as wide, each as dear as the dearest it covers."""
+    """Return a costmap of cells ``factor`` times as wide, each with the highest cost that it covers."""
     rows, cols = costmap.costs.shape
     row_starts, col_starts = np.arange(0, rows, factor), np.arange(0, cols, factor)
     by_rows = np.maximum.reduceat(costmap.costs, row_starts, axis=0)

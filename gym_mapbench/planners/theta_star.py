@@ -71,7 +71,7 @@ class ThetaStarPlanner:
         return path
 
     def _traversal_costs(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Cost ``(256,)`` of every cost value, stepped onto and on a line of sight; inf where it is unsafe."""
+        """Cost ``(256,)`` of every cost value for a step and on a line of sight; inf where it is unsafe."""
         cost = NEUTRAL_COST + COST_FACTOR * np.arange(256)
         traversal = self.params.w_traversal_cost * (cost / MAX_NON_OBSTACLE) ** 2
         stepped = traversal.copy()
