@@ -42,7 +42,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     search.add_argument(
         "--failures",
         choices=("exclude", "censor", "par2"),
-        help="a map with a failed run has no value (exclude), or the run counts the time limit (censor) or twice it (par2)",
+        help="a map with a failed run has no value (exclude), or that run counts as the time limit (censor) or twice "
+        "the time limit (par2)",
     )
     options.add_family_option(search, "random shapes, as in the thesis")
     options.add_controllers_option(parser)
