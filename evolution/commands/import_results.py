@@ -44,7 +44,9 @@ def run(args: argparse.Namespace) -> int:
         return 0
     _print(comparison)
     if touched:
-        console.print(f"{touched} of their {len(results)} runs touched something, which would have ended the run here")
+        console.print(
+            f"{touched} of their {len(results)} runs touched something, which ends a run here where --contact is ends"
+        )
     return 0
 
 

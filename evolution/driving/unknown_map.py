@@ -27,7 +27,7 @@ def without_map(navigation: NavigationParams, grid: GridMap) -> NavigationParams
     """
     changes: dict[str, Any] = {name: _without_static(getattr(navigation, name), grid) for name in COSTMAPS}
     planner = navigation.planner
-    if "allow_unknown" in planner.params:  # other planners have no such parameter
+    if "allow_unknown" in planner.params:  # other planners treat unknown cells by rules of their own
         changes["planner"] = planner.replace(params={**planner.params, "allow_unknown": True})
     return navigation.replace(**changes)
 

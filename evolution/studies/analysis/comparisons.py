@@ -62,7 +62,7 @@ class Comparison:
         values: By configuration, one value per run; the best median first.
         summaries: By configuration, in the same order.
         populations: Kruskal-Wallis over each group of configurations that differ only in population size.
-        pairs: Every two configurations, the one with the better median first; p-values corrected by Holm over all.
+        pairs: Every pair of configurations, the better median first; p-values corrected by Holm over all pairs.
         by_construction: Pairs that are not tested: the first cannot be worse in any run, because it chose
             afterwards among all maps that the second had driven.
         ranking: Ranks over seeds; None where fewer than two seeds are common to all configurations.
