@@ -16,7 +16,7 @@ __all__ = ["bench", "evolve", "load", "study"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load the functions when they are first asked for: a part of this package must not cost all of it."""
+    """Load the functions at first use, so that importing one module does not load the whole package."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from evolution import api

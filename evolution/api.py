@@ -1,4 +1,4 @@
-"""The face for Python: what the commands do, as functions that return tables.
+"""The interface for Python: what the commands do, as functions that return tables.
 
 ::
 
@@ -69,7 +69,7 @@ from gym_mapbench.mapio import PoseLike, load_scenarios
 from gym_mapbench.scenario import MapSet, Scenario
 
 Maps = str | Path | Scenario | MapSet | LoadedRun
-"""A file or directory of any kind that ``mapbench bench`` reads, or maps that are there already."""
+"""A file or directory of any kind that ``mapbench bench`` reads, or maps that are loaded already."""
 
 Controllers = str | Sequence[str | Mapping[str, Any] | ControllerSpec]
 """Names, ``NAME=KIND``, ``NAME=model.zip``, or mappings with ``name``, ``kind`` and ``params``."""
@@ -97,27 +97,27 @@ def bench(
     """Drive every controller on every map and compare.
 
     Args:
-        maps: One or several; ``barn:DIR`` stands alone and is driven by BARN's rules.
-        controllers: Who drives; None: the controllers of the parameter file, or DWB, MPPI and RPP.
-        params: Nav2's parameters: a preset's name, a ``nav2_params.yaml`` (whose robot drives, too), or what
-            ``read_nav2_params`` read of one.
+        maps: One or several; ``barn:DIR`` must be the only one and is driven by BARN's rules.
+        controllers: Who drives; if None, the controllers of the parameter file, or DWB, MPPI and RPP without one.
+        params: Nav2's parameters: a preset's name, a ``nav2_params.yaml`` (which also describes the robot), or what
+            ``read_nav2_params`` returned for one.
         settings: World and navigation in one value, instead of ``params`` and ``environment``.
-        start: ``(x, y, yaw)`` in m and rad, instead of what the files say.
+        start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the files.
         goal: The same for the goal.
-        unknown_map: Whether Nav2's costmaps know nothing of the map, but what the sensors have shown of it so far.
+        unknown_map: Whether Nav2's costmaps know only what the sensors have shown of the map so far.
         repeats: Runs of each controller on each map, each with a seed of its own.
         seed: Root of all randomness.
         metrics: What is measured besides the project's own metrics, by name.
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`).
-        out: New directory, for every result as it comes and at last ``bench.json`` and ``bench.csv``; nothing is
-            written if None.
-        resume: Whether to continue a benchmark that was begun in ``out``, to the same results.
+        out: New directory that keeps every result as it comes, and ``bench.json`` and ``bench.csv`` at the end;
+            nothing is written if None.
+        resume: Whether to continue a benchmark that was begun in ``out``; its results are as if uninterrupted.
         on_run: Called after each run with its job, its result, and how many are left.
         environment: Fields of :class:`gym_mapbench.config.EnvConfig`, e.g. ``robot="jackal", noise="nominal"``.
 
     Returns:
-        A row for every run; a notebook shows the summary.
+        One row per run; a notebook shows the summary.
 
     Raises:
         ConfigError: If anything cannot be used, or ``out`` holds another benchmark; nothing is driven then.
@@ -164,15 +164,15 @@ def evolve(
 
     Args:
         experiment: A preset's name, a YAML file with the sections ``search``, ``controllers`` and ``run``, the same as
-            a mapping, or an experiment. What a file or a mapping leaves open is the preset ``thesis``'.
+            a mapping, or an experiment. What a file or a mapping leaves out is taken from the preset ``thesis``.
         out: New directory of the run; ``runs/FITNESS-popN-seedN`` if None.
-        resume: Directory of a run to continue, to exactly the same result; ``experiment`` and ``search`` are what it
-            was begun with.
+        resume: Directory of a run to continue, with exactly the result it would have had uninterrupted;
+            ``experiment``, ``out`` and ``search`` cannot be given beside it.
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, by name.
         on_generation: Called after each generation.
         on_run: Called after each run with its job, its result, and how many are left.
-        search: Options of the search on top, e.g. ``evaluations=100, seed=3``.
+        search: Options of the search that replace those of the experiment, e.g. ``evaluations=100, seed=3``.
 
     Returns:
         The recorded run; a notebook shows the best map set.
@@ -212,21 +212,21 @@ def study(
     on_progress: Callable[[StudyProgress], None] | None = None,
     on_run: OnRun | None = None,
 ) -> StudyResults | SweepResults:
-    """Run many searches with baselines, drive what they found again on fresh seeds, and compare; or sweep over worlds.
+    """Run a study: many searches and baselines, compared on fresh seeds; or a sweep over worlds.
 
     Args:
-        settings: A study of the package by name, a YAML file, a study, or with ``resume`` the directory of one.
+        settings: A study of the package by name, a YAML file, settings, or with ``resume`` a study's directory.
         out: Its directory; ``runs/study-NAME`` if None.
         resume: Whether to continue a study that was begun there.
-        only: Names of the configurations (of a sweep: worlds) to run now; all if None.
-        runs: Number of seeds (of a sweep: maps) to run now; all if None.
+        only: Names of the configurations (in a sweep, of the worlds) to run now; all if None.
+        runs: Number of seeds (in a sweep, of maps) to run now; all if None.
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, by name.
-        on_progress: Called after each generation and each search; a sweep has none.
+        on_progress: Called after each generation and each search of a study; a sweep has neither.
         on_run: Called after each run of a sweep with its job, its result, and how many are left.
 
     Returns:
-        What there is now; a notebook shows a row for each search, or for each world and controller.
+        What is finished by now; a notebook shows a row for each search, or for each world and controller.
 
     Raises:
         ConfigError: If an option cannot be used, or the directory holds something else.
@@ -261,10 +261,10 @@ def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmar
 
 
 def barn_source(maps: Iterable[object]) -> str | None:
-    """Return the ``barn:DIR`` among some maps, which has rules of its own and stands alone.
+    """Return the ``barn:DIR`` among some maps, if there is one; it has rules of its own and must be the only map.
 
     Raises:
-        ConfigError: If another map stands beside it.
+        ConfigError: If there are other maps beside it.
     """
     items = list(maps)
     found = [item for item in items if isinstance(item, str) and item.startswith(BARN)]
@@ -274,14 +274,14 @@ def barn_source(maps: Iterable[object]) -> str | None:
 
 
 def load_all(maps: Sequence[Maps], start: PoseLike | None = None, goal: PoseLike | None = None) -> list[Scenario]:
-    """Return the scenarios of some maps, in order; the worlds of ``barn:DIR`` at Nav2's resolution."""
+    """Return the scenarios of some maps, in order; the worlds of ``barn:DIR`` are refined to Nav2's resolution."""
     if barn := barn_source(maps):
         return load_barn(barn)
     return [scenario for item in maps for scenario in _scenarios(item, start, goal)]
 
 
 def compose(preset: str = "thesis", config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:
-    """Return the document of an experiment: a preset, then what ``config`` says, then options of the search."""
+    """Return the document of an experiment: a preset, overlaid by ``config``, then by options of the search."""
     return overlay(overlay(load_preset(preset), config or {}), {"search": search})
 
 

@@ -1,4 +1,4 @@
-"""The command ``mapbench``: arguments in, one clear line out when they are wrong."""
+"""The command ``mapbench``; what is wrong with its arguments is said in one line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gym_mapbench.errors import MapBenchError
 USAGE_ERROR = 2
 INTERRUPTED = 130
 NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
-"""Begins a value as ``-2,-1,0``, which is no option."""
+"""Start of a value such as ``-2,-1,0``, which argparse would otherwise take for an option."""
 
 DESCRIPTION = "Evolve maps that tell navigation controllers apart, and drive, compare and export them."
 EXAMPLES = """examples:
@@ -28,14 +28,14 @@ EXAMPLES = """examples:
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose errors are one line of the command that was called, and that takes negative poses."""
+    """An argument parser that reports an error in one line with the command's name, and accepts negative poses."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self._negative_number_matcher = NEGATIVE
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse; a subcommand refuses by itself what it does not know."""
+        """Parse; a subcommand itself refuses arguments that it does not know, so that the error names it."""
         found, rest = super().parse_known_args(args, namespace)
         if rest:
             self.error(f"unrecognized arguments: {' '.join(rest)}")
@@ -74,7 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"mapbench {args.command}: interrupted; what was finished is kept", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
-        # The reader of our output went away (for example `| head`); nothing is left to say.
+        # The reader of our output has gone (for example `| head`), so nothing more can be said.
         sys.stderr.close()
         return 0
     except OSError as error:

@@ -1,7 +1,7 @@
-"""Statistics of a study: every p-value stands with its effect size and n.
+"""Statistics of a study: every p-value comes with its effect size and n.
 
-Tests are SciPy's (imported where they are used: it takes a second, and every command would pay it); what SciPy lacks
-(Holm's correction, A12, Nemenyi's critical difference) is here.
+Tests are SciPy's, imported where they are used, because the import takes a second that every command would pay. What
+SciPy lacks (Holm's correction, A12, Nemenyi's critical difference) is here.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from gym_mapbench.errors import ConfigError
 
 FEWEST_FOR_INTERVAL = 5
-"""A bootstrap of fewer values has too few different resamples to bound anything."""
+"""Fewest values for a bootstrap interval; fewer give too few different resamples to bound anything."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class TestResult:
-    """A test with what makes its p-value readable.
+    """The result of a test, with what is needed to interpret its p-value.
 
     Args:
         test: Name of the test.
@@ -48,7 +48,7 @@ class TestResult:
         statistic: The test's statistic.
         p_value: Two-sided; corrected where the test says so.
         effect: Effect size.
-        effect_name: Which one.
+        effect_name: Name of the effect size.
     """
 
     __test__ = False  # not a test class, whatever its name looks like to pytest
@@ -95,7 +95,7 @@ def median_interval(values: ArrayLike, rng: np.random.Generator, confidence: flo
 
 
 def wilson_interval(successes: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Wilson's interval of a share; everything is possible where there is no trial."""
+    """Wilson's interval of a share; (0, 1) if there is no trial."""
     from scipy import stats
 
     if n == 0:
@@ -111,7 +111,7 @@ def bootstrap_interval(
     confidence: float = 0.95,
     resamples: int = 2000,
 ) -> tuple[float, float]:
-    """Percentile bootstrap interval of a statistic that takes ``axis``.
+    """Percentile bootstrap interval of a statistic, a function that takes ``axis``.
 
     Raises:
         ConfigError: If there is no value.
@@ -152,7 +152,7 @@ def pairwise_mann_whitney(
 
     Args:
         groups: Values by name.
-        pairs: Which names are compared; every two if None.
+        pairs: The pairs of names that are compared; all pairs if None.
     """
     from scipy import stats
 

@@ -59,10 +59,10 @@ def refined(grid: GridMap, factor: int) -> GridMap:
 
 
 def barn_settings(settings: DriveSettings) -> DriveSettings:
-    """Lay BARN's rules over some settings: Jackal, any contact ends the run, goal within 1 m at any heading.
+    """Overlay settings with BARN's rules: Jackal, any contact ends the run, goal within 1 m at any heading.
 
-    The env judges the goal. Nav2's own checker keeps its tolerance: RPP would turn on the spot for ever where
-    that is larger than its lookahead distance.
+    The env decides when the goal is reached. Nav2's own checker keeps its tolerance, because RPP would turn on the
+    spot for ever if that were larger than its lookahead distance.
     """
     environment = settings.environment.replace(
         robot=make_robot("jackal"),
@@ -82,9 +82,9 @@ def score_runs(benchmark: Benchmark, source: str, low: float) -> list[BarnScore]
     """Score every run.
 
     Args:
-        benchmark: On the worlds of ``source``.
+        benchmark: The runs, on the worlds of ``source``.
         source: ``barn:DIR``.
-        low: Factor of the optimal time below which faster earns no more (4 in 2022, 2 since).
+        low: Being faster than ``low`` times the optimal time earns no more (4 in 2022, 2 since).
 
     Raises:
         ConfigError: If a world's published path, from which the optimal time comes, is missing.
@@ -94,7 +94,7 @@ def score_runs(benchmark: Benchmark, source: str, low: float) -> list[BarnScore]
 
 
 def reference_of(source: str) -> Mapping[str, float]:
-    """Published mean times of DWA by world, s; empty if the file is not in the folder."""
+    """Return the published mean times of DWA by world, s; empty if the folder has no such file."""
     path = Path(source.removeprefix(PREFIX)) / REFERENCE
     if not path.is_file():
         return {}
@@ -102,7 +102,7 @@ def reference_of(source: str) -> Mapping[str, float]:
 
 
 def correlation_with(reference: Mapping[str, float], scores: Sequence[BarnScore]) -> tuple[float, float, float, int]:
-    """Spearman's rho between our mean times and the published ones, its interval, and the number of worlds."""
+    """Return Spearman's rho between our mean times and the published ones, its interval, and the number of worlds."""
     times: dict[str, list[float]] = {}
     for one in scores:
         if one.success and math.isfinite(reference.get(one.world, math.nan)):
@@ -130,7 +130,7 @@ def _official_lengths(source: str) -> dict[str, float]:
 
 
 def _costmap(params: CostmapParams) -> CostmapParams:
-    """The published costmaps: the robot's own footprint with 0.1 m of padding, 0.30 m of inflation."""
+    """Change a costmap to BARN's published one: the robot's footprint with 0.1 m of padding, 0.30 m of inflation."""
     inflation = params.inflation_layer.replace(inflation_radius=INFLATION_RADIUS)
     return params.replace(
         robot_radius=None, footprint=None, footprint_padding=FOOTPRINT_PADDING, inflation_layer=inflation

@@ -1,4 +1,4 @@
-"""Our times beside those measured elsewhere (Gazebo and Nav2): do the verdicts carry over?"""
+"""Compares our times with those measured elsewhere (Gazebo and Nav2): do our results carry over?"""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.runner_results import RunnerResult
 
 INTERVAL_PAIRS = 5
-"""Fewest pairs that bound a rank correlation; fewer leave it anywhere between -1 and 1."""
+"""Fewest pairs that bound a rank correlation; with fewer, it could be anywhere between -1 and 1."""
 
 Times = Mapping[tuple[str, str], tuple[float, ...]]
 """Times of the successful runs by (map, controller), s."""
@@ -40,15 +40,15 @@ class Pair:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Everything compared.
+    """Two sets of times compared.
 
     Args:
-        pairs: Every controller on every map that both sides know.
+        pairs: Every controller on every map that both sides have.
         correlation: Spearman's rho over all pairs that both solved, with its 95 % interval; NaN where there are
             too few pairs to tell.
-        order_kept: For each map whether it keeps its place when maps are ordered by the Gini coefficient of
-            their controllers' times; maps that a side did not solve completely are left out.
-        missing: Names of what only one side knows, in words.
+        order_kept: For each map, whether it has the same place on both sides when maps are ordered by the Gini
+            coefficient of their controllers' times; maps on which a controller has no time are left out.
+        missing: Maps and controllers that only one side has, in words.
     """
 
     pairs: tuple[Pair, ...]
@@ -58,7 +58,7 @@ class Comparison:
 
 
 def compare(ours: Times, theirs: Times) -> Comparison:
-    """Put two sets of times side by side.
+    """Compare two sets of times.
 
     Raises:
         MapFormatError: If they have no map and controller in common.
@@ -79,12 +79,12 @@ def compare(ours: Times, theirs: Times) -> Comparison:
 
 
 def times_of_results(results: Iterable[RunnerResult]) -> Times:
-    """Times of a runner's CSV; a controller that never succeeded on a map has none."""
+    """Return the times of a runner's CSV; a controller that never succeeded on a map has none."""
     return _collected((one.map, one.controller, one.success, one.time) for one in results)
 
 
 def our_times(path: str | Path) -> Times:
-    """Times of a run directory's best map set, or of a ``bench.json`` or the directory that holds one.
+    """Return the times of a run directory's best map set, or of a ``bench.json`` or the directory that holds one.
 
     Raises:
         RunError: If it is neither.
@@ -103,7 +103,7 @@ def our_times(path: str | Path) -> Times:
 
 
 def _correlation(solved: Sequence[Pair]) -> tuple[float, float, float]:
-    """Spearman's rho, with an interval where there are pairs enough for one that says anything."""
+    """Return Spearman's rho, with an interval if there are enough pairs for a meaningful one."""
     rho, low, high = rank_correlation([pair.ours for pair in solved], [pair.theirs for pair in solved])
     return (rho, low, high) if len(solved) >= INTERVAL_PAIRS else (rho, math.nan, math.nan)
 
@@ -129,7 +129,7 @@ def _order_kept(pairs: Sequence[Pair]) -> dict[str, bool]:
 
 
 def _places(pairs: Sequence[Pair], names: Sequence[str], side: Callable[[Pair], float]) -> dict[str, int]:
-    """Place of each map, from the most alike controllers to the most different."""
+    """Return the place of each map, in order from the most alike controllers to the most different."""
     readings = [gini([side(pair) for pair in pairs if pair.map == name]) for name in names]
     order = np.argsort(readings, kind="stable")
     return {names[index]: place for place, index in enumerate(order.tolist())}

@@ -1,9 +1,9 @@
-"""The directory of a benchmark: begun with what is driven, filled run by run, continued after an interruption.
+"""The directory of a benchmark: records what is driven, is filled run by run, and can be continued.
 
 ::
 
     benchmark.json    maps, controllers, world and seed, and the versions it was begun with
-    results.sqlite    every driven run, as it came
+    results.sqlite    every driven run, kept as it comes
     bench.json        all runs, once the last one is driven
     bench.csv         the same as a table
 """
@@ -23,16 +23,16 @@ BENCHMARK = DirectoryKind("benchmark", "benchmark.json", format_version=1)
 
 
 def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *, resume: bool) -> Path:
-    """Begin a directory, or go on with one.
+    """Begin a directory, or continue one.
 
     Args:
         path: The directory.
-        scenarios: What is driven on.
+        scenarios: The scenarios that are driven.
         plan: Who drives, and how.
-        resume: Whether to go on with a benchmark that was begun there.
+        resume: Whether to continue a benchmark that was begun there.
 
     Returns:
-        Where its results are kept.
+        The file that keeps its results.
 
     Raises:
         ConfigError: If it holds anything, or with ``resume`` if another benchmark was begun there.
@@ -48,7 +48,7 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
 
 
 def _document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str, Any]:
-    """All that the results depend on; maps and controllers by name, so that one that differs can be named."""
+    """Return all that the results depend on; maps and controllers by name, so that errors can name them."""
     maps = {f"{number} {scenario.name}": scenario.digest for number, scenario in enumerate(scenarios, start=1)}
     controllers = {spec.name: spec.model_dump(mode="json", exclude={"name"}) for spec in plan.controllers}
     settings = plan.settings.model_dump(mode="json")

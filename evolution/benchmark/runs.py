@@ -1,4 +1,4 @@
-"""Benchmark: every controller on every scenario, and what came out of it as rows."""
+"""Benchmark: drives every controller on every scenario, and returns the runs as rows."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class Benchmark(Tabled):
     """The runs of a benchmark.
 
     Args:
-        rows: One row a run, JSON-able: map, controller, repeat, seed, outcome, time (s), length (m), reason, and
+        rows: One row per run, JSON-able: map, controller, repeat, seed, outcome, time (s), length (m), reason, and
             every measure by name.
-        metrics: Measures that were asked for: they are in the summary as well.
+        metrics: Measures that were asked for; they are in the summary, too.
     """
 
     rows: tuple[Row, ...]
@@ -49,8 +49,8 @@ class Benchmark(Tabled):
         """Return a table.
 
         Args:
-            name: ``summary`` (one row a map and controller; measures are means over the runs that reached the goal)
-                or ``runs`` (one row a run).
+            name: ``summary`` (one row per map and controller; measures are means over the runs that reached the goal)
+                or ``runs`` (one row per run).
 
         Raises:
             ConfigError: If there is no such table.
@@ -61,7 +61,7 @@ class Benchmark(Tabled):
 
     @property
     def failures(self) -> list[str]:
-        """Why runs did not reach the goal: for a controller on a map, the first reason of each outcome."""
+        """Why runs did not reach the goal: the first reason for each map, controller and outcome."""
         found: dict[tuple[str, str, str], str] = {}
         for row in self.rows:
             if row["outcome"] != "goal":
@@ -90,7 +90,7 @@ class Benchmark(Tabled):
 
 
 def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on_run: OnRun | None = None) -> Benchmark:
-    """Drive every controller on every scenario as ``plan`` says; in the order of scenarios and controllers."""
+    """Drive every controller on every scenario as ``plan`` says, in the order of scenarios and controllers."""
     jobs = [job for scenario in scenarios for job in plan.jobs(scenario)]
     return Benchmark(
         tuple(bench_row(job, result) for job, result in zip(jobs, evaluator.run(jobs, on_run), strict=True)),
@@ -102,7 +102,7 @@ def read_bench(path: str | Path) -> Benchmark:
     """Read a ``bench.json``, or the directory that holds one.
 
     Raises:
-        RunError: If there is none, or it holds something else.
+        RunError: If there is none, it holds something else, or the benchmark was not finished.
     """
     path = Path(path)
     path = path / BENCH if (path / BENCH).is_file() else path

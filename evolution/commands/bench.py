@@ -19,8 +19,8 @@ EXAMPLES = """  mapbench bench runs/first --repeats 5
   mapbench bench maps/*.yaml --out results --resume
   mapbench bench a.yaml --controllers mppi,sac=models/sac.zip"""
 
-KNOWN_MAP = """  Here the global costmap knows the whole map from the start, which that of the published DWA did not;
-  --unknown-map drives without it."""
+KNOWN_MAP = """  Here the global costmap knows the whole map from the start, unlike that of the published DWA;
+  --unknown-map drives without the map."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -40,10 +40,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         type=options.positive_number,
         default=2.0,
         metavar="FACTOR",
-        help="only in the BARN score printed for barn:DIR: faster than FACTOR optimal times earns no more (default 2)",
+        help="BARN score, only for barn:DIR: being faster than FACTOR times the optimal time earns no more (default 2)",
     )
     parser.add_argument(
-        "--metric", action="append", default=[], metavar="NAME", help="measure this too: a name or module:attribute"
+        "--metric",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="a further metric: a name or module:attribute; may be given several times",
     )
     parser.add_argument("--format", choices=("table", "json", "csv"), default="table")
     parser.add_argument(
@@ -90,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _print_barn(scores: Sequence[BarnScore], source: str) -> None:
-    """BARN's figures on standard error, so that standard output stays what --format says."""
+    """Print BARN's scores on standard error, so that standard output holds only what --format asks for."""
     reference = reference_of(source)
     for name in dict.fromkeys(one.controller for one in scores):
         own = [one for one in scores if one.controller == name]

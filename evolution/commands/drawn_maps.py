@@ -1,4 +1,4 @@
-"""``mapbench maps draw``: maps of families, to look at and to drive on."""
+"""``mapbench maps draw``: draw maps of some families, to look at and to drive on."""
 
 from __future__ import annotations
 
@@ -25,14 +25,21 @@ def add_draw(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     options.add_family_option(draw, "shapes")
     draw.add_argument("--count", type=options.positive, default=4, metavar="N", help="number of maps (default 4)")
     draw.add_argument("--seed", type=options.non_negative, default=0, metavar="N", help="default 0")
-    draw.add_argument("--robot", metavar="NAME", default="turtlebot3_waffle", help="who must be able to drive them")
-    draw.add_argument("--format", metavar="NAME", default="map_server", help=", ".join(WRITTEN))
-    draw.add_argument("--out", metavar="DIR", required=True, help="new folder of the maps, genes.json and maps.png")
+    draw.add_argument(
+        "--robot",
+        metavar="NAME",
+        default="turtlebot3_waffle",
+        help="robot that must be able to drive them (default turtlebot3_waffle)",
+    )
+    draw.add_argument(
+        "--format", metavar="NAME", default="map_server", help=f"{', '.join(WRITTEN)} (default map_server)"
+    )
+    draw.add_argument("--out", metavar="DIR", required=True, help="new folder for the maps, genes.json and maps.png")
     draw.set_defaults(run=run_draw)
 
 
 def run_draw(args: argparse.Namespace) -> int:
-    """Draw, write, say where to look."""
+    """Draw the maps, write them, and say where they are."""
     config = EnvConfig.build(family=args.family or ("shapes",), robot=args.robot)
     rng, out = np.random.default_rng(args.seed), Path(args.out)
     scenarios, genes = [], {}

@@ -1,4 +1,4 @@
-"""``mapbench drive``: one run, watched."""
+"""``mapbench drive``: drive one run and watch it."""
 
 from __future__ import annotations
 
@@ -27,18 +27,24 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "drive", "Drive once and watch.", EXAMPLES)
     parser.add_argument("map", metavar="MAP", help="map_server yaml, map-set file, run directory, ...")
-    parser.add_argument("--controller", required=True, metavar="NAME")
-    parser.add_argument("--scenario", type=options.positive, default=1, metavar="N", help="which one (default 1)")
+    parser.add_argument(
+        "--controller", required=True, metavar="NAME", help="who drives: NAME, NAME=KIND or NAME=model.zip"
+    )
+    parser.add_argument(
+        "--scenario", type=options.positive, default=1, metavar="N", help="which of the scenarios in MAP (default 1)"
+    )
     options.add_task_options(parser)
     options.add_drive_options(parser)
     options.add_unknown_map_option(parser)
-    parser.add_argument("--seed", type=options.non_negative, default=0, metavar="N")
+    parser.add_argument(
+        "--seed", type=options.non_negative, default=0, metavar="N", help="root of all randomness (default 0)"
+    )
     parser.add_argument("--gif", metavar="FILE", help="write the run as an animated picture")
-    parser.add_argument("--mp4", metavar="FILE", help="write it as a film (needs ffmpeg)")
+    parser.add_argument("--mp4", metavar="FILE", help="write the run as a film (needs ffmpeg)")
     parser.add_argument(
         "--show-costmap", action="store_true", help="lay the robot's local costmap over the pictures, as RViz does"
     )
-    parser.add_argument("--show", action="store_true", help="show it in a window")
+    parser.add_argument("--show", action="store_true", help="show the run in a window")
     parser.set_defaults(run=run)
 
 
@@ -74,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _look(seen: list[SeenCostmap], controller: Controller) -> None:
-    """Keep the controller's local costmap.
+    """Remember the controller's local costmap.
 
     Raises:
         ConfigError: If it has none.

@@ -30,27 +30,36 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     search.add_argument("--preset", help=f"options to start from: {', '.join(preset_names())} (default thesis)")
     search.add_argument("--config", metavar="FILE", help="YAML with the sections search, controllers, run")
     search.add_argument("--fitness", metavar="NAME", help=options.names_in(FITNESSES))
-    search.add_argument("--pop-size", type=options.positive, metavar="N")
-    search.add_argument("--evaluations", type=options.positive, metavar="N", help="map sets evaluated in all")
-    search.add_argument("--maps-per-set", type=options.positive, metavar="N")
+    search.add_argument("--pop-size", type=options.positive, metavar="N", help="map sets in the population")
+    search.add_argument("--evaluations", type=options.positive, metavar="N", help="map sets evaluated in total")
+    search.add_argument("--maps-per-set", type=options.positive, metavar="N", help="maps in a map set")
     search.add_argument("--repeats", type=options.positive, metavar="R", help="runs of each controller on each map")
     search.add_argument(
         "--metric",
         metavar="NAME",
         help=f"quantity that is compared (default time): {', '.join(METRIC_NAMES)}, or module:attribute",
     )
-    search.add_argument("--failures", choices=("exclude", "censor", "par2"), help="what a failed run counts")
+    search.add_argument(
+        "--failures",
+        choices=("exclude", "censor", "par2"),
+        help="a map with a failed run has no value (exclude), or that run counts as the time limit (censor) or twice "
+        "the time limit (par2)",
+    )
     options.add_family_option(search, "random shapes, as in the thesis")
     options.add_controllers_option(parser)
     options.add_drive_options(parser)
     options.add_work_options(parser)
     parser.add_argument("--out", metavar="DIR", help="run directory (default runs/FITNESS-popN-seedN)")
-    parser.add_argument("--resume", metavar="DIR", help="continue the run in this directory")
+    parser.add_argument(
+        "--resume",
+        metavar="DIR",
+        help="continue the run in this directory; only --workers and --executor may be given beside it",
+    )
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Evolve, record, draw, and say where to look."""
+    """Evolve, record and draw, and say where the results are."""
     if args.resume:
         _refuse_others(args)
         experiment = experiment_of(RunDir.open(args.resume).config)
@@ -74,15 +83,17 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _refuse_others(args: argparse.Namespace) -> None:
-    """Refuse options beside ``--resume``, which continues what was begun."""
+    """Refuse options beside ``--resume``: a run is continued with the options it was begun with."""
     other = ("resume", "workers", "executor", "run", "command")
     given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:
-        raise ConfigError(f"--resume: expected no other option than --workers, got --{given[0].replace('_', '-')}")
+        raise ConfigError(
+            f"--resume: expected no other option than --workers and --executor, got --{given[0].replace('_', '-')}"
+        )
 
 
 def _experiment(args: argparse.Namespace) -> Experiment:
-    """Preset, then the user's file, then the options of the command line."""
+    """Build the experiment: the preset, overlaid by the user's file, then by the options of the command line."""
     config = {} if args.config is None else read_document(args.config)
     given: dict[str, Any] = {name: getattr(args, name) for name in SEARCH_OPTIONS if getattr(args, name) is not None}
     if args.family is not None:
@@ -97,7 +108,7 @@ def _experiment(args: argparse.Namespace) -> Experiment:
 
 
 def _print_errors(loaded: LoadedRun) -> None:
-    """Say how many runs could not be driven to an end, and why the first."""
+    """Say how many runs ended in an error, and why the first of them did."""
     reasons = [row["reason"] for row in loaded.runs if row["outcome"] == "error"]
     if reasons:
         note(f"{len(reasons)} of {len(loaded.runs)} runs ended in an error, the first because: {reasons[0]}")

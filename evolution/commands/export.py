@@ -30,10 +30,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "export", "Write maps for ROS 2, Gazebo and other programs.", EXAMPLES)
     parser.add_argument("source", metavar="RUN_OR_MAPSET", help="run directory, map-set file, or any map")
-    parser.add_argument("--format", required=True, metavar="NAME", help=f"gazebo, {', '.join(WRITTEN)}")
+    parser.add_argument("--format", required=True, metavar="NAME", help=f"one of gazebo, {', '.join(WRITTEN)}")
     parser.add_argument("--out", required=True, metavar="DIR", help="a new or empty directory")
     parser.add_argument(
-        "--wall-height", type=options.positive_number, default=0.5, metavar="M", help="of Gazebo's walls (default 0.5)"
+        "--wall-height",
+        type=options.positive_number,
+        default=0.5,
+        metavar="M",
+        help="height of the walls in Gazebo (default 0.5)",
     )
     options.add_controllers_option(parser)
     options.add_task_options(parser)
@@ -42,7 +46,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write and say what was written."""
+    """Write the files and say how many were written."""
     if args.format == "gazebo":
         written = _export_gazebo(args)
     else:
@@ -72,15 +76,15 @@ def _export_gazebo(args: argparse.Namespace) -> list[Path]:
 def bundled(
     settings: DriveSettings, specs: tuple[ControllerSpec, ...], ros_only: Mapping[str, Any]
 ) -> BundledNavigation:
-    """What drives in a bundle.
+    """Collect what drives in a bundle.
 
     Args:
-        settings: With the navigation.
-        specs: Who is compared.
-        ros_only: What a user's file has besides, by node.
+        settings: Its navigation is used.
+        specs: The controllers that are compared.
+        ros_only: By node, the parameters of a user's file that mean something in ROS only.
 
     Raises:
-        ConfigError: If a controller is none of Nav2's, or something is not in ROS.
+        ConfigError: If a controller is not one of Nav2's, or ROS has no counterpart of a setting.
     """
     navigation = compared(settings, specs)
     kept = {**ros_only, "controller_server": _renamed(ros_only.get("controller_server", {}), settings, specs)}
@@ -94,7 +98,7 @@ def bundled(
 
 
 def _renamed(server: Mapping[str, Any], settings: DriveSettings, specs: tuple[ControllerSpec, ...]) -> dict[str, Any]:
-    """Give what a file's controllers have besides to those that are compared, which may have other names."""
+    """Move the ROS-only parameters of a file's controllers to the compared ones, which may have other names."""
     named = settings.navigation.controllers
     kept = {key: value for key, value in server.items() if key not in named}
     for spec in specs:
@@ -105,7 +109,7 @@ def _renamed(server: Mapping[str, Any], settings: DriveSettings, specs: tuple[Co
 
 
 def compared(settings: DriveSettings, specs: tuple[ControllerSpec, ...]) -> NavigationParams:
-    """Navigation with one controller plugin per compared controller, under the name it was compared as.
+    """Return the navigation with one controller plugin per compared controller, under the name used in the comparison.
 
     Raises:
         ConfigError: If one of them is not a controller of Nav2.

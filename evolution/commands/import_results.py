@@ -1,4 +1,4 @@
-"""``mapbench import-results``: times measured in Gazebo beside ours."""
+"""``mapbench import-results``: compare times measured in Gazebo with ours."""
 
 from __future__ import annotations
 
@@ -21,11 +21,14 @@ EXAMPLES = """  mapbench import-results bundle/results.csv --ours runs/first
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(
-        subparsers, "import-results", "Put times measured in Gazebo and Nav2 beside ours.", EXAMPLES
+        subparsers, "import-results", "Compare times measured in Gazebo and Nav2 with ours.", EXAMPLES
     )
-    parser.add_argument("csv", metavar="CSV", help="what the exported bundle's runner wrote")
+    parser.add_argument("csv", metavar="CSV", help="the results that the exported bundle's runner wrote")
     parser.add_argument(
-        "--ours", required=True, metavar="RUN|BENCH", help="the run it came from, or what bench --out wrote"
+        "--ours",
+        required=True,
+        metavar="RUN|BENCH",
+        help="the run that was exported, or a bench.json or directory that bench --out wrote",
     )
     parser.add_argument("--format", choices=("table", "json"), default="table")
     parser.set_defaults(run=run)
@@ -41,7 +44,9 @@ def run(args: argparse.Namespace) -> int:
         return 0
     _print(comparison)
     if touched:
-        console.print(f"{touched} of their {len(results)} runs touched something, which ends a run of ours")
+        console.print(
+            f"{touched} of their {len(results)} runs touched something, which ends a run here where --contact is ends"
+        )
     return 0
 
 
@@ -77,7 +82,7 @@ def _print(comparison: Comparison) -> None:
 def _correlation(comparison: Comparison) -> str:
     rho, low, high = comparison.correlation
     if math.isnan(rho):
-        return "rank correlation: none, which takes two solved pairs or more, with different times"
+        return "rank correlation: none; it takes at least two pairs that both sides solved, with different times"
     interval = "too few pairs for an interval" if math.isnan(low) else f"95 % interval {low:.3f} to {high:.3f}"
     return f"rank correlation {rho:.3f} ({interval})"
 

@@ -1,4 +1,4 @@
-"""``mapbench maps``: look at maps, turn them into other formats, check tasks."""
+"""``mapbench maps``: measure maps, convert them to other formats, check their tasks, and draw new ones."""
 
 from __future__ import annotations
 
@@ -27,13 +27,15 @@ EXAMPLES = """  mapbench maps info office.yaml --start 1,1,0 --goal 8,6,0
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand and its own subcommands."""
-    summary = "Look at maps, convert them, check their tasks, draw new ones."
+    summary = "Measure maps, convert them, check their tasks, or draw new ones."
     parser = options.example_parser(subparsers, "maps", summary, EXAMPLES)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION", parser_class=type(parser))
     _add_info(actions)
     _add_convert(actions)
     add_draw(actions)
-    check = actions.add_parser("check", help="solve every task of a MovingAI .scen and compare with its optimum")
+    check = actions.add_parser(
+        "check", help="solve every task of a MovingAI .scen and compare with the optimal lengths it states"
+    )
     check.add_argument("scen", metavar="FILE.scen")
     check.add_argument("--format", choices=("table", "json"), default="table")
     check.set_defaults(run=run_check)
@@ -51,14 +53,16 @@ def _add_info(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 
 def _add_convert(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    convert = actions.add_parser("convert", help="read A in any format, write B in the format of its ending")
+    convert = actions.add_parser(
+        "convert", help="read A in any format and write B in the format that its file name extension names"
+    )
     convert.add_argument("source", metavar="A")
     convert.add_argument("target", metavar="B", help=".yaml (map_server), .png, .map (MovingAI) or .json (map set)")
     convert.set_defaults(run=run_convert)
 
 
 def run_info(args: argparse.Namespace) -> int:
-    """Measure and print."""
+    """Measure the maps and print the results."""
     robot = make_robot(args.robot) if args.robot_radius is None else RobotSpec(radius=args.robot_radius)
     scenarios = load_scenarios(args.path, start=args.start, goal=args.goal)
     shown = scenarios[: args.limit]
@@ -81,14 +85,14 @@ def _size(scenario: Scenario) -> dict[str, object]:
 
 
 def run_convert(args: argparse.Namespace) -> int:
-    """Read, write, say what was written."""
+    """Convert a file and say what was written."""
     for path in write_map_file(load_maps(args.source), args.target):
         console.print(f"wrote {path}")
     return 0
 
 
 def run_check(args: argparse.Namespace) -> int:
-    """Solve every task; exit code 1 if one differs."""
+    """Solve every task; the exit code is 1 if a length differs from the stated optimum."""
     report = check_scen(args.scen)
     if args.format == "json":
         document = {**asdict(report), "path": str(report.path), "passed": report.passed}
@@ -99,5 +103,5 @@ def run_check(args: argparse.Namespace) -> int:
 
 
 def _finite(row: dict[str, object]) -> dict[str, object]:
-    """JSON has no infinity: what is not a finite number becomes null."""
+    """Replace numbers that are not finite by null: JSON has no infinity."""
     return {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}

@@ -1,4 +1,4 @@
-"""Options that several commands share, and what they mean."""
+"""Options that several commands share, and the settings that follow from them."""
 
 from __future__ import annotations
 
@@ -35,25 +35,29 @@ def example_parser(
 
 
 def add_drive_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say who drives what robot in which world."""
+    """Add the options about the parameters, the robot and the world."""
     group = parser.add_argument_group("who drives, and how")
     group.add_argument(
         "--params",
         metavar="FILE|PRESET",
         help="a nav2_params.yaml, whose controller_plugins drive unless others are named, or a preset: thesis "
-        "(Humble's examples; the default), fair (same limits for all), and likewise jazzy and jazzy_fair",
+        "(Humble's examples; the default), fair (Humble, same limits for all), jazzy (Jazzy's examples) or "
+        "jazzy_fair (Jazzy, same limits for all)",
     )
     group.add_argument("--planner", metavar="NAME", help=f"global planner: {names_in(PLANNERS)}")
     group.add_argument("--robot", metavar="NAME", help=names_in(ROBOTS))
     add_reading_options(group)
     group.add_argument(
-        "--robot-radius", type=positive_number, metavar="M", help="radius of the robot's disc and of its costmaps"
+        "--robot-radius",
+        type=positive_number,
+        metavar="M",
+        help="radius of the robot, here a disc, in the world and in its costmaps",
     )
     group.add_argument("--time-limit", type=positive_number, metavar="S", help="simulated seconds a run may take")
     group.add_argument(
         "--contact",
         choices=("ends", "slides"),
-        help="whether touching a wall ends the run or the robot slides on, as in Gazebo",
+        help="whether touching a wall ends the run, or the robot slides along it as in Gazebo",
     )
     group.add_argument(
         "--noise", metavar="NAME", help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)}"
@@ -61,7 +65,7 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
 
 
 def names_in(registry: Registry[Any]) -> str:
-    """Say what an option takes that names an entry of a registry."""
+    """List the values of an option that names an entry of a registry."""
     return f"{', '.join(registry.built_in)}, or module:attribute"
 
 
@@ -80,7 +84,7 @@ def add_controllers_option(parser: argparse.ArgumentParser) -> None:
         "--controllers",
         metavar="A,B,..",
         help="names, NAME=KIND to compare one kind twice, or NAME=model.zip (default: the controller_plugins of the "
-        f"--params file, without one {','.join(DEFAULT_CONTROLLERS)})",
+        f"--params file; without a file, {','.join(DEFAULT_CONTROLLERS)})",
     )
 
 
@@ -110,7 +114,7 @@ def add_family_option(group: argparse._ActionsContainer, default: str) -> None:
         "--family",
         type=names,
         metavar="A,B,..",
-        help=f"kinds of maps to draw, all as likely: {names_in(FAMILIES)} (default: {default})",
+        help=f"kinds of maps to draw, all equally likely: {names_in(FAMILIES)} (default: {default})",
     )
 
 
@@ -165,12 +169,12 @@ def pose(text: str) -> Pose:
 
 
 def controllers_of(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
-    """Who drives: the named, or else the controllers of the parameter file, or else the defaults."""
+    """Return who drives: the named controllers, or else those of the parameter file, or else the defaults."""
     return named_controllers(args) or controllers_from(DEFAULT_CONTROLLERS)
 
 
 def named_controllers(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
-    """Controllers of ``--controllers``, of ``--only``, or of the file of ``--params``; empty if none names any."""
+    """Return the controllers of ``--controllers``, ``--only`` or the ``--params`` file; empty if there are none."""
     if args.controllers is not None:
         return listed_controllers(args.controllers)
     read = read_parameter_file(args)
@@ -188,12 +192,12 @@ def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
 
 
 def workers_of(args: argparse.Namespace) -> int:
-    """Number of worker processes: as asked for, or all cores."""
+    """Return the number of worker processes: the given one, or one for each core."""
     return args.workers or available_cores()
 
 
 def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) -> DriveSettings:
-    """World and navigation as the options say, everything else as in ``base``."""
+    """Return the world and navigation that the options describe; everything else is as in ``base``."""
     settings = base or DriveSettings(navigation="thesis")
     read = read_parameter_file(args)
     if read is not None:
@@ -217,7 +221,7 @@ def _environment(args: argparse.Namespace, environment: EnvConfig) -> EnvConfig:
 
 
 def _robot(args: argparse.Namespace, robot: RobotSpec) -> RobotSpec:
-    """The robot: named, or else as it is; a radius of the command line counts before its shape."""
+    """Return the named robot, or ``robot``; a radius of the command line replaces its shape."""
     if args.robot is not None and args.robot_radius is not None:
         raise ConfigError("--robot and --robot-radius: expected one of them, got both")
     if args.robot is not None:
@@ -228,7 +232,7 @@ def _robot(args: argparse.Namespace, robot: RobotSpec) -> RobotSpec:
 
 
 def _navigation(args: argparse.Namespace, settings: DriveSettings) -> object:
-    """Nav2's parameters; a robot named on the command line also shapes the costmaps."""
+    """Return Nav2's parameters; a robot given on the command line also replaces the shape in the costmaps."""
     navigation = settings.navigation
     if args.planner is not None:
         navigation = navigation.replace(planner=PlannerPlugin(name=args.planner))

@@ -1,4 +1,4 @@
-"""``--params`` and the options that say how the file is read; what of it drives is said once."""
+"""``--params``, the options that say how the file is read, and a description of what it means here."""
 
 from __future__ import annotations
 
@@ -19,16 +19,20 @@ ONLY_FOR_FILES = ("define", "only", "verbose")
 def add_reading_options(group: argparse._ActionsContainer) -> None:
     """Add ``--nav2``, ``--define`` and ``--only``, which say how a parameter file is read, and ``--verbose``."""
     group.add_argument(
-        "--nav2", choices=RELEASES, help="distribution whose behaviour drives (default: as the file's keys tell)"
+        "--nav2",
+        choices=RELEASES,
+        help="ROS distribution whose Nav2 drives (default: recognised by the keys of the file)",
     )
     group.add_argument(
         "--define",
         action="append",
         metavar="NAME=VALUE",
-        help="value of a template of the file, as <NAME> or $(var NAME); may be given several times",
+        help="value for a placeholder of the file, <NAME> or $(var NAME); may be given several times",
     )
     group.add_argument(
-        "--only", metavar="CONTROLLER", help="drive with this one where the file's own controller is not built here"
+        "--only",
+        metavar="CONTROLLER",
+        help="drive with this controller of the file, where the one it would use is not available here",
     )
     group.add_argument("--verbose", action="store_true", help="name every key of the file that has no effect, and why")
 
@@ -49,10 +53,12 @@ def read_parameter_file(args: argparse.Namespace) -> Nav2Params | None:
 
 
 def describe_parameter_file(read: Nav2Params, args: argparse.Namespace, environment: EnvConfig) -> None:
-    """Say on standard error what the file means here."""
+    """Describe on standard error what the file means here."""
     lines = summarise(read, environment.robot, args.verbose)
     if environment.control_hz > EnvConfig().control_hz:
-        lines.append(f"the world keeps the pace of the controller server: {environment.control_hz:g} commands a second")
+        lines.append(
+            f"the simulation runs at the controller server's frequency: {environment.control_hz:g} commands per second"
+        )
     for line in lines:
         note(f"{args.params}: {line}")
 
@@ -61,7 +67,7 @@ def _refuse_other_release(args: argparse.Namespace) -> None:
     """Refuse a preset of another release than ``--nav2`` asks for."""
     release = None if args.params is None else load_preset(args.params).release
     if release is not None and args.nav2 not in (None, release):
-        raise ConfigError(f"--nav2 {args.nav2}: the preset {args.params} is Nav2 {release.capitalize()}'s")
+        raise ConfigError(f"--nav2 {args.nav2}: the preset {args.params} is for Nav2 {release.capitalize()}")
 
 
 def _names_controllers(args: argparse.Namespace) -> bool:
@@ -71,7 +77,7 @@ def _names_controllers(args: argparse.Namespace) -> bool:
 
 @functools.lru_cache(maxsize=8)
 def _read(path: str, release: Release | None, defines: tuple[str, ...], only: str | None, anyone: bool) -> Nav2Params:
-    """Read a user's file once; a name of no file may be a misspelt preset."""
+    """Read a user's file once; where there is no such file, the name may be that of a preset, misspelt."""
     if not Path(path).exists():
         raise ConfigError(f"--params: expected a file or one of the presets {', '.join(PRESETS)}, got {path!r}")
     return read_nav2_params(path, release=release, defines=parse_defines(defines), only=only, anyone=anyone)

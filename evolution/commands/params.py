@@ -1,4 +1,4 @@
-"""``mapbench params``: what a parameter file means here, and the same file for the other distribution."""
+"""``mapbench params``: say what a parameter file means here, or convert it for the other distribution."""
 
 from __future__ import annotations
 
@@ -28,12 +28,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     check = actions.add_parser("check", help="say what a file means here, without driving", allow_abbrev=False)
     check.add_argument("params", metavar="FILE")
     add_reading_options(check)
-    check.add_argument("--robot", metavar="NAME", help="gives what the file does not say (default turtlebot3_waffle)")
+    check.add_argument(
+        "--robot", metavar="NAME", help="robot that supplies what the file does not say (default turtlebot3_waffle)"
+    )
     check.set_defaults(run=_check)
     convert = actions.add_parser("convert", help="migrate a file to the other distribution", allow_abbrev=False)
     convert.add_argument("file", metavar="FILE")
-    convert.add_argument("--to", required=True, choices=RELEASES, help="distribution it is to be for")
-    convert.add_argument("--nav2", choices=RELEASES, help="distribution it is for (default: as its keys tell)")
+    convert.add_argument("--to", required=True, choices=RELEASES, help="ROS distribution to convert it for")
+    convert.add_argument(
+        "--nav2", choices=RELEASES, help="ROS distribution it was written for (default: recognised by its keys)"
+    )
     convert.add_argument("--out", metavar="FILE", help="a new file (default: standard output)")
     convert.set_defaults(run=_convert)
 
@@ -50,7 +54,7 @@ def _check(args: argparse.Namespace) -> int:
 
 
 def _convert(args: argparse.Namespace) -> int:
-    """Write the file for the other distribution; what was done goes to standard error."""
+    """Write the file for the other distribution; the report goes to standard error."""
     if args.out is not None and Path(args.out).exists():
         raise ConfigError(f"--out: expected a new file, got {args.out!r}, which exists")
     migration = migrate_file(args.file, args.to, args.nav2)
@@ -65,7 +69,7 @@ def _convert(args: argparse.Namespace) -> int:
 
 
 def _report(name: str, migration: Migration) -> None:
-    """Say what was done, and what has no counterpart."""
+    """Report what was changed, and what has no counterpart."""
     source, target = migration.source.capitalize(), migration.target.capitalize()
     note(f"{name}: from Nav2 {source} to {target}: {len(migration.done)} changes, {len(migration.lost)} losses")
     for line in migration.done:
@@ -75,7 +79,7 @@ def _report(name: str, migration: Migration) -> None:
 
 
 def _read_again(name: str, migration: Migration) -> None:
-    """Say it where the new file would be refused here, as the old one may have been."""
+    """Warn where the new file would be refused here, as the old one may have been."""
     try:
         parse_nav2_params(read_document(name), release=migration.target)
     except ConfigError as error:

@@ -1,4 +1,4 @@
-"""Progress on the terminal: a bar where somebody watches, a line a generation where output is kept."""
+"""Progress on the terminal: a bar on a terminal, one line per generation in a file or pipe."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
 
 
 def note(text: str) -> None:
-    """Say something on standard error, apart from the results; one line where nobody watches."""
+    """Print a message on standard error, apart from the results; it is wrapped on a terminal only."""
     errors.print(text, highlight=False, markup=False, soft_wrap=not errors.is_terminal)
 
 
 def print_table(table: Table) -> None:
-    """Show a table on standard output, numbers to the right."""
+    """Print a table on standard output, numbers aligned to the right."""
     grid = Grid(title=table.title or None, title_justify="left")
     for name in table.columns:
         grid.add_column(name, justify="right" if table.numeric(name) else "left")
@@ -50,12 +50,12 @@ class RunsPerSecond:
 
 
 class Bar:
-    """A bar on standard error while the ``with`` block lasts; nothing where nobody watches.
+    """A bar on standard error while the ``with`` block lasts; nothing where that is no terminal.
 
     Args:
         what: Shown before the bar.
         total: Amount of work.
-        columns: Shown after it; the field ``state`` is a text.
+        columns: Shown after it; they may show the text field ``state``.
     """
 
     def __init__(self, what: str, total: float | None, *columns: ProgressColumn) -> None:
@@ -83,7 +83,7 @@ class WorkBar(Bar):
 
     Args:
         what: Shown before the bar.
-        total: Amount of work; None where the first finished run says how many are left.
+        total: Amount of work; None if it is only known from the first finished run, which says how many are left.
     """
 
     def __init__(self, what: str, total: int | None = None) -> None:

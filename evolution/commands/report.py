@@ -1,4 +1,4 @@
-"""``mapbench report``: one HTML page about a run or a study, or a film of one of its replays."""
+"""``mapbench report``: write one HTML page about a run or a study, or a film of one of its replays."""
 
 from __future__ import annotations
 
@@ -21,26 +21,30 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser = options.example_parser(
         subparsers, "report", "Write one HTML page about a run or a study, or a film of a replay.", EXAMPLES
     )
-    parser.add_argument("path", metavar="RUN|STUDY", help="directory of mapbench evolve or mapbench study")
+    parser.add_argument("path", metavar="RUN|STUDY", help="directory that mapbench evolve or mapbench study wrote")
     parser.add_argument("--out", metavar="FILE", help="the page (default report.html in the directory)")
     parser.add_argument(
         "--section",
         action="append",
         default=[],
         metavar="NAME",
-        help="of a run: show this too: a name or module:attribute",
+        help="a further section of a run's page: a name or module:attribute; may be given several times",
     )
     film = parser.add_argument_group("instead of the page, a film of the best map set")
     film.add_argument("--gif", metavar="FILE", help="write a replay as an animated picture")
-    film.add_argument("--mp4", metavar="FILE", help="write it as a film (needs ffmpeg)")
+    film.add_argument("--mp4", metavar="FILE", help="write a replay as a film (needs ffmpeg)")
     film.add_argument("--map", type=options.positive, metavar="N", help="which map of the best set (default 1)")
-    film.add_argument("--controller", metavar="NAME", help="who drives (default the first)")
-    film.add_argument("--configuration", metavar="NAME", help="of a study: whose best set (default the first's)")
+    film.add_argument("--controller", metavar="NAME", help="who drives (default: the first)")
+    film.add_argument(
+        "--configuration",
+        metavar="NAME",
+        help="of a study: the configuration whose best set is filmed (default: the first)",
+    )
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write what was asked for, and say where it is."""
+    """Write the page or the films, and say where they are."""
     films = [Path(path) for path in (args.gif, args.mp4) if path is not None]
     if films:
         _write_films(args, films)
@@ -64,7 +68,7 @@ def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
     if args.out is not None:
         raise ConfigError("--out: expected without --gif and --mp4, which name their files themselves")
     if args.section:
-        raise ConfigError("--section: expected without --gif and --mp4, which show a replay alone")
+        raise ConfigError("--section: expected without --gif and --mp4, which write no page")
     for film in films:
         check_film(film)
     found = _run_of(Path(args.path), args.configuration)
@@ -83,7 +87,7 @@ def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
 
 
 def _run_of(path: Path, configuration: str | None) -> LoadedRun:
-    """The run whose best set is filmed."""
+    """Return the run whose best set is filmed."""
     if not is_study(path):
         if configuration is not None:
             raise ConfigError(f"--configuration: expected only with a study, got {path}")

@@ -1,4 +1,4 @@
-"""``mapbench study``: the thesis' experiments, and any other, with baselines and statistics."""
+"""``mapbench study``: run the thesis' experiments or others, with baselines and statistics."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from gym_mapbench.errors import RunError
 
 RUNS_PER_LINE = 100
 EXAMPLES = """  mapbench study quick                             a few minutes, every method once
-  mapbench study thesis --out runs/thesis          chapter 5, and beyond
+  mapbench study thesis --out runs/thesis          chapter 5 of the thesis, with baselines
   mapbench study noise --runs 20                   what noise does, on 20 maps
   mapbench study runs/thesis --resume              after an interruption
   mapbench study thesis --out runs/part --only gini_40,random --runs 8
@@ -39,12 +39,12 @@ EXAMPLES = """  mapbench study quick                             a few minutes, 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(
-        subparsers, "study", "Run many searches with baselines, drive what they found again, and compare.", EXAMPLES
+        subparsers, "study", "Run many searches and baselines, drive what they found again, and compare.", EXAMPLES
     )
     parser.add_argument(
         "study",
         metavar="FILE|NAME",
-        help=f"a YAML file, or {' or '.join(study_names())}; with --resume also the study's directory",
+        help=f"a YAML file, or one of {', '.join(study_names())}; with --resume also the study's directory",
     )
     parser.add_argument("--out", metavar="DIR", help="study directory (default runs/study-NAME)")
     parser.add_argument("--resume", action="store_true", help="continue the study in the directory")
@@ -55,7 +55,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run or continue, write tables and figures, and print what came out."""
+    """Run or continue the study, write tables and figures, and print the results."""
     only = None if args.only is None else [name.strip() for name in args.only.split(",")]
     settings, directory = study_in(args.study, args.out, resume=args.resume)
     with StudyBar(settings.name) as bar:
@@ -85,7 +85,7 @@ def _show_study(results: StudyResults) -> int:
 
 
 def _show_sweep(results: SweepResults) -> int:
-    """Print what every world changes, with intervals of 95 %."""
+    """Print what every world changes, with 95 % intervals."""
     rows = [
         {
             "world": row["world"],
@@ -96,7 +96,7 @@ def _show_sweep(results: SweepResults) -> int:
         }
         for row in results.table()
     ]
-    print_table(Table(rows, f"{results.settings.name}: each world beside the first, 95 % intervals in brackets"))
+    print_table(Table(rows, f"{results.settings.name}: each world compared with the first, 95 % intervals in brackets"))
     console.print(f"Look at {results.path / 'figures'} and {results.path / 'effects.csv'}.", highlight=False)
     return 0
 
@@ -128,7 +128,7 @@ def _cell(value: object) -> str:
 
 
 class StudyBar(Bar):
-    """Progress over the whole study: a bar where somebody watches, a line a run where output is kept."""
+    """Progress over the whole study: a bar on a terminal, one line per run in a file or pipe."""
 
     def __init__(self, name: str) -> None:
         self.speed = RunsPerSecond()
@@ -154,7 +154,7 @@ class StudyBar(Bar):
 
 
 def duration(seconds: float) -> str:
-    """Say a time as a reader would: seconds, minutes, or hours and minutes."""
+    """Format a time for a reader: in seconds, minutes, or hours and minutes."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)

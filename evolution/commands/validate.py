@@ -1,4 +1,4 @@
-"""``mapbench validate``: compare with recorded results of Nav2's own code."""
+"""``mapbench validate``: compare this project with recorded results of Nav2's own code."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from evolution.validation import (
 
 EXAMPLES = """  mapbench validate nav2-oracle
   mapbench validate nav2-oracle --format json > validation.json
-  mapbench validate nav2-oracle --units-only           single calls only, a few seconds
-  mapbench validate nav2-oracle-layers                 what the sensor layers make of recorded scans"""
+  mapbench validate nav2-oracle --units-only           single calls only, in a few seconds
+  mapbench validate nav2-oracle-layers                 costmap layers, fed with recorded scans"""
 
 UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, other_measures, mppi_measures)
 
@@ -43,15 +43,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "Compare costmaps, layers, plans, commands and runs with recorded Nav2 results.",
         EXAMPLES,
     )
-    parser.add_argument("directory", metavar="DIR", help="recorded results in the oracle's format")
+    parser.add_argument("directory", metavar="DIR", help="directory of recorded results")
     parser.add_argument("--format", choices=("table", "json"), default="table")
-    parser.add_argument("--units-only", action="store_true", help="leave out the whole runs")
+    parser.add_argument("--units-only", action="store_true", help="compare single calls only, no whole runs")
     parser.add_argument("--workers", type=options.positive, metavar="N", help="worker processes (default: all cores)")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Measure and print; 1 if a target is missed."""
+    """Measure and print; the exit code is 1 if a target is missed."""
     measures, differing = measure_layers(args) if LayersOracle.is_in(args.directory) else measure_navigation(args)
     if args.format == "json":
         print(json_of(measures, differing))
@@ -66,12 +66,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def measure_layers(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
-    """Measure against recorded costmap layers; nothing is driven, so nothing ends otherwise."""
+    """Compare with recorded costmap layers; nothing is driven, so no run can differ."""
     return layer_measures(LayersOracle(args.directory)), []
 
 
 def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
-    """Measure against recorded costmaps, plans, commands and runs; the runs that ended otherwise are named."""
+    """Compare with recorded costmaps, plans, commands and runs, and name the runs that ended differently."""
     oracle = Oracle(args.directory)
     measures = [measure for take in UNIT_MEASURES for measure in take(oracle)]
     if args.units_only:
@@ -81,7 +81,7 @@ def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[st
 
 
 def json_of(measures: Sequence[Measure], differing: Sequence[str]) -> str:
-    """One object: every measure with value, cases, worst case and target, and the runs that ended otherwise."""
+    """Return one JSON object: every measure with its target, and the runs that ended differently."""
     document: dict[str, object] = {
         one.key: {
             "value": one.value if math.isfinite(one.value) else None,

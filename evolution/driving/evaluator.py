@@ -1,9 +1,9 @@
-"""Evaluator: jobs in, results out in the same order, whatever the workers do.
+"""Evaluator: takes jobs and returns their results in the same order, in whichever order the workers finish.
 
 Every job runs in a worker process, also with one worker, so that a controller that hangs or
 kills its process costs that run and no other; unless another executor is chosen
-(:mod:`evolution.driving.executors`). The parent's memory is the workers' only in the form of
-pickled jobs.
+(:mod:`evolution.driving.executors`). Workers see nothing of the parent's memory but the pickled
+jobs.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ class Evaluator:
     Args:
         run_job: Drives one job; must be importable by a worker (a function of a module, or a
             ``functools.partial`` of one).
-        store: Results known already, and where new ones are kept; in memory if None.
+        store: Holds the results known already and keeps the new ones; in memory if None.
         workers: Number of worker processes.
-        timeout_s: Wall-clock seconds an attempt may take, the worker's start not included.
+        timeout_s: Wall-clock seconds an attempt may take, not counting the start of its worker.
         retries: Further attempts after an ``error``.
         warm_up: Called once in every new worker, before its first job: loads and compiles kernels
             outside of ``timeout_s``.
         executor: What the jobs run on, by its name in :data:`~evolution.driving.executors.EXECUTORS`. Only
-            ``processes``, the default, keeps ``timeout_s`` and loses no more than a run to a dead process.
+            ``processes``, the default, enforces ``timeout_s`` and loses no more than one run when a process dies.
 
     Attributes:
         driven: Runs driven so far.
@@ -82,7 +82,7 @@ class Evaluator:
         self._executor: Executor | None = None
 
     def evaluate(self, map_sets: Sequence[MapSet], plan: JobPlan, on_run: OnRun | None = None) -> list[SetResults]:
-        """Drive map sets as ``plan`` says; ``results[set][map][controller][repeat]``."""
+        """Drive map sets as ``plan`` says; returns ``results[set][map][controller][repeat]``."""
         scenarios = {scenario.digest: scenario for map_set in map_sets for scenario in map_set}
         jobs = [job for scenario in scenarios.values() for job in plan.jobs(scenario)]
         results = iter(self.run(jobs, on_run))
@@ -118,7 +118,7 @@ class Evaluator:
         return [results[job.key] for job in jobs]
 
     def close(self) -> None:
-        """Stop all workers, whatever they do; those of another executor than ``processes`` end their job first."""
+        """Stop all workers at once; those of an executor other than ``processes`` finish their job first."""
         if self._executor is not None:
             self._executor.shutdown(wait=False, cancel_futures=True)
             self._executor = None
@@ -150,14 +150,14 @@ class Evaluator:
                 raise RunError("workers die before their first run (is run_job importable?)")
 
     def _round(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, RunResult]]:
-        """Try every job once; what a broken executor lost is not answered."""
+        """Try every job once; jobs that a broken executor lost yield nothing."""
         executor = self._running()
         finished: queue.SimpleQueue[Future[RunResult]] = queue.SimpleQueue()
         job_of: dict[Future[RunResult], Job] = {}
         for job in jobs:
             try:
                 scheduled = executor.submit(attempt, self.run_job, job)
-            except RuntimeError:  # it broke meanwhile
+            except RuntimeError:  # the executor broke meanwhile
                 break
             job_of[scheduled] = job
             scheduled.add_done_callback(finished.put)
@@ -169,7 +169,7 @@ class Evaluator:
             self.close()
 
     def _result_of(self, future: Future[RunResult]) -> RunResult:
-        """Read an answer; everything but a result is an error of that run."""
+        """Return the result; anything a worker raised becomes an ``error`` result of that run."""
         error = future.exception()
         if error is None:
             return future.result()
@@ -191,7 +191,7 @@ class Evaluator:
 
 
 def _alive(executor: Executor) -> bool:
-    """Whether submitted jobs still come to an end; a plain executor's always do, if only by a ``BrokenExecutor``."""
+    """Whether submitted jobs still end; those of a plain executor always do, if only with ``BrokenExecutor``."""
     return bool(getattr(executor, "alive", True))
 
 

@@ -1,12 +1,12 @@
 """Executors: what jobs run on.
 
-By default these are worker processes of this machine. Whatever else has the interface of
-:class:`concurrent.futures.Executor` comes from a factory that is registered in :data:`EXECUTORS`, or named
+By default these are worker processes of this machine. Anything else with the interface of
+:class:`concurrent.futures.Executor` is made by a factory that is registered in :data:`EXECUTORS`, or named
 ``module:attribute``.
 
-The default kills what takes too long, loses no more than one run to a process that dies, and leaves no process behind.
-A plain ``Executor`` can do none of this: a run that hangs hangs the search, and a dead worker may take the pool along,
-whose unfinished runs are then tried again in a new one.
+The default kills a run that takes too long, loses no more than one run when a process dies, and leaves no process
+behind. A plain ``Executor`` can do none of this: a run that hangs stops the search, and a worker that dies may break
+its pool, whose unfinished runs are then tried again in a new one.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ MAX_REASON = 300
 
 @dataclass(frozen=True)
 class Crew:
-    """What an executor is asked for.
+    """The workers that an executor is asked for.
 
     Args:
         workers: How many jobs run at once.
-        timeout_s: Wall-clock seconds a job may take, the worker's start not included.
+        timeout_s: Wall-clock seconds a job may take, not counting the start of its worker.
         prepare: To be called once in every new worker process, before its first job; can be pickled.
-        modules: Modules that workers will import: a fork server may do so once for all.
+        modules: Modules that workers will import; a fork server may import them once for all workers.
     """
 
     workers: int
@@ -61,7 +61,7 @@ class Processes(Executor):
     """Worker processes of this machine, one job each at a time; a job that takes too long is killed with its process.
 
     Args:
-        crew: What is asked for.
+        crew: The workers that are asked for.
     """
 
     def __init__(self, crew: Crew) -> None:
@@ -70,7 +70,7 @@ class Processes(Executor):
 
     @property
     def alive(self) -> bool:
-        """Whether jobs that were submitted still come to an end."""
+        """Whether jobs that were submitted will still end."""
         return bool(self._pool.active)
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
@@ -83,7 +83,7 @@ class Processes(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Stop all workers, whatever they do."""
+        """Stop all workers at once, busy or not."""
         self._pool.stop()  # type: ignore[no-untyped-call]
         self._pool.join()
 
@@ -91,7 +91,7 @@ class Processes(Executor):
 EXECUTORS: Registry[Callable[[Crew], Executor]] = Registry(
     "executor", "executors", {"processes": Processes}, check=must_be_callable
 )
-"""What makes an executor for a :class:`Crew`, by name."""
+"""Factories that make an executor for a :class:`Crew`, by name."""
 
 
 class WarmUpError(Exception):
@@ -99,11 +99,11 @@ class WarmUpError(Exception):
 
 
 _warm_up_failure: list[str] = []
-"""Of this worker process; a list, because a function fills it."""
+"""Why the warm-up of this worker process failed; empty if it did not."""
 
 
 def start_worker(warm_up: WarmUp | None) -> None:
-    """Prepare a new worker: it ends with its parent, and has its kernels loaded."""
+    """Prepare a new worker: make it end with its parent, and load its kernels."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         if warm_up is not None:
@@ -113,7 +113,7 @@ def start_worker(warm_up: WarmUp | None) -> None:
 
 
 def _end_with_parent() -> None:
-    """A parent that is killed cannot stop a worker that hangs."""
+    """Exit with the parent: a parent that is killed cannot stop a worker that hangs."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -121,7 +121,7 @@ def _end_with_parent() -> None:
 
 
 def attempt(run_job: RunJob, job: Job) -> RunResult:
-    """Drive a job in a worker; whatever the controller raises becomes the run's result."""
+    """Drive a job in a worker; an exception of the controller becomes an ``error`` result."""
     if _warm_up_failure:
         raise WarmUpError(_warm_up_failure[0])
     try:
@@ -134,10 +134,10 @@ def attempt(run_job: RunJob, job: Job) -> RunResult:
 
 
 def error_result(reason: str) -> RunResult:
-    """Return the result of a run that could not be driven to an end."""
+    """Return the result of a run that ended in an error."""
     return RunResult("error", time_s=0.0, path_length_m=0.0, reason=reason)
 
 
 def one_line(error: BaseException) -> str:
-    """Say type and text of an error in one short line."""
+    """Return the type and text of an error as one short line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:MAX_REASON]

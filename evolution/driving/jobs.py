@@ -1,8 +1,8 @@
 """Job: one controller, one scenario, one repeat; and the result of driving it.
 
 A job is plain, frozen data, so that it can be sent to a worker, looked up in a store and driven
-again on another machine. :class:`JobPlan` makes jobs; whoever drives them is a callable
-``run_job(job) -> RunResult``.
+again on another machine. :class:`JobPlan` makes jobs; a callable ``run_job(job) -> RunResult`` drives
+them.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
 
 TIME = "time"
-"""The simulated seconds until the end: what may be compared besides the metrics."""
+"""Name of the simulated seconds until the end, which may be compared like a metric."""
 
 RESULT_FIELDS = ("outcome", "time_s", "path_length_m", "reason", "attempts")
-"""The fields of a result that a seed repeats, metrics and the seed itself left out."""
+"""The fields of a result that the same seed reproduces, without the metrics and the seed itself."""
 
 RUN_COLUMNS = frozenset({"generation", "map", "controller", "repeat", "seed", "noise_seed", *RESULT_FIELDS})
-"""What tables say of a run besides its metrics."""
+"""The columns of a table of runs besides the metrics."""
 
 
 class ControllerSpec(Settings):
@@ -64,7 +64,7 @@ class RunSettings(Protocol):
 
     @property
     def robot(self) -> RobotSpec:
-        """Who drives; families of maps are drawn so that it can."""
+        """The robot that drives; families draw maps that it can solve."""
         ...
 
     def model_dump(self, *, mode: str = ...) -> dict[str, Any]:
@@ -80,10 +80,10 @@ class RunResult:
         outcome: How the run ended; ``error`` if the controller raised, hung, or killed its worker.
         time_s: Simulated seconds until the end.
         path_length_m: Driven distance, m.
-        reason: One line more on how it ended; empty at the goal.
-        attempts: How often it was tried.
+        reason: One line on why it did not reach the goal; empty if it did.
+        attempts: How often the run was tried.
         metrics: Further measures by name; the same for the same seed.
-        timings: Wall-clock seconds by name; they differ from time to time and stay out of reproducible files.
+        timings: Wall-clock measures by name; they differ between runs and stay out of reproducible files.
         seed: Seed of the run.
     """
 
@@ -135,7 +135,7 @@ class Job:
         controller: Who drives.
         settings: World and robot.
         repeat: Number of the repetition, from 0.
-        seed: Seed of the controller's randomness; its own for every controller.
+        seed: Seed of the controller's randomness; different for every controller.
         noise_seed: Seed of the world's noise; the same for all controllers (common random numbers).
         metrics: What is measured besides the project's own metrics.
         key: Digest of all of the above and of this package's version: the identity of the run.
@@ -163,7 +163,7 @@ class JobPlan:
         metrics: What is measured on every run besides the project's own metrics.
 
     Raises:
-        ConfigError: If there is no controller, a name occurs twice, there is no repeat, or no metric of a name.
+        ConfigError: If there is no controller, a name occurs twice, there is no repeat, or a metric is unknown.
     """
 
     controllers: tuple[ControllerSpec, ...]
@@ -194,7 +194,7 @@ class JobPlan:
 
     @cached_property
     def _setups(self) -> tuple[str, ...]:
-        """Digest of everything but scenario and seed, for each controller."""
+        """For each controller, the digest of everything but scenario and seed."""
         settings = self.settings.model_dump(mode="json")
         return tuple(
             digest_of([PACKAGE_VERSION, settings, spec.model_dump(mode="json"), *self.metrics])
@@ -209,10 +209,10 @@ class JobPlan:
 
 
 def check_metric(name: str) -> str:
-    """Return the name of a metric.
+    """Return the name of a metric, checked.
 
     Raises:
-        ConfigError: If there is none of that name, or tables have a column of that name already.
+        ConfigError: If there is no such metric, or tables of runs already have a column of that name.
     """
     if name in RUN_COLUMNS:
         raise ConfigError(f"metric {name!r}: expected another name, it is a column of every table of runs")
@@ -225,7 +225,7 @@ def asked_for(names: Iterable[str]) -> tuple[str, ...]:
     """Return those of the named metrics that are not measured on every run anyway, each once.
 
     Raises:
-        ConfigError: If there is no metric of a name, or workers cannot find it.
+        ConfigError: If a metric is unknown, or workers cannot find it.
     """
     checked = dict.fromkeys(METRICS.for_workers(check_metric(name)) for name in names)
     return tuple(name for name in checked if name not in (TIME, *METRICS.built_in))

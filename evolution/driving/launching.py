@@ -25,9 +25,9 @@ def available_cores() -> int:
 
 
 def worker_context(modules: Sequence[str] = ()) -> BaseContext:
-    """Return how workers are started: from a *fork server*, or spawned where there is none.
+    """Return the way workers are started: from a *fork server*, or spawned where there is none.
 
-    A fork server is a clean process without threads, from which a worker is there in milliseconds. Plain ``fork``
+    A fork server is a clean process without threads that starts a worker in milliseconds. Plain ``fork``
     would copy a process with threads (the pool's own, BLAS), which may deadlock.
 
     Args:
@@ -42,7 +42,7 @@ def worker_context(modules: Sequence[str] = ()) -> BaseContext:
 
 @contextmanager
 def _without_main() -> Iterator[None]:
-    """Tell processes that are started meanwhile of no script."""
+    """Keep the caller's script from processes that are started inside the ``with`` block."""
     original = spawn.get_preparation_data
 
     def without(name: str) -> dict[str, Any]:

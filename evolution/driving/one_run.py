@@ -21,13 +21,13 @@ from gym_mapbench.scenario import Scenario
 def environment_for(config: EnvConfig, controller: Controller, *, own_goal_check: bool = True) -> MapBenchEnv:
     """Build the env a controller needs: what it observes, in SI units, and who decides that the goal is reached.
 
-    A controller with a ``scan_rate`` gets its scans at that rate, and nobody pays for those in between.
+    A controller with a ``scan_rate`` gets its scans at that rate; those in between are not computed.
 
     Args:
         config: The env without regard to the controller.
         controller: Who will drive.
-        own_goal_check: Whether a controller with ``decides_goal`` does so. Nav2's goal checker forgets at every
-            new path, an env's does not, so an env under such a controller leaves the goal to it.
+        own_goal_check: Whether a controller with ``decides_goal`` decides when the goal is reached, and not the env.
+            Nav2's goal checker starts afresh with every new path and the env's does not, so the two may disagree.
     """
     changes: dict[str, Any] = {"observation": tuple(controller.observation_keys), "action": "physical"}
     if own_goal_check and getattr(controller, "decides_goal", False):
@@ -135,7 +135,7 @@ class _Log:
 
 
 def _outcome(controller: Controller, info: dict[str, Any]) -> tuple[Outcome, str]:
-    """Who ended the run: the env, or a controller that decides by itself."""
+    """Return how the run ended, as the env says or a controller that decides by itself."""
     status = getattr(controller, "status", "running")
     if status == "succeeded":
         return "goal", ""

@@ -11,7 +11,7 @@ ALL_CONTROLLERS = ""
 def derive_seed(root_seed: int, map_digest: str, controller: str, repeat: int) -> int:
     """Return a seed of 63 bits that depends on these four values and on nothing else.
 
-    So a result does not depend on order, chunking, number of workers or machine.
+    A result therefore does not depend on order, chunking, number of workers or machine.
 
     Args:
         root_seed: Seed of the whole experiment.

@@ -1,8 +1,8 @@
-"""ResultStore: every run that was ever driven, by the key of its job.
+"""ResultStore: the results of all driven runs, by the key of their job.
 
 One SQLite file (table ``results``: ``key``, ``result`` as JSON). SQLite's write-ahead log
-survives ``kill -9`` at any moment, takes several writing processes, and needs no loading. The
-order of the rows says nothing: whoever writes outputs brings them into an order of their own.
+survives ``kill -9`` at any moment, allows several processes to write, and needs no loading. The
+order of the rows means nothing: outputs are written in an order of their own.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class ResultStore:
     """Results by job key; in memory, or in a file that several runs may share.
 
     Args:
-        path: The file, made if it is not there; None keeps everything in memory.
+        path: The file, created if it does not exist; None keeps everything in memory.
 
     Raises:
         RunError: If the file cannot be opened or is not a result store of this version.
@@ -45,14 +45,14 @@ class ResultStore:
 
     @contextmanager
     def _errors(self, what: str) -> Iterator[None]:
-        """Say what SQLite complains about in one line."""
+        """Turn an error of SQLite into a ``RunError`` of one line."""
         try:
             yield
         except sqlite3.Error as error:
             raise RunError(f"{self.path or 'result store'}: {what} ({error})") from None
 
     def _prepare(self) -> None:
-        """Check the version, or make the table of a new file."""
+        """Check the version, or create the table of a new file."""
         (version,) = self._database.execute("PRAGMA user_version").fetchone()
         if version not in (0, SCHEMA_VERSION):
             raise RunError(f"{self.path}: expected a result store of version {SCHEMA_VERSION}, got {version}")
@@ -85,7 +85,7 @@ class ResultStore:
             raise RunError(f"{where}, got other text; delete the file to drive again") from None
 
     def put(self, key: str, result: RunResult) -> None:
-        """Keep a result; the first one of a key stays, so that all readers see the same."""
+        """Keep a result; the first one of a key stays, so that all readers see the same result."""
         with self._errors("cannot be written"):
             self._database.execute("INSERT OR IGNORE INTO results VALUES (?, ?)", (key, result.to_json()))
 

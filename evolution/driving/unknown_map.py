@@ -1,7 +1,7 @@
 """Driving without the map: costmaps that only the robot's own sensors fill.
 
-As Nav2 is set up where nothing is known beforehand: no static layer, so that a costmap has a size and a place of its
-own, and a planner whose paths may lead through what has not been seen yet.
+Nav2 is set up in the same way where no map is known: without a static layer, so that a costmap has an origin and a size
+of its own, and with a planner whose paths may lead through cells that were not seen yet.
 """
 
 from __future__ import annotations
@@ -19,36 +19,36 @@ COSTMAPS = ("global_costmap", "local_costmap")
 
 
 def without_map(navigation: NavigationParams, grid: GridMap) -> NavigationParams:
-    """Return navigation that knows no more of the map than where it lies and how large it is.
+    """Return navigation that knows only the origin and size of the map.
 
     Args:
         navigation: With costmaps that :func:`check_sensors` accepts.
-        grid: Gives place and size to costmaps that show the whole map.
+        grid: Gives origin and size to costmaps of the whole map.
     """
     changes: dict[str, Any] = {name: _without_static(getattr(navigation, name), grid) for name in COSTMAPS}
     planner = navigation.planner
-    if "allow_unknown" in planner.params:  # what other planners make of unknown cells is up to them
+    if "allow_unknown" in planner.params:  # other planners treat unknown cells by rules of their own
         changes["planner"] = planner.replace(params={**planner.params, "allow_unknown": True})
     return navigation.replace(**changes)
 
 
 def check_sensors(navigation: NavigationParams) -> None:
-    """Refuse a costmap that would have nothing in it without the map.
+    """Refuse a costmap that would stay empty without the map.
 
     Raises:
-        ConfigError: Naming it.
+        ConfigError: Naming the costmap.
     """
     for name in COSTMAPS:
         costmap = getattr(navigation, name)
         if costmap.writes(STATIC) and not costmap.observes:
             raise ConfigError(
                 f"unknown_map: expected an obstacle layer or a voxel layer in the {name}, "
-                f"which only the sensors fill then, got {', '.join(costmap.plugins)}"
+                f"because only the sensors fill it, got {', '.join(costmap.plugins)}"
             )
 
 
 def _without_static(costmap: CostmapParams, grid: GridMap) -> CostmapParams:
-    """Leave out the static layer; a costmap of the whole map keeps its place and, in whole metres, its size."""
+    """Leave out the static layer; a costmap of the whole map keeps its origin and its size, in whole metres."""
     if not costmap.writes(STATIC):
         return costmap
     plugins = tuple(name for name in costmap.plugins if name != STATIC)

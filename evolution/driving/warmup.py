@@ -1,4 +1,4 @@
-"""What a new worker does before its first job: load every kernel, so that no run pays for it."""
+"""What a new worker does before its first job: load the kernels, so that no run is charged for that."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def warm_up(kinds: tuple[str, ...] = ("dwb", "mppi", "rpp")) -> None:
     """Drive each of the named controllers for half a second through an empty room.
 
     On a machine where nothing is compiled yet, workers that start together should not all compile the same
-    kernels: each begins with another controller, and finds in numba's cache what its neighbours have compiled.
+    kernels: each begins with another controller, and finds in numba's cache what the others have compiled.
     """
     turn = os.getpid() % len(kinds)
     scenario = Scenario(GridMap.from_rows(ROOM), Pose(0.6, 0.6), Pose(1.9, 1.9))

@@ -39,9 +39,9 @@ class ParameterFile(Settings):
 
     Args:
         params: The file.
-        nav2: The distribution; None to recognise it by the file's keys.
-        define: Values of the file's templates.
-        only: The controller that is to drive where the file's own is not built here.
+        nav2: The ROS distribution; None to recognise it by the file's keys.
+        define: Values of the file's placeholders, by name.
+        only: The controller of the file that drives, where the one it would use is not available here.
     """
 
     params: str
@@ -53,7 +53,7 @@ class ParameterFile(Settings):
         """Read the file.
 
         Raises:
-            ConfigError: If it is refused.
+            ConfigError: If the file cannot be used.
         """
         return read_nav2_params(self.params, release=self.nav2, defines=self.define, only=self.only).navigation
 
@@ -65,8 +65,8 @@ class DriveSettings(Settings):
         environment: The env: robot, rates, time limit, noise, what a collision does.
         navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``, or the options of a
             :class:`ParameterFile`.
-        own_goal_check: Whether Nav2's own goal checker says when the goal is reached; False: the env's does.
-        unknown_map: Whether Nav2's costmaps know nothing of the map, but what the sensors have shown of it so far.
+        own_goal_check: Whether Nav2's own goal checker decides when the goal is reached; if False, the env does.
+        unknown_map: Whether Nav2's costmaps know only what the sensors have shown of the map so far.
     """
 
     environment: EnvConfig = EnvConfig()
@@ -101,7 +101,7 @@ class DriveSettings(Settings):
 
 
 def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
-    """Lay a parameter file over some settings: its navigation, its robot, and a world that keeps its pace."""
+    """Overlay settings with a parameter file: its navigation, its robot, and its control frequency at least."""
     world = settings.environment
     control = max(world.control_hz, read.navigation.controller_server.controller_frequency)
     physics = control * math.ceil(world.physics_hz / control - 1e-9)
@@ -125,11 +125,11 @@ def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controlle
 
 
 def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) -> None:
-    """Make every controller once, so that what cannot drive is said before anything is driven.
+    """Make every controller once, so that one that cannot drive is reported before anything is driven.
 
     Raises:
-        ConfigError: Naming the first that cannot be made, that workers cannot find, or that would not fit the world's
-            rate of control.
+        ConfigError: Naming the first that cannot be made, that workers cannot find, or that does not fit the control
+            frequency of the world.
     """
     PLANNERS.for_workers(settings.navigation.planner.name)
     for spec in specs:
@@ -140,9 +140,9 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
 
 
 def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
-    """Refuse maps on none of which the robot can stand at start and goal.
+    """Refuse maps if the robot can stand at start and goal on none of them.
 
-    Where it can on some, runs on the others end in ``error`` with the reason.
+    If it can on some of them, runs on the others end in ``error`` with the reason.
 
     Raises:
         ConfigError: Naming the first of the maps.
@@ -179,7 +179,7 @@ def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Epis
 
 
 def run_job(job: Job) -> RunResult:
-    """Drive a job and keep its measures; wall-clock values stand apart from what a seed repeats."""
+    """Drive a job and return its measures; wall-clock values are kept apart from what a seed reproduces."""
     return result_of(drive(job), job.metrics)
 
 

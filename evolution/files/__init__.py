@@ -1,7 +1,7 @@
-"""Plain files: what every other room reads and writes.
+"""Plain files, as all other subpackages read and write them.
 
-In: rows, documents, arrays, and the path of a file or directory. Out: files that are whole at any moment, and what was
-read from one, checked; an error of one line where it is not what it should be.
+In: rows, documents, arrays, and the path of a file or directory. Out: files that are complete at any moment, and their
+checked content; a file that is not as expected gives an error of one line.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Directories of results: how one of a kind is begun, known and opened, and when it may be continued."""
+"""Directories of results: how each kind is created, recognised and opened, and when it may be continued."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from gym_mapbench.errors import ConfigError, RunError
 
 @dataclass(frozen=True)
 class DirectoryKind:
-    """A kind of directory, known by the JSON file that says what it was begun with.
+    """A kind of directory, recognised by the JSON file that says what it was begun with.
 
     Args:
-        what: What it holds, in a word.
+        what: What it holds, in one word.
         mark: Name of that file.
         format_version: Version of its format.
     """
@@ -37,14 +37,14 @@ class DirectoryKind:
         return (Path(path) / self.mark).is_file()
 
     def create(self, path: Path, document: Mapping[str, Any]) -> dict[str, Any]:
-        """Begin a directory.
+        """Create a directory.
 
         Args:
-            path: Where; a new or an empty directory.
+            path: The directory; it must be new or empty.
             document: What it is begun with, JSON-able.
 
         Returns:
-            What its file says: the document, and the versions it is begun with.
+            The content of its file: the document, and the versions of the software.
 
         Raises:
             ConfigError: If there is anything there already; nothing is changed.
@@ -73,13 +73,13 @@ class DirectoryKind:
         return config
 
     def check_same(self, path: Path, config: Mapping[str, Any], was: object, wanted: object) -> None:
-        """Refuse to go on with anything but what a directory was begun with.
+        """Refuse to continue a directory with options other than those it was begun with.
 
         Args:
             path: The directory.
-            config: What its file says.
-            was: What it was begun with.
-            wanted: What it is to go on with.
+            config: The content of its file.
+            was: The options it was begun with.
+            wanted: The options it is to be continued with.
 
         Raises:
             ConfigError: If an option differs, naming it.
@@ -100,7 +100,7 @@ def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, 
 
 
 def new_directory(path: Path) -> None:
-    """Make a directory, or take an empty one; hidden files (half-written ones among them) do not count.
+    """Make a directory, or accept an empty one; hidden files, such as half-written ones, are ignored.
 
     Raises:
         ConfigError: If it holds anything; nothing is changed.

@@ -1,6 +1,6 @@
-"""What a file must hold: documents and tables, described by models and checked where they are read.
+"""Checks what a file holds: documents and tables are described by models, and checked when they are read.
 
-Only what is used is asked for; more may stand beside it.
+Only what is used is required; a file may hold more.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from gym_mapbench.errors import RunError
 
 
 class Document(BaseModel):
-    """A JSON document, or a line of a table; a number is a number and not a text."""
+    """A JSON document, or a line of a table; types are strict: a text does not pass for a number."""
 
     model_config = ConfigDict(strict=True, frozen=True)
 
@@ -31,9 +31,9 @@ def check(model: type[Document], document: object, where: str | Path) -> None:
     """Refuse a document that is not as ``model`` says.
 
     Args:
-        model: What it must hold.
+        model: Describes what it must hold.
         document: What was read.
-        where: Its file, or a part of it; opens the message.
+        where: Its file, or a part of it; the message begins with it.
 
     Raises:
         RunError: Naming the first key that is missing or wrong.

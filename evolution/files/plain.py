@@ -1,4 +1,4 @@
-"""Plain files that are whole at any moment: text, JSON, CSV and arrays, written beside their place and renamed."""
+"""Plain files that are complete at any moment: text, JSON, CSV and arrays, written under another name and renamed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Row = dict[str, Any]
 
 
 class WriteError(RunError):
-    """A file or directory that cannot be written: a disk that is full or closed to us."""
+    """A file or directory cannot be written, for example because the disk is full or read-only."""
 
 
 def write_bytes(path: Path, content: bytes) -> None:
@@ -79,7 +79,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def csv_of(rows: Sequence[Row]) -> str:
-    """Return a table as CSV text; columns in order of their first use, empty where a row has none."""
+    """Return a table as CSV text; columns are in order of their first use, and empty where a row has no value."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
     text = io.StringIO()
     writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")

@@ -45,7 +45,7 @@ class Table(Sequence[Row]):
         return iter(self._rows)
 
     def cells(self) -> list[list[str]]:
-        """Return every row as texts a person reads, a text a column."""
+        """Return every row as readable texts, one per column."""
         return [[_text(row.get(name)) for name in self.columns] for row in self._rows]
 
     def numeric(self, column: str) -> bool:
@@ -89,7 +89,7 @@ class Tabled(ABC):
 
     @abstractmethod
     def table(self, name: str = "") -> Table:
-        """Return one of the tables by name; the one to look at first without a name."""
+        """Return one of the tables by name; without a name, the one to look at first."""
 
     def to_pandas(self, name: str = "") -> pandas.DataFrame:
         """Return one of the tables (see :meth:`table`) as a pandas DataFrame; pandas must be installed."""
@@ -101,7 +101,7 @@ class Tabled(ABC):
 
 
 def _text(value: Any) -> str:
-    """Say a value with as many digits as a reader wants."""
+    """Format a value for a reader."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "-"
     if isinstance(value, float):
@@ -110,6 +110,6 @@ def _text(value: Any) -> str:
 
 
 def _aligned(texts: Sequence[str], *, right: bool) -> list[str]:
-    """Fill texts up with blanks to the length of the longest."""
+    """Pad texts with spaces to the length of the longest."""
     width = max(map(len, texts))
     return [text.rjust(width) if right else text.ljust(width) for text in texts]

@@ -1,4 +1,4 @@
-"""The versions that results depend on: which they are here, and what a file written elsewhere says."""
+"""The versions of the software that results depend on: those in use, and those recorded in a file."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def versions() -> dict[str, Any]:
 
 
 def refuse_version(config: Mapping[str, Any], path: Path) -> None:
-    """Refuse to go on with what another version of this package began.
+    """Refuse to continue what another version of this package began.
 
     Raises:
-        RunError: If one did.
+        RunError: If another version did.
     """
     came = config.get("version")
     if came != PACKAGE_VERSION:
@@ -30,10 +30,10 @@ def refuse_version(config: Mapping[str, Any], path: Path) -> None:
 
 
 def written_elsewhere(config: Mapping[str, Any]) -> list[str]:
-    """Say which versions wrote something, where they are not those that read it; one line, or none.
+    """Report the versions that differ between writing and reading a file; returns one line, or none.
 
     Args:
-        config: ``config.json`` or ``study.json``.
+        config: Content of ``config.json`` or ``study.json``.
     """
     theirs, here = [{"mapbench": one["version"], **one["libraries"]} for one in (config, versions())]
     other = [name for name in here if theirs.get(name) != here[name]]

@@ -1,4 +1,4 @@
-"""Pictures: figures and films from what was driven.
+"""Pictures: figures and films of driven runs.
 
 In: recorded episodes and the tables of a run. Out: Matplotlib figures, PNG, SVG, GIF and MP4 files; equal data give
 equal bytes.

@@ -1,4 +1,4 @@
-"""Films of a recorded run, from the frames the env's own renderer draws."""
+"""Films of a recorded run, made of frames that the env's own renderer draws."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Seen = Sequence[SeenCostmap]
 
 
 def frames(episode: Episode, robot: RobotSpec, size: int = 480, seen: Seen = ()) -> Iterator[Frame]:
-    """Draw a run: ``(height, width, 3)`` uint8 frames, at most 400, evenly spaced in time, the last one held.
+    """Draw a run: at most 401 ``(height, width, 3)`` uint8 frames, evenly spaced in time up to the last state.
 
     Args:
         episode: The recorded run.
@@ -46,14 +46,14 @@ def frames(episode: Episode, robot: RobotSpec, size: int = 480, seen: Seen = ())
 
 
 def frame_rows(count: int) -> list[int]:
-    """Rows of the trajectory that are drawn: every one, or every n-th of a long run, and the last."""
+    """Return the rows of the trajectory that are drawn: all, or every n-th of a long run, and the last."""
     every = -(-count // MAX_FRAMES)
     rows = list(range(0, count, every))
     return rows if rows[-1] == count - 1 else [*rows, count - 1]
 
 
 def check_film(path: Path) -> None:
-    """Refuse, before anything is driven, a film that could not be written.
+    """Refuse a film that could not be written, before anything is driven.
 
     Raises:
         ConfigError: If the ending is neither ``.gif`` nor ``.mp4``, the file exists, or its directory cannot be
@@ -71,7 +71,7 @@ def check_film(path: Path) -> None:
 
 
 def check_display() -> None:
-    """Refuse, before anything is driven, to show a run where matplotlib has no window.
+    """Refuse to show a run where matplotlib has no window, before anything is driven.
 
     Raises:
         ConfigError: If there is no display.
@@ -108,7 +108,7 @@ def _save_gif(episode: Episode, robot: RobotSpec, path: Path, seen: Seen) -> Non
 
 
 def _save_mp4(episode: Episode, robot: RobotSpec, path: Path, seen: Seen) -> None:
-    """Hand the raw frames to ffmpeg; an even size is what its common codec takes."""
+    """Pass the raw frames to ffmpeg, cut to even width and height, as its usual codec requires."""
     drawn = [frame[: len(frame) // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames(episode, robot, seen=seen)]
     height, width, _ = drawn[0].shape
     options = f"-y -f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {FRAMES_PER_SECOND} -i - -pix_fmt yuv420p".split()

@@ -1,4 +1,4 @@
-"""Maps side by side, without anybody driving on them."""
+"""A figure of maps side by side, without runs on them."""
 
 from __future__ import annotations
 

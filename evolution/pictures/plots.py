@@ -1,6 +1,6 @@
-"""Figures: drawn from plain data, deterministic to the byte, vector and raster.
+"""Figures, drawn from plain data as PNG and SVG; equal data give equal bytes.
 
-Source of the figure types: thesis figures 5.1 to 5.5.
+The types of figures are those of the thesis, figures 4.3 and 5.1 to 5.5, and some more.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Okabe and Ito's palette without its yellow, too pale on paper: told apart by colour-blind readers and in print.
+# Okabe and Ito's palette, which colour-blind readers can tell apart, without its yellow, which is too pale in print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "D", "P", "X")
 HATCHES = ("", "///", "xxx", "...", "|||")
-"""What tells names of one colour apart, where there are more names than colours."""
+"""Fillings of bars; like :data:`MARKERS` for points, they tell names of one colour apart if there are many names."""
 
 
 def colour_of(names: Sequence[str], name: str) -> str:
@@ -32,7 +32,7 @@ def colour_of(names: Sequence[str], name: str) -> str:
 
 
 def round_of(names: Sequence[str], name: str) -> int:
-    """How often the palette was used up before a name's turn came, as a place in :data:`MARKERS`."""
+    """Return how often the palette was used up before a name, as an index of :data:`MARKERS` and :data:`HATCHES`."""
     return list(names).index(name) // len(COLOURS) % len(MARKERS)
 
 
@@ -88,7 +88,7 @@ def map_set_figure(groups: Sequence[Sequence[Episode]], titles: Sequence[str], n
 
     Args:
         groups: For each map the episodes on it (all of the same scenario).
-        titles: One title a map: the fitness' reading of it.
+        titles: One title per map, with its reading.
         names: All controllers, which fixes their colours.
     """
     figure, columns = new_figure(len(groups), width=4.6 * len(groups), height=4.9 + 0.22 * len(names))
@@ -101,7 +101,7 @@ def map_set_figure(groups: Sequence[Sequence[Episode]], titles: Sequence[str], n
 
 
 def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel: str = "evaluations") -> Figure:
-    """Best fitness so far over the budget, one line a run or method; lower is better."""
+    """Best fitness so far over the budget, one line per run or method; lower is better."""
     figure, (axes,) = new_figure()
     for name, (x, y) in series.items():
         axes.step(x, y, where="post", color=colour_of(list(series), name), label=name)
@@ -125,7 +125,7 @@ def spread_figure(
         groups: By name the ``(generations,)`` places on the x axis and the ``(runs, generations)`` fitness; a
             single generation is drawn as a point with a bar.
         xlabel: What the x axis counts.
-        highest: Means from this on are off the figure, with their bands.
+        highest: Means of this value or more are not drawn, nor are their bands.
         names: All names, which fixes their colours; those of ``groups`` if empty.
         baselines: Names that are drawn dashed.
     """
@@ -167,7 +167,7 @@ def _look(names: Sequence[str], name: str) -> dict[str, Any]:
 
 
 def _legend_below(figure: Figure, **entries: Any) -> None:
-    """A legend that covers nothing, however many names there are."""
+    """Add a legend below the axes, where it covers nothing however many names there are."""
     figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=3, **entries)
 
 
@@ -176,15 +176,15 @@ EFFECTS = {
     "time_ratio": ("time / time in the first world", 1.0),
     "recoveries": ("recoveries a run", 0.0),
 }
-"""Quantities of a sweep: the axis' label, and the value that means no effect."""
+"""Quantities of a sweep: the label of the axis, and the value that means no effect, if there is one."""
 
 
 def effects_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """Success, time and recoveries of every controller in every world of a sweep, with 95 % intervals.
 
     Args:
-        rows: One a world and controller: ``world``, ``controller``, each quantity of :data:`EFFECTS`, and its interval
-            under the quantity's name with ``_low`` and ``_high``.
+        rows: One per world and controller, with ``world``, ``controller``, each quantity of :data:`EFFECTS`, and the
+            ends of its interval under the quantity's name with ``_low`` and ``_high``.
     """
     worlds = list(dict.fromkeys(row["world"] for row in rows))
     names = list(dict.fromkeys(row["controller"] for row in rows))
@@ -205,7 +205,7 @@ def effects_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
 
 
 def _intervals(axes: Axes, rows: Sequence[Mapping[str, Any]], quantity: str, at: Sequence[float], **look: Any) -> None:
-    """One quantity of some rows along x, with its interval where there is one."""
+    """Draw one quantity of some rows along x, with its intervals where there are any."""
     values = np.array([row[quantity] for row in rows], dtype=float)
     low, high = (np.array([row[f"{quantity}_{end}"] for row in rows], dtype=float) for end in ("low", "high"))
     reach = np.nan_to_num(np.maximum([values - low, high - values], 0.0))
@@ -218,9 +218,9 @@ def box_figure(
     """Figure 5.2: box plots of one number per run, the single runs drawn on them.
 
     Args:
-        panels: By title, the groups of one panel: one number a run by name.
+        panels: By title, the groups of one panel: by name, one number per run.
         ylabel: What the numbers are.
-        highest: Numbers from this on are not drawn but counted below the name.
+        highest: Numbers of this value or more are not drawn but counted below the name.
     """
     widest = max(map(len, panels.values()))
     figure, columns = new_figure(len(panels), width=(1.3 + 0.75 * widest) * len(panels), height=4.8, sharey=True)
@@ -248,8 +248,8 @@ def curse_figure(
     """Fitness on fresh seeds over the fitness the search saw; above the line: worse than the search saw.
 
     Args:
-        groups: By name, ``(runs,)`` seen and fresh.
-        highest: Runs with a value from this on are triangles at the edge, counted in the legend.
+        groups: By name, the ``(runs,)`` fitness seen and that on fresh seeds.
+        highest: Runs with a value of this or more are drawn as triangles at the edge and counted in the legend.
         names: All names, which fixes their colours; those of ``groups`` if empty.
     """
     figure, (axes,) = new_figure(width=6.2, height=5.8)
@@ -273,7 +273,7 @@ def curse_figure(
 
 
 def critical_difference_figure(names: Sequence[str], ranks: ArrayLike, difference: float) -> Figure:
-    """Mean ranks on a line, 1 the best; bars join what does not differ (Demsar 2006)."""
+    """Mean ranks on a line, 1 is best; bars join ranks that do not differ significantly (Demsar 2006)."""
     values = np.asarray(ranks, dtype=float)
     order = np.argsort(values, kind="stable")
     figure, (axes,) = new_figure(width=7.2, height=1.6 + 0.34 * len(names))
@@ -294,7 +294,7 @@ def critical_difference_figure(names: Sequence[str], ranks: ArrayLike, differenc
 
 
 def _cliques(ranks: NDArray[np.float64], difference: float) -> list[tuple[float, float]]:
-    """Longest stretches of ascending ranks closer than the critical difference."""
+    """Return the longest runs of ascending ranks that are closer than the critical difference."""
     ends = [int(np.searchsorted(ranks, rank + difference)) - 1 for rank in ranks]
     return [
         (float(ranks[start]), float(ranks[end]))
@@ -304,14 +304,14 @@ def _cliques(ranks: NDArray[np.float64], difference: float) -> list[tuple[float,
 
 
 def _limit(axes: Axes, values: NDArray[np.float64]) -> None:
-    """Fit the y axis to some values, with a little air."""
+    """Fit the y axis to some values, with a margin."""
     if len(values):
         air = 0.05 * float(np.ptp(values)) or 1.0
         axes.set_ylim(float(values.min()) - air, float(values.max()) + air)
 
 
 def lorenz_figure(times: Sequence[ArrayLike], titles: Sequence[str]) -> Figure:
-    """Figure 4.3: Lorenz curve of the controllers' times on each map; the further from the diagonal the less alike."""
+    """Figure 4.3: Lorenz curve of the controllers' times on each map; the further from the diagonal, the less alike."""
     figure, (axes,) = new_figure(width=4.8, height=4.6)
     axes.plot([0, 1], [0, 1], color="#888888", linewidth=1, linestyle="--")
     for values, title in zip(times, titles, strict=True):

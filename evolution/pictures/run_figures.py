@@ -1,4 +1,4 @@
-"""The figures of one run directory: which are drawn, from what, and where they go."""
+"""The figures of one run directory."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class DrivenMap:
 
     Args:
         name: Name of the map.
-        reading: What the fitness read on it, in words.
-        episodes: First repeat of every controller.
+        reading: Its reading, in words.
+        episodes: The first repeat of every controller.
     """
 
     name: str
@@ -44,7 +44,7 @@ def drive_best(
     Runs that ended in an ``error`` are left out: they have no trajectory.
 
     Args:
-        run: Whose best map set.
+        run: The run whose best map set is driven.
         read_experiment: Builds the run's experiment from its configuration.
         drive: Drives a job and records everything.
     """
@@ -91,7 +91,7 @@ def solved_lorenz_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
 
 
 def _times(run: LoadedRun) -> dict[str, list[list[float]]]:
-    """Travel times of all successful runs on the best set: per controller, per map."""
+    """Return the travel times of all successful runs on the best set, by controller and map."""
     return {
         name: [
             [one["time_s"] for one in entry["runs"][name] if one["outcome"] == "goal"]

@@ -1,4 +1,4 @@
-"""What the report of one run says."""
+"""The content of the report of one run."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap], sections: Iterabl
 
     Args:
         run: The run, as far as it has come.
-        driven: Its best maps driven again (:func:`evolution.pictures.run_figures.drive_best`): the replays.
-        sections: Names of sections besides those that are on every page.
+        driven: Its best maps, driven again for the replays (:func:`evolution.pictures.run_figures.drive_best`).
+        sections: Names of sections to show in addition to those on every page.
     """
     search = run.config["search"]
     made, failed = sections_of(run, sections)
@@ -47,7 +47,7 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap], sections: Iterabl
 
 
 def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
-    """Replays that do not end as the search recorded: the code, a library or the machine is another."""
+    """Report replays that do not end as the search recorded, because the code, a library or the machine has changed."""
     recorded = {entry["name"]: entry["runs"] for entry in run.best_results["maps"]}
     lines = []
     for one in driven:
@@ -68,7 +68,7 @@ def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[ReplayedM
 
 
 def _verdict(run: LoadedRun) -> list[str]:
-    """The answer in words: what was reached, and what each map shows."""
+    """Say in words what fitness was reached, and what each map shows."""
     first, last = run.generations[0]["best"], run.generations[-1]["best"]
     improved = f"improved the best fitness from {first:.2f} to {last:.2f}"
     outcome = improved if last < first else f"found nothing better than its first population, fitness {last:.2f}"

@@ -1,4 +1,4 @@
-"""What the report of a study says."""
+"""The content of the report of a study."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def report_of_study(
 
     Args:
         results: The study.
-        best_sets: What :func:`evolution.studies.analysis.figures.drive_best_sets` returned: the replays.
+        best_sets: What :func:`evolution.studies.analysis.figures.drive_best_sets` returned, for the replays.
         figures: What :func:`evolution.studies.analysis.figures.write_study_figures` returned.
         analysis: The study's comparisons, if they are there already.
     """
@@ -143,7 +143,7 @@ def report_of_study(
 
 
 def table_of(caption: str, columns: Mapping[str, str], rows: Sequence[Row], note: str = "") -> Table:
-    """Turn rows into a table with the columns that are asked for, under their headings; None becomes a dash."""
+    """Make a table of the given columns of some rows, under their headings; None becomes a dash."""
     cells = [[float("nan") if row[name] is None else row[name] for name in columns] for row in rows]
     return Table(caption, tuple(columns.values()), cells, note)
 
@@ -171,12 +171,12 @@ def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table
 def _comparison_tables(comparison: Comparison) -> list[Table]:
     """Table 5.2 and the tests behind the verdict."""
     title = comparison.title
-    note = f"The interval is of the median (bootstrap), for {FEWEST_FOR_INTERVAL} runs or more."
+    note = f"The interval is a bootstrap interval of the median, given for {FEWEST_FOR_INTERVAL} runs or more."
     rows = summary_rows(comparison)
     tables = [table_of(f"Best fitness of a run: {title} (thesis, Table 5.2)", SUMMARY, rows, note)]
     if rows := pair_rows(comparison):
         columns = PAIRS | ({"by_construction": "by construction"} if comparison.by_construction else {})
-        tables.append(table_of(f"Every two configurations: {title}", columns, rows, _pairs_note(comparison)))
+        tables.append(table_of(f"Every pair of configurations: {title}", columns, rows, _pairs_note(comparison)))
     if rows := test_rows(comparison):
         tables.append(table_of(f"Tests over several configurations: {title}", TESTS, rows))
     if ranking := comparison.ranking:
@@ -200,18 +200,18 @@ def _pairs_note(comparison: Comparison) -> str:
         return note
     return (
         f"{note} Pairs by construction are not tested: the first chose afterwards among all maps that the second had "
-        "driven, so in no run it can be worse as the search saw it."
+        "driven, so it cannot be worse in any run as the search saw it."
     )
 
 
 def _nested_ranks(comparison: Comparison) -> str:
-    """Ranks that say nothing, because they cannot be otherwise."""
+    """Name the ranks that follow from how a configuration chooses, and so say nothing."""
     fixed = [f"{best} never ranks behind {parent}" for best, parent in comparison.by_construction]
     return f" By construction {', '.join(fixed)}." if fixed else ""
 
 
 def _not_shown(results: StudyResults, best_sets: Sequence[BestSet]) -> list[str]:
-    """Configurations of which not the best set is shown, or none."""
+    """Name the configurations of which no set is shown, or not the best one."""
     shown = {best.run.configuration.name: best.run for best in best_sets}
     lines = []
     for name, runs in results.by_configuration.items():

@@ -1,4 +1,4 @@
-"""From the content of a report to one HTML file that needs no network."""
+"""Renders the content of a report as one HTML file that needs no network."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PNG = b"\x89PNG"
 
 @dataclass(frozen=True)
 class Table:
-    """A sortable table; numbers are shown with three decimals, those that are not finite as a dash."""
+    """A sortable table; numbers are shown with three decimals, or as a dash if they are not finite."""
 
     caption: str
     columns: Sequence[str]
@@ -35,7 +35,7 @@ class Table:
 
     @property
     def headings(self) -> list[tuple[str, bool]]:
-        """Every column with whether it holds numbers."""
+        """The name of every column, and whether it holds numbers."""
         first = self.rows[0] if self.rows else [""] * len(self.columns)
         return [(name, not isinstance(cell, str)) for name, cell in zip(self.columns, first, strict=True)]
 
@@ -55,7 +55,7 @@ class Attachment:
 
     @property
     def wide(self) -> bool:
-        """Whether it is a PNG more than twice as wide as high, which wants the whole width of the page."""
+        """Whether it is a PNG more than twice as wide as high, which is shown over the whole width of the page."""
         if not self.content.startswith(PNG):
             return False
         width, height = struct.unpack(">II", self.content[16:24])
@@ -68,7 +68,7 @@ class Attachment:
 
 
 def picture(caption: str, png: bytes) -> Attachment:
-    """Return a PNG to show, with 256 colours at most: a third of the bytes, and a figure needs no more."""
+    """Return a PNG to show, reduced to 256 colours: enough for a figure, and a third of the bytes."""
     content = io.BytesIO()
     whole = Image.open(io.BytesIO(png)).convert("RGB")
     few = whole.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE)
@@ -82,10 +82,10 @@ class Section:
 
     Args:
         title: The heading.
-        paragraphs: Texts, first of all.
-        tables: Then these.
-        figures: And pictures at last.
-        id: What links go to; made up if empty.
+        paragraphs: Texts, shown first.
+        tables: Tables, shown after them.
+        figures: Pictures, shown last.
+        id: Target of links to the section; generated if empty.
 
     Raises:
         ConfigError: If a part is of another type, or a row of a table is not as long as its heading.
@@ -118,14 +118,14 @@ class Report:
     Args:
         title: Heading.
         subtitle: One line below it.
-        verdict: The answer first, a paragraph each.
+        verdict: The paragraphs that come first.
         command: The command that repeats it.
         configuration: The options as used, as text.
         maps: Replays.
         sections: What else is shown, in order; empty ones are left out.
         downloads: Files inside the page.
-        missing: What a partial report lacks, a line each.
-        changed: Replays that are not what the search recorded, a line each.
+        missing: What a partial report lacks, one line each.
+        changed: Replays that differ from what the search recorded, one line each.
     """
 
     title: str
@@ -158,7 +158,7 @@ def render_page(report: Report) -> str:
 
 
 def _figure(value: float) -> str:
-    """A number as a reader wants it: integers whole, others with three decimals, tiny ones as a power."""
+    """Format a number: integers without decimals, others with three, very small ones in scientific notation."""
     if not np.isfinite(value):
         return "–"
     if isinstance(value, int):
@@ -169,10 +169,10 @@ def _figure(value: float) -> str:
 
 
 def _sort_key(value: float) -> str:
-    """What a number is sorted by; nothing where there is none, which comes last."""
+    """Return the sort key of a number; empty if it is not finite, which sorts last."""
     return repr(float(value)) if np.isfinite(value) else ""
 
 
 def _script_json(value: Any) -> str:
-    """JSON that may stand inside a script element: no sequence in it can close the element."""
+    """Return JSON that is safe inside a script element: nothing in it can close the element."""
     return json.dumps(value, separators=(",", ":")).replace("</", "<\\/").replace("<!--", "<\\!--")

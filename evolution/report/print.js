@@ -1,4 +1,4 @@
-/* Paper cannot be clicked: what is folded away on the screen is printed open. */
+/* Details that are closed on the screen are opened for printing, because paper cannot be clicked. */
 (function () {
   "use strict";
   let opened = [];

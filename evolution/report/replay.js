@@ -77,7 +77,7 @@
     return item;
   }
 
-  /* Walls, start and goal do not change: they are drawn once, in the colours of the moment. */
+  /* Walls, start and goal do not change: they are drawn once, in the current colours of the page. */
   function paint() {
     panels.forEach((panel) => {
       const { map, scale, walls, canvas } = panel;
@@ -128,7 +128,7 @@
     pen.lineWidth = 3;
     pen.beginPath();
     for (let i = 0; i <= index; i += 1) { pen.lineTo(...place(panel, run.x[i], run.y[i])); }
-    pen.globalAlpha = 0.8;  // where several drove the same way, all of them are seen
+    pen.globalAlpha = 0.8;  // so that all controllers that took the same way can be seen
     pen.stroke();
     pen.globalAlpha = 1;
     pen.lineWidth = 2;
@@ -196,7 +196,7 @@
   scrub.addEventListener("input", () => seek(Number(scrub.value)));
   view.addEventListener("change", layout);
   group.addEventListener("change", () => { setPlaying(false); layout(); seek(end); });
-  /* A key is meant for the replay where nothing else has the focus and the replay is in view. */
+  /* A key is meant for the replay if no other control has the focus and the replay is in view. */
   function isMeant(event) {
     const section = byId("maps"), place = section.getBoundingClientRect();
     if (event.defaultPrevented || event.altKey || event.ctrlKey || event.metaKey) { return false; }

@@ -1,4 +1,4 @@
-"""What the page's replays are drawn from: maps as rectangles, runs as thinned tracks with their marks."""
+"""The data of the page's replays: maps as rectangles, runs as thinned trajectories with marks."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def replays_of(maps: Sequence[ReplayedMap]) -> dict[str, Any]:
 
 
 def stuck_spots(states: NDArray[np.float64], period: float) -> list[tuple[float, float, float, float]]:
-    """Find where a robot stood still for long: ``(x, y, from, until)`` m, s, in order.
+    """Find where a robot was stuck: ``(x, y, from, until)`` in m and s, in order of time.
 
     Args:
         states: ``(n, >= 2)`` x, y, ... at equal intervals.
@@ -107,7 +107,7 @@ def _run(episode: Episode) -> dict[str, Any]:
 
 
 def _thinned(trajectory: NDArray[np.float64], every: int) -> NDArray[np.float64]:
-    """Every n-th state and the last one."""
+    """Return every n-th state and the last one."""
     kept = list(range(0, len(trajectory), every))
     if kept[-1] != len(trajectory) - 1:
         kept.append(len(trajectory) - 1)

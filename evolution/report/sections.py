@@ -1,6 +1,6 @@
-"""Sections of the page about a run, by name: the project's own, then third parties'.
+"""Sections of the page about a run, by name: the built-in ones, then third-party ones.
 
-A third party's is a function of the :class:`~evolution.runs.LoadedRun` that returns a
+A third-party section is made by a function of the :class:`~evolution.runs.LoadedRun` that returns a
 :class:`~evolution.report.page.Section`, or None where it has nothing to say.
 """
 
@@ -40,7 +40,7 @@ SECTIONS: Registry[Callable[[LoadedRun], Section | None]] = Registry(
     {"tables": tables_section, "figures": figures_section},
     check=must_be_callable,
 )
-"""The sections by name. Those that packages bring, and those registered, are on every page."""
+"""The sections by name. The built-in ones, those of installed packages, and registered ones are on every page."""
 
 
 def sections_of(run: LoadedRun, also: Iterable[str] = ()) -> tuple[list[Section], list[str]]:
@@ -48,7 +48,7 @@ def sections_of(run: LoadedRun, also: Iterable[str] = ()) -> tuple[list[Section]
 
     Args:
         run: The run.
-        also: Sections besides those that are on every page.
+        also: Names of sections to show in addition to those on every page.
 
     Returns:
         The sections, and a line for each that failed.

@@ -1,4 +1,4 @@
-"""From a directory to its report: figures and tables are made anew, the best maps driven again for the replays."""
+"""Writes the report of a directory: draws figures and tables anew, and drives the best maps again for the replays."""
 
 from __future__ import annotations
 
@@ -44,16 +44,16 @@ def write_report(
         path: Directory of a run or of a study, finished or not.
         out: The file; ``report.html`` in the directory if None, which is written anew every time.
         engine: How the best maps are driven again.
-        analysis: Of a study: its results compared, if they are there already.
-        sections: Of a run: names of sections besides those that are on every page.
-        on_step: Called with a line about what takes long, before it begins.
+        analysis: For a study, its comparisons, if they are there already.
+        sections: For a run, names of sections to show in addition to those on every page.
+        on_step: Called before each long step, with a line that describes it.
 
     Returns:
         The file.
 
     Raises:
-        ConfigError: If ``out`` exists and is not the directory's own report, or lies in no directory, or there is no
-            section of a name.
+        ConfigError: If ``out`` exists and is not the directory's own report, its directory does not exist, or a
+            section is unknown.
         RunError: If the directory is neither, has nothing to report, or the file cannot be written.
     """
     path = Path(path)

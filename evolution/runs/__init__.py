@@ -1,7 +1,7 @@
 """Runs: the directory of one search.
 
-In: the generations of a search; :class:`RunDir` records them in plain files. Out: the same search read back
-(:func:`load_run`), checked file by file, or continued from its last checkpoint.
+In: the generations of a search; :class:`RunDir` records them in plain files. Out: the same search, read back
+(:func:`load_run`) and checked file by file, or continued from its last checkpoint.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The directory of one run: plain files that can be read without this package.
 
-Every file is written beside its place and then renamed, so that it is whole at any moment.
+Every file is written under another name and then renamed, so that it is complete at any moment.
 Wall-clock values are only in ``timing.jsonl`` and in the result store; all other files are the
-same, byte by byte, whenever the same experiment is run.
+same, byte for byte, whenever the same experiment is run.
 """
 
 from __future__ import annotations
@@ -56,9 +56,9 @@ RUN = DirectoryKind("run", CONFIG, format_version=1)
 README_TEXT = """One run of mapbench. All lengths are m, times s, angles rad; smaller fitness is better.
 
 config.json         all options as used, and the versions they were used with
-generations.csv     one line a generation: fitness in the population after selection
-individuals.csv     one line an evaluated map set: fitness, its parts, its maps by digest
-runs.csv            one line a driven run, at its first use: map, controller, seed, outcome, measures
+generations.csv     one line per generation: fitness in the population after selection
+individuals.csv     one line per evaluated map set: fitness, its parts, its maps by digest
+runs.csv            one line per driven run, at its first use: map, controller, seed, outcome, measures
 maps/NNNN.npz       maps first seen in generation NNNN, by digest: boolean arrays [row, col],
                     True where there is a wall, row 0 at the bottom (numpy.load)
 best_map_set.json   the best map set so far, as text
@@ -123,7 +123,7 @@ class RunDir:
 
     @property
     def finished(self) -> bool:
-        """Whether the search came to its end."""
+        """Whether the search is finished."""
         return bool((self.checkpoint or {}).get("finished"))
 
     @property
@@ -137,10 +137,10 @@ class RunDir:
         return controllers_in(self.config)
 
     def check_files(self) -> None:
-        """Refuse a run of which a file is missing that only some readers look into.
+        """Refuse a run that lacks one of the files that not every reader opens.
 
         Raises:
-            RunError: Naming the first.
+            RunError: Naming the first that is missing.
         """
         for name in (INDIVIDUALS, RUNS, BEST_MAP_SET):
             if not (self.path / name).is_file():
@@ -158,10 +158,10 @@ class RunDir:
         """Read ``runs.csv``.
 
         Args:
-            individuals: ``individuals.csv``: whose maps must have been driven, up to the checkpoint.
+            individuals: Rows of ``individuals.csv``; their maps up to the checkpoint must have been driven.
 
         Raises:
-            RunError: If it is missing or damaged, or a run is not there.
+            RunError: If the file is missing or damaged, or lacks a run.
         """
         rows, search = read_csv(self.path / RUNS), self.config["search"]
         check_rows(RunRow, rows, self.path / RUNS)
@@ -181,7 +181,7 @@ class RunDir:
         """Read ``best_map_set.json``.
 
         Args:
-            digest: Of the map set that ``best_results.json`` tells of.
+            digest: Digest of the map set that ``best_results.json`` is about.
 
         Raises:
             RunError: If it is missing, damaged, or holds another map set.
@@ -196,7 +196,7 @@ class RunDir:
         return best
 
     def read_timing(self) -> list[Row]:
-        """Read ``timing.jsonl``, if there is one, without a torn last line; raises ``RunError`` if it is damaged."""
+        """Read ``timing.jsonl``, if there is one, without a half-written last line; raises ``RunError`` if damaged."""
         rows = read_json_lines(self.path / TIMING)
         check_rows(TimingRow, rows, self.path / TIMING)
         return rows
@@ -211,7 +211,7 @@ class RunDir:
         return rows
 
     def check_experiment(self, experiment: Experiment) -> None:
-        """Refuse to go on with anything but the experiment this directory was made for.
+        """Refuse to continue with another experiment than the one this directory was made for.
 
         Raises:
             ConfigError: If an option differs, naming it.
@@ -243,5 +243,5 @@ class RunDir:
 
 
 def controllers_in(config: Mapping[str, Any]) -> tuple[str, ...]:
-    """Names of the compared controllers in a ``config.json``, in order."""
+    """Return the names of the compared controllers in a ``config.json``, in order."""
     return tuple(spec["name"] for spec in config["controllers"])

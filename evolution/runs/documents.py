@@ -1,4 +1,4 @@
-"""What the files of a run must hold: the one place where what was read is checked."""
+"""What the files of a run must hold, checked when they are read."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ Count = Annotated[int, Field(ge=1)]
 
 
 class ShapeOptions(Document):
-    """Of the maps: the side of a cell, m."""
+    """The option of the maps that is used: the side of a cell, m."""
 
     resolution: Annotated[FiniteFloat, Field(gt=0)]
 
 
 class SearchOptions(Document):
-    """Options of a search that its files are read with."""
+    """The options of a search that are needed to read its files."""
 
     fitness: FitnessName
     pop_size: Count
@@ -136,17 +136,17 @@ class TimingRow(Document):
 def check_driven(
     rows: Sequence[Row], maps: Collection[str], controllers: Collection[str], repeats: int, path: Path
 ) -> None:
-    """Refuse a table of runs in which one is not there.
+    """Refuse a table of runs that is incomplete.
 
     Args:
         rows: Its lines.
-        maps: Digests of maps that must be there; others that are there must be complete too.
-        controllers: Names of those that drove.
+        maps: Digests of maps that must have been driven; other maps in the table must be complete, too.
+        controllers: Names of the controllers that drove.
         repeats: Runs of each controller on each map.
         path: Its file.
 
     Raises:
-        RunError: Naming the first map and controller that has too few.
+        RunError: Naming the first map and controller with another number of runs.
     """
     driven = Counter((row["map"], row["controller"]) for row in rows)
     for digest in dict.fromkeys([*maps, *(row["map"] for row in rows)]):
@@ -158,12 +158,12 @@ def check_driven(
 def check_results(
     document: Mapping[str, Any], path: Path, controllers: Collection[str], maps: int, repeats: int
 ) -> None:
-    """Refuse results of a map set that are not whole.
+    """Refuse results of a map set that are incomplete.
 
     Args:
         document: What was read.
-        path: From where.
-        controllers: Names of those that drove.
+        path: The file it was read from.
+        controllers: Names of the controllers that drove.
         maps: Number of maps.
         repeats: Runs of each controller on each map.
 

@@ -1,4 +1,4 @@
-"""A recorded run, read back whole, and the results of all maps it drove."""
+"""Reads a recorded run back, with the results of all maps it drove."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gym_mapbench.scenario import MapSet
 
 @dataclass(frozen=True)
 class LoadedRun(Tabled):
-    """A run read back, as far as it has come; tables are lists of rows with numbers as numbers.
+    """A run read back, as far as it has come; tables are lists of rows in which numbers are numbers.
 
     Args:
         path: Its directory.
@@ -31,7 +31,7 @@ class LoadedRun(Tabled):
         runs: ``runs.csv``.
         best: The best map set.
         best_results: ``best_results.json``.
-        timing: ``timing.jsonl``; a torn last line is left out.
+        timing: ``timing.jsonl``; a half-written last line is left out.
     """
 
     path: Path
@@ -48,8 +48,8 @@ class LoadedRun(Tabled):
         """Return a table.
 
         Args:
-            name: ``best`` (the best map set: a row a map, every controller's mean time in s, and how the fitness reads
-                the map), ``generations``, ``individuals`` or ``runs`` (the files of these names).
+            name: ``best`` (the best map set: one row per map, with every controller's mean time in s and the reading
+                of the map), ``generations``, ``individuals`` or ``runs`` (the files of these names).
 
         Raises:
             ConfigError: If there is no such table.
@@ -73,7 +73,7 @@ class LoadedRun(Tabled):
 
     @property
     def finished(self) -> bool:
-        """Whether the search came to its end."""
+        """Whether the search is finished."""
         return bool(self.checkpoint["finished"])
 
     @property
@@ -144,6 +144,6 @@ def _result(row: Mapping[str, Any]) -> RunResult:
 
 
 def _time_or_outcome(runs: Sequence[Mapping[str, Any]]) -> float | str:
-    """Mean time of the runs of one controller on one map, s, or how the first without a goal ended."""
+    """Return the mean time of one controller's runs on one map, s, or how the first that failed ended."""
     failed = [run["outcome"] for run in runs if run["outcome"] != "goal"]
     return str(failed[0]) if failed else fmean(run["time_s"] for run in runs)

@@ -1,4 +1,4 @@
-"""The results of a map set: as a document, back from it, and what went wrong among them."""
+"""The results of a map set: written to a document, read back from it, and the errors among them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _runs_of_map(of_map: Sequence[Sequence[RunResult]], controllers: Sequence[st
 
 
 def results_in(document: Mapping[str, Any], controllers: tuple[str, ...]) -> tuple[MapResults, ...]:
-    """Return the results in what :func:`results_document` made and was checked, map by map."""
+    """Return the results in a checked document of :func:`results_document`, map by map."""
     return tuple(
         tuple(tuple(RunResult(**one) for one in entry["runs"][name]) for name in controllers)
         for entry in document["maps"]
@@ -57,12 +57,12 @@ def results_in(document: Mapping[str, Any], controllers: tuple[str, ...]) -> tup
 
 
 def errors_in(results: Sequence[MapResults], controllers: Sequence[str], when: str) -> list[str]:
-    """Say how many runs on a map set could not be driven to an end, and why the first of them; one line, or none.
+    """Say how many runs on a map set ended in an error, and why the first did; returns one line, or none.
 
     Args:
-        results: Of its maps.
-        controllers: Names of those that drove, in order.
-        when: When it was driven, in words.
+        results: Results of its maps.
+        controllers: Names of the controllers that drove, in order.
+        when: When the set was driven, in words.
     """
     runs = [(name, one) for of_map in results for name, some in zip(controllers, of_map, strict=True) for one in some]
     failed = [(name, one) for name, one in runs if one.outcome == "error"]

@@ -1,4 +1,4 @@
-"""Search: from an experiment to the best map set found.
+"""Search: finds the best map set for an experiment.
 
 In: an :class:`Experiment` (options, controllers, world) and an evaluator that drives map sets. Out: an
 :class:`EvolveResult`, and every generation to a :class:`Recorder`, if there is one.

@@ -1,4 +1,4 @@
-"""The exact best set of all maps that a search ever drove: a baseline every search must beat.
+"""The exact best set of all maps that a search drove: a baseline that every search must beat.
 
 The fitness of a set depends on its maps' results alone, so no new run is needed. Maps fall into few
 *pools* of equal successes and timeouts, within which only the readings count. For every choice of
@@ -26,15 +26,15 @@ Names = tuple[str, ...]
 
 
 def best_set(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> Names:
-    """Find the ``size`` different maps whose set has the smallest fitness; the first found of equals.
+    """Find the ``size`` different maps whose set has the smallest fitness; of equals, the first found.
 
     Args:
         maps: Results of every driven map, by name.
-        fitness: Judges sets; a cluster fitness with its scale.
+        fitness: Judges sets; a cluster fitness needs its scale.
         size: Maps in a set, 1 to 3.
 
     Raises:
-        ConfigError: If ``size`` is larger than 3, there are fewer maps, or the fitness knows no way to its best set.
+        ConfigError: If ``size`` is not 1 to 3, there are fewer maps, or the fitness cannot find its exact best set.
     """
     if not 1 <= size <= MAX_MAPS:
         raise ConfigError(f"best set: expected 1 to {MAX_MAPS} maps per set, got {size}")
@@ -76,14 +76,14 @@ def pools_of(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> lis
 
 
 def _choices(pools: Sequence[Pool], size: int) -> Iterator[tuple[Pool, ...]]:
-    """Which pools the maps of a set may come from."""
+    """Yield every choice of pools that the maps of a set may come from."""
     for chosen in combinations_with_replacement(pools, size):
         if all(chosen.count(pool) <= len(pool.maps) for pool in chosen):
             yield chosen
 
 
 def _total(chosen: Sequence[Pool], pattern: float, fitness: Fitness) -> float:
-    """Fitness (Eq. 4.5) of a set from these pools that shows this pattern."""
+    """Return the fitness (Eq. 4.5) of a set from these pools with this pattern value."""
     share = sum(pool.share for pool in chosen)
     return sum(pool.cost for pool in chosen) - fitness.settings.pattern_weight * pattern * share
 
@@ -99,7 +99,7 @@ def _best_of(chosen: tuple[Pool, ...], fitness: Fitness) -> tuple[Names, float]:
 
 
 def _without(pools: Sequence[Pool], used: Sequence[Pool]) -> list[Pool]:
-    """The pools that are left after some of them gave a map."""
+    """Return the pools that are left after some of them have given a map."""
     left = list(pools)
     for pool in used:
         left.remove(pool)

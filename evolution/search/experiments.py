@@ -90,7 +90,7 @@ def check_experiment(experiment: Experiment) -> None:
     """Refuse an experiment that could only fail, before anything is driven.
 
     Raises:
-        ConfigError: If there is nobody to compare with, a controller cannot drive in this world, the robot does not
+        ConfigError: If there are fewer than two controllers, one cannot drive in this world, the robot does not
             fit on a map without obstacles, or a family has no map for it.
     """
     names, settings = experiment.plan.names, experiment.run
@@ -105,6 +105,6 @@ def check_experiment(experiment: Experiment) -> None:
 
 
 def _emptiest(shapes: ShapeSettings) -> Scenario:
-    """The generated map without obstacles; a robot that does not fit there fits nowhere."""
+    """Return the generated map without obstacles; a robot that does not fit there fits nowhere."""
     cells = clear_and_border(np.zeros((shapes.size, shapes.size), dtype=np.bool_), shapes)
     return replace(scenario_on(cells, shapes), name="generated maps")

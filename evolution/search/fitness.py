@@ -1,4 +1,4 @@
-"""What makes a good map set: a pattern in its readings, and what failures cost.
+"""What makes a good map set: the pattern in its readings, minus the cost of failures.
 
 Source: thesis, sections 4.1.8 to 4.1.12. Patterns (:mod:`evolution.search.patterns`) are maximised;
 :class:`Fitness` negates them and is minimised.
@@ -22,9 +22,9 @@ AGGREGATES: dict[str, Callable[[list[float]], float]] = {"mean": fmean, "median"
 
 
 def calibrate_scale(times_of_maps: Sequence[Times]) -> float:
-    """Scale of Alg. 3 from driven maps: the median gap between two controllers on the same map.
+    """Return the scale of Alg. 3: the median gap between two controllers on the same map, over driven maps.
 
-    The median, because single failures make long gaps (thesis, section 5.1).
+    It is the median because single failures make long gaps (thesis, section 5.1).
 
     Raises:
         RunError: If there is no gap, or the median gap is zero.
@@ -39,14 +39,14 @@ def calibrate_scale(times_of_maps: Sequence[Times]) -> float:
 
 @dataclass(frozen=True)
 class FitnessBreakdown:
-    """The fitness of one map set and what it is made of.
+    """The fitness of one map set and its parts.
 
     Args:
         total: f of Eq. 4.5; smaller is better.
         success_rate: s: successful runs / all runs.
         timeouts: t: timed-out runs per repeat.
         pattern: How good the readings are together; greater is better.
-        readings: What the pattern read on each map, e.g. its Gini coefficient; None where the map has no value.
+        readings: The reading of each map, e.g. its Gini coefficient; None where the map has no value.
         values: For each map the aggregated value of each controller, None where the map has no value.
     """
 
@@ -60,9 +60,9 @@ class FitnessBreakdown:
 
 @dataclass(frozen=True)
 class Fitness:
-    """Results of one map set -> fitness, minimised (Eq. 4.5): ``C_b (1 - s) + C_t t - w_p pattern s``.
+    """Turns the results of one map set into a fitness to minimise (Eq. 4.5): ``C_b (1 - s) + C_t t - w_p pattern s``.
 
-    Alg. 2's -1000 enters negated like every pattern value: two equal Gini coefficients, or fewer
+    The -1000 of Alg. 2 enters negated, as every pattern value does: two equal Gini coefficients, or fewer
     than two maps with a value, cost ``w_p * 1000 * s`` (20 000 with the defaults and all runs
     successful), far more than the 100 of a set on which every run failed. As in the thesis, such
     sets are thus ranked *worse the more of their runs succeed*; they die out as soon as sets with
@@ -85,16 +85,16 @@ class Fitness:
 
     @cached_property
     def kind(self) -> Pattern:
-        """Reads maps and judges their readings."""
+        """The pattern, which reads maps and judges their readings."""
         return FITNESSES.get(self.settings.fitness)(self.settings, self.cluster_scale)
 
     @property
     def needs_scale(self) -> bool:
-        """Whether results must be seen first."""
+        """Whether it must be calibrated with results first."""
         return self.kind.needs_scale and self.cluster_scale is None
 
     def calibrated(self, results: Sequence[SetResults]) -> Fitness:
-        """Return a fitness whose cluster scale fits these results; itself if it needs none.
+        """Return a fitness with a cluster scale calibrated from these results; itself if it needs none.
 
         Raises:
             RunError: If the results do not give a scale.
@@ -109,7 +109,7 @@ class Fitness:
 
         Raises:
             ConfigError: If the scale is not known yet.
-            PluginError: If a third party's fitness fails, or returns something else than finite numbers.
+            PluginError: If a third-party fitness fails, or returns anything but finite numbers.
         """
         options = self.settings
         runs = [run for of_map in results for of_controller in of_map for run in of_controller]

@@ -1,9 +1,9 @@
-"""evolve(): ask, evaluate, tell, record, checkpoint; generation by generation.
+"""The search loop: ask, evaluate, tell, record and write a checkpoint, generation by generation.
 
-A search is a function of its experiment and of the results of its runs. So a run that was
-interrupted, by whatever, is continued by *replaying* it: the finished runs come from the store,
-in a fraction of a second a generation, and the checkpoint says what the replay must arrive at.
-Nothing is unpickled, and results that were driven after the last checkpoint are not lost.
+A search is a function of its experiment and of the results of its runs. A run that was
+interrupted is therefore continued by *replaying* it: the finished runs come from the store, which
+takes a fraction of a second per generation, and the checkpoint says what the replay must arrive
+at. Nothing is unpickled, and results that were driven after the last checkpoint are not lost.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Progress:
         driven: Runs driven in this generation.
         reused: Runs answered by the store.
         seconds: Wall-clock seconds of the generation.
-        evaluate_seconds: Those of them spent on driving.
+        evaluate_seconds: How many of these were spent on driving.
         replayed: Whether a resumed run went through this generation again.
     """
 
@@ -58,12 +58,12 @@ class Recorder(Protocol):
 
     @property
     def path(self) -> Path:
-        """Where; opens error messages."""
+        """Where it is kept; error messages begin with it."""
         ...
 
     @property
     def checkpoint(self) -> Mapping[str, Any] | None:
-        """What was written last; None for a search that only begins."""
+        """The checkpoint written last; None for a search that is only beginning."""
         ...
 
     def check_experiment(self, experiment: Experiment) -> None:
@@ -115,15 +115,15 @@ def evolve(
     Args:
         experiment: Options of the search, controllers, world.
         evaluator: Drives the runs.
-        recorder: Where to record; a run that was begun there is continued. Nowhere if None.
+        recorder: Records the search, and continues one that was begun there; nothing is recorded if None.
         on_generation: Called after each generation.
         on_run: Called after each driven run (see :meth:`Evaluator.run`).
-        fitness: Judges map sets; the one that ``experiment`` names if None.
-        draw_map: How sampling draws one map; from the families of ``experiment`` if None.
+        fitness: Judges map sets; if None, the one that ``experiment`` names.
+        draw_map: How sampling draws one map; if None, from the families of ``experiment``.
 
     Raises:
         ConfigError: If ``recorder`` was made for another experiment.
-        RunError: If the cluster scale cannot be calibrated, no worker starts, or a replay goes astray.
+        RunError: If the cluster scale cannot be calibrated, no worker starts, or a replay differs from the checkpoint.
     """
     search = _Search(experiment, evaluator, recorder, on_run, fitness, draw_map)
     while search.step(on_generation):
@@ -132,7 +132,7 @@ def evolve(
 
 
 def _drawer(experiment: Experiment) -> DrawMap:
-    """Return what draws maps for a search: random shapes, or maps of its families for its robot."""
+    """Return the function that draws maps for a search: random shapes, or maps of its families for its robot."""
     families = experiment.search.families
     return partial(draw_from_families, families=families, robot=experiment.run.robot) if families else sample_map
 
@@ -200,7 +200,7 @@ class _Search:
         return tuple(self.algorithm.pop.get("evaluation"))
 
     def _save(self) -> bool:
-        """Write the generation, or check it against the checkpoint of the run that is replayed; True if replayed."""
+        """Write the generation; in a replay, check it against the checkpoint instead and return True."""
         if self.recorder is None:
             return False
         if self.expected is not None and self.generation <= self.expected["generation"]:
@@ -229,7 +229,7 @@ class _Search:
             where = self.recorder.path if self.recorder else ""
             raise RunError(
                 f"{where}: generation {self.generation} cannot be repeated ({astray[0]} differs): "
-                "the code, its libraries or the result store changed since"
+                "the code, its libraries or the result store have changed since"
             )
 
     def _finish(self) -> None:

@@ -35,13 +35,13 @@ class Evaluation:
 
 
 class MapSetProblem(Problem):  # type: ignore[misc]
-    """One objective (minimised) over one variable, a :class:`MapSet` in an object column.
+    """One objective, minimised, over one variable: a :class:`MapSet` in an object column.
 
     Individuals get their :class:`Evaluation` as pymoo data ``"evaluation"``.
 
     Args:
-        evaluate_sets: Drives map sets; results in the same order.
-        fitness: Judges them. A cluster fitness without scale is calibrated on the first sets evaluated.
+        evaluate_sets: Drives map sets and returns their results in the same order.
+        fitness: Judges them. A cluster fitness without a scale is calibrated on the first sets evaluated.
     """
 
     def __init__(self, evaluate_sets: EvaluateSets, fitness: Fitness) -> None:
@@ -61,7 +61,7 @@ class MapSetProblem(Problem):  # type: ignore[misc]
 
 
 class RandomSearch(GA):  # type: ignore[misc]
-    """The GA without variation: every generation is sampled anew, the best survive (a baseline)."""
+    """A baseline: the GA without variation; every generation is sampled anew, and the best survive."""
 
     def _infill(self) -> Population:
         samples = self.initialization.sampling(self.problem, self.n_offsprings, random_state=self.random_state)

@@ -1,7 +1,7 @@
-"""What is written down about a search: rows of tables and documents, in an order that depends on nothing but the seed.
+"""What is recorded about a search: rows of tables and documents, in an order that depends on nothing but the seed.
 
-No wall-clock values and nothing about the store or the workers: the same experiment gives the
-same records.
+There are no wall-clock values and nothing about the store or the workers, so the same experiment
+gives the same records.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Record:
     _known_maps: set[str] = field(default_factory=set)
 
     def add(self, generation: int, evaluated: Sequence[Evaluation], population: Sequence[Evaluation]) -> None:
-        """Record one generation: who was evaluated, and who lives after selection."""
+        """Record one generation: the individuals evaluated, and the population after selection."""
         start = len(self.individuals)
         self.individuals += [individual_row(generation, start + i, one) for i, one in enumerate(evaluated)]
         self.generations.append(generation_row(generation, len(self.individuals), population))
@@ -100,10 +100,10 @@ def run_row(generation: int, job: Job, result: RunResult) -> Row:
 
 
 def result_fields(result: RunResult) -> Row:
-    """Return the reproducible fields of a result but for metrics and seed."""
+    """Return the reproducible fields of a result, without metrics and seed."""
     return {name: getattr(result, name) for name in RESULT_FIELDS}
 
 
 def best_of(evaluations: Sequence[Evaluation]) -> Evaluation:
-    """Return the fittest, the first of equals."""
+    """Return the fittest; of equals, the first."""
     return min(evaluations, key=lambda one: one.fitness.total)

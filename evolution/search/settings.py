@@ -1,4 +1,4 @@
-"""The options of the search, and the experiment they belong to. The defaults are the thesis'."""
+"""The options of the search, and the experiment they belong to. The defaults are those of the thesis."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Count = Annotated[int, Field(ge=1)]
 
 
 def _fitness(name: str) -> str:
-    """Refuse the name of no fitness."""
+    """Refuse an unknown fitness."""
     FITNESSES.get(name)
     return name
 
@@ -40,15 +40,15 @@ def _fitness(name: str) -> str:
 FitnessName = Annotated[str, AfterValidator(_fitness)]
 
 METRIC_NAMES = (TIME, *METRICS.built_in)
-"""What may be compared between controllers, third parties' metrics left out."""
+"""The quantities that can be compared between controllers, without third-party metrics."""
 
 
 class MutationSettings(Settings):
     """How mutation changes the obstacles of a map (thesis, section 4.1.5). Ranges include both ends.
 
     Args:
-        probability: Probability that an individual is mutated (p_m); then all its maps are.
-        shapes_per_map: Fewest and most obstacles changed on each map (k).
+        probability: Probability that an individual is mutated (p_m), with all its maps.
+        shapes_per_map: Smallest and largest number of obstacles changed on each map (k).
         move_probability: Probability that a chosen obstacle is moved.
         scale_probability: Probability that it is enlarged or reduced.
         remove_probability: Probability that it is deleted.
@@ -56,7 +56,7 @@ class MutationSettings(Settings):
         move_distance: Farthest move along each axis, cells.
         scale_factor: Smallest and largest factor of an obstacle's height and width.
         connectivity: Neighbours of a cell that belong to the same obstacle, 4 (SciPy's default) or 8.
-        operators: Further operators by name, with the probability that a chosen obstacle is given to each (see
+        operators: Further operators by name, with the probability that each is applied to a chosen obstacle (see
             :mod:`evolution.search.operators.changes`).
     """
 
@@ -82,7 +82,7 @@ class MutationSettings(Settings):
 
     @model_serializer(mode="wrap")
     def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave further operators out where there are none: such a run is written as ever."""
+        """Leave ``operators`` out if it is empty, so that such a run is written as before the option existed."""
         values: dict[str, Any] = dump(self)
         return {name: value for name, value in values.items() if name != "operators" or value}
 
@@ -102,7 +102,7 @@ class MutationSettings(Settings):
 
     @property
     def probabilities(self) -> dict[str, float]:
-        """Of every operator by name: move, scale, remove and add, then the others."""
+        """Probabilities of all operators by name: move, scale, remove and add, then the others."""
         named = {name: getattr(self, f"{name}_probability") for name in ("move", "scale", "remove", "add")}
         return named | self.operators
 
@@ -111,32 +111,33 @@ class EvolveSettings(Settings):
     """All options of one search.
 
     Args:
-        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), or a third party's (see
+        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), or a third-party fitness (see
             :mod:`evolution.search.patterns`).
-        algorithm: ``ga``, or ``random``: every generation is sampled anew (a baseline).
-        pop_size: Individuals in the population, and offspring a generation.
-        evaluations: Individuals evaluated in all, the first population included.
+        algorithm: ``ga``, or the baseline ``random``, which samples every generation anew.
+        pop_size: Individuals in the population, and offspring per generation.
+        evaluations: Individuals evaluated in total, including the first population.
         maps_per_set: Maps in an individual.
         seed: Root of all randomness.
         repeats: Runs of each controller on each map.
         aggregate: How the repeats of a controller on a map become one value.
-        metric: Quantity compared between controllers: one of ``METRIC_NAMES``, or a third party's metric.
-        failures: What a map counts on which a controller failed: ``exclude`` (thesis: no value), ``censor``
-            (a failed run counts the time limit) or ``par2`` (twice the time limit).
+        metric: Quantity compared between controllers: one of ``METRIC_NAMES``, or a third-party metric.
+        failures: How a failed run counts: ``exclude`` (as in the thesis, its map has no value), ``censor`` (as the
+            time limit) or ``par2`` (as twice the time limit).
         timeout_outcomes: Outcomes that count as timeouts in Eq. 4.5.
         base_cost: C_b of Eq. 4.5.
         timeout_cost: C_t of Eq. 4.5.
         pattern_weight: w_p of Eq. 4.5.
         epsilon: Smallest difference between two Gini coefficients (Alg. 2).
         unevenness_weight: lambda of Alg. 2.
-        cluster_scale: Scale of Alg. 3, in units of ``metric``; None: the median gap over the first population.
-        crossover: ``pool`` (the maps of both parents are shared out anew) or ``position``.
-        crossover_probability: p_c.
+        cluster_scale: Scale of Alg. 3, in units of ``metric``; if None, the median gap over the first population.
+        crossover: ``pool`` (the maps of both parents are distributed at random) or ``position`` (maps at the same
+            position are exchanged).
+        crossover_probability: Probability that two parents are crossed (p_c).
         mutation: How obstacles change.
-        families: Of which new maps are drawn, and of which mutation adds pieces: names of
-            :data:`gym_mapbench.generator.FAMILIES`, or mappings of ``name`` and ``options``; all as likely. None:
-            random shapes, as in the thesis.
-        shapes: Size of the maps and what random shapes are like.
+        families: Families that new maps, and the pieces that mutation adds, are drawn from with equal probability:
+            names of :data:`gym_mapbench.generator.FAMILIES`, or mappings of ``name`` and ``options``. If empty, random
+            shapes, as in the thesis.
+        shapes: Size of the maps, and the options of random shapes.
     """
 
     fitness: FitnessName = "gini"
@@ -179,7 +180,7 @@ class EvolveSettings(Settings):
 
 
 class RunSettingsModel(RunSettings, Protocol):
-    """A :class:`RunSettings` type that can be read from a mapping, as every ``Settings``."""
+    """A :class:`RunSettings` type that can be read from a mapping, as every ``Settings`` can."""
 
     @classmethod
     def from_mapping(cls, values: object, where: str) -> Self:
@@ -189,7 +190,7 @@ class RunSettingsModel(RunSettings, Protocol):
 
 @dataclass(frozen=True)
 class Experiment:
-    """One search, completely: its options, the compared controllers, and the world they drive in.
+    """Everything that defines one search: its options, the compared controllers, and the world they drive in.
 
     Raises:
         ConfigError: If there is no controller or a name occurs twice.
@@ -209,8 +210,8 @@ class Experiment:
 
         Args:
             document: A mapping with (at least) ``search``, ``controllers`` and ``run``.
-            run_type: The Settings that ``run`` is read as.
-            where: Opens every error message.
+            run_type: The ``Settings`` type that ``run`` is read as.
+            where: Beginning of every error message.
 
         Raises:
             ConfigError: If a part is missing or does not fit.

@@ -1,4 +1,4 @@
-"""Studies: configurations x seeds x budget, with baselines, re-evaluation and statistics.
+"""Studies: several configurations, each run with several seeds, with baselines, re-evaluation and statistics.
 
 In: :class:`StudySettings`, from a file or by the name of a study of the package. Out: a directory of runs, and
 :class:`StudyResults` with tables, tests and figures.
@@ -8,7 +8,7 @@ In: :class:`StudySettings`, from a file or by the name of a study of the package
     from evolution.studies import load_study, run_study
 
     results = run_study(load_study("quick"), "runs/quick", workers=2)
-    results.to_pandas()                # one row a run; needs pandas
+    results.to_pandas()                # one row per run; needs pandas
     results.rows("reevaluation")       # one row for every run on fresh seeds, without pandas
 """
 

@@ -1,8 +1,8 @@
-"""The directory of a study: its settings, one store for all runs, and a run directory for every run.
+"""The directory of a study: its settings, one result store for all runs, and a run directory for each.
 
 ::
 
-    study.json                            the settings, and the version they are run with
+    study.json                            the settings, and the versions they are run with
     resolved.json                         what configurations took from earlier ones
     results.sqlite                        every driven run, shared by all
     runs/CONFIGURATION/seed-0003/         run directories, as those of mapbench evolve
@@ -77,7 +77,7 @@ class StudyDir:
         return cls(path, settings, config)
 
     def check(self, settings: StudySettings) -> None:
-        """Refuse to go on with anything but the study this directory was made for.
+        """Refuse to continue with settings other than those this directory was made for.
 
         Raises:
             ConfigError: If an option differs, naming it.
@@ -104,7 +104,7 @@ class StudyDir:
         return self.path / "reevaluation" / configuration / f"seed-{seed:04d}.json"
 
     def is_finished(self, configuration: str, seed: int) -> bool:
-        """Whether a run came to its end.
+        """Whether a run is finished.
 
         Raises:
             RunError: If its directory is damaged.
@@ -113,7 +113,7 @@ class StudyDir:
         return (path / CONFIG).is_file() and RunDir.open(path).finished
 
     def read_resolved(self) -> dict[str, Any]:
-        """Read by configuration what it took from earlier ones, and from which seeds.
+        """Read for each configuration what it took from earlier ones, and from which seeds.
 
         Raises:
             RunError: If the file is damaged.
@@ -130,7 +130,7 @@ class StudyDir:
         return entries
 
     def write_resolved(self, configuration: str, resolved: Mapping[str, Any]) -> None:
-        """Keep what a configuration took from earlier ones."""
+        """Record what a configuration took from earlier ones."""
         write_json(self.path / RESOLVED, {**self.read_resolved(), configuration: dict(resolved)})
 
 

@@ -1,4 +1,4 @@
-"""Engine: how the runs of a study are driven; Nav2's controllers in our simulation unless told otherwise."""
+"""Engine: how the runs of a study are driven; by default, by Nav2's controllers in this project's simulation."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def check_experiment(experiment: Experiment) -> None:
 
 @dataclass(frozen=True)
 class Engine:
-    """What a study has to know of the world its runs are driven in.
+    """What a study has to know about how its runs are driven.
 
     Args:
-        read_experiment: Builds an experiment from a document and the words that open its error messages.
+        read_experiment: Builds an experiment from a document and the beginning of its error messages.
         run_job: Drives a job in a worker process.
-        plan_job: Answers a job of the global planner there.
+        plan_job: Plans the path of a job that asks for nothing else, in a worker process.
         drive: Drives a job in this process and records everything.
         warm_up: Called once in every new worker.
         check_experiment: Refuses an experiment whose runs could only fail.
@@ -42,12 +42,12 @@ class Engine:
 
     @property
     def answer_job(self) -> RunJob:
-        """What workers call: drives or plans, as the job asks."""
+        """The function that workers call: it drives or plans, as the job asks."""
         return partial(_answer, self.run_job, self.plan_job)
 
 
 NAV2 = Engine()
-"""Nav2's controllers in our simulation."""
+"""Nav2's controllers in this project's simulation."""
 
 
 def _answer(run_job: RunJob, plan_job: RunJob, job: Job) -> RunResult:

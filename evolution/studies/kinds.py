@@ -1,4 +1,4 @@
-"""The kinds of study: with searches, or a sweep over worlds. What a file says tells which."""
+"""The two kinds of study, searches and sweeps over worlds; the content of a file tells which it is."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def load_definition(name_or_file: str | Path) -> AnyStudy:
 def study_in(
     settings: str | Path | AnyStudy, out: str | Path | None = None, *, resume: bool = False
 ) -> tuple[AnyStudy, Path]:
-    """Return a study and its directory; a directory that is to be resumed says itself which study it is.
+    """Return a study and its directory; a directory that is to be resumed says which study it holds.
 
     Raises:
         ConfigError: If there is no such study, or two directories are given.

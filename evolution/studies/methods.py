@@ -1,4 +1,4 @@
-"""The methods of a study: each leaves a finished run directory with a best map set that was driven."""
+"""The methods of a study: each writes a finished run directory with a best map set that was driven."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ OnGeneration = Callable[[Progress], None]
 
 
 def run_task(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
-    """Run one task to its end, or do nothing if it is there.
+    """Run one task to its end; do nothing if that was done before.
 
     Args:
         task: What is run.
-        directory: Where; earlier runs are looked up there.
-        evaluator: Drives the runs, and plans where only a path is asked for.
+        directory: Directory of the study; earlier runs are looked up there.
+        evaluator: Drives the runs, or plans where only a path is asked for.
         on_generation: Called after each generation of a search.
 
     Raises:
         ConfigError: If the run directory was made for another experiment.
-        RunError: If a replay goes astray or no worker starts.
+        RunError: If a replay differs from the recorded run, or no worker starts.
     """
     if task.configuration.method == "best_triple":
         choose_best_triple(task, directory)
@@ -44,14 +44,14 @@ def search(
     on_generation: OnGeneration,
     fitness: Fitness | None = None,
 ) -> None:
-    """Begin or continue a search in its run directory, with a fitness of its own if one is given."""
+    """Begin or continue a search in its run directory, with ``fitness`` instead of the experiment's if it is given."""
     rundir = opened(path, experiment)
     if not rundir.finished:
         evolve(experiment, evaluator, rundir, on_generation=on_generation, fitness=fitness)
 
 
 def choose_best_triple(task: Task, directory: StudyDir) -> None:
-    """Record the exact best set of the maps another run had driven by each of its generations."""
+    """Record, for each generation of another run, the exact best set of the maps it had driven by then."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
     if rundir.finished:
         return
@@ -99,13 +99,13 @@ def opened(path: Path, experiment: Experiment) -> RunDir:
 def record_sets(
     rundir: RunDir, experiment: Experiment, chosen: Iterable[tuple[int, Evaluation]], cluster_scale: float | None
 ) -> None:
-    """Write a run directory of map sets that no search went through, one a generation.
+    """Write a run directory of map sets that were not found by a search, one per generation.
 
     Args:
-        rundir: Where.
-        experiment: With which the sets were driven.
-        chosen: For each generation the map sets evaluated until then, and the best of them.
-        cluster_scale: Scale of their fitness.
+        rundir: The run directory.
+        experiment: The experiment that the sets were driven with.
+        chosen: For each generation, the number of map sets evaluated by then and the best set.
+        cluster_scale: Scale of their fitness; None if it has none.
     """
     record = Record(experiment.plan)
     for generation, (evaluations, best) in enumerate(chosen, start=1):
@@ -125,6 +125,6 @@ def record_sets(
 
 
 def _map_set(names: Iterable[str], run: LoadedRun, experiment: Experiment) -> MapSet:
-    """Put the task on maps of a recorded run, named by digest."""
+    """Return the map set of some maps of a recorded run, named by digest."""
     shapes = experiment.search.shapes
     return MapSet(tuple(scenario_on(run.maps[name].occupancy, shapes) for name in names))

@@ -1,7 +1,7 @@
-"""Re-evaluation: the best set of a run, driven again with seeds that no search saw (Tables 5.3 and 5.4).
+"""Re-evaluation: the best set of a run, driven again with seeds that no search used (thesis, Tables 5.3 and 5.4).
 
-A search keeps the set whose runs went best, luck included, so what it saw is better than what the
-same set shows again: the winner's curse. It is stated as a number, fresh minus seen.
+A search keeps the set whose runs went best, luck included, so the fitness it saw is better than that of
+the same set when driven again: the winner's curse. It is stated as a number: fresh minus seen.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class Reevaluation:
 
     Args:
         results: ``results[map][controller][seed]``.
-        singles: The fitness of each fresh seed alone: what one more drive of the set would show.
-        as_searched: The same from as many runs at a time as the search used.
-        readings: What the search read on each map.
+        singles: The fitness with each fresh seed alone, as one more drive of the set would show it.
+        as_searched: The fitness from as many repeats at a time as the search used.
+        readings: The reading of each map in the search.
     """
 
     results: SetResults
@@ -54,9 +54,9 @@ class Reevaluation:
 
     @property
     def orders(self) -> tuple[bool, ...]:
-        """Whether the maps' readings come in the order the search saw, on every fresh seed on which all have one.
+        """For each fresh seed on which all maps have a reading, whether these are in the order the search saw.
 
-        Empty if the search itself saw none.
+        Empty if a map had no reading in the search.
         """
         seen = _order(self.readings)
         found = [_order(one.readings) for one in self.singles] if seen is not None else []
@@ -64,20 +64,20 @@ class Reevaluation:
 
     @property
     def order_kept(self) -> float:
-        """Share of those seeds on which the order is kept; NaN if there are none."""
+        """Share of the seeds in :attr:`orders` on which the order is kept; NaN if there are none."""
         return fmean(self.orders) if self.orders else float("nan")
 
 
 def reevaluate(
     run: LoadedRun, experiment: Experiment, fresh: Experiment, evaluator: Evaluator, on_run: OnRun | None = None
 ) -> dict[str, Any]:
-    """Drive the best set of a run again; returns a document as ``best_results.json``.
+    """Drive the best set of a run again; returns a document like ``best_results.json``.
 
     Args:
         run: A finished run.
         experiment: What it was run with.
         fresh: World and seeds of the re-evaluation.
-        evaluator: Drives.
+        evaluator: Drives the runs.
         on_run: Called after each driven run.
     """
     (results,) = evaluator.evaluate([run.best], fresh.plan, on_run)
@@ -108,12 +108,12 @@ def read_reevaluation(path: Path, seen: Mapping[str, Any], experiment: Experimen
         seeds: Runs of every controller on every map.
 
     Raises:
-        RunError: If the file is missing or damaged, or of another map set.
+        RunError: If the file is missing or damaged, or belongs to another map set.
     """
     document, names = read_json(path), experiment.plan.names
     check_results(document, path, names, len(seen["maps"]), seeds)
     if document["map_set"] != seen["map_set"]:
-        raise RunError(f"{path}: of another map set than the run's best")
+        raise RunError(f"{path}: belongs to another map set than the best one of the run")
     results = results_in(document, names)
     fitness = fitness_of(experiment, seen["cluster_scale"])
     readings = tuple(entry["reading"] for entry in seen["maps"])
@@ -122,7 +122,7 @@ def read_reevaluation(path: Path, seen: Mapping[str, Any], experiment: Experimen
 
 
 def judge(results: SetResults, fitness: Fitness, repeats: int) -> tuple[FitnessBreakdown, ...]:
-    """Judge a set once for every ``repeats`` of its runs; what is left over is not used, unless it is all there is."""
+    """Judge a set once for every ``repeats`` of its runs; a shorter rest is left out, unless there is nothing else."""
     count = len(results[0][0])
     starts = range(0, max(count - repeats, 0) + 1, repeats)
     return tuple(fitness(_part(results, start, start + repeats)) for start in starts)
@@ -133,6 +133,6 @@ def _part(results: SetResults, start: int, end: int) -> SetResults:
 
 
 def _order(readings: Sequence[float | None]) -> tuple[int, ...] | None:
-    """Positions of the maps by reading; None if one has none."""
+    """Return the positions of the maps in order of their readings; None if a map has no reading."""
     known = [reading for reading in readings if reading is not None]
     return tuple(int(i) for i in np.argsort(known, kind="stable")) if len(known) == len(readings) else None

@@ -1,4 +1,4 @@
-"""run_study(): every configuration with every seed, whatever was done before is not done again."""
+"""run_study(): run every configuration with every seed; what was done before is not done again."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from evolution.studies.tasks import Task, check_study, make_task, take_from_earl
 from gym_mapbench.errors import MapBenchError, RunError
 
 PLAN_COST = 0.01
-"""Work of planning a path, in driven runs."""
+"""Work of planning one path, as a share of the work of one driven run."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +32,12 @@ class StudyProgress:
     """Where a study stands.
 
     Args:
-        configuration: What is being run.
-        seed: Its seed.
+        configuration: Name of the configuration that is being run.
+        seed: Seed of the run.
         step: ``search`` after a generation, ``done`` after a run with its re-evaluation.
         best: Best fitness of this run so far.
         fraction: Share of the work that is done, 0 to 1.
-        seconds_left: Estimated from the work done so far; None while nothing was.
+        seconds_left: Estimate from the work done so far; None if nothing was done yet.
         runs_per_second: Driven runs per second so far.
     """
 
@@ -66,9 +66,9 @@ def run_study(
 ) -> StudyResults:
     """Run or continue a study.
 
-    Every run is a run directory of its own and can be killed at any moment; all of them share one
-    store of driven runs. A run that cannot be made costs itself and the runs that build on it: they are
-    counted in ``failed``, with the reasons in ``missing``, and the others go on.
+    Every run has a run directory of its own and can be killed at any moment; all of them share one
+    store of driven runs. If a run fails, so do the runs that build on it: they are counted in ``failed``,
+    with the reasons in ``missing``, and the others go on.
 
     Args:
         settings: The study.
@@ -103,7 +103,7 @@ def run_study(
 
 
 def _chosen(settings: StudySettings, tasks: Sequence[Task], only: Sequence[str] | None) -> list[Task]:
-    """The first task of each configuration to run, in the study's order."""
+    """Return the first task of each configuration to run, in the study's order."""
     wanted = settings.names if only is None else [settings.configuration(name).name for name in only]
     return [task for task in tasks if task.configuration.name in wanted]
 
@@ -117,7 +117,7 @@ def _directory(path: str | Path, settings: StudySettings, resume: bool) -> Study
 
 
 class _StudyStoppedError(RunError):
-    """Nothing can be driven any more, so that going on with other runs is of no use."""
+    """Nothing can be driven any more, so it is of no use to go on with other runs."""
 
 
 class _StudyEvaluator(Evaluator):
@@ -133,7 +133,7 @@ class _StudyEvaluator(Evaluator):
 
 @dataclass
 class _Study:
-    """A study being run; ``reasons`` and ``failed`` say which runs could not be made."""
+    """A study being run; ``failed`` counts the runs that failed, and ``reasons`` says why."""
 
     directory: StudyDir
     engine: Engine
@@ -153,14 +153,14 @@ class _Study:
                 self._run(task)
 
     def results(self) -> StudyResults:
-        """What there is now, with the reasons for what could not be made; none is said twice."""
+        """Return what is finished by now, with the reasons for what failed; none is given twice."""
         results = load_results(self.directory.path, self.engine)
         reasons = [one for one in self.reasons if not any(line.startswith(one) for line in results.missing)]
         return replace(results, missing=(*reasons, *results.missing), failed=self.failed)
 
     @contextmanager
     def _costing(self, who: str, task: Task, runs: int) -> Iterator[None]:
-        """Let an error cost some runs like ``task``, unless it would cost all others too."""
+        """Count ``runs`` runs as failed if an error occurs, unless that error would make all others fail, too."""
         try:
             yield
         except (WriteError, _StudyStoppedError):
@@ -171,7 +171,7 @@ class _Study:
             self.meter.skip(task, runs)
 
     def _tasks(self, configuration: Configuration, seeds: Sequence[int]) -> list[Task]:
-        """One task a seed, with what is taken from earlier runs."""
+        """Return one task per seed, with what is taken from earlier runs."""
         if configuration.pop_size_from or configuration.cluster_scale_from:
             take_from_earlier(configuration, self.directory, seeds, self.engine)
         taken = {name: entry["search"] for name, entry in self.directory.read_resolved().items()}
@@ -212,7 +212,7 @@ class _Study:
 
 
 class _Meter:
-    """Measures the work done, in runs to be driven at most, against the clock."""
+    """Measures progress and speed; work is counted as the number of runs that have to be driven at most."""
 
     def __init__(self, evaluator: Evaluator, total: float, on_progress: OnProgress | None) -> None:
         self.evaluator = evaluator
@@ -223,7 +223,7 @@ class _Meter:
         self.began = time.perf_counter()
 
     def skip(self, task: Task, runs: int = 1) -> None:
-        """Count runs like ``task`` that need not or cannot be made."""
+        """Count ``runs`` runs like ``task`` that are finished already or have failed."""
         self.skipped += work_of(task) * runs
         self.finished += work_of(task) * runs
 
@@ -256,14 +256,14 @@ class _Meter:
 
 
 def work_of(task: Task) -> float:
-    """Runs to be driven for a task at most, its re-evaluation included."""
+    """Return how many runs a task drives at most, including its re-evaluation."""
     search = task.experiment.search
     fresh = 0 if task.fresh is None else task.fresh.search.repeats
     return search_work(task) + search.maps_per_set * len(task.experiment.controllers) * fresh
 
 
 def search_work(task: Task) -> float:
-    """Runs to be driven by the search of a task at most; a planned path is a hundredth of one."""
+    """Return how many runs the search of a task drives at most; a planned path counts as :data:`PLAN_COST`."""
     search, controllers = task.experiment.search, len(task.experiment.controllers)
     if task.configuration.method == "best_triple":
         return 0.0

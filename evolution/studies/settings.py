@@ -1,4 +1,4 @@
-"""A study as data: configurations x seeds x budget, read from YAML."""
+"""A study as data: its configurations, seeds and budget, read from YAML."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gym_mapbench.settings import Settings, read_yaml
 
 
 def _file_name(name: str) -> str:
-    """Refuse a name that is no part of a path on every system."""
+    """Refuse a name that cannot be a file name on every system."""
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}", name):
         raise ConfigError(f"expected up to 60 letters, digits and '_', '-', '.', got {name!r:.80}")
     return name
@@ -29,7 +29,7 @@ Method = Literal["ga", "random", "cellular", "path_length", "best_triple"]
 Document = dict[str, JsonValue]
 
 SEARCHES = ("ga", "random", "cellular")
-"""Methods that drive what they sample."""
+"""Methods that drive all the maps they draw."""
 JUDGES = (
     "fitness",
     "metric",
@@ -53,15 +53,15 @@ class Configuration(Settings):
 
     Args:
         name: Its name in every table and figure.
-        method: ``ga`` the thesis' search; ``random`` sampling only; ``cellular`` maps of the family ``cellular``,
-            BARN's automaton (sampling only, unless ``experiment.search.algorithm`` is ``ga``); ``path_length`` a GA
-            whose fitness is the length of the global path; ``best_triple`` the exact best set of all maps
-            that the configuration ``of`` drove.
+        method: ``ga``: the search of the thesis; ``random``: sampling only; ``cellular``: maps of the family
+            ``cellular``, BARN's automaton (sampling only, unless ``experiment.search.algorithm`` is ``ga``);
+            ``path_length``: a GA whose fitness is the length of the global path; ``best_triple``: the exact best set
+            of all maps that the configuration ``of`` drove.
         experiment: What differs from the study's experiment: sections ``search``, ``controllers``, ``run``.
-        of: Whose maps ``best_triple`` chooses from.
-        pop_size_from: Earlier configurations; the population of the one with the best mean fitness is taken.
+        of: Configuration whose maps ``best_triple`` chooses from.
+        pop_size_from: Earlier configurations; the population size of the one with the best mean fitness is used.
         cluster_scale_from: Earlier configurations; the cluster scale is the median gap over their driven maps.
-        cellular: Options of that family.
+        cellular: Options of the family ``cellular``.
     """
 
     name: Name
@@ -88,7 +88,7 @@ class Configuration(Settings):
         return self
 
     def _check_judging_only(self) -> None:
-        """Maps that were driven can be judged otherwise, but not driven otherwise."""
+        """Refuse options beyond the fitness: driven maps can be judged anew, but not driven differently."""
         other = [name for name in self.experiment if name != "search"]
         other += [f"search.{name}" for name in search_of(self.experiment) if name not in JUDGES]
         if other or self.pop_size_from:
@@ -99,7 +99,7 @@ class Configuration(Settings):
 
     @property
     def sampled(self) -> Document:
-        """Options of the search that the method stands for."""
+        """Options of the search that follow from the method."""
         if self.method != "cellular":
             return {}
         return {"families": [{"name": "cellular", "options": self.cellular.model_dump(mode="json")}]}
@@ -115,8 +115,8 @@ class ReevaluationSettings(Settings):
     """How the best set of every run is driven again.
 
     Args:
-        seeds: Runs of every controller on every map, each with a seed no search saw; 0 for none.
-        noise: Noise of these runs (``none``, ``nominal``, ``rough``, or settings); None for the search's own.
+        seeds: Runs of every controller on every map, each with a seed that no search used; 0 for no re-evaluation.
+        noise: Noise of these runs (``none``, ``nominal``, ``rough``, or settings); if None, that of the search.
     """
 
     seeds: Annotated[int, Field(ge=0)] = 10
@@ -124,15 +124,15 @@ class ReevaluationSettings(Settings):
 
 
 class StudySettings(Settings):
-    """All of a study.
+    """All options of a study.
 
     Args:
-        name: Its name.
+        name: Name of the study.
         runs: Runs of every configuration; all configurations have the same seeds.
         first_seed: Seed of the first run; the others follow.
         budget: Map sets evaluated in each run, unless a configuration says otherwise.
-        experiment: What all configurations share: sections ``search``, ``controllers``, ``run``.
-        configurations: What is compared, in order; one may build on those before it.
+        experiment: Options that all configurations share: sections ``search``, ``controllers``, ``run``.
+        configurations: The configurations that are compared, in order; each may build on those before it.
         reevaluation: How the best sets are driven again.
     """
 
@@ -206,7 +206,7 @@ def checked_sections(document: Document) -> Document:
         if name not in SECTIONS:
             raise unknown_name("section", name, SECTIONS)
     if "seed" in search_of(document):
-        raise ConfigError("search.seed: expected none, the study's first_seed and runs say which")
+        raise ConfigError("search.seed: expected none; first_seed and runs of the study say which seeds are used")
     return document
 
 
@@ -223,7 +223,7 @@ def search_of(document: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _check_needs(configuration: Configuration, earlier: Mapping[str, Configuration]) -> None:
-    """A configuration builds on earlier ones only, and on maps that were driven."""
+    """Refuse a configuration that builds on later ones, or on one that drives no maps."""
     for name in configuration.needs:
         if name not in earlier:
             raise ConfigError(f"{configuration.name}: {unknown_name('earlier configuration', name, earlier)}")

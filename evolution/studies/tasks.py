@@ -1,4 +1,4 @@
-"""Tasks: one run of one configuration each, with its complete experiment and what it takes from earlier ones."""
+"""Tasks: a task is one run of one configuration, with its complete experiment and what it takes from earlier runs."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Task:
     """One run of a study.
 
     Args:
-        configuration: What is run.
-        seed: Its seed.
+        configuration: The configuration that is run.
+        seed: Seed of the run.
         experiment: Search, controllers and world.
         fresh: Controllers and world of the re-evaluation, with seeds of its own; None if there is none.
     """
@@ -61,10 +61,10 @@ def make_task(
 
 
 def check_study(settings: StudySettings, engine: Engine) -> list[Task]:
-    """Build every experiment once, so that what cannot be used is said before anything is driven.
+    """Build every experiment once, so that what cannot be used is reported before anything is driven.
 
     Returns:
-        The first task of every configuration; one that takes its population from others has their first one's.
+        The first task of every configuration; one that takes its population size from others has that of their first.
 
     Raises:
         ConfigError: If an option cannot be used, naming the configuration.
@@ -84,12 +84,12 @@ def check_study(settings: StudySettings, engine: Engine) -> list[Task]:
 
 
 def _where(settings: StudySettings, configuration: Configuration) -> str:
-    """What opens the error messages about a configuration."""
+    """Return the beginning of the error messages about a configuration."""
     return f"{settings.name}: {configuration.name}"
 
 
 def _check(configuration: Configuration, experiment: Experiment, where: str) -> None:
-    """Refuse what a method cannot do."""
+    """Refuse options that a method cannot work with."""
     search = experiment.search
     if configuration.method == "best_triple" and search.maps_per_set > MAX_MAPS:
         raise ConfigError(f"{where}: best_triple: expected maps_per_set up to {MAX_MAPS}, got {search.maps_per_set}")
@@ -102,7 +102,7 @@ def _check(configuration: Configuration, experiment: Experiment, where: str) -> 
 
 
 def _fresh(settings: StudySettings, experiment: Experiment, engine: Engine, where: str) -> Experiment | None:
-    """The same controllers with seeds no search had, common to all runs, and the noise of the re-evaluation."""
+    """Return the experiment of the re-evaluation: its noise, and seeds that no search used, the same for all runs."""
     options = settings.reevaluation
     if options.seeds == 0:
         return None
@@ -114,7 +114,7 @@ def _fresh(settings: StudySettings, experiment: Experiment, engine: Engine, wher
 
 
 def _complete(noise: str | dict[str, Any], where: str) -> str | dict[str, Any]:
-    """A level's name, or every one of the settings, so that nothing is left of the search's own."""
+    """Return a level's name, or all noise settings, so that nothing remains of the noise of the search."""
     if isinstance(noise, str):
         return noise
     return read_noise(noise, f"{where}: reevaluation.noise").model_dump(mode="json")
@@ -123,13 +123,13 @@ def _complete(noise: str | dict[str, Any], where: str) -> str | dict[str, Any]:
 def take_from_earlier(
     configuration: Configuration, directory: StudyDir, seeds: Iterable[int], engine: Engine
 ) -> dict[str, Any]:
-    """Decide what a configuration takes from earlier ones, once; the decision is kept in the study's directory.
+    """Decide once what a configuration takes from earlier ones; the decision is recorded in the study's directory.
 
     Returns:
         Options of its search.
 
     Raises:
-        RunError: If runs it builds on are not finished or damaged, or do not give a scale.
+        RunError: If runs it builds on are unfinished or damaged, or do not give a scale.
     """
     kept = directory.read_resolved().get(configuration.name)
     if kept is None:
@@ -166,7 +166,7 @@ def _mean_fitness(directory: StudyDir, name: str, seeds: Sequence[int]) -> float
 
 
 def _times(path: Path, engine: Engine) -> list[tuple[float, ...]]:
-    """What every controller needed on each map of a run that has a value."""
+    """Return the values of all controllers on each map of a run that has values."""
     run = load_run(path)
     experiment = engine.read_experiment(run.config, str(path))
     fitness = Fitness.of(experiment.search, experiment.run.time_limit)

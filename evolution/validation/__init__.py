@@ -1,4 +1,4 @@
-"""Validation: our costmaps, their layers, planner and controllers against recorded results of Nav2's own code.
+"""Validation: compares our costmaps, their layers, planner and controllers with recorded results of Nav2's own code.
 
 In: a directory of recorded results. Out: a list of :class:`Measure`, each with its target, the number of cases and the
 worst of them.

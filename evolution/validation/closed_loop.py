@@ -1,4 +1,4 @@
-"""Whole runs: outcomes, travel times and trajectories against the recorded ones, driven by the Box2D env."""
+"""Whole runs, driven in the Box2D env: outcomes, travel times and trajectories compared with the recorded ones."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import Scenario
 
 NEAR_CONTACT = 0.005
-"""m; recorded runs this close to touching a wall are counted apart: a real body does not slide through overlaps."""
+"""m; recorded runs this close to touching a wall are counted apart: Box2D stops a robot that the recording let pass."""
 
 EVERYWHERE = ("DWB", "RPP", "MPPI")
-"""Controllers that every recording should have; of the others only what was recorded is in the table."""
+"""Controllers that every recording should have; the others are in the table only where they were recorded."""
 
 SAME_TIMES = ("<= 0", "<= 0")
 TIME_TARGETS = {**dict.fromkeys(KINDS, SAME_TIMES), "MPPI": ("<= 0.005", "")}
-"""Of the relative errors of the travel times: median and 95th percentile."""
+"""Targets for the relative errors of the travel times: of their median and of their 95th percentile."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +52,10 @@ class DrivenRun:
         record: The recorded run.
         preset: Name of its preset.
         success: Whether we reached the goal without touching a wall.
-        time: Our time until the end, s.
-        reason: How ours ended.
-        deviation: Largest distance from where the recorded robot was at the same time, m; NaN if one of them touched
-            a wall, where the recorded one slides through.
+        time: Duration of our run, s.
+        reason: How our run ended.
+        deviation: Largest distance between the two robots at equal times, m; NaN if one of them touched a wall, which
+            the recorded robot passes through.
     """
 
     record: dict[str, Any]
@@ -81,12 +81,6 @@ class DrivenRun:
         clearance = self.record["min_clearance"]
         return clearance is not None and abs(clearance) < NEAR_CONTACT
 
-    @property
-    def time_error(self) -> float:
-        """Relative difference of the travel times."""
-        recorded = float(self.record["time"])
-        return abs(self.time - recorded) / max(recorded, 1e-9)
-
 
 def drive_recorded(oracle: Oracle, workers: int, on_run: Callable[[DrivenRun], None] | None = None) -> list[DrivenRun]:
     """Drive every recorded run of our controllers again."""
@@ -105,7 +99,7 @@ def drive_recorded(oracle: Oracle, workers: int, on_run: Callable[[DrivenRun], N
 
 
 def closed_loop_measures(driven: Sequence[DrivenRun]) -> list[Measure]:
-    """Agreement of outcomes, errors of times and trajectories, and rank correlation over all runs both finished."""
+    """Agreement of outcomes, errors of times and trajectories, and rank correlation over the runs both finished."""
     outcomes, near = Cases("outcome_agreement", ">= 0.99"), Cases("outcome_agreement_near_contact", "")
     for run in driven:
         cases = near if run.near_contact else outcomes
@@ -121,7 +115,7 @@ def closed_loop_measures(driven: Sequence[DrivenRun]) -> list[Measure]:
 
 
 def disagreements(driven: Sequence[DrivenRun]) -> list[str]:
-    """Every run whose outcome differs from the recorded one, in words."""
+    """Describe every run whose outcome differs from the recorded one."""
     return [
         f"{run.name}: recorded {run.record['reason']} at {run.record['time']:.2f} s "
         f"(clearance {run.record['min_clearance']}), ours {run.reason} at {run.time:.2f} s"
@@ -131,7 +125,7 @@ def disagreements(driven: Sequence[DrivenRun]) -> list[str]:
 
 
 def _trajectory_measure(kind: str, runs: Sequence[DrivenRun]) -> Measure:
-    """The largest deviation of all runs, of MPPI's the median: the last bits of its soft-max grow in tight passages."""
+    """The largest deviation of all runs; for MPPI the median, as rounding in its soft-max grows in tight passages."""
     largest = kind != "MPPI"
     cases = Cases(
         f"trajectory_err_{'max' if largest else 'median'}_{kind.lower()}", "<= 1e-5" if largest else "<= 0.01"
@@ -143,7 +137,7 @@ def _trajectory_measure(kind: str, runs: Sequence[DrivenRun]) -> Measure:
 
 
 def _time_measures(kind: str, runs: Sequence[DrivenRun]) -> list[Measure]:
-    """Median and 95th percentile of the relative errors; MPPI's are those of the median of its seeds on each map."""
+    """Median and 95th percentile of the relative errors; for MPPI, of the median time over its seeds on each map."""
     of_median, of_most = TIME_TARGETS[kind]
     cases = Cases(f"time_err_median_{kind.lower()}", of_median)
     groups: dict[tuple[Any, ...], list[DrivenRun]] = {}
@@ -208,7 +202,7 @@ def _drive(oracle: Oracle, preset: Preset, record: dict[str, Any]) -> Episode:
     kind, variant = record["controller"], record["variant"]
     follower = make_follower(oracle, kind, variant, record.get("seed"))
     navigation = navigation_of(oracle, oracle.costmap_of(preset, kind, variant), record["local_costmap"])
-    # Humble's recordings had patience with every exception, which Nav2 has not.
+    # In the recordings of Humble, failure_tolerance also covers a ControllerAbort, which in Nav2 it does not.
     navigator = Navigator(follower, navigation, kind, abort_is_exception=oracle.release == "humble")
     scenario = Scenario(_maps(oracle.directory, preset)[record["map"]], preset.start, preset.goal)
     env = environment_for(config, navigator)

@@ -1,6 +1,6 @@
-"""Costmap layers: recorded scans fed to ours, and the grids compared with what Nav2's own layers made of them.
+"""Costmap layers: ours are fed with recorded scans, and their grids compared with those of Nav2's own layers.
 
-The format is that of the recorded directory's own README; row 0 of its grids is at the bottom, as ours.
+The format is described in the README of the recorded directory; row 0 of its grids is at the bottom, as in ours.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ VOXELS = ("z_voxels", "origin_z", "z_resolution", "mark_threshold", "unknown_thr
 ONLY_THE_NEWEST = {"observation_persistence": 0.0, "expected_update_rate": 0.0}
 FIELDS = ("pose", "sensor", "layer", "master")
 SAMPLES = {"local": ("sample", "sample"), "global": ("gsample", "gmaster_sample")}
-"""Names of the lists of updates of which layer and costmap were recorded."""
+"""Names of the lists of updates after which the layer and the costmap were recorded."""
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,12 @@ class Recording:
     Args:
         name: The drive and the condition, in words.
         which: ``local`` or ``global``.
-        grid: The static map; its resolution is a float32's, as a map message carries it.
-        scans: One for each pose.
-        poses: ``(n, 3)`` of the robot, in the costmap's frame, m and rad.
-        sensors: ``(n, 2)`` position of the sensor, m; it is turned as the robot is.
-        layers: Grid of the observing layer by update.
-        costmaps: Grid of the costmap by update.
+        grid: The static map; its resolution is rounded to float32, as in a map message.
+        scans: One scan for each pose.
+        poses: ``(n, 3)`` poses of the robot in the costmap's frame, m and rad.
+        sensors: ``(n, 2)`` positions of the sensor, m; its heading is that of the robot.
+        layers: Grid of the obstacle or voxel layer, by update.
+        costmaps: Grid of the costmap, by update.
     """
 
     name: str
@@ -62,7 +62,7 @@ class LayersOracle:
     """A directory of recorded layers.
 
     Args:
-        directory: Where it lies.
+        directory: Path of the directory.
 
     Raises:
         MapFormatError: If a file is missing, unreadable, or lacks a field.
@@ -129,7 +129,7 @@ def _by_update(name: str, updates: NDArray[np.integer], grids: NDArray[np.uint8]
 
 
 def costmap_params(config: Mapping[str, Any], which: str) -> CostmapParams:
-    """Options of the recorded ``local`` or ``global`` costmap; those of bringup where ``config`` does not say."""
+    """Return the options of the recorded ``local`` or ``global`` costmap; those missing are Nav2 bringup's."""
     options = dict(config[which])
     voxels = {name: options.pop(name) for name in VOXELS if name in options}
     scan = {"max_obstacle_height": 2.0, **config["scan"]}
@@ -141,13 +141,13 @@ def costmap_params(config: Mapping[str, Any], which: str) -> CostmapParams:
 
 
 def _scan_format(config: Mapping[str, Any], name: str) -> tuple[str, float, tuple[float, float, float, float]]:
-    """Name of a set of scans, metres of its unit, and what all its scans share."""
+    """Return the name of a set of scans, its unit in m, and the geometry that all its scans share."""
     increment, range_max = 2 * np.pi / config["beams"], config["scan_sets"][name]["range_max_m"]
     return name, float(config["range_unit_m"]), (0.0, increment, float(config["range_min_m"]), float(range_max))
 
 
 def layer_measures(oracle: LayersOracle) -> list[Measure]:
-    """Replay every drive under every condition: shares of recorded grids that are identical, cells that differ."""
+    """Replay every drive under every condition; measure the share of identical grids and the cells that differ."""
     layers, costmaps = ({which: Cases(f"{which}_cells_differ_mean", "0") for which in OBSERVING} for _ in range(2))
     for recording in oracle.recordings():
         compare(oracle, recording, layers[recording.which], costmaps[recording.which])
@@ -160,10 +160,10 @@ def layer_measures(oracle: LayersOracle) -> list[Measure]:
 
 
 def compare(oracle: LayersOracle, recording: Recording, layers: Cases, costmaps: Cases) -> None:
-    """Add how many cells differ in every recorded grid of the layer and of the costmap."""
+    """Add the number of cells that differ in every recorded grid of the layer and of the costmap."""
     costmap = LayeredCostmap(oracle.params[recording.which], recording.grid, oracle.footprint)
     layer = cast(ObstacleGrid, costmap.layer(OBSERVING[recording.which]))
-    # The local costmap was updated at every pose, the global one at those of which it was recorded.
+    # The local costmap was updated at every pose, the global one only at those where it was recorded.
     updates = range(len(recording.scans)) if recording.which == "local" else sorted(recording.layers)
     for update in updates:
         pose = Pose(*recording.poses[update].tolist())
@@ -178,5 +178,5 @@ def compare(oracle: LayersOracle, recording: Recording, layers: Cases, costmaps:
 
 
 def _differing(ours: NDArray[np.uint8], recorded: NDArray[np.uint8]) -> int:
-    """Cells that differ; all of them where the shapes do."""
+    """Count the cells that differ; all cells if the shapes differ."""
     return int((ours != recorded).sum()) if ours.shape == recorded.shape else max(ours.size, recorded.size)

@@ -1,4 +1,4 @@
-"""Measures: one number with how many cases it was taken over and which was the worst."""
+"""Measures: a measure is one number, with the number of its cases and the worst of them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Measure:
         value: The number; NaN where there was no case.
         count: Number of cases.
         worst: The worst case in words; empty where none stands out.
-        target: What it should reach: a bound such as ``<= 1e-6``, or words where there is none.
+        target: What it should reach: a bound such as ``<= 1e-6``, or words if there is no bound.
     """
 
     key: str
@@ -40,7 +40,7 @@ class Measure:
 
 @dataclass
 class Cases:
-    """Errors of single cases, by name, until they become a measure."""
+    """The errors of single cases with their names, from which a measure is made."""
 
     key: str
     target: str
@@ -70,10 +70,10 @@ class Cases:
         return Measure(key, value, len(self.errors), self._worst(), target)
 
     def agreement(self, count: int | None = None) -> Measure:
-        """One minus the mean error: the share of cases that agree, where errors are 0, 1 or shares.
+        """One minus the mean error: the share of comparisons that agree, where an error is the share that differs.
 
         Args:
-            count: Number of single comparisons, where a case is a share of many.
+            count: Number of single comparisons, if a case consists of many; the number of cases if None.
         """
         return self._measure(1.0 - float(np.mean(self.errors)) if self.errors else np.nan, count)
 

@@ -1,4 +1,4 @@
-"""MPPI's single calls against the recorded ones, with the recorded noise."""
+"""Single calls of MPPI, compared with the recorded ones under the recorded noise."""
 
 from __future__ import annotations
 
@@ -14,17 +14,20 @@ from evolution.validation.setup import follower_params, follower_setup
 from evolution.validation.units import Unit, difference, each_unit
 
 UNDEFINED_READ = {"humble": "PathAlignCritic"}
-"""Release -> critic that reads past its array: a few of its costs depend on what lay in memory."""
+"""The critic, by release, that reads past the end of its array: a few of its costs depend on the memory there."""
 
 LARGEST = {"humble": "<= 0.026", "jazzy": "<= 1e-5"}
 SHARE = {"humble": ">= 0.95", "jazzy": ">= 1"}
-"""Targets of the commands, m/s and rad/s; where memory decides, a few are off by up to the first."""
+"""Targets of the commands by release: the largest error, m/s and rad/s, and the share within :data:`WITHIN`.
+
+Humble's are wider because the costs in :data:`UNDEFINED_READ` change a few commands.
+"""
 
 WITHIN = 1e-4
 
 
 def mppi_measures(oracle: Oracle) -> list[Measure]:
-    """Critic costs and commands.
+    """Measure the costs of the critics and the commands.
 
     A cost's error is relative to the recorded cost, or to 1 where that is smaller: the soft-max works on
     differences with a temperature of 0.3. Calls in which every trajectory collides are left out of the

@@ -1,7 +1,7 @@
 """Recorded Nav2 results, read from a directory and checked once.
 
-The format is that of the directory's own README: row 0 of every grid is the *top* there; what is
-handed out here has row 0 at the bottom, as everywhere in this project.
+The format is described in the README of the directory. Row 0 of every grid is the *top* there; maps are
+returned with row 0 at the bottom, as everywhere in this project.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _REQUIRED = {
 }
 
 _NOT_OF_CONTROLLER = ("robot_given_as", "inflation_radius")
-"""What a variant may say of the robot or its costmaps."""
+"""Options of a variant that belong to the robot or its costmaps, not to the controller."""
 
 _NEVER_DRIVEN: dict[str, Any] = {"strict_success": False, "time": 0.0, "min_clearance": None}
 
@@ -58,7 +58,7 @@ class Oracle:
     """A directory of recorded results.
 
     Args:
-        directory: Where it lies.
+        directory: Path of the directory.
 
     Raises:
         MapFormatError: If a file is missing, unreadable, or lacks a field.
@@ -108,7 +108,7 @@ class Oracle:
         return records
 
     def controller_params(self, controller: str, variant: str) -> dict[str, Any]:
-        """Parameters of a controller ("RPP", "DWB", "MPPI") in one of its variants."""
+        """Parameters of a controller in one of its variants, both by their names in ``config.json``."""
         params = {**self.config["controllers"][controller], **self._changes(controller, variant)}
         return {name: value for name, value in params.items() if name not in _NOT_OF_CONTROLLER}
 
@@ -118,7 +118,7 @@ class Oracle:
         return replace(preset, inflation_radius=float(radius))
 
     def _changes(self, controller: str, variant: str) -> dict[str, Any]:
-        """What a variant changes."""
+        """Return what a variant changes; nothing for the default."""
         changes: dict[str, Any] = {} if variant == "default" else self.config["variants"][f"{controller}/{variant}"]
         return changes
 
@@ -129,7 +129,7 @@ class Oracle:
         return self._cache[name]
 
     def _release(self) -> Release:
-        """The release whose code was recorded."""
+        """Return the release of Nav2 whose code was recorded."""
         branch = self.config.get("nav2_branch", "humble")
         for release in RELEASES:
             if release == branch:
@@ -158,7 +158,7 @@ def _was_not_driven(record: object) -> bool:
 
 
 def ragged(arrays: Arrays, name: str) -> Iterator[NDArray[Any]]:
-    """Items of a ragged list: ``array[offset[i]:offset[i + 1]]``."""
+    """Yield the items of a ragged list: ``array[offset[i]:offset[i + 1]]``."""
     offset = arrays[f"{name}_offset"] if f"{name}_offset" in arrays else arrays["offset"]
     for begin, end in itertools.pairwise(offset):
         yield arrays[name][begin:end]

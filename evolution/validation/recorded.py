@@ -1,4 +1,4 @@
-"""Files of recorded results, read and checked: whatever is wrong with one is one line that names it."""
+"""Reads and checks files of recorded results; an error is one line that names the file."""
 
 from __future__ import annotations
 

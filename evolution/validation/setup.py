@@ -1,4 +1,4 @@
-"""The recorded set-up in our own terms: costmaps, followers and navigation as the oracle ran them."""
+"""The recorded set-up as settings of this project: costmaps, controllers and navigation as they were recorded."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from gym_mapbench.robot import RobotSpec
 WINDOW_METERS = 3
 
 KINDS = {"DWB": "dwb", "RPP": "rpp", "MPPI": "mppi", "Graceful": "graceful", "RotationShim": "shim_dwb"}
-"""Controllers by their names in recordings -> our names."""
+"""Our names of the controllers, by their names in the recordings."""
 
 
 def footprint_of(preset: Preset) -> Footprint:
@@ -36,7 +36,7 @@ def footprint_of(preset: Preset) -> Footprint:
 
 
 def costmap_params(oracle: Oracle, preset: Preset, *, rolling: bool = False) -> CostmapParams:
-    """Static map and inflation over the whole map, or in a window around the robot."""
+    """Return the options of a costmap with static map and inflation, over the whole map or in a rolling window."""
     window = {"rolling_window": True, "width": WINDOW_METERS, "height": WINDOW_METERS} if rolling else {}
     return CostmapParams(
         robot_radius=preset.robot_radius,
@@ -52,27 +52,27 @@ def costmap_params(oracle: Oracle, preset: Preset, *, rolling: bool = False) -> 
 
 
 def full_costmaps(oracle: Oracle, preset: Preset) -> dict[int, Costmap]:
-    """Inflated costmap of every map, by id."""
+    """Return the inflated costmap of every map, by id."""
     params, footprint = costmap_params(oracle, preset), footprint_of(preset)
     return {number: full_costmap(grid, params, footprint) for number, grid in oracle.maps(preset).items()}
 
 
 def full_costmap(grid: GridMap, params: CostmapParams, footprint: Footprint) -> Costmap:
-    """Inflated costmap of one map."""
+    """Return the inflated costmap of one map."""
     return build_static_costmap(grid, params, footprint)
 
 
 def make_follower(oracle: Oracle, kind: str, variant: str = "default", seed: int | None = None) -> PathFollower:
-    """A controller with the recorded parameters; ``seed`` is that of MPPI's noise generator."""
+    """Make a controller with the recorded parameters; ``seed`` is that of MPPI's noise generator."""
     ours, params = KINDS[kind], follower_params(oracle, kind, variant)
     noise = {"noise": "nav2", "noise_seed": seed} if kind == "MPPI" and seed is not None else {}
     return FOLLOWERS[ours](CONTROLLERS[ours].params(**params, **noise))
 
 
 def follower_params(oracle: Oracle, kind: str, variant: str = "default") -> dict[str, Any]:
-    """Recorded parameters with their release, without those that only ROS needs.
+    """Return the recorded parameters and their release, without those that only ROS needs.
 
-    Those of the Rotation Shim stand beside DWB's, which was recorded inside it.
+    Those of the Rotation Shim include DWB's, the controller that was recorded inside it.
     """
     keys = CONTROLLERS[KINDS[kind]].keys
     inside = oracle.controller_params("DWB", "default") if kind == "RotationShim" else {}
@@ -82,12 +82,12 @@ def follower_params(oracle: Oracle, kind: str, variant: str = "default") -> dict
 
 
 def make_planner(oracle: Oracle) -> NavfnPlanner:
-    """NavFn with the recorded parameters."""
+    """Make NavFn with the recorded parameters."""
     return NavfnPlanner(NavfnParams(**oracle.config["planner"], release=oracle.release))
 
 
 def follower_setup(oracle: Oracle, preset: Preset) -> FollowerSetup:
-    """What the recorded controller server told its plugins."""
+    """Return what the recorded controller server passed to its plugins."""
     simulation = oracle.config["simulation"]
     return FollowerSetup(
         footprint=footprint_of(preset),
@@ -101,7 +101,7 @@ def follower_setup(oracle: Oracle, preset: Preset) -> FollowerSetup:
 
 
 def robot_of(oracle: Oracle, preset: Preset) -> RobotSpec:
-    """The recorded plant: a disc with acceleration limits and no limit of speed that any controller reaches."""
+    """Return the recorded robot: a disc with acceleration limits, and speed limits that no controller reaches."""
     simulation = oracle.config["simulation"]
     return RobotSpec(
         radius=preset.robot_radius,
@@ -114,7 +114,7 @@ def robot_of(oracle: Oracle, preset: Preset) -> RobotSpec:
 
 
 def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str) -> NavigationParams:
-    """The recorded loop: replanning and checkers, no recoveries, no progress checker, no smoother."""
+    """Return the recorded navigation: replanning and a goal checker; no recoveries, progress checker or smoother."""
     simulation = oracle.config["simulation"]
     threshold = simulation["min_velocity_threshold"]
     return NavigationParams(

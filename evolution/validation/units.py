@@ -1,4 +1,4 @@
-"""Single calls: costmaps, plans and commands against the recorded ones."""
+"""Single calls: costmaps, plans and commands compared with the recorded ones."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose
 
 OTHERS = {"Graceful": "graceful", "RotationShim": "shim"}
-"""Controllers that only some recordings have -> how the names of their columns begin."""
+"""Prefix of the column names, by controller, for controllers that only some recordings have."""
 
 
 def costmap_measures(oracle: Oracle) -> list[Measure]:
@@ -38,7 +38,7 @@ def costmap_measures(oracle: Oracle) -> list[Measure]:
 
 
 def navfn_measures(oracle: Oracle) -> list[Measure]:
-    """Potentials relative to the recorded ones, and the farthest a path strays from the recorded one."""
+    """Relative errors of the potentials, and the largest distance of a path from the recorded one."""
     potentials, paths = Cases("navfn_potential_rel_err_max", "< 1e-6"), Cases("navfn_path_dev_cells_max", "< 1e-3")
     planner = make_planner(oracle)
     for preset in oracle.presets:
@@ -53,7 +53,7 @@ def navfn_measures(oracle: Oracle) -> list[Measure]:
 
 
 def rpp_measures(oracle: Oracle) -> list[Measure]:
-    """Largest difference of a command's components; a raised exception counts as standing still."""
+    """Largest difference of a command's components, and of the carrot's; an exception counts as a zero command."""
     commands, carrots = Cases("rpp_cmd_abs_err_max", "< 1e-6"), Cases("rpp_carrot_abs_err_max", "< 1e-6")
     for unit in each_unit(oracle, "RPP"):
         if not isinstance(unit.follower, RppFollower):
@@ -65,7 +65,7 @@ def rpp_measures(oracle: Oracle) -> list[Measure]:
 
 
 def dwb_measures(oracle: Oracle) -> list[Measure]:
-    """Whether the same sample is chosen, and how far scores differ; a sample legal on one side only counts as 1."""
+    """Whether the same sample is chosen, and how far scores differ; 1 if a sample is legal on one side only."""
     choices, scores = Cases("dwb_choice_agreement", ">= 1"), Cases("dwb_score_rel_err_max", "<= 1e-6")
     for preset in oracle.presets:
         recorded = oracle.table("units_dwb", preset)
@@ -82,7 +82,7 @@ def dwb_measures(oracle: Oracle) -> list[Measure]:
 
 
 def other_measures(oracle: Oracle) -> list[Measure]:
-    """Largest difference of a command's components, of each further controller that was recorded."""
+    """Largest difference of a command's components, for each further controller that was recorded."""
     measures = []
     for kind, column in OTHERS.items():
         commands = Cases(f"{column}_cmd_abs_err_max", "< 1e-6")
@@ -98,7 +98,7 @@ def other_measures(oracle: Oracle) -> list[Measure]:
 
 @dataclass(frozen=True)
 class Unit:
-    """One recorded call: a freshly reset follower with its plan, and what it is asked."""
+    """One recorded call: a freshly reset controller with its plan, and the arguments of the call."""
 
     preset: Preset
     row: int
@@ -112,7 +112,7 @@ class Unit:
 
 
 def each_unit(oracle: Oracle, kind: str, only: Preset | None = None) -> Iterator[Unit]:
-    """All recorded calls of one controller, on paths of our own planner (the stored ones are rounded)."""
+    """Yield all recorded calls of one controller, on paths of our own planner, as the stored paths are rounded."""
     planner = make_planner(oracle)
     for preset in oracle.presets if only is None else (only,):
         costmaps, units = full_costmaps(oracle, preset), oracle.table("units", preset)

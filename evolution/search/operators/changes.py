@@ -1,8 +1,8 @@
-"""What mutation can do to an obstacle: move, scale, remove, add (thesis, section 4.1.5), or a third party's own.
+"""What mutation can do to an obstacle: move, scale, remove or add (thesis, section 4.1.5), or a third-party operator.
 
-An operator draws on the inside of a map while it is mutated. A third party's is a function ``(edit, rng) -> None``,
-named ``module:attribute`` or registered in :data:`OPERATORS`; how often it is used stands in the ``operators`` of
-:class:`~evolution.search.settings.MutationSettings`.
+An operator draws on the inside of a map that is being mutated. A third-party operator is a function
+``(edit, rng) -> None``, named ``module:attribute`` or registered in :data:`OPERATORS`; the option ``operators`` of
+:class:`~evolution.search.settings.MutationSettings` says how often it is used.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ class Edit:
     """A map in the middle of a mutation, and the obstacle that was chosen.
 
     Args:
-        cells: ``(rows, cols)`` True where there is a wall, row 0 at the bottom, the border left out: to draw on. The
-            obstacles of all operators that lift theirs are off already. Start and goal are cleared afterwards.
-        labels: ``(rows, cols)`` the number of every obstacle as it was before, 0 where there was none.
+        cells: ``(rows, cols)`` True where there is a wall, row 0 at the bottom, without the border; operators draw on
+            it. The obstacles of operators that lift them are taken off already. Start and goal are cleared afterwards.
+        labels: ``(rows, cols)`` number of the obstacle that covered each cell before, 0 where there was none.
         obstacle: Number of the chosen one; 0 if the map had none.
-        shapes: What is drawn on maps.
+        shapes: Options of the maps and of random shapes.
         settings: Options of mutation.
-        families: Of which new obstacles are pieces; none for random shapes.
+        families: Families whose pieces are new obstacles; empty for random shapes.
     """
 
     cells: Cells
@@ -61,8 +61,8 @@ class Operator:
     """One thing that mutation can do.
 
     Args:
-        change: Draws on ``edit.cells``, with no randomness but the generator's.
-        lifts: Whether the chosen obstacle is taken off before.
+        change: Draws on ``edit.cells``, with no randomness but that of the generator.
+        lifts: Whether the chosen obstacle is taken off the map beforehand.
     """
 
     change: Change
@@ -79,7 +79,7 @@ def move(edit: Edit, rng: np.random.Generator) -> None:
 
 
 def scale(edit: Edit, rng: np.random.Generator) -> None:
-    """Put the lifted obstacle back enlarged or reduced about its middle; what sticks out is cut off."""
+    """Put the lifted obstacle back enlarged or reduced about its centre; parts outside the map are cut off."""
     shape, row, col = edit.cut_out()
     scaled = scale_shape(shape, float(rng.uniform(*edit.settings.scale_factor)))
     (height, width), (new_height, new_width) = shape.shape, scaled.shape
@@ -87,14 +87,14 @@ def scale(edit: Edit, rng: np.random.Generator) -> None:
 
 
 def scale_shape(shape: Cells, factor: float) -> Cells:
-    """Enlarge or reduce a stamp to the nearest cell; neither side gets shorter than one cell."""
+    """Enlarge or reduce a stamp, sides rounded to whole cells; neither gets shorter than one cell."""
     sizes = [(old, max(1, round(old * factor))) for old in shape.shape]
     rows, cols = (((np.arange(new) + 0.5) * old / new).astype(np.intp) for old, new in sizes)
     return shape[np.ix_(rows, cols)]
 
 
 def remove(edit: Edit, rng: np.random.Generator) -> None:
-    """Leave the lifted obstacle off."""
+    """Do not put the lifted obstacle back."""
 
 
 def add(edit: Edit, rng: np.random.Generator) -> None:

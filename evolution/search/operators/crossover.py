@@ -1,6 +1,6 @@
-"""Crossover: the maps of two parents are shared out between two offspring (thesis, section 4.1.4).
+"""Crossover: the maps of two parents are distributed to two offspring (thesis, section 4.1.4).
 
-No map is changed, lost or doubled: both offspring together hold exactly the parents' maps.
+No map is changed, lost or duplicated: the two offspring together hold exactly the parents' maps.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Mutation: some obstacles of every map of a set are changed (thesis, section 4.1.5).
 
 An obstacle is a connected component of the cells inside the border. The obstacles chosen on a
-map are lifted off first and put back changed (:mod:`evolution.search.operators.changes`), so that
+map are taken off first and put back changed (:mod:`evolution.search.operators.changes`), so that
 they do not cut into each other.
 """
 
@@ -34,10 +34,10 @@ def mutate_map(
 
     Args:
         cells: The map.
-        shapes: The world's shapes and border.
+        shapes: Options of the map's border and of random shapes.
         settings: How obstacles change.
         rng: Source of all randomness.
-        families: Of which pieces are added; random shapes if there are none.
+        families: Families whose pieces are added; random shapes if empty.
     """
     inside = interior(cells, shapes.border)
     labels, count = label_obstacles(inside, settings.connectivity)
@@ -52,14 +52,14 @@ def mutate_map(
 
 
 def label_obstacles(cells: Cells, connectivity: int = 4) -> tuple[Labels, int]:
-    """Number the connected obstacles from 1; returns labels (0 where free) and how many there are."""
+    """Number the connected obstacles from 1; returns their labels (0 where free) and their number."""
     neighbours = ndimage.generate_binary_structure(2, 1 if connectivity == 4 else 2)
     labels, count = ndimage.label(cells, structure=neighbours)
     return np.asarray(labels, dtype=np.int32), int(count)
 
 
 def draw_changes(count: int, settings: MutationSettings, rng: np.random.Generator) -> list[tuple[int, str]]:
-    """Choose obstacles out of ``count`` and an operator for each; a map without obstacles only gets new ones."""
+    """Choose some of ``count`` obstacles and an operator for each; a map without obstacles only gets new ones."""
     changes = int(rng.integers(*settings.shapes_per_map, endpoint=True))
     if count == 0:
         return [(0, "add")] * changes
@@ -85,9 +85,9 @@ class MapMutation(Mutation):  # type: ignore[misc]
     """pymoo's view of :func:`mutate_map_set`; an individual is mutated with ``settings.probability``.
 
     Args:
-        shapes: The world's shapes and border.
+        shapes: Options of the map's border and of random shapes.
         settings: How obstacles change.
-        families: Of which pieces are added; random shapes if there are none.
+        families: Families whose pieces are added; random shapes if empty.
     """
 
     def __init__(self, shapes: ShapeSettings, settings: MutationSettings, families: Sequence[FamilySpec] = ()) -> None:
@@ -97,7 +97,7 @@ class MapMutation(Mutation):  # type: ignore[misc]
         self.families = families
 
     def _do(self, _problem: Any, X: Column, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
-        # p_m is applied here, so that what is not mutated costs nothing; pymoo's own would discard finished work.
+        # p_m is applied here and not by pymoo, which would mutate all individuals and discard most of the work.
         hit = random_state.random(len(X)) < self.settings.probability
         sets = [
             mutate_map_set(map_set, self.shapes, self.settings, random_state, self.families) if mutated else map_set

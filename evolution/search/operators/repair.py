@@ -1,4 +1,4 @@
-"""Repair: whatever an operator made, the border is closed and start and goal are free."""
+"""Repair: closes the border and clears start and goal, whatever an operator did to the map."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gym_mapbench.scenario import MapSet, Scenario
 
 
 def repair_scenario(scenario: Scenario, shapes: ShapeSettings) -> Scenario:
-    """Return the scenario itself if its map is in order, else one on the repaired map."""
+    """Return the scenario itself if its map needs no repair, else one on the repaired map."""
     repaired = clear_and_border(scenario.map.occupancy, shapes)
     return scenario if np.array_equal(repaired, scenario.map.occupancy) else scenario_on(repaired, shapes)
 
@@ -21,10 +21,10 @@ def repair_scenario(scenario: Scenario, shapes: ShapeSettings) -> Scenario:
 class MapRepair(Repair):  # type: ignore[misc]
     """pymoo's view of :func:`repair_scenario`.
 
-    The operators here leave nothing to repair; a third party's may.
+    The built-in operators leave nothing to repair; third-party operators may.
 
     Args:
-        shapes: The world's border and cleared areas.
+        shapes: Options of the map's border and cleared areas.
     """
 
     def __init__(self, shapes: ShapeSettings) -> None:

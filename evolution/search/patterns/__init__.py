@@ -1,4 +1,4 @@
-"""Patterns: what the fitnesses look for in the driven maps of a set, one file each."""
+"""Patterns: what a fitness looks for in the driven maps of a set; each pattern has a file of its own."""
 
 from __future__ import annotations
 

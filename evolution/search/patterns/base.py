@@ -23,10 +23,10 @@ class Pattern:
 
     Attributes:
         reading_name: What a map's reading is called, beside its value.
-        wanted: What is rewarded, in words that go on after "maps whose".
+        wanted: What is rewarded, in words that continue "maps whose ...".
         nothing: What :meth:`judge` returns where there is no pattern at all.
-        needs_scale: Whether maps cannot be read without a scale, which the first population gives.
-        exact: Whether :meth:`best_of` is there.
+        needs_scale: Whether maps cannot be read without a scale, which is calibrated on the first population.
+        exact: Whether :meth:`best_of` is implemented.
 
     Args:
         settings: Options of the search.
@@ -47,7 +47,7 @@ class Pattern:
         """Return the reading of one map.
 
         Args:
-            times: One value per controller, in their order: the search's metric.
+            times: One value of the search's metric per controller, in their order.
         """
         raise NotImplementedError
 
@@ -55,8 +55,8 @@ class Pattern:
         """Return how good a set is; greater is better.
 
         Args:
-            readings: Of its maps, those without a value left out: there may be none.
-            maps: What :meth:`read` saw of the same maps, for whoever wants to know who was how fast where.
+            readings: Readings of the maps that have a value; there may be none.
+            maps: The values that :meth:`read` saw of the same maps, for a pattern that compares them across maps.
         """
         raise NotImplementedError
 
@@ -64,7 +64,7 @@ class Pattern:
         """Return a value that :meth:`judge` never exceeds.
 
         Args:
-            widest: Difference between the largest and the smallest reading there is.
+            widest: Difference between the largest and the smallest reading of all maps.
         """
         return float("inf")
 

@@ -1,4 +1,4 @@
-"""Cluster: maps on which the controllers form one group, two, three... (thesis, Alg. 3 and 4)."""
+"""Cluster: maps on which the controllers form one group, two groups, three... (thesis, Alg. 3 and 4)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def cluster_score(times: Times, scale: float) -> float:
 
 
 def pattern_score(values: Sequence[float]) -> float:
-    """Closeness of the sorted values to 1, 2, ..., n (Alg. 4, Eq. 4.4), in [0, 1]; for two values or more."""
+    """Closeness of the sorted values to 1, 2, ..., n (Alg. 4, Eq. 4.4), in [0, 1]; needs at least two values."""
     ordered = np.sort(np.asarray(values, dtype=np.float64))
     pattern = np.arange(1, len(ordered) + 1)
     distance, farthest = np.linalg.norm(ordered - pattern), np.linalg.norm(len(ordered) - pattern)
@@ -41,8 +41,8 @@ def pattern_score(values: Sequence[float]) -> float:
 def partial_pattern_score(values: Sequence[float]) -> float:
     """Pattern fitness of some cluster scores (Alg. 4), in [0, 1].
 
-    Fewer than two values give 0; two are judged by their distance (1 or more is best), because
-    the maps between or beyond them may only be missing.
+    Fewer than two values give 0. Two are judged by their distance (1 or more is best), because
+    the maps between or beyond them may merely be missing.
     """
     if len(values) < 2:
         return 0.0
@@ -74,14 +74,14 @@ class Cluster(Pattern):
         return partial_pattern_score(readings)
 
     def bound(self, widest: float) -> float:
-        """Return 1."""
+        """Return 1, the best pattern fitness there can be."""
         return 1.0
 
     def best_of(self, pools: Sequence[Pool]) -> Found:
-        """Return the scores closest to 1, 2, ..., n, or for two farthest apart, with one from each pool.
+        """Return one score from each pool so that they are closest to 1, 2, ..., n; two are as far apart as possible.
 
-        Exact: were a reading not among the ``n`` nearest of its pool to its number, one of those would be
-        free to replace it.
+        Only the ``n`` readings of a pool nearest to its number are tried. This is exact: if another one were chosen,
+        one of these ``n`` would be free and at least as good.
         """
         if len(pools) < 2:
             return None
@@ -98,7 +98,7 @@ class Cluster(Pattern):
 
 
 def _candidates(order: Sequence[Pool]) -> list[list[int]]:
-    """For each number 1, 2, ... the places worth trying in its pool."""
+    """Return for each number 1, 2, ... the places worth trying in its pool."""
     if len(order) == 2:
         return [[0], [len(order[1].maps) - 1]]
     return [

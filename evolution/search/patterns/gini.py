@@ -1,4 +1,4 @@
-"""Gini: maps on which the controllers are ever less alike, from equal to one far ahead (thesis, Alg. 1 and 2)."""
+"""Gini: maps that range from equal controllers to one far ahead of the others (thesis, Alg. 1 and 2)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from evolution.search.patterns.base import Pattern, Times
 from evolution.search.patterns.pools import Found, Pool, Readings, orders_of, readings_of
 
 NO_PATTERN = -1e3
-"""What Alg. 2 returns where there is nothing to compare."""
+"""What Alg. 2 returns where there is no pattern."""
 
 
 def gini(times: Times) -> float:
@@ -29,10 +29,10 @@ def gini(times: Times) -> float:
 
 
 def gini_fitness(ginis: Sequence[float], epsilon: float = 1e-8, unevenness_weight: float = 1.0) -> float:
-    """Pattern fitness of some Gini coefficients (Alg. 2): wide and evenly spread is best.
+    """Pattern fitness of some Gini coefficients (Alg. 2): it is best if they are spread wide and evenly.
 
-    Spread minus ``unevenness_weight`` times the population variance of the gaps; -1000 for fewer
-    than two coefficients, or if two of them are ``epsilon`` or less apart.
+    It is the spread minus ``unevenness_weight`` times the population variance of the gaps; -1000 for
+    fewer than two coefficients, or if two of them are ``epsilon`` or less apart.
     """
     deltas = np.diff(np.sort(np.asarray(ginis, dtype=np.float64)))
     if len(deltas) == 0 or (deltas <= epsilon).any():
@@ -43,8 +43,8 @@ def gini_fitness(ginis: Sequence[float], epsilon: float = 1e-8, unevenness_weigh
 class Gini(Pattern):
     """Gini coefficients, spread wide and evenly; up to 1.
 
-    The best middle value between two extremes is the nearest to their midpoint, because the variance of the gaps
-    grows with the distance from it: so the exact best set is found directly.
+    The best middle value between two extremes is the one nearest to their midpoint, because the variance of the gaps
+    grows with the distance from it. The exact best set is therefore found directly.
     """
 
     reading_name = "Gini"
@@ -61,7 +61,7 @@ class Gini(Pattern):
         return gini_fitness(readings, self.settings.epsilon, self.settings.unevenness_weight)
 
     def bound(self, widest: float) -> float:
-        """Return the spread, from which unevenness only takes off."""
+        """Return the spread, which unevenness can only reduce."""
         return widest
 
     def best_of(self, pools: Sequence[Pool]) -> Found:
@@ -77,7 +77,7 @@ class Gini(Pattern):
         return best
 
     def _best_pair(self, readings: Sequence[Readings]) -> tuple[float, tuple[int, ...]] | None:
-        """The smallest and the largest reading."""
+        """Take the smallest and the largest reading."""
         low, high = readings
         spread = float(high[-1] - low[0])
         return (spread, (0, len(high) - 1)) if spread > self.settings.epsilon else None

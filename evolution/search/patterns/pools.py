@@ -1,4 +1,4 @@
-"""Pools: maps that differ in their readings only, which a pattern chooses from."""
+"""Pools: groups of maps that differ only in their readings, from which a pattern chooses."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Readings = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """Maps that differ in their readings only; equal to itself alone.
+    """Maps that differ only in their readings; two pools are never equal.
 
     Args:
-        maps: Their names, by reading.
+        maps: Their names, in order of their readings.
         readings: ``(n,)`` their readings, ascending; None where a failure left them without one.
         cost: What one such map adds to the penalties of a set.
         share: What one such map adds to the success rate of a set.
@@ -30,11 +30,11 @@ class Pool:
 
 
 Found = tuple[float, list[tuple[Pool, int]]] | None
-"""A pattern, and from which place of which pool its maps come; None if there is no pattern."""
+"""A pattern value, and the pool and the place in it of each map that shows it; None if there is no pattern."""
 
 
 def orders_of(pools: Sequence[Pool]) -> list[tuple[Pool, ...]]:
-    """Return the different orders of these pools, the first the pool of the smallest reading."""
+    """Return the different orders of these pools; the first pool of an order gives the smallest reading."""
     return list(dict.fromkeys(permutations(pools)))
 
 

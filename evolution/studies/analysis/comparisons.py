@@ -1,8 +1,9 @@
 """Which configurations of a study differ, and by how much.
 
-Only what was judged alike is compared (see :mod:`evolution.studies.analysis.judges`). Smaller fitness is better.
+Only configurations that were judged alike are compared (see :mod:`evolution.studies.analysis.judges`).
+Smaller fitness is better.
 Two quantities are compared: ``fitness``, as the search saw it (thesis, Table 5.2), and
-``fresh_fitness``, of the same sets on fresh seeds, which luck cannot help.
+``fresh_fitness``, that of the same sets on fresh seeds, which is free of the luck of the selection.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ BOOTSTRAP_SEED = 0
 
 @dataclass(frozen=True)
 class Ranking:
-    """Configurations ranked by every seed.
+    """Configurations ranked on every seed.
 
     Args:
         names: The configurations.
         seeds: Seeds that all of them were run with.
         ranks: ``(configurations,)`` mean rank, 1 the smallest fitness.
-        critical_difference: Mean ranks at least so far apart differ (Nemenyi, 0.05).
-        test: Friedman's; None for two configurations.
+        critical_difference: Mean ranks at least this far apart differ (Nemenyi, 0.05).
+        test: Friedman's test; None for two configurations.
     """
 
     names: tuple[str, ...]
@@ -58,13 +59,13 @@ class Comparison:
     Args:
         judge: The fitness in words.
         quantity: What is compared.
-        values: By configuration, one value a run; the best median first.
+        values: By configuration, one value per run; the best median first.
         summaries: By configuration, in the same order.
-        populations: Kruskal-Wallis over each group that differs in its population only.
-        pairs: Every two configurations, the one with the better median first; p-values corrected by Holm over all.
+        populations: Kruskal-Wallis over each group of configurations that differ only in population size.
+        pairs: Every pair of configurations, the better median first; p-values corrected by Holm over all pairs.
         by_construction: Pairs that are not tested: the first cannot be worse in any run, because it chose
-            afterwards among all that the second had driven.
-        ranking: None where fewer than two seeds are common to all.
+            afterwards among all maps that the second had driven.
+        ranking: Ranks over seeds; None where fewer than two seeds are common to all configurations.
     """
 
     judge: str
@@ -94,7 +95,7 @@ class StudyAnalysis:
     Args:
         results: The study.
         judges: Which configurations are judged alike.
-        comparisons: Of every judge as the searches saw it, then on fresh seeds where there are any.
+        comparisons: For every judge, the fitness as the searches saw it, then that on fresh seeds if there are any.
     """
 
     results: StudyResults
@@ -121,7 +122,7 @@ def value_of(run: StudyRun, quantity: Quantity) -> float:
     """One run's value of a quantity.
 
     Raises:
-        ValueError: If it was not re-evaluated.
+        ValueError: If ``fresh_fitness`` is asked for and the run was not re-evaluated.
     """
     if quantity == "fitness":
         return run.fitness
@@ -144,7 +145,7 @@ def _comparisons(judge: Judge) -> list[Comparison]:
 
 
 def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
-    """Summaries of all, and tests where all values are on one scale."""
+    """Summarise all configurations, and test them where all values are on one scale."""
     unordered = {name: [value_of(run, quantity) for run in runs] for name, runs in groups.items()}
     values = dict(sorted(unordered.items(), key=lambda item: float(np.median(item[1]))))
     rng = np.random.default_rng(BOOTSTRAP_SEED)
@@ -164,13 +165,13 @@ def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
 
 
 def _nested(groups: Groups) -> list[tuple[str, str]]:
-    """Pairs of the exact best set of what a configuration drove, and that configuration."""
+    """Return the pairs of a configuration that chooses the exact best set, and the one whose maps it chooses from."""
     parents = {name: runs[0].configuration.of for name, runs in groups.items()}
     return [(name, parent) for name, parent in parents.items() if parent in groups]
 
 
 def _populations(groups: Groups) -> list[list[str]]:
-    """Configurations that differ in their population and in nothing else."""
+    """Return the groups of configurations that differ in their population size and in nothing else."""
     alike: dict[str, dict[int, str]] = {}
     for name, runs in groups.items():
         experiment, configuration = runs[0].experiment, runs[0].configuration

@@ -1,4 +1,4 @@
-"""The figures of a study: 5.1 to 5.5 of the thesis, and those that a reviewer misses there."""
+"""The figures of a study: figures 5.1 to 5.5 of the thesis, the winner's curse, mean ranks and Lorenz curves."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LONGEST_NAME = 80
-"""Characters of a judge's name in the name of a file, which no system lets grow for ever."""
+"""Largest number of characters of a judge's name in a file name; file systems limit its length."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class StudyFigure:
 def drive_best_sets(results: StudyResults, engine: Engine = NAV2) -> list[BestSet]:
     """Drive the best set of every configuration again: the trajectories for figures and replays.
 
-    A run that cannot be loaded or driven makes way for the next best; a configuration without any is left out.
+    A run that cannot be loaded or driven is replaced by the next best; a configuration without any is left out.
     """
     found = []
     for runs in results.by_configuration.values():
@@ -108,13 +108,13 @@ class _Judged:
     comparisons: Sequence[Comparison]
 
     def draw(self) -> list[StudyFigure]:
-        """Draw them all; values on different scales have no place in one figure."""
+        """Draw all figures; values on different scales cannot be shown in one figure."""
         if not self.judge.comparable:
             return []
         return [*self.populations(), self.progress(), self.final(), *self.curse(), *self.ranks()]
 
     def populations(self) -> list[StudyFigure]:
-        """Figure 5.1, for every group that differs in its population only."""
+        """Figure 5.1, for every group of configurations that differ only in population size."""
         caption = f"Best fitness so far by population, mean and SD over runs ({self.judge.name}; thesis, 5.1)"
         return [
             self._save(f"populations_{number}", caption, self._curves(test.groups))
@@ -136,7 +136,7 @@ class _Judged:
         return self._save("final", caption, box_figure(boxes, highest=self._highest))
 
     def curse(self) -> list[StudyFigure]:
-        """What was seen against what fresh seeds show, where anything was driven again."""
+        """Fitness on fresh seeds over the fitness the search saw, if anything was driven again."""
         points = {}
         for name, runs in self.judge.groups.items():
             if again := [run for run in runs if run.fresh is not None]:
@@ -165,7 +165,7 @@ class _Judged:
 
     @property
     def _highest(self) -> float:
-        """Fitness from which on a set is out of the question: its failures alone cost that much."""
+        """Upper end of the fitness axis: the least cost of a set whose runs all failed."""
         return self.judge.experiment.search.base_cost
 
     def _curves(self, names: Sequence[str]) -> Figure:
@@ -182,7 +182,7 @@ class _Judged:
 
 
 def _curve(runs: Sequence[StudyRun]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Best fitness so far of every run at common numbers of evaluations."""
+    """Return the best fitness so far of every run at common numbers of evaluations."""
     steps = [[row["evaluations"] for row in run.generations] for run in runs]
     if any(len(of_run) == 1 for of_run in steps):
         return np.array([steps[0][-1]], dtype=float), np.array([[run.generations[-1]["best"]] for run in runs])

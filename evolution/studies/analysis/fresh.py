@@ -1,7 +1,7 @@
-"""Fresh minus seen: what the best sets of a study show with new seeds beside what their searches saw.
+"""Fresh minus seen: the fitness of a study's best sets on fresh seeds, minus the fitness their searches saw.
 
-The difference holds the luck of the selection and, where the new runs have other noise than the searches
-had, that noise; it does not tell the two apart.
+The difference includes the luck of the selection and, where the new runs have other noise than the searches
+had, the effect of that noise; it does not tell the two apart.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from gym_mapbench.noise import read_noise
 
 
 def selected_sets(runs: Sequence[StudyRun]) -> list[StudyRun]:
-    """Runs with fresh values that selected their set by driven runs, the same set of the same seed only once."""
+    """Return the re-evaluated runs that selected their set by driving, each set of a seed only once."""
     found: dict[tuple[int, str], StudyRun] = {}
     for run in runs:
         if run.fresh is not None and run.configuration.method != "path_length":
@@ -25,9 +25,9 @@ def selected_sets(runs: Sequence[StudyRun]) -> list[StudyRun]:
 
 
 def order_kept(runs: Sequence[StudyRun]) -> tuple[float, float]:
-    """How often the maps of a set keep the order the search saw, and how often that can be said.
+    """Return how often the maps of a set keep the order the search saw, and how often that can be judged.
 
-    Sets of which the search itself saw no order, because a map had no value, are left out.
+    Sets without an order in the search, because a map had no value, are left out.
 
     Returns:
         Share of the fresh seeds with the order kept, among those on which every map has a value (NaN if there are
@@ -40,7 +40,7 @@ def order_kept(runs: Sequence[StudyRun]) -> tuple[float, float]:
 
 
 def conditions(run: StudyRun, results: StudyResults) -> str:
-    """Say what is new in the runs on fresh seeds."""
+    """Say in words how the runs on fresh seeds differ from those of the search."""
     noise = results.settings.reevaluation.noise
     searched = run.experiment.document()["run"]["environment"]["noise"]
     if noise is None or searched == noise:
@@ -51,7 +51,7 @@ def conditions(run: StudyRun, results: StudyResults) -> str:
 
 
 def fresh_rows(results: StudyResults) -> list[Row]:
-    """Fresh minus seen of every configuration that was driven again, whatever selected its sets."""
+    """Return fresh minus seen for every configuration that was driven again, however its sets were selected."""
     again = {
         name: [(run, run.fresh) for run in runs if run.fresh is not None]
         for name, runs in results.by_configuration.items()

@@ -1,4 +1,4 @@
-"""Which configurations of a study have fitness values that mean the same, and what those values mean."""
+"""Judges: which configurations of a study have comparable fitness values, and what those values mean."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Judge:
 
 
 def judges_of(results: StudyResults) -> list[Judge]:
-    """Sort the configurations that have runs by what judged them."""
+    """Group the configurations that have runs by what decides their fitness values."""
     groups: dict[str, Groups] = {}
     for name, runs in results.by_configuration.items():
         groups.setdefault(repr(_decisive(runs)), {})[name] = runs
@@ -97,7 +97,7 @@ def name_of(search: EvolveSettings, scales: Sequence[float] = ()) -> str:
 
 
 def _decisive(runs: Sequence[StudyRun]) -> dict[str, Any]:
-    """Everything that decides what a value of these runs means."""
+    """Return everything that decides what a fitness value of these runs means."""
     experiment = runs[0].experiment
     document, scales = experiment.document(), _scales(runs)
     judging = {name: document["search"][name] for name in JUDGES if name != "cluster_scale"}
@@ -116,7 +116,7 @@ def _scales(runs: Iterable[StudyRun]) -> tuple[float, ...]:
 
 
 def _names(firsts: Sequence[Sequence[StudyRun]]) -> list[str]:
-    """A name for each judge; where the fitness is the same, the world and the controllers tell them apart."""
+    """Return a name for each judge; where the fitness is the same, world and controllers tell them apart."""
     plain = [name_of(runs[0].experiment.search, _scales(runs)) for runs in firsts]
     names: list[str] = []
     for place, runs in enumerate(firsts):

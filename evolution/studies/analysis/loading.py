@@ -1,4 +1,4 @@
-"""A study read back from its directory: as far as it has come, with words for what is missing or wrong."""
+"""Reads a study back from its directory, finished or not, and notes what is missing or wrong."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from gym_mapbench.errors import MapBenchError, RunError
 
 
 def load_results(path: str | Path, engine: Engine = NAV2) -> StudyResults:
-    """Read a study back, whatever there is of it.
+    """Read a study back, as far as it has come.
 
     Args:
         path: Its directory.
@@ -71,14 +71,14 @@ class _Reader:
 
     @contextmanager
     def _noted(self, advice: str = "", who: str = "") -> Iterator[None]:
-        """Note what is wrong, about whom and what to do, and go on."""
+        """Note an error, whom it is about and what to do, and go on."""
         try:
             yield
         except MapBenchError as error:
             self.missing.append(f"{who}{': ' if who else ''}{error}{'; ' if advice else ''}{advice}")
 
     def _taken_from_few(self) -> list[str]:
-        """What was taken from fewer seeds than the study has, and how to take it from all."""
+        """Say what was taken from fewer seeds than the study has, and how to take it from all."""
         wanted = len(self.directory.settings.seeds)
         few = {name: entry for name, entry in self.resolved.items() if len(entry["seeds"]) < wanted}
         folders = [self.directory.path / part / name for name in few for part in ("runs", "searches", "reevaluation")]
@@ -103,11 +103,11 @@ class _Reader:
         self._check_best(configuration)
 
     def _repeat(self, path: Path) -> str:
-        """How to repeat the run in a directory."""
+        """Say how to repeat the run in a directory."""
         return f"to repeat the run: {shlex.join(['rm', '-r', str(path)])} and then {self.resume}"
 
     def _check_best(self, configuration: Configuration) -> None:
-        """Read all files of the best run, as it is the one to be shown; a damaged one makes way for the next best."""
+        """Read all files of the best run, because it is shown; a damaged one is replaced by the next best."""
         of_this = [run for run in self.runs if run.configuration == configuration]
         for run in sorted(of_this, key=lambda run: run.fitness):
             with self._noted(self._repeat(run.path), f"{configuration.name}, seed {run.seed}"):
@@ -116,7 +116,7 @@ class _Reader:
             self.runs = [other for other in self.runs if other is not run]
 
     def _read_run(self, configuration: Configuration, seed: int, who: str) -> None:
-        """Read one run, its re-evaluation, and what has to be said about it."""
+        """Read one run and its re-evaluation, and note what is wrong with them."""
         rundir = RunDir.open(self.directory.run_path(configuration.name, seed))
         if not rundir.finished:
             done, budget = (rundir.checkpoint or {"evaluations": 0}), rundir.config["search"]["evaluations"]
@@ -141,9 +141,9 @@ class _Reader:
         self.runs.append(run)
 
     def _experiment(self, rundir: RunDir, configuration: Configuration, seed: int) -> Experiment:
-        """Read what a run was made with, and refuse another experiment than its configuration says.
+        """Read the experiment of a run, and refuse it if it is not that of its configuration.
 
-        Only what the study says is compared, and no parameter file: it may say something else by now.
+        Only options in the study are compared, and never a parameter file, which may have changed since.
         """
         stated = self.directory.settings.document(configuration, seed, self._taken)
         run = {name: value for name, value in stated.get("run", {}).items() if name != "navigation"}
@@ -151,7 +151,7 @@ class _Reader:
         found = self.engine.read_experiment(rundir.config, str(path))
         said = self.engine.read_experiment(overlay(rundir.config, {**stated, "run": run}), str(path))
         for name, was, now in differences(found.document(), said.document()):
-            raise RunError(f"{path}: of another experiment: {name} is {was!r:.80}, expected {now!r:.80}")
+            raise RunError(f"{path}: belongs to another experiment: {name} is {was!r:.80}, expected {now!r:.80}")
         return found
 
     @property
@@ -179,7 +179,7 @@ def _absent(name: str, seeds: Sequence[int], runs: int) -> list[str]:
 
 
 def _errors(run: StudyRun) -> list[str]:
-    """Say of which runs on the best set nothing can be said."""
+    """Report the runs on the best set that ended in an error."""
     names = run.experiment.plan.names
     fresh = run.fresh.results if run.fresh else ()
     return [

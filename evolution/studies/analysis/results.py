@@ -46,7 +46,7 @@ class StudyRun:
 
     @property
     def winners_curse(self) -> float:
-        """By how much the fitness on fresh seeds is worse than the search saw; NaN without re-evaluation."""
+        """By how much the fitness on fresh seeds is worse than that the search saw; NaN without re-evaluation."""
         return math.nan if self.fresh is None else self.fresh.fitness_as_searched - self.fitness
 
     def row(self) -> Row:
@@ -86,8 +86,8 @@ class StudyResults(Tabled):
         libraries: Versions of the libraries it was run with.
         resolved: By configuration, what it took from earlier ones.
         runs: The finished runs, in order of configurations and seeds.
-        missing: What is not there, or wrong, a line each.
-        failed: Number of runs that were to be made just now and could not be.
+        missing: What is missing or wrong, one line each.
+        failed: Number of runs that failed just now.
     """
 
     path: Path
@@ -110,10 +110,11 @@ class StudyResults(Tabled):
         return {name: runs for name, runs in found.items() if runs}
 
     def rows(self, table: str = "runs") -> list[Row]:
-        """Return a tidy table, one observation a row.
+        """Return a tidy table, one observation per row.
 
         Args:
-            table: ``runs`` one row a run; ``reevaluation`` one a run driven again; ``generations`` one a generation.
+            table: ``runs``: one row per run; ``reevaluation``: one per run that was driven again; ``generations``: one
+                per generation.
 
         Raises:
             ConfigError: If there is no such table.

@@ -1,4 +1,4 @@
-"""The tables of a study as rows: summaries as Table 5.2, tests, maps as Tables 5.3 and 5.4."""
+"""The tables of a study as rows: summaries (thesis, Table 5.2), tests, and maps (thesis, Tables 5.3 and 5.4)."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def write_tables(results: StudyResults, analysis: StudyAnalysis | None = None) -
 
 
 def summary_rows(comparison: Comparison) -> list[Row]:
-    """Table 5.2: one row a configuration, the best median first; the interval is of the median (bootstrap, 95 %)."""
+    """Table 5.2: one row per configuration, the best median first; the interval is of the median (bootstrap, 95 %)."""
     rows = []
     for name in comparison.order:
         one = comparison.summaries[name]
@@ -80,7 +80,7 @@ def _test_row(test: TestResult) -> Row:
 
 
 def pair_rows(comparison: Comparison) -> list[Row]:
-    """Every two configurations, ``first`` with the better median: Mann-Whitney with Holm's correction.
+    """Every pair of configurations, ``first`` with the better median: Mann-Whitney with Holm's correction.
 
     ``a12`` is the chance that a run of ``first`` is better. Pairs that differ by construction have no test.
     """
@@ -127,9 +127,9 @@ def rank_rows(comparison: Comparison) -> list[Row]:
 
 
 def map_rows(run: StudyRun) -> list[Row]:
-    """Tables 5.3 and 5.4: the best set of a run on fresh seeds, one row a map and controller.
+    """Tables 5.3 and 5.4: the best set of a run on fresh seeds, one row per map and controller.
 
-    Times are of the runs that reached the goal; ``seen_s`` is what the search saw (its mean, if it had repeats).
+    Times are those of the runs that reached the goal; ``seen_s`` is what the search saw (its mean, if it had repeats).
     """
     if run.fresh is None:
         return []
@@ -150,7 +150,7 @@ def map_rows(run: StudyRun) -> list[Row]:
 
 
 def measure_rows(run: StudyRun) -> list[Row]:
-    """Everything else that was measured on fresh seeds: the mean over the runs that reached the goal."""
+    """All other measures on fresh seeds: their means over the runs that reached the goal."""
     if run.fresh is None:
         return []
     return [
@@ -168,7 +168,7 @@ def measure_rows(run: StudyRun) -> list[Row]:
 
 
 def _metrics(results: Sequence[RunResult]) -> list[str]:
-    """Names of the metrics that all successful runs have."""
+    """Return the names of the metrics that all successful runs have."""
     good = [one.metrics for one in results if one.success]
     return [name for name in good[0] if all(name in metrics for metrics in good)] if good else []
 

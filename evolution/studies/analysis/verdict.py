@@ -1,4 +1,4 @@
-"""The answer of a study in words: what beat what, by how much, and how sure that is."""
+"""The verdict of a study in words: which configuration is best, by how much, and how certain that is."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from evolution.studies.analysis.results import StudyResults, StudyRun
 
 ALPHA = 0.05
 NO_PATTERN_LEAD = 1000.0
-"""Fitness that only Alg. 2's -1000 explains: fewer than two maps of a set have a value, or two have the same."""
+"""A lead that only the -1000 of Alg. 2 explains: the worse set has no pattern."""
 
 
 def verdict_of(results: StudyResults, analysis: StudyAnalysis | None = None) -> list[str]:
-    """Return the verdict, a paragraph each; lower fitness is better throughout.
+    """Return the paragraphs of the verdict; lower fitness is better throughout.
 
     Args:
         results: The study.
@@ -35,7 +35,7 @@ def verdict_of(results: StudyResults, analysis: StudyAnalysis | None = None) -> 
 
 
 def _of_judge(judge: Judge, analysis: StudyAnalysis, rows: Sequence[Row]) -> list[str]:
-    """Everything about the configurations that were judged alike."""
+    """Say everything about the configurations that were judged alike."""
     seen, *fresh = analysis.of(judge)
     again = [run for run in judge.runs if run.fresh is not None]
     compared = fresh[0] if fresh and 2 * len(again) >= len(judge.runs) else seen
@@ -48,7 +48,7 @@ def _of_judge(judge: Judge, analysis: StudyAnalysis, rows: Sequence[Row]) -> lis
 
 
 def _other_scales(judge: Judge) -> str:
-    """Why nothing is compared."""
+    """Say why nothing is compared."""
     low, high = judge.scales[0], judge.scales[-1]
     return (
         f"{_capital(judge.name)}: not compared. Every run calibrated a cluster scale of its own ({low:.3g} to "
@@ -57,7 +57,7 @@ def _other_scales(judge: Judge) -> str:
 
 
 def _winner(comparison: Comparison) -> list[str]:
-    """Which configuration is best, against which others that shows, and against which it does not."""
+    """Say which configuration is best, and from which others the difference is significant."""
     best, *others = comparison.order
     title, figures = _capital(comparison.title), _median(comparison.summaries[best])
     if not others:
@@ -84,7 +84,7 @@ def _winner(comparison: Comparison) -> list[str]:
 
 
 def _left_out(judge: Judge, compared: Comparison) -> list[str]:
-    """Which runs are not in the comparison on fresh seeds, and what follows."""
+    """Say which runs are not in the comparison on fresh seeds, and what follows from that."""
     absent = {name: sum(run.fresh is None for run in runs) for name, runs in judge.groups.items()}
     named = [f"{name} ({count} of {len(judge.groups[name])} runs)" for name, count in absent.items() if count]
     if not named:
@@ -98,19 +98,19 @@ def _left_out(judge: Judge, compared: Comparison) -> list[str]:
 
 
 def _median(one: Summary) -> str:
-    """A median with what tells how sure it is."""
+    """Return a median with its interval, mean and number of runs."""
     interval = "" if math.isnan(one.ci_low) else f"95 % interval {one.ci_low:.2f} to {one.ci_high:.2f}, "
     return f"{one.median:.2f} ({interval}mean {one.mean:.2f}, n = {one.n}; lower is better)"
 
 
 def _too_few(pair: TestResult, comparison: Comparison) -> bool:
-    """Whether even complete separation would not show: 2 in C(n + m, n), times the pairs (Holm)."""
+    """Whether even completely separated samples give no significant p: 2 / C(n + m, n) times the pairs (Holm)."""
     n, m = pair.n
     return 2 / math.comb(n + m, n) * len(comparison.pairs) >= ALPHA
 
 
 def _behind(pair: TestResult, comparison: Comparison) -> str:
-    """How far the second of a pair is behind the first, with effect size, p and n."""
+    """Say how far the second of a pair is behind the first, with effect size, p and n."""
     first, second = pair.groups
     lead = comparison.summaries[second].median - comparison.summaries[first].median
     behind = "no pattern in the median" if lead >= NO_PATTERN_LEAD else f"median {lead:.2f} behind"
@@ -119,7 +119,7 @@ def _behind(pair: TestResult, comparison: Comparison) -> str:
 
 
 def _population(test: TestResult, comparison: Comparison) -> str:
-    """Whether the population made a difference (thesis: H = 0.44, p = 0.80)."""
+    """Say whether the population size made a difference (thesis: H = 0.44, p = 0.80)."""
     difference = "made a difference" if test.p_value < ALPHA else "made no difference that could be shown"
     return (
         f"The population size {difference} {QUANTITIES[comparison.quantity]} ({_list(test.groups)}: Kruskal-Wallis "
@@ -129,13 +129,13 @@ def _population(test: TestResult, comparison: Comparison) -> str:
 
 
 def _success(rows: Sequence[Row]) -> list[str]:
-    """How many of the runs on fresh seeds reached the goal."""
+    """Say how many of the runs on fresh seeds reached the goal."""
     shares = [f"{row['configuration']} {_percent(row['fresh_success_rate'])}" for row in rows]
     return [f"Runs of the best sets that reached the goal on fresh seeds: {_list(shares)}."] if shares else []
 
 
 def _fresh_minus_seen(judge: Judge, results: StudyResults) -> list[str]:
-    """How far what the searches saw is from what the same sets show again."""
+    """Say how far the fitness on fresh seeds is from the one the searches saw."""
     sets = selected_sets(judge.runs)
     if not sets:
         return []
@@ -157,7 +157,7 @@ def _fresh_minus_seen(judge: Judge, results: StudyResults) -> list[str]:
 
 
 def _order(sets: Sequence[StudyRun]) -> str:
-    """How often the maps kept their order."""
+    """Say how often the maps kept their order."""
     kept, solved = order_kept(sets)
     if math.isnan(solved):
         return ""
@@ -170,7 +170,7 @@ def _order(sets: Sequence[StudyRun]) -> str:
 
 
 def _repeats(rows: Sequence[Row]) -> list[str]:
-    """What repeated runs bought, where configurations differ in it."""
+    """Say what repeats in the search changed, where configurations differ in their number."""
     if len({row["repeats"] for row in rows}) < 2:
         return []
     parts = [

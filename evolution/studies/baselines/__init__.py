@@ -1,1 +1,1 @@
-"""What a search is compared with: a fitness that plans instead of driving."""
+"""Baselines of a search: a fitness for which paths are planned and nothing is driven."""

@@ -1,7 +1,7 @@
 """A search without robots: the longer the global path, the better the map (a baseline).
 
-This is the usual stand-in for difficulty where nothing is driven: whoever needs no controller to
-find maps that tell controllers apart needs no evolution over driven times.
+Path length is the usual measure of difficulty where nothing is driven. If it found maps that tell
+controllers apart, a search would not have to drive controllers at all.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from gym_mapbench.errors import NoPathError
 from gym_mapbench.planners import make_planner
 
 PLANNER = ControllerSpec(name="global_planner", kind="global_planner")
-"""Stands in a job where only the path is asked for."""
+"""The controller of a job that asks for a path only."""
 
 
 def planned(experiment: Experiment) -> Experiment:
-    """Return the same search over planned paths, no controller driven."""
+    """Return the same search over planned paths, without driving a controller."""
     return replace(experiment, search=experiment.search.replace(repeats=1), controllers=(PLANNER,))
 
 
 def plan_job(job: Job) -> RunResult:
-    """Plan on the global costmap instead of driving; the path's length is all that comes out."""
+    """Plan on the global costmap instead of driving; the result holds only the length of the path."""
     if not isinstance(job.settings, DriveSettings):
         raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
     navigation, robot = job.settings.navigation, job.settings.environment.robot

@@ -1,4 +1,4 @@
-"""What a world changes: success, time and recoveries of each controller, compared map by map with the first world."""
+"""The effect of a world: success, time and recoveries of each controller, compared with the first world map by map."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ BOOTSTRAP_SEED = 0
 
 
 def effect_rows(rows: Sequence[Row], worlds: Sequence[str], controllers: Sequence[str]) -> list[Row]:
-    """Return one row a world and controller; every interval covers 95 %.
+    """Return one row per world and controller; every interval is a 95 % interval.
 
-    ``success`` comes with Wilson's interval. ``gained`` is the success minus that of the first world, and ``changed``
-    the share of runs whose success is another than there. ``time_ratio`` is the median of the time over that in the
-    first world, over the runs that reached the goal in both. Intervals of paired figures are bootstrap intervals.
+    ``success`` is the success rate, with Wilson's interval. ``gained`` is that rate minus the one in the first world,
+    and ``changed`` the share of runs that succeed in one of the two worlds only. ``time_ratio`` is the median ratio of
+    the time to that in the first world, over the runs that reached the goal in both. All other intervals are bootstrap
+    intervals.
 
     Args:
         rows: The runs, with the columns ``world``, ``controller``, ``map``, ``repeat`` and those of a benchmark.
-        worlds: Names of the worlds; the first is compared with.
-        controllers: Names of those that drove.
+        worlds: Names of the worlds; the others are compared with the first.
+        controllers: Names of the controllers.
     """
     runs = {(row["world"], row["controller"], row["map"], row["repeat"]): row for row in rows}
     return [
@@ -36,7 +37,7 @@ def effect_rows(rows: Sequence[Row], worlds: Sequence[str], controllers: Sequenc
 def _pairs(
     runs: Mapping[tuple[str, str, str, int], Row], first: str, world: str, controller: str
 ) -> list[tuple[Row, Row]]:
-    """The runs of a controller in one world, each beside the same run in the first."""
+    """Return the runs of a controller in one world, each paired with the same run in the first world."""
     return [
         (runs[first, controller, name, repeat], row)
         for (in_world, of, name, repeat), row in runs.items()
@@ -76,5 +77,5 @@ def _effect(pairs: Sequence[tuple[Row, Row]], world: str, controller: str) -> Ro
 
 
 def _mean_interval(values: ArrayLike, rng: np.random.Generator) -> tuple[float, float]:
-    """Bootstrap interval of the mean; NaN of no values."""
+    """Return the bootstrap interval of the mean; NaN if there are no values."""
     return bootstrap_interval(values, rng) if np.size(values) else (np.nan, np.nan)

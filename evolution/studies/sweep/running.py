@@ -4,8 +4,8 @@
 
     sweep.json        the settings, and the versions it was run with
     results.sqlite    every driven run
-    runs.csv          one line a run
-    effects.csv       one line a world and controller
+    runs.csv          one line per run
+    effects.csv       one line per world and controller
     figures/          success, time and recoveries by world
 """
 
@@ -37,7 +37,7 @@ class SweepResults(Tabled):
     Args:
         path: Its directory.
         settings: The sweep.
-        runs: One row a run.
+        runs: One row per run.
     """
 
     path: Path
@@ -79,7 +79,7 @@ def run_sweep(
         settings: The sweep.
         path: Its directory.
         resume: Whether to continue a sweep that was begun there.
-        only: Names of the worlds to drive in now, beside the first; all if None.
+        only: Names of the worlds to drive in now, besides the first; all if None.
         maps: Number of maps to drive now; all if None.
         workers: Number of worker processes.
         engine: How runs are driven.
@@ -112,7 +112,7 @@ def read_sweep(path: str | Path) -> SweepSettings:
     """Read which sweep a directory was begun with.
 
     Raises:
-        RunError: If it is none, or damaged.
+        RunError: If it is not a sweep, or damaged.
     """
     config = SWEEP.open(Path(path))
     try:
@@ -125,7 +125,7 @@ def load_sweep(path: str | Path) -> SweepResults:
     """Read the directory of a sweep.
 
     Raises:
-        RunError: If it is none, was not finished, or is damaged.
+        RunError: If it is not a sweep, was not finished, or is damaged.
     """
     path, settings = Path(path), read_sweep(path)
     if not (path / RUNS).is_file():
@@ -134,7 +134,7 @@ def load_sweep(path: str | Path) -> SweepResults:
 
 
 def _chosen(settings: SweepSettings, only: Sequence[str] | None) -> list[str]:
-    """The worlds to drive in, the first among them."""
+    """Return the worlds to drive in; the first is always among them."""
     for name in only or ():
         if name not in settings.worlds:
             raise unknown_name("world", name, settings.worlds)
@@ -152,7 +152,7 @@ def _check(settings: SweepSettings, world: str, scenarios: Sequence[Scenario]) -
 
 
 def _row(world: str, job: Job, result: RunResult) -> Row:
-    """One line of ``runs.csv``: nothing in it differs when the sweep is run again."""
+    """Return one line of ``runs.csv``, without wall-clock values, which would differ when the sweep is run again."""
     return {"world": world, **bench_row(job, replace(result, timings={}))}
 
 
@@ -166,7 +166,7 @@ def _begin(path: Path, settings: SweepSettings, resume: bool) -> None:
 
 
 def _written(results: SweepResults) -> SweepResults:
-    """Write tables and figure of what was driven."""
+    """Write the tables and the figure."""
     effects = results.table()
     write_text(results.path / RUNS, csv_of(list(results.runs)))
     write_text(results.path / EFFECTS, effects.to_csv())

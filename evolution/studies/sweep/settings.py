@@ -18,16 +18,16 @@ from gym_mapbench.settings import Settings
 
 
 class SweepSettings(Settings):
-    """All of a sweep.
+    """All options of a sweep.
 
     Args:
-        name: Its name.
-        maps: Number of random maps, drawn in the first world, solvable for its robot.
-        seed: Root of all randomness: of the maps, and of every run.
+        name: Name of the sweep.
+        maps: Number of random maps; they are drawn for the first world, so that its robot can solve them.
+        seed: Root of all randomness, of the maps and of every run.
         repeats: Runs of each controller on each map in each world, each with a seed of its own.
         controllers: Who drives: names, or mappings with ``name``, ``kind`` and ``params``.
-        run: The world and the navigation of all runs, as the section ``run`` of an experiment.
-        worlds: By name, what each world changes in ``run``; the first is what the others are compared with.
+        run: The world and the navigation of all runs, like the section ``run`` of an experiment.
+        worlds: By name, what each world changes in ``run``; the others are compared with the first.
     """
 
     name: Name
@@ -60,11 +60,11 @@ class SweepSettings(Settings):
         return DriveSettings.from_mapping(document, f"{self.name}: {name}")
 
     def plan(self, name: str) -> JobPlan:
-        """Which runs a scenario needs in one of the worlds; seeds are the same in all of them."""
+        """Return which runs a scenario needs in one of the worlds; the seeds are the same in all worlds."""
         return JobPlan(self.specs, self.world(name), self.seed, self.repeats)
 
     def scenarios(self) -> list[Scenario]:
-        """Draw the maps: the first ``n`` are the same whatever their number."""
+        """Draw the maps; with fewer maps, those drawn are the first of the same sequence."""
         environment = self.world(next(iter(self.worlds))).environment
         rng = np.random.default_rng(self.seed)
         drawn = (draw_scenario(environment, rng) for _ in range(self.maps))

@@ -91,7 +91,7 @@ def test_check_says_what_a_file_means(humble, capsys):
         (["convert", "FILE", "--to", "humble", "--out", "FILE"], "expected a new file"),
         (["convert", "nowhere.yaml", "--to", "humble"], "cannot be read"),
         (["bench", "--only", "dwb"], "--only: expected a parameter file"),
-        (["bench", "--params", "fair", "--nav2", "jazzy"], "--nav2 jazzy: the preset fair is Nav2 Humble's"),
+        (["bench", "--params", "fair", "--nav2", "jazzy"], "--nav2 jazzy: the preset fair is for Nav2 Humble"),
     ],
 )
 def test_refusals_are_one_line(humble, argv, said, capsys):

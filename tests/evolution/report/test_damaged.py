@@ -170,7 +170,7 @@ OF_A_REEVALUATION = [
     (without("maps", 1, "runs", "mppi", 0), "map_2: expected 4 runs of mppi, got 3"),
     (without("maps", 0, "runs"), "maps.0.runs: is missing"),
     (with_value(None, "maps", 0, "runs", "dwb", 0, "time_s"), "maps.0.runs.dwb.0.time_s: should be a valid number"),
-    (with_value("other", "map_set"), "of another map set than the run's best"),
+    (with_value("other", "map_set"), "belongs to another map set than the best one of the run"),
     ("{", "cannot be read"),
 ]
 
@@ -235,8 +235,8 @@ def test_a_run_of_another_experiment_is_left_out(study):
     shutil.rmtree(runs / "cluster" / "seed-0001")
     shutil.copytree(runs / "cluster" / "seed-0000", runs / "cluster" / "seed-0001")
     results = load_results(study, ENGINE)
-    assert "config.json: of another experiment: search.pop_size is 12, expected 6" in about(results, RUN)[0]
-    assert "of another experiment: search.seed is 0, expected 1" in about(results, "cluster, seed 1")[0]
+    assert "config.json: belongs to another experiment: search.pop_size is 12, expected 6" in about(results, RUN)[0]
+    assert "belongs to another experiment: search.seed is 0, expected 1" in about(results, "cluster, seed 1")[0]
     assert len(results.runs) == 14 - 2
 
 
