@@ -1,4 +1,4 @@
-"""Parameters as records, which is how kernels take many named values."""
+"""Parameters as records, the form in which kernels take many named values."""
 
 from __future__ import annotations
 

@@ -152,7 +152,7 @@ def _take_as(group: Section, key: str, most: float, why: str) -> None:
 def _read_sources(layer: Layer, data_type: str) -> dict[str, Any]:
     """Read the lidar among the sources; a layer without one neither marks nor clears.
 
-    Several lidar sources, for example one that marks and one that clears, are read as one.
+    If one lidar source marks and another clears, they are read as one.
     """
     add = layer.group.findings.add
     lidars = layer.sees(data_type)

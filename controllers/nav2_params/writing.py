@@ -92,9 +92,9 @@ def write_nav2_params(
 
 
 def parameters_of_ours(navigation: NavigationParams) -> dict[str, Any]:
-    """Return, by name, the parameters of the controllers that no release of Nav2 has; they are not written to files.
+    """Return, by name, the controllers' parameters that no release of Nav2 has; written files lack them.
 
-    Nor are the numbers of the behaviour tree, ``navigation.bt``, which belong in its XML.
+    The numbers of the behaviour tree, ``navigation.bt``, are not among them; they belong in its XML.
     """
     plugins = {name: (CONTROLLERS[p.kind], p.params) for name, p in navigation.controllers.items()}
     return {
