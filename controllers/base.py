@@ -36,14 +36,14 @@ STOP = Twist(0.0, 0.0)
 
 
 class ControllerError(MapBenchError):
-    """The controller has no valid command now; patience applies.
+    """The controller has no valid command now; ``failure_tolerance`` says how long the server waits for one.
 
     Humble's ``PlannerException``, Jazzy's ``NoValidControl``.
     """
 
 
-class ControllerAbort(MapBenchError):  # noqa: N818 - an abort is what it is
-    """The controller gives up at once: any other exception, e.g. in Humble MPPI's runtime errors."""
+class ControllerAbort(MapBenchError):  # noqa: N818 - it ends the action, whatever the tolerance
+    """The action ends at once: any other exception of a controller, such as the runtime errors of Humble's MPPI."""
 
 
 class InvalidPath(ControllerAbort):
@@ -52,7 +52,7 @@ class InvalidPath(ControllerAbort):
 
 @dataclass(frozen=True)
 class Context:
-    """What a controller may know before a run.
+    """What a controller is told before a run.
 
     Args:
         robot: Shape and limits of the robot.
@@ -61,7 +61,7 @@ class Context:
         goal: Goal pose on the map.
         control_period: Seconds between two calls of ``act``.
         rng: The run's own generator; the only source of randomness a controller may use.
-        lidar: Beams behind the observation's ``scan``, and the scanner's place on the robot.
+        lidar: The lidar that measures the observation's ``scan``: its beams and its place on the robot.
     """
 
     robot: RobotSpec
@@ -76,7 +76,7 @@ class Context:
 class Controller(Protocol):
     """A policy over the env API.
 
-    ``observation_keys`` names what it needs of the observation. A controller that decides by itself
+    ``observation_keys`` names the parts of the observation that it needs. A controller that decides by itself
     when its run is over (as Nav2 does) also has ``decides_goal = True`` and the attributes of
     :class:`controllers.navigator.Navigator`: ``status`` and ``events``.
     """
@@ -102,10 +102,10 @@ class FollowerSetup:
     Args:
         footprint: The padded footprint.
         control_period: Seconds between two calls, 1 / ``controller_frequency``.
-        xy_goal_tolerance: Of the goal checker, m.
-        yaw_goal_tolerance: Of the goal checker, rad.
-        inflation_radius: Of the local costmap's inflation layer, m.
-        cost_scaling_factor: Of the same layer, 1/m.
+        xy_goal_tolerance: The goal checker's tolerance of the position, m.
+        yaw_goal_tolerance: The goal checker's tolerance of the heading, rad.
+        inflation_radius: The radius of the local costmap's inflation layer, m.
+        cost_scaling_factor: The cost scaling factor of the same layer, 1/m.
         rng: The run's own generator.
     """
 
@@ -121,8 +121,8 @@ class FollowerSetup:
 class PathFollower(Protocol):
     """A controller plugin in Nav2's sense (``nav2_core::Controller``).
 
-    Plan, pose and costmap are all given in the frame of the local costmap, where Nav2's controllers transform the plan
-    to themselves. As that frame moves against the map, so does the plan: see :meth:`move_plan`.
+    Plan, pose and costmap are all given in the frame of the local costmap, into which Nav2's controllers transform the
+    plan themselves. That frame moves against the map, and the plan moves with it: see :meth:`move_plan`.
     """
 
     def reset(self, setup: FollowerSetup) -> None:
@@ -134,10 +134,10 @@ class PathFollower(Protocol):
         ...
 
     def move_plan(self, path: NDArray[np.float64]) -> None:
-        """Take the whole plan of the last :meth:`set_plan` once more, where it lies by now.
+        """Take the whole plan of the last :meth:`set_plan` again, at its new place.
 
-        Shifted and turned it is still the same plan, of as many poses: what of it is behind the robot stays there,
-        and nothing else is forgotten either.
+        It is the same plan with the same number of poses, only shifted and turned. The poses that the robot has
+        passed stay passed, and nothing else is forgotten either.
         """
         ...
 

@@ -1,9 +1,8 @@
 """Behaviour tree: the control nodes of Nav2's NavigateToPose tree, with their exact semantics.
 
-A node is ticked until it is no longer RUNNING; a parent that is done with a child halts it, which
-reaches the child only while it is RUNNING (BehaviorTree.CPP 3.8). Sources: nav2_behavior_tree
-(Humble) plugins/control and plugins/decorator; BehaviorTree.CPP 3.8 for Sequence and
-ReactiveFallback.
+A node is ticked until it is no longer RUNNING. A parent that is done with a child stops it, which calls ``halt`` only
+if the child is RUNNING (BehaviorTree.CPP 3.8). Sources: nav2_behavior_tree (Humble) plugins/control and
+plugins/decorator; BehaviorTree.CPP 3.8 for Sequence and ReactiveFallback.
 """
 
 from __future__ import annotations
@@ -46,14 +45,14 @@ class Node(ABC):
 
     @abstractmethod
     def halt(self) -> None:
-        """Give up what is running."""
+        """Stop whatever is running."""
 
 
 class Action(Node):
-    """Leaf that begins something when it is first ticked, and continues it at every tick while it runs."""
+    """A leaf that begins something when it is first ticked and continues it at every tick while it runs."""
 
     def tick(self) -> Status:
-        """Begin unless it runs already, then do this tick's part."""
+        """Begin unless the action runs already, then do this tick's part."""
         if self.status is not Status.RUNNING:
             self.start()
         return self.update()
@@ -66,21 +65,21 @@ class Action(Node):
         """Do this tick's part."""
 
     def halt(self) -> None:
-        """Cancel; nothing to do unless the action says so."""
+        """Cancel the action; by default there is nothing to do."""
 
 
 class Condition(Node):
-    """Leaf that asks a question: SUCCESS for yes, FAILURE for no."""
+    """A leaf that asks a question: SUCCESS for yes, FAILURE for no."""
 
     def __init__(self, holds: Callable[[], bool]) -> None:
         self._holds = holds
 
     def tick(self) -> Status:
-        """Ask."""
+        """Ask the question."""
         return Status.SUCCESS if self._holds() else Status.FAILURE
 
     def halt(self) -> None:
-        """Nothing: a condition never runs."""
+        """Do nothing: a condition is never RUNNING."""
 
 
 class Control(Node):
@@ -96,7 +95,7 @@ class Control(Node):
 
 
 class Sequence(Control):
-    """Ticks its children in order, each until it succeeds; one failure fails it."""
+    """Ticks its children in order, each until it succeeds; it fails as soon as one of them fails."""
 
     def __init__(self, *children: Node) -> None:
         super().__init__(*children)
@@ -121,7 +120,7 @@ class Sequence(Control):
 
 
 class ReactiveFallback(Control):
-    """Asks all children anew at every tick; the first that does not fail decides."""
+    """Ticks its children from the first one on at every tick; the first that does not fail decides."""
 
     def tick(self) -> Status:
         """Tick the children from the first one on."""
@@ -141,8 +140,8 @@ class ReactiveFallback(Control):
 class RecoveryNode(Control):
     """Retries its first child up to ``number_of_retries`` times, each time after its second child succeeded.
 
-    The count of retries begins anew only when the node ends: a child that failed once, was retried and
-    now runs has one retry less left.
+    The count of retries begins anew only when the node ends: a child that failed once, was retried and is running
+    now has one retry fewer left.
     """
 
     def __init__(self, number_of_retries: int, child: Node, recovery: Node) -> None:
@@ -208,7 +207,7 @@ class PipelineSequence(Control):
 class RoundRobin(Control):
     """Tries its children in turn, beginning after the last one that succeeded; fails when all of them fail.
 
-    Where it stands outlives its own success: the parent's halt reaches RUNNING nodes only.
+    It keeps its place after a success, because the parent's halt reaches RUNNING nodes only.
     """
 
     def __init__(self, *children: Node) -> None:
@@ -239,12 +238,12 @@ class RoundRobin(Control):
 
 
 class RateController(Control):
-    """Ticks its child at ``hz``: at first, while it runs, and when one period has passed since it succeeded.
+    """Ticks its child at first, while the child is RUNNING, and once one period has passed since it last succeeded.
 
     Args:
-        hz: Rate, 1/s.
+        hz: The rate, Hz.
         clock: Returns the time, s.
-        child: What is ticked.
+        child: The node that is ticked.
     """
 
     def __init__(self, hz: float, clock: Callable[[], float], child: Node) -> None:

@@ -1,7 +1,7 @@
 """Recovery behaviours: spin, back up and wait, and the server that runs them.
 
-Source: nav2_behaviors (Humble) plugins/spin.cpp, drive_on_heading.hpp, back_up.cpp, wait.cpp and
-timed_behavior.hpp. The local costmap is looked at as the controller sees it, without the delay of its topic.
+Source: nav2_behaviors (Humble and Jazzy) plugins/spin.cpp, drive_on_heading.hpp, back_up.cpp, wait.cpp and
+timed_behavior.hpp. The behaviours look at the local costmap that the controller sees, without the delay of its topic.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Behavior(ABC):
     """One run of a behaviour.
 
     Args:
-        time_allowance: Seconds after which it has failed, None for no limit.
+        time_allowance: Seconds after which the behaviour fails; None for no limit.
     """
 
     def __init__(self, time_allowance: float | None = None) -> None:
@@ -32,22 +32,22 @@ class Behavior(ABC):
 
     @abstractmethod
     def on_run(self, pose: Pose) -> None:
-        """Remember where it begins."""
+        """Remember where the behaviour begins."""
 
     @abstractmethod
     def next_command(self, pose: Pose, elapsed: float) -> Twist | None:
-        """Return the command of this cycle, None when the behaviour has done what it was to do."""
+        """Return the command of this cycle, or None once the behaviour is complete."""
 
     @abstractmethod
     def poses_ahead(self, pose: Pose, command: Twist) -> Iterator[Pose]:
-        """Yield the poses that must be free of collision before ``command`` is published."""
+        """Yield the poses that must be free of collision for ``command`` to be published."""
 
 
 class Spin(Behavior):
     """Turns on the spot by ``spin_dist`` rad.
 
-    Nav2's look-ahead is kept as it is: it ends where the simulated turn exceeds the turn already made,
-    so the first cycle checks nothing.
+    Nav2's look-ahead is copied with its quirk: it ends where the simulated turn reaches the turn already made, so the
+    first cycle checks nothing.
     """
 
     def __init__(self, spin_dist: float, params: BehaviorServerParams, time_allowance: float = 10.0) -> None:
@@ -56,12 +56,12 @@ class Spin(Behavior):
         self._params = params
 
     def on_run(self, pose: Pose) -> None:
-        """Begin to add up the turn."""
+        """Begin to add up the angle turned."""
         self._travelled = 0.0
         self._last_yaw = pose.yaw
 
     def next_command(self, pose: Pose, elapsed: float) -> Twist | None:
-        """Turn as fast as braking within the rest of the turn allows."""
+        """Turn as fast as the robot may and still stop within the rest of the turn."""
         self._travelled += wrap_angle(pose.yaw - self._last_yaw)
         self._last_yaw = pose.yaw
         remaining = abs(self._target) - abs(self._travelled)
@@ -75,7 +75,7 @@ class Spin(Behavior):
         return min(max(braking, self._params.min_rotational_vel), self._params.max_rotational_vel)
 
     def poses_ahead(self, pose: Pose, command: Twist) -> Iterator[Pose]:
-        """Turn on in thought, as far as the robot has turned already."""
+        """Simulate the turn onwards, by no more than the robot has turned already."""
         for seconds in cycle_times(self._params):
             turn = command.w * seconds
             if abs(self._travelled) - abs(turn) <= 0.0:
@@ -84,7 +84,7 @@ class Spin(Behavior):
 
 
 class BackUp(Behavior):
-    """Drives ``backup_dist`` m backwards at ``backup_speed`` m/s, whatever the signs."""
+    """Drives ``backup_dist`` m backwards at ``backup_speed`` m/s, whatever their signs."""
 
     def __init__(
         self, backup_dist: float, backup_speed: float, params: BehaviorServerParams, time_allowance: float = 10.0
@@ -99,12 +99,12 @@ class BackUp(Behavior):
         self._start = pose
 
     def next_command(self, pose: Pose, elapsed: float) -> Twist | None:
-        """Drive until the distance is covered, measured as the crow flies."""
+        """Drive until the straight-line distance from the start is covered."""
         self._remaining = self._distance - math.hypot(pose.x - self._start.x, pose.y - self._start.y)
         return Twist(self._speed, 0.0) if self._remaining > 0.0 else None
 
     def poses_ahead(self, pose: Pose, command: Twist) -> Iterator[Pose]:
-        """Drive on in thought, up to the end of the distance."""
+        """Simulate the drive onwards, up to the end of the distance."""
         for seconds in cycle_times(self._params):
             ahead = command.v * seconds
             if self._remaining - abs(ahead) <= 0.0:
@@ -120,7 +120,7 @@ class Wait(Behavior):
         self._duration = wait_duration
 
     def on_run(self, pose: Pose) -> None:
-        """Nothing to remember."""
+        """Do nothing: there is nothing to remember."""
 
     def next_command(self, pose: Pose, elapsed: float) -> Twist | None:
         """Stand until the time is up."""
@@ -132,7 +132,7 @@ class Wait(Behavior):
 
 
 def cycle_times(params: BehaviorServerParams) -> Iterator[float]:
-    """Yield the moments of the look-ahead, s from now: one a cycle of the server."""
+    """Yield the times of the look-ahead, s from now: one for each cycle of the server."""
     for cycle in range(int(params.cycle_frequency * params.simulate_ahead_time)):
         yield cycle / params.cycle_frequency
 
@@ -141,7 +141,7 @@ class BehaviorServer:
     """Runs one behaviour at a time, at its own slower rate; a command is held until the next cycle.
 
     Attributes:
-        command: What the robot is told now.
+        command: The command in force.
     """
 
     _behavior: Behavior
@@ -153,7 +153,7 @@ class BehaviorServer:
         self._footprint = footprint
 
     def run(self, behavior: Behavior, pose: Pose, now: float) -> None:
-        """Start a behaviour; its first cycle is the next step."""
+        """Start a behaviour; the next :meth:`step` is its first cycle."""
         behavior.on_run(pose)
         self._behavior = behavior
         self._started = now
@@ -171,7 +171,7 @@ class BehaviorServer:
         self.command = STOP
 
     def _cycle(self, pose: Pose, costmap: Costmap, elapsed: float) -> tuple[Status, Twist]:
-        """One ``onCycleUpdate``: out of time, done, blocked, or on the way."""
+        """Do one ``onCycleUpdate``: the behaviour is out of time, complete, blocked or on its way."""
         behavior = self._behavior
         if behavior.time_allowance is not None and elapsed > behavior.time_allowance + TIME_RESOLUTION:
             return Status.FAILURE, STOP
@@ -183,7 +183,7 @@ class BehaviorServer:
         return Status.RUNNING, command
 
     def _is_free(self, pose: Pose, costmap: Costmap) -> bool:
-        """Whether the outline at ``pose`` touches neither an obstacle, nor the unknown, nor the map's end."""
+        """Whether the outline at ``pose`` touches neither an obstacle nor unknown space, and stays on the map."""
         if costmap.world_to_map(pose.x, pose.y) is None:
             return False
         cost = footprint_cost(

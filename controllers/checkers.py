@@ -1,4 +1,4 @@
-"""Checkers: whether the goal is reached, and whether the robot still gets anywhere.
+"""Checkers: whether the goal is reached, and whether the robot makes progress.
 
 Source: nav2_controller (Humble and Jazzy) plugins/simple_goal_checker.cpp, stopped_goal_checker.cpp,
 position_goal_checker.cpp (Jazzy), simple_progress_checker.cpp, pose_progress_checker.cpp.
@@ -29,7 +29,7 @@ class GoalChecker(Protocol):
 
 
 class ProgressChecker(Protocol):
-    """Says whether the robot still moves on."""
+    """Says whether the robot makes progress."""
 
     def reset(self) -> None:
         """Begin anew with the next pose."""
@@ -41,10 +41,10 @@ class ProgressChecker(Protocol):
 
 
 class SimpleGoalChecker:
-    """Position within one tolerance, then heading within another.
+    """Wants the position within one tolerance, then the heading within another.
 
     Args:
-        params: Tolerances; ``stateful``, whether a position once reached counts until the next path.
+        params: The tolerances, and ``stateful``: whether a position once reached counts until the next path.
     """
 
     def __init__(self, params: GoalCheckerParams) -> None:
@@ -66,7 +66,7 @@ class SimpleGoalChecker:
         return error <= params.yaw_goal_tolerance
 
     def _is_position_reached(self, pose: Pose, goal: Pose) -> bool:
-        """Whether the robot is within the distance, or was and that still counts."""
+        """Whether the robot is within the tolerance, or was before and that still counts."""
         if self._position_reached:
             return True
         dx, dy = pose.x - goal.x, pose.y - goal.y
@@ -89,7 +89,7 @@ class StoppedGoalChecker(SimpleGoalChecker):
 
 
 class PositionGoalChecker(SimpleGoalChecker):
-    """The position alone (Jazzy)."""
+    """Wants the position alone (Jazzy)."""
 
     def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist) -> bool:
         """Return whether the robot at ``pose`` is at ``goal``, whatever its heading."""
@@ -97,10 +97,10 @@ class PositionGoalChecker(SimpleGoalChecker):
 
 
 class SimpleProgressChecker:
-    """Wants the robot to leave a circle around its last baseline within a time.
+    """Wants the robot to leave a circle around its baseline pose within a time; the baseline then moves with it.
 
     Args:
-        params: Radius of the circle and time.
+        params: Radius of the circle, and the time.
     """
 
     def __init__(self, params: ProgressCheckerParams) -> None:
@@ -109,7 +109,7 @@ class SimpleProgressChecker:
         self._since = 0.0
 
     def reset(self) -> None:
-        """Take the next pose as baseline."""
+        """Take the next pose as the baseline."""
         self._baseline = None
 
     def check(self, pose: Pose, now: float) -> bool:
@@ -124,7 +124,7 @@ class SimpleProgressChecker:
 
 
 class PoseProgressChecker(SimpleProgressChecker):
-    """A :class:`SimpleProgressChecker` to which a turn is progress as well."""
+    """A :class:`SimpleProgressChecker` that counts a turn as progress as well."""
 
     def _moved(self, baseline: Pose, pose: Pose) -> bool:
         turned = abs(wrap_angle(pose.yaw - baseline.yaw)) > self._params.required_movement_angle
@@ -132,10 +132,10 @@ class PoseProgressChecker(SimpleProgressChecker):
 
 
 class NoProgressChecker:
-    """Lets the robot stand for ever: progress is not checked."""
+    """Lets the robot stand still for ever: progress is not checked."""
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """Do nothing: there is nothing to forget."""
 
     def check(self, pose: Pose, now: float) -> bool:
         """Return True."""
@@ -143,13 +143,13 @@ class NoProgressChecker:
 
 
 def make_goal_checker(params: GoalCheckerParams) -> GoalChecker:
-    """Return the goal checker that the options name."""
+    """Make the goal checker that ``plugin`` names."""
     kinds = {"simple": SimpleGoalChecker, "stopped": StoppedGoalChecker, "position": PositionGoalChecker}
     return kinds[params.plugin](params)
 
 
 def make_progress_checker(params: ProgressCheckerParams) -> ProgressChecker:
-    """Return the progress checker that the options name."""
+    """Make the progress checker that ``plugin`` names."""
     if params.plugin == "none":
         return NoProgressChecker()
     return PoseProgressChecker(params) if params.plugin == "pose" else SimpleProgressChecker(params)

@@ -1,8 +1,9 @@
 """ControllerServer: Nav2's FollowPath action around one path follower.
 
 Source: nav2_controller (Humble and Jazzy) src/controller_server.cpp, ``computeControl`` and what it calls. Paths come
-in the frame of the map; everything else, checkers included, is in the frame of the local costmap. Nav2's controllers
-all transform the plan to it in every cycle; here the server does it for them, with the newest transform.
+in the frame of the map; everything else, checkers included, is in the frame of the local costmap. In Nav2 every
+controller transforms the plan into that frame in every cycle; here the server does it for them, with the newest
+transform.
 """
 
 from __future__ import annotations
@@ -29,17 +30,17 @@ class ControllerServer:
     It cycles at ``controller_frequency``; a command is held until the next cycle.
 
     Args:
-        follower: DWB, MPPI, RPP or any other :class:`controllers.base.PathFollower`.
-        params: Checkers, thresholds and failure tolerance.
+        follower: DWB, MPPI or any other :class:`controllers.base.PathFollower`.
+        params: The parameters: checkers, thresholds and failure tolerance.
         abort_is_exception: Whether ``failure_tolerance`` also covers a ControllerAbort; in Nav2 such an exception ends
             the action at once.
-        release: Of Nav2. In Jazzy the controller forgets what it has learnt whenever an action ends: its
-            ``end_action()`` is called, if it has one.
+        release: The release of Nav2. In Jazzy a controller is reset whenever an action ends: its ``end_action()`` is
+            called, if it has one.
 
     Attributes:
-        command: What the robot is told now.
+        command: The command in force.
         failure_reason: Why the action was aborted.
-        recovery_would_help: Whether, by Jazzy's error codes, it may go better after a recovery.
+        recovery_would_help: Whether the failure is one that, by Jazzy's error codes, a recovery may help against.
         seconds: Wall-clock seconds spent inside the follower.
         calls: Number of calls of the follower.
     """
@@ -73,7 +74,7 @@ class ControllerServer:
         self._rate.start(now)
 
     def set_plan(self, path: NDArray[np.float64]) -> None:
-        """Take a new path; the goal checker forgets what was reached, the progress checker does not."""
+        """Take a new path; the goal checker begins anew, the progress checker does not."""
         self._path, self._map_seen = path, IDENTITY
         self._goal_checker.reset()
         if len(path):
@@ -83,14 +84,14 @@ class ControllerServer:
     def step(
         self, pose: Pose, odometry: Twist, costmap: Costmap, now: float, map_in_costmap: Pose = IDENTITY
     ) -> Status:
-        """Do the cycle that is due, if one is: progress, command, goal; the goal is tested at the same pose.
+        """Do a cycle if one is due: check progress, ask for a command, and test the goal at the same pose.
 
         Args:
-            pose: Of the robot, in the costmap's frame.
+            pose: Pose of the robot, in the costmap's frame.
             odometry: Measured velocity.
             costmap: The local costmap.
             now: Seconds since the start of the run.
-            map_in_costmap: Where the map's frame is by now, in the costmap's.
+            map_in_costmap: Pose of the map's frame in the costmap's frame.
         """
         if not self._rate.is_due(now):
             return Status.RUNNING
@@ -118,20 +119,20 @@ class ControllerServer:
         self._end()
 
     def _end(self) -> None:
-        """Stop the robot and have the controller forget this action."""
+        """Stop the robot and, in Jazzy, reset the controller."""
         self.command = STOP
         if self._end_action is not None:
             self._end_action()
 
     def _move_plan(self, map_in_costmap: Pose) -> None:
-        """Give the follower the path where it lies by now."""
+        """Give the follower the path at its new place."""
         self._map_seen = map_in_costmap
         path = transform_path(map_in_costmap, self._path)
         self._goal = Pose(*path[-1].tolist())
         self._follower.move_plan(path)
 
     def _compute(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
-        """Ask the follower, with a stopwatch."""
+        """Ask the follower for a command, and measure how long it takes."""
         began = time.perf_counter()
         try:
             return self._follower.compute_velocity_commands(pose, velocity, costmap, now)
@@ -140,13 +141,13 @@ class ControllerServer:
             self.calls += 1
 
     def _without_noise(self, odometry: Twist) -> Twist:
-        """Measured velocity with tiny components set to 0."""
+        """Return the measured velocity with components below the thresholds set to 0."""
         v = odometry.v if abs(odometry.v) > self._params.min_x_velocity_threshold else 0.0
         w = odometry.w if abs(odometry.w) > self._params.min_theta_velocity_threshold else 0.0
         return Twist(v, w)
 
     def _is_patient_with(self, error: ControllerError | ControllerAbort, now: float) -> bool:
-        """Whether the action goes on without a command."""
+        """Whether the action goes on although the controller has no valid command."""
         tolerance = self._params.failure_tolerance
         if tolerance == 0.0 or (isinstance(error, ControllerAbort) and not self._abort_is_exception):
             return False

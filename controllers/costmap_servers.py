@@ -20,8 +20,8 @@ from gym_mapbench.scenario import Pose
 Ranges = NDArray[np.floating]
 
 HAIR = 32
-"""Steps of single precision. The simulated lidar is exact, so without noise its hits lie on the border of the wall's
-cell, and rounding would decide which cell they are in: this much farther along the ray they are inside the wall."""
+"""How much farther along the ray a hit is reported, in steps of single precision. The simulated lidar is exact: without
+noise its hits lie on the border of the wall's cell, and rounding would decide which cell they fall into."""
 
 
 class CostmapServer:
@@ -31,7 +31,7 @@ class CostmapServer:
         params: Layers and size.
         grid: The static map.
         footprint: The padded footprint.
-        lidar: Beams of the scans, and the scanner's place on the robot.
+        lidar: The lidar that makes the scans: its beams and its place on the robot.
     """
 
     _costmap: Costmap
@@ -51,17 +51,17 @@ class CostmapServer:
         return self._costmap
 
     def observe(self, pose: Pose, scan: Ranges | None, now: float, frame: Pose = IDENTITY) -> None:
-        """Take what is measured now; update if it is time to.
+        """Take this step's measurements, and update the costmap if that is due.
 
         Args:
-            pose: Of the robot, in the costmap's frame.
-            scan: ``(beams,)`` ranges, m. If they are all the same as before it is the same scan, which was taken where
-                it first came.
+            pose: Pose of the robot, in the costmap's frame.
+            scan: ``(beams,)`` ranges, m. If all of them equal the last ones, it is still the last scan, taken at the
+                pose at which it first came.
             now: Seconds since the start of the run.
-            frame: Pose of the costmap's frame in the map's, by now.
+            frame: Pose of the costmap's frame in the map's frame.
 
         Raises:
-            ConfigError: If the scan has not as many ranges as the lidar has beams.
+            ConfigError: If the number of ranges is not the number of the lidar's beams.
         """
         if scan is not None and len(scan) != self._lidar.beams:
             raise ConfigError(f"scan: expected {self._lidar.beams} ranges, one a beam, got {len(scan)}")
@@ -86,7 +86,7 @@ class CostmapServer:
         self._costmap = self._layered.update(self._pose, self._frame)
 
     def _message(self, scan: Ranges, taken_at: Pose) -> LaserScan:
-        """Return a scan as a driver would send it: beams that hit nothing say so."""
+        """Return a scan as a driver would send it, with an infinite range for a beam that hits nothing."""
         lidar = self._lidar
         farthest = max(abs(taken_at.x), abs(taken_at.y)) + lidar.range_max
         hair = HAIR * np.spacing(np.float32(farthest))

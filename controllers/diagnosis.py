@@ -1,4 +1,4 @@
-"""Why a run ended without the goal, in words: where the robot stood, who gave up and why, and what would help."""
+"""Why a run ended before the goal, in words: where the robot stood, what failed and why, and what would help."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from gym_mapbench.episode import RECOVERY_KINDS, Event
 
 STANDING_RADIUS = 0.3
-"""m; a robot that stays within it stands, whatever it turns."""
+"""A robot that stays within this radius (m) counts as standing, however it turns."""
 STANDING_SECONDS = 5.0
+"""From this time on (s) it is said since when the robot stood."""
 
 ADVICE = {
     "collision ahead": "RPP stops where its arc touches an inflated obstacle within "
@@ -26,7 +27,7 @@ ADVICE = {
     "no path": "the global costmap leaves no way: passages narrower than the robot, its footprint_padding and a cell "
     "on either side are closed",
 }
-"""By a part of a failure's reason, what it means and what helps."""
+"""Part of a failure's reason -> what the failure means and what helps."""
 
 
 def diagnose(trajectory: NDArray[np.float64], control_period: float, events: Sequence[Event], explanation: str) -> str:
@@ -36,7 +37,7 @@ def diagnose(trajectory: NDArray[np.float64], control_period: float, events: Seq
         trajectory: ``(steps + 1, >= 2)`` x and y of every control step, m.
         control_period: Seconds of one step.
         events: What happened, in order.
-        explanation: What the controller says of its last decision; may be empty.
+        explanation: What the controller says about its last decision; may be empty.
     """
     parts = [where_it_stood(trajectory, control_period), *who_gave_up(events)]
     advice = next((text for mark, text in ADVICE.items() if any(mark in event.detail for event in events)), "")
@@ -44,7 +45,7 @@ def diagnose(trajectory: NDArray[np.float64], control_period: float, events: Seq
 
 
 def where_it_stood(trajectory: NDArray[np.float64], control_period: float) -> str:
-    """Say where a robot ended, and since when it was there if that was long."""
+    """Say where a robot ended, and since when it stood there if that was long."""
     x, y = trajectory[-1, :2]
     away = np.hypot(*(trajectory[:, :2] - trajectory[-1, :2]).T) > STANDING_RADIUS
     since = (int(np.flatnonzero(away)[-1]) + 1 if away.any() else 0) * control_period
@@ -54,7 +55,7 @@ def where_it_stood(trajectory: NDArray[np.float64], control_period: float) -> st
 
 
 def who_gave_up(events: Sequence[Event]) -> list[str]:
-    """Say how often controller and planner failed, most often for which reason, and how many recoveries were tried."""
+    """Say how often controller and planner failed, for which reason mostly, and how many recoveries were tried."""
     said = []
     for kind, who in (("controller_failure", "the controller"), ("replan_failure", "the planner")):
         reasons = Counter(event.detail for event in events if event.kind == kind)

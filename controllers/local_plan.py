@@ -1,7 +1,7 @@
 """The part of a plan near the robot, as Regulated Pure Pursuit and the Graceful Controller take it.
 
-``tuning`` is a record that has ``max_robot_pose_search_dist`` (m; NaN for half the costmap) and says how the release
-searches: ``last_of_equals``, ``keeps_segment`` and ``searches_width``.
+``tuning`` is a record with ``max_robot_pose_search_dist`` (m; NaN for half the costmap) and the switches that say how
+the release searches: ``last_of_equals``, ``keeps_segment`` and ``searches_width``.
 
 Source: nav2_regulated_pure_pursuit_controller: src/regulated_pure_pursuit_controller.cpp (Humble) and
 src/path_handler.cpp (Jazzy); nav2_graceful_controller: src/path_handler.cpp.
@@ -23,10 +23,11 @@ def distance(path, i, x, y):
 
 @kernel
 def nearest_pose(path, steps, begin, x, y, search_dist, tuning):
-    """Index of the pose nearest to the robot among those within ``search_dist`` of path.
+    """Index of the pose nearest to the robot among those within ``search_dist`` (m) along the path.
 
-    ``steps[i]`` is the distance from pose i to i + 1. Of equals the first counts, or the last; where that is the last
-    pose of all, the one before may be taken, so that a segment remains.
+    ``steps[i]`` is the distance from pose i to i + 1. Of equally near poses the first is taken, or with
+    ``last_of_equals`` the last. If that is the last pose searched, ``keeps_segment`` takes the one before it, so that a
+    segment remains.
     """
     first, nearest, travelled, bound = begin, math.inf, 0.0, len(path)
     for i in range(begin, len(path)):
@@ -60,6 +61,6 @@ def plan_window(path, steps, begin, x, y, costs, resolution, tuning):
 
 @kernel
 def in_robot_frame(path, i, x, y, cos, sin):
-    """Point of the path seen from the robot, m."""
+    """Point i of the path in the robot's frame, m."""
     dx, dy = path[i, 0] - x, path[i, 1] - y
     return cos * dx + sin * dy, cos * dy - sin * dx

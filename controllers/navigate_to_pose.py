@@ -1,8 +1,8 @@
-"""NavigateToPose: Nav2's default behaviour tree, and the leaves that stand in it.
+"""NavigateToPose: Nav2's default behaviour tree and its leaves.
 
 Source: nav2_bt_navigator (Humble and Jazzy)
 behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml and the nodes of nav2_behavior_tree.
-A service or an action that Nav2 answers within a few of its 10 ms ticks is answered within the tick here.
+A service or an action that takes Nav2 a few of its 10 ms ticks to answer is answered within one tick here.
 """
 
 from __future__ import annotations
@@ -44,17 +44,18 @@ class Blackboard:
 
     Attributes:
         now: Seconds since the start.
-        pose: Where the robot is on the map.
-        local_pose: Where it is in the frame of the local costmap.
-        odometry: How it moves.
+        goal: The goal, on the map.
+        pose: Pose of the robot, on the map.
+        local_pose: Its pose in the frame of the local costmap.
+        odometry: Its measured velocity.
         path: The newest global path, ``(n, 3)``; empty before the first one.
         cmd_vel_nav: Command of the controller server in this tick.
-        recovery_command: Command of a recovery in this tick; it goes past the velocity smoother.
-        failure: Kind and reason of the last failure of planner or controller.
-        planner_recovery_would_help: Whether the planner's last error, if it stands, is one that a recovery may help
-            against; Jazzy asks before it recovers.
-        controller_recovery_would_help: The same of the controller.
-        events: What happened, in order.
+        recovery_command: Command of a recovery in this tick, which bypasses the velocity smoother; None without one.
+        failure: Kind and reason of the last failure of the planner or the controller.
+        planner_recovery_would_help: Whether the planner failed last time, by an error that a recovery may help
+            against; Jazzy asks this before it recovers.
+        controller_recovery_would_help: The same for the controller.
+        events: What happened so far, in order.
     """
 
     goal: Pose
@@ -81,11 +82,11 @@ class Blackboard:
 
     @property
     def map_in_local(self) -> Pose:
-        """Where the map's frame is in the local costmap's, by the two poses of the robot."""
+        """Pose of the map's frame in the local costmap's frame, from the robot's two poses."""
         return relate(self.pose, self.local_pose)
 
     def has_path(self) -> bool:
-        """Whether there was ever a path."""
+        """Whether there is a path to follow."""
         return len(self.path) > 0
 
     def planner_needs_it(self) -> bool:
@@ -97,15 +98,15 @@ class Blackboard:
         return self.controller_recovery_would_help
 
     def either_needs_it(self) -> bool:
-        """Whether a recovery may help one of them."""
+        """Whether a recovery may help the planner or the controller."""
         return self.planner_recovery_would_help or self.controller_recovery_would_help
 
     def log(self, kind: str, detail: str = "") -> None:
-        """Write down that something happened now."""
+        """Record an event that happens now."""
         self.events.append(Event(self.now, kind, detail))
 
     def begin_tick(self, now: float, pose: Pose, local_pose: Pose, odometry: Twist) -> None:
-        """Take what is measured now; nobody has commanded anything yet."""
+        """Take this tick's measurements and clear the last tick's commands."""
         self.now, self.pose, self.local_pose, self.odometry = now, pose, local_pose, odometry
         self.cmd_vel_nav, self.recovery_command = STOP, None
 
@@ -117,7 +118,7 @@ class ComputePathToPose(Action):
         self._board = board
 
     def update(self) -> Status:
-        """Plan; a failure leaves the old path where it is."""
+        """Plan; a failure keeps the old path."""
         board = self._board
         try:
             board.path = board.planner.plan(board.global_costmap.costmap, board.pose, board.goal)
@@ -165,14 +166,14 @@ class FollowPath(Action):
 
 
 class ClearEntireCostmap(Action):
-    """Clears the global or the local costmap; it is filled again before anybody looks at it."""
+    """Clears the global or the local costmap, which is filled again at once."""
 
     def __init__(self, board: Blackboard, which: str) -> None:
         self._board = board
         self._which = which
 
     def update(self) -> Status:
-        """Clear."""
+        """Clear the costmap."""
         server = self._board.local_costmap if self._which == "local" else self._board.global_costmap
         server.clear()
         self._board.log(f"clear_{self._which}")
@@ -180,7 +181,7 @@ class ClearEntireCostmap(Action):
 
 
 class RunBehavior(Action):
-    """Has the behaviour server run a new ``make_behavior()``; fails at once if there is none (None)."""
+    """Has the behaviour server run the behaviour that ``make_behavior`` makes; fails at once if that is None."""
 
     def __init__(self, board: Blackboard, kind: str, make_behavior: Callable[[], Behavior] | None) -> None:
         self._board = board
@@ -188,7 +189,7 @@ class RunBehavior(Action):
         self._make_behavior = make_behavior
 
     def start(self) -> None:
-        """Send the goal."""
+        """Start the behaviour."""
         if self._make_behavior is not None:
             self._board.log(self._kind)
             self._board.behavior_server.run(self._make_behavior(), self._board.local_pose, self._board.now)
@@ -209,7 +210,7 @@ class RunBehavior(Action):
 
 
 def goal_updated() -> bool:
-    """Whether the goal has changed: never, a run has one goal."""
+    """Whether the goal has changed: it never does, because a run has one goal."""
     return False
 
 
@@ -243,7 +244,7 @@ def navigate_to_pose_w_replanning_and_recovery(board: Blackboard, params: Naviga
 
 
 def _if_it_helps(params: NavigationParams, helps: Callable[[], bool], recovery: Node) -> Node:
-    """Guard a recovery that Jazzy tries only where it may help; Humble always does."""
+    """Guard a recovery: Jazzy tries it only where it may help, Humble always."""
     return recovery if params.release == "humble" else Sequence(Condition(helps), recovery)
 
 
@@ -260,7 +261,7 @@ def navigate_to_pose_w_replanning(board: Blackboard, params: NavigationParams) -
 
 
 def _behaviors(board: Blackboard, params: NavigationParams) -> list[RunBehavior]:
-    """Spin, Wait and BackUp, in the order of the tree."""
+    """Make the leaves Spin, Wait and BackUp, in the order of the tree."""
     bt, server = params.bt, params.behavior_server
     makers: dict[str, Callable[[], Behavior]] = {
         "spin": partial(Spin, bt.spin_dist, server, bt.time_allowance),

@@ -1,11 +1,12 @@
 """Navigator: Nav2's NavigateToPose as a policy over the env API.
 
-One ``act`` is one control period. Within it, in this order: update the costmaps if it is time, replan if it is
-time, check progress, ask the path follower for a command, test the goal at the same pose. Time is counted in control
-periods, never by a clock on the wall.
+One ``act`` is one control period. It does the following, in this order: update the costmaps if that is due, replan if
+that is due, check progress, ask the path follower for a command, and test the goal at the same pose. Time is counted in
+control periods, never by a wall clock.
 
 The planner works on the map. The controller, its checkers and the recovery behaviours work in the frame of the local
-costmap, which is ``odom`` (Nav2's ``global_frame`` of a costmap): shifted and turned against the map, smooth, drifting.
+costmap, which is ``odom`` (a costmap's ``global_frame`` in Nav2). It is shifted and turned against the map; the robot
+moves smoothly in it, but it drifts.
 """
 
 from __future__ import annotations
@@ -50,19 +51,19 @@ class Navigator:
     """Plans, follows the plan with ``follower``, and recovers, as Nav2 does.
 
     Args:
-        follower: DWB, MPPI, RPP or any other :class:`controllers.base.PathFollower`.
-        params: Everything else.
-        name: Name under which it is reported.
+        follower: DWB, MPPI or any other :class:`controllers.base.PathFollower`.
+        params: Parameters of everything but the follower.
+        name: Name under which the controller is reported.
         abort_is_exception: Whether the failure tolerance also covers a follower's ControllerAbort, which in Nav2 ends
             the action at once.
 
     Attributes:
         status: ``running``, ``succeeded`` (at the goal) or ``failed``.
-        failure_kind: Who failed, as an episode's outcome.
-        failure_reason: In one line.
+        failure_kind: What failed, as an episode's outcome.
+        failure_reason: Why it failed, in one line.
         events: Replans, failures and recoveries of this run, in order.
         path: The newest global path, ``(n, 3)`` x, y in m and yaw in rad; empty before the first one.
-        first_path: The first one; empty if there was none.
+        first_path: The first global path; empty before it.
     """
 
     decides_goal = True
@@ -80,13 +81,13 @@ class Navigator:
 
     @property
     def observation_keys(self) -> tuple[str, ...]:
-        """``pose``, ``odom`` and ``velocity``, and ``scan`` where a layer of a costmap looks at it."""
+        """``pose``, ``odom`` and ``velocity``, and ``scan`` if a layer of a costmap uses it."""
         keys = "pose", "odom", "velocity"
         return (*keys, "scan") if self._observing_costmaps else keys
 
     @property
     def scan_rate(self) -> float:
-        """How often the quicker of the costmaps that look at scans does so, Hz."""
+        """Highest update frequency of the costmaps that use scans, Hz."""
         rates = [costmap.update_frequency for costmap in self._observing_costmaps]
         return max(rates, default=self.params.local_costmap.update_frequency)
 
@@ -97,7 +98,7 @@ class Navigator:
 
     @property
     def _local_in_odom(self) -> bool:
-        """Whether the local costmap lives in the odom frame; one that is a copy of the whole map stays on the map."""
+        """Whether the local costmap is in the odom frame; one that copies the whole static map stays in the map's."""
         local = self.params.local_costmap
         return local.rolling_window or not local.writes("static_layer")
 
@@ -105,10 +106,10 @@ class Navigator:
         """Refuse an env that is slower than the controller server.
 
         Args:
-            control_period: Of the env, s.
+            control_period: The env's control period, s.
 
         Raises:
-            ConfigError: If ``controller_frequency`` is above the rate of control.
+            ConfigError: If ``controller_frequency`` is above the env's rate of control.
         """
         wanted = self.params.controller_server.controller_frequency
         if wanted * control_period > 1.0 + TIME_RESOLUTION:
@@ -121,7 +122,7 @@ class Navigator:
         """Forget the last run and build the servers of the next.
 
         Raises:
-            ConfigError: If ``controller_frequency`` is above the rate of control.
+            ConfigError: If ``controller_frequency`` is above the env's rate of control.
         """
         self.check_frequency(context.control_period)
         self._forget_outcome()
@@ -154,7 +155,7 @@ class Navigator:
         return self._command(odometry)
 
     def explain(self) -> str:
-        """Say what keeps the path follower from driving on, if it can tell; in one line, else empty."""
+        """Say in one line what keeps the path follower from driving on; empty if it cannot tell."""
         explain = getattr(self.follower, "explain", None)
         if explain is None or not len(self._board.path):
             return ""
@@ -165,13 +166,13 @@ class Navigator:
 
     @property
     def seen_costmap(self) -> SeenCostmap:
-        """The local costmap as of now, where the robot believes it to be."""
+        """The current local costmap, placed on the map where the robot believes it to be."""
         board = self._board
         return SeenCostmap(board.local_costmap.costmap, relate(board.local_pose, board.pose), board.pose)
 
     @property
     def number_recoveries(self) -> int:
-        """Every clear, spin, wait and back-up of this run, as Nav2 counts them."""
+        """Number of clears, spins, waits and back-ups in this run, as Nav2 counts them."""
         return sum(event.kind in RECOVERY_KINDS for event in self.events)
 
     @property
@@ -227,7 +228,7 @@ class Navigator:
         )
 
     def _command(self, odometry: Twist) -> Twist:
-        """Smooth the controller's command, unless a recovery drives: that one bypasses the smoother."""
+        """Return the smoothed command of the controller, or that of a recovery, which bypasses the smoother."""
         board = self._board
         command = self._smoother.smooth(board.cmd_vel_nav, odometry) if self._smoother else board.cmd_vel_nav
         return command if board.recovery_command is None else board.recovery_command
@@ -238,7 +239,7 @@ class Navigator:
             self.first_path = self.path
 
     def _finish(self, outcome: Status) -> None:
-        """Say how the run ended."""
+        """Record how the run ended."""
         if outcome is Status.SUCCESS:
             self.status = "succeeded"
             return

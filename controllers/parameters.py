@@ -1,4 +1,4 @@
-"""The shape of ROS parameters: dotted keys and nested mappings are two spellings of one thing; releases; critics."""
+"""What the parameters of all controllers share: dotted and nested keys, defaults by release, and lists of critics."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def nest_dotted(params: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _insert(target: dict[str, Any], names: list[str], value: Any, key: str) -> None:
-    """Put ``value`` under the path ``names``; a mapping is merged into the group of that name."""
+    """Put ``value`` under the nested ``names``; a mapping is merged into the group of that name."""
     for name in names[:-1]:
         target = target.setdefault(name, {})
         if not isinstance(target, dict):
@@ -44,7 +44,7 @@ def _insert(target: dict[str, Any], names: list[str], value: Any, key: str) -> N
 
 
 def overlay(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay one nested mapping over another: groups are merged, values replaced."""
+    """Lay one nested mapping over another: groups are merged, values are replaced."""
     merged = dict(below)
     for key, value in above.items():
         both = isinstance(value, Mapping) and isinstance(merged.get(key), Mapping)
@@ -53,25 +53,25 @@ def overlay(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any
 
 
 def value_at(values: object, name: str) -> object:
-    """Return what stands under a dotted name in nested mappings or settings, None if nothing does."""
+    """Return the value under a dotted name in nested mappings or settings; None if there is none."""
     for part in name.split("."):
         values = values.get(part) if isinstance(values, Mapping) else getattr(values, part, None)
     return values
 
 
 class ReleaseSettings(Settings):
-    """Parameters whose defaults, and some of which themselves, depend on the release of Nav2.
+    """Parameters that depend on the release of Nav2: in their defaults, and some in whether they exist.
 
-    The defaults of the fields are those of Humble. A parameter that the release does not have is None, and refused
+    The defaults of the fields are those of Humble. A parameter that the release does not have is None, and is refused
     if it is given.
 
     Attributes:
-        DEFAULTS: Of each release, by dotted name, where they differ from those of the fields.
-        MISSING: Dotted names of the parameters that a release does not have -> what it does instead.
-        OURS: Dotted names of the parameters that no Nav2 has.
+        DEFAULTS: Release -> dotted name -> default, where it differs from that of the field.
+        MISSING: Release -> dotted name of a parameter it does not have -> what it does instead.
+        OURS: Dotted names of the parameters that no release of Nav2 has.
 
     Args:
-        release: Whose behaviour this is.
+        release: The release of Nav2 whose behaviour this is.
     """
 
     DEFAULTS: ClassVar[Mapping[Release, Mapping[str, Any]]] = {}
@@ -107,7 +107,7 @@ class CriticSettings(Settings):
 
 
 class SettingsWithCritics(ReleaseSettings):
-    """Parameters of a controller that asks the ``critics`` it lists; each has a group of parameters of its name."""
+    """Parameters of a controller that lists its ``critics``; each critic has a group of parameters under its name."""
 
     @field_validator("critics", check_fields=False)
     @classmethod

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 TIME_RESOLUTION = 1e-9
-"""Two moments closer than this (s) are one: times are sums of control periods, not exact binary fractions."""
+"""Times closer than this (s) count as equal: they are sums of control periods, which are no exact binary fractions."""
 
 
 class Rate:
     """Says when the next cycle of a server is due.
 
     Args:
-        hz: Cycles a second.
+        hz: Cycles per second.
     """
 
     def __init__(self, hz: float) -> None:

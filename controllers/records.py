@@ -1,4 +1,4 @@
-"""Parameters as records, which is how kernels take many named values."""
+"""Parameters as records, the form in which kernels take many named values."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from controllers.parameters import ReleaseSettings
 def record_type(
     settings: type[ReleaseSettings], *, numbers: Sequence[str], switches: Sequence[str]
 ) -> np.dtype[np.void]:
-    """Build the record of all numbers and switches of some parameters, and of those that the run adds.
+    """Build the type of a record that holds a controller's parameters and the values that a run adds to them.
 
     Args:
-        settings: The parameters, none of them a group or a text but the release, which is left out.
-        numbers: Names of further numbers.
-        switches: Names of further switches.
+        settings: The parameters: numbers and switches only, but for the release, which is left out.
+        numbers: Names of the numbers that the run adds.
+        switches: Names of the switches that the run adds.
     """
     own = [(name, field.annotation) for name, field in settings.model_fields.items() if name != "release"]
     return np.dtype(
@@ -34,7 +34,7 @@ def record_type(
 
 
 def fill_record(kind: np.dtype[np.void], values: Mapping[str, Any]) -> NDArray[np.void]:
-    """Return a ``(1,)`` record of ``values``; what is None there is NaN or false."""
+    """Return a ``(1,)`` record of ``values``; None becomes NaN, or false for a switch."""
     record = np.zeros(1, dtype=kind)
     for name in kind.fields or ():
         missing = math.nan if kind[name] == np.float64 else False

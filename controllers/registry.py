@@ -1,10 +1,10 @@
 """Controllers by name: Nav2's own, those of third parties, and learned policies from their files.
 
-A third party's is a callable, named ``module:attribute``, registered here, or by the entry point group
-``gym_mapbench.controllers`` (see :mod:`gym_mapbench.registry`). It is called with the parameters the user gave, and
-with ``navigation=`` (a :class:`~controllers.nav2_params.NavigationParams`) if it has a parameter of that name, and
-returns a :class:`~controllers.base.Controller`. A path follower becomes one with
-:class:`~controllers.navigator.Navigator`.
+A third party provides a callable that makes its controller. It is named ``module:attribute``, or registered here or
+in the entry point group ``gym_mapbench.controllers`` (see :mod:`gym_mapbench.registry`). It is called with the
+parameters that the user gave, and with ``navigation=`` (a :class:`~controllers.nav2_params.NavigationParams`) if it has
+a parameter of that name, and returns a :class:`~controllers.base.Controller`.
+:class:`~controllers.navigator.Navigator` makes a controller of a path follower.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from controllers.graceful.controller import GracefulFollower
 from controllers.mppi.controller import MppiFollower
 from controllers.nav2_params import ControllerPlugin, NavigationParams, load_preset, plugins
 from controllers.nav2_params.findings import Findings
-from controllers.nav2_params.presets import overlay
 from controllers.nav2_params.section import Section
 from controllers.navigator import Navigator
+from controllers.parameters import overlay
 from controllers.rl import load_sb3
 from controllers.rotation_shim.controller import RotationShimFollower
 from controllers.rpp.controller import RppFollower
@@ -42,11 +42,11 @@ FOLLOWERS: dict[str, Callable[[Any], PathFollower]] = {
 """Nav2's controllers, and the Rotation Shim around each of them; each is made from its own parameters."""
 
 CONTROLLERS: Registry[Callable[..., Any]] = Registry("controller", "controllers", FOLLOWERS, check=must_be_callable)
-"""All controllers; third parties' are called as the module's text says."""
+"""All controllers; those of third parties are called as described at the top of this module."""
 
 
 def controller_names() -> tuple[str, ...]:
-    """Return the names that :func:`make_controller` knows whatever the parameter file, sorted."""
+    """Return, sorted, the names that :func:`make_controller` knows with any parameter file."""
     return CONTROLLERS.names()
 
 
@@ -61,19 +61,19 @@ def make_controller(
     """Make a controller, ready for ``reset``.
 
     Args:
-        name: ``dwb``, ``mppi``, ``rpp`` or ``graceful``, ``shim_dwb`` and so on for a Rotation Shim around it, a
-            controller of ``navigation`` by its own name, a third party's (a name or ``module:attribute``), or the file
-            of a Stable-Baselines3 model, ``path/to/model.zip`` or ``NAME=path/to/model.zip``.
+        name: ``dwb``, ``mppi``, ``rpp`` or ``graceful``; ``shim_dwb`` and so on for a Rotation Shim around one of them;
+            a controller of ``navigation`` by its own name; a third party's (a name or ``module:attribute``); or the
+            file of a Stable-Baselines3 model, ``path/to/model.zip`` or ``NAME=path/to/model.zip``.
         navigation: Parameters of the whole navigation, e.g. from ``read_nav2_params``; None for the preset's.
-        preset: ``thesis``, ``fair``, ``jazzy`` or ``jazzy_fair``; not used where ``navigation`` is given.
-        label: Name under which it is reported; ``name`` if None. A third party's names itself.
-        nav2_params: Parameters of this controller that differ, under Nav2's names; dotted names in a
-            ``**{"PathAlign.scale": 24.0}``. Names of newer releases are understood, keys that only ROS reads are
+        preset: ``thesis``, ``fair``, ``jazzy`` or ``jazzy_fair``; not used if ``navigation`` is given.
+        label: Name under which the controller is reported; ``name`` if None. A third party's controller names itself.
+        nav2_params: Parameters of this controller to change, under Nav2's names; dotted names are given as
+            ``**{"PathAlign.scale": 24.0}``. Names of newer releases are understood, and keys that only ROS reads are
             accepted without effect.
 
     Raises:
-        ConfigError: If the controller or a parameter is unknown, with the nearest valid name, or a value or a file
-            is bad.
+        ConfigError: If the controller or a parameter is unknown (the error gives the nearest valid name), or a value
+            or a file is bad.
         PluginError: If a third party's callable fails.
     """
     if name.endswith(".zip"):
@@ -105,7 +105,7 @@ def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, An
 def _make_third_party(
     name: str, make: Callable[..., Any], navigation: NavigationParams, params: Mapping[str, Any]
 ) -> Controller:
-    """Call a third party's callable."""
+    """Call a third party's callable and check what it returns."""
     accepted = accepted_keywords(make)
     for key in params:
         if key not in accepted:

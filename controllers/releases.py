@@ -1,4 +1,4 @@
-"""The releases of Nav2 whose behaviour is built; the world below knows them, for its planners and costmaps."""
+"""The releases of Nav2 that are modelled. ``gym_mapbench`` defines them, as its planners and costmaps need them too."""
 
 from gym_mapbench.releases import RELEASES, Release
 

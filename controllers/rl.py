@@ -1,4 +1,4 @@
-"""Learned policies as controllers: any object with ``predict(obs)``, any callable ``obs -> action``.
+"""Learned policies as controllers: any object with ``predict(obs)``, or any callable ``obs -> action``.
 
 Stable-Baselines3 models are objects with ``predict``; :func:`load_sb3` reads one from its file.
 """
@@ -27,8 +27,8 @@ class PolicyController:
     Args:
         predict: Takes an observation and, by keyword, those of ``state``, ``episode_start`` and
             ``deterministic`` that are in its signature; returns an action or ``(action, state)``.
-        name: Name under which it is reported.
-        observation_keys: What it observes.
+        name: Name under which the controller is reported.
+        observation_keys: Keys of the observation that the policy reads.
         normalized: Whether its actions are shares of the robot's limits, as in an env with ``action="normalized"``.
     """
 
@@ -48,10 +48,10 @@ class PolicyController:
         self._first = True
 
     def act(self, observation: Observation) -> tuple[float, float]:
-        """Return what the policy says, ``(v m/s, omega rad/s)``.
+        """Return the policy's action as a command, ``(v m/s, omega rad/s)``.
 
         Raises:
-            ConfigError: If that is not two finite numbers.
+            ConfigError: If the action is not two finite numbers.
         """
         offered = {"state": self._state, "episode_start": np.array([self._first]), "deterministic": True}
         answer = self._predict(observation, **{key: offered[key] for key in offered if key in self._accepted})
@@ -68,15 +68,14 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
 
     Args:
         policy: An object with ``predict(obs)`` that returns an action or ``(action, state)``, or a callable
-            ``obs -> action``. A state is handed back at the next call where ``predict`` takes one. An action is
-            ``(v m/s, omega rad/s)``, or, where ``policy.action_space`` reaches from -1 to 1, a share of the
-            robot's limits.
-        name: Name under which it is reported.
-        observation_keys: What it observes; None takes the keys of ``policy.observation_space``, or the
-            env's default where the policy has none.
+            ``obs -> action``. A state is handed back at the next call if ``predict`` takes one. An action is
+            ``(v m/s, omega rad/s)``, or, if ``policy.action_space`` reaches from -1 to 1, shares of the robot's limits.
+        name: Name under which the controller is reported.
+        observation_keys: Keys of the observation that the policy reads; None takes the keys of
+            ``policy.observation_space``, or the env's default if the policy has none.
 
     Raises:
-        ConfigError: If it is neither, or its observation space is not a Dict.
+        ConfigError: If the policy is neither of the two, or its observation space is not a Dict.
     """
     predict = getattr(policy, "predict", policy)
     if not callable(predict):
@@ -88,7 +87,7 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
 def load_sb3(path: str | Path, name: str) -> PolicyController:
     """Load a Stable-Baselines3 model with continuous actions, trained on this env's Dict observations.
 
-    Like every pickle such a file can run code while it is read: load only what you trust.
+    Like every pickle, such a file can run code while it is read: load only files that you trust.
 
     Raises:
         ConfigError: If Stable-Baselines3 is not installed, or the file is missing or not such a model.
@@ -112,7 +111,7 @@ def _has_state(answer: Any) -> bool:
 
 
 def _observed_by(policy: Any, name: str) -> tuple[str, ...]:
-    """Keys of a policy's own observation space."""
+    """Return the keys of a policy's observation space, or the env's default if it has none."""
     space = getattr(policy, "observation_space", None)
     if space is None:
         keys: tuple[str, ...] = EnvConfig.model_fields["observation"].default
@@ -129,7 +128,7 @@ def _is_normalized(space: Any) -> bool:
 
 
 def _sb3_algorithm(path: Path, name: str) -> str:
-    """Name of the algorithm that can load a model file; DDPG is a TD3 with one critic."""
+    """Return the name of the algorithm that can load a model file: TD3 for DDPG too, which is a TD3 with one critic."""
     data = _sb3_data(path, name)
     policy = data.get("policy_class")
     module = str(policy.get("__module__", "")) if isinstance(policy, dict) else ""
@@ -144,7 +143,7 @@ def _sb3_algorithm(path: Path, name: str) -> str:
 
 
 def _sb3_data(path: Path, name: str) -> dict[str, Any]:
-    """Attributes of the model in a Stable-Baselines3 file."""
+    """Read the attributes of the model in a Stable-Baselines3 file."""
     try:
         with zipfile.ZipFile(path) as archive:
             data: Any = json.loads(archive.read("data"))

@@ -1,6 +1,6 @@
 """VelocitySmoother: bounds velocity and acceleration between the controller and the base.
 
-Source: nav2_velocity_smoother (Humble) src/velocity_smoother.cpp.
+Source: nav2_velocity_smoother (Humble and Jazzy) src/velocity_smoother.cpp.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ LINEAR, ANGULAR = 0, 2
 class VelocitySmoother:
     """Turns commands into commands the base can follow.
 
-    One call is one smoothing step and lasts one control period, whatever ``smoothing_frequency`` says; a
-    command comes with every call, so ``velocity_timeout`` never passes.
+    One call is one smoothing step and lasts one control period, whatever ``smoothing_frequency`` says. Every call has a
+    command, so ``velocity_timeout`` never passes.
 
     Args:
-        params: Limits and feedback.
+        params: The parameters: limits, feedback, deadband.
         control_period: Seconds between two calls.
     """
 
@@ -33,7 +33,7 @@ class VelocitySmoother:
         self._measured: deque[Twist] = deque(maxlen=int(params.odom_duration / control_period + TIME_RESOLUTION) + 1)
 
     def smooth(self, command: Twist, odometry: Twist) -> Twist:
-        """Return what the base is told, given what the controller wants and the measured velocity."""
+        """Return the command for the base, given the controller's command and the measured velocity."""
         self._measured.append(odometry)
         current = self._last if self._params.feedback == "OPEN_LOOP" else self._mean_odometry()
         wanted = Twist(self._within_velocity(command.v, LINEAR), self._within_velocity(command.w, ANGULAR))
@@ -53,7 +53,7 @@ class VelocitySmoother:
         return min(max(value, self._params.min_velocity[axis]), self._params.max_velocity[axis])
 
     def _limit(self, current: float, wanted: float, axis: int) -> float:
-        """Largest change of one step: of speeding up without passing zero, else of slowing down."""
+        """Largest change in one step: ``max_accel`` when speeding up without passing zero, else ``max_decel``."""
         speeds_up = abs(wanted) >= abs(current) and current * wanted >= 0.0
         return (self._params.max_accel[axis] if speeds_up else -self._params.max_decel[axis]) * self._period
 
@@ -66,6 +66,6 @@ def _clamp(change: float, limit: float) -> float:
 
 
 def _common_ratio(changes: tuple[float, float], limits: tuple[float, float]) -> float:
-    """Ratio by which both components shrink so that the more restricted one keeps its limit."""
+    """Ratio by which both changes shrink so that the more restricted one keeps within its limit."""
     ratios = [limit / abs(change) for change, limit in zip(changes, limits, strict=True) if abs(change) > limit > 0.0]
     return min(ratios, default=1.0)

@@ -14,7 +14,7 @@ from controllers.records import fill_record, record_type
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
 
-# As Nav2 words them, so that logs of both compare.
+# The messages are worded as in Nav2, so that logs of both can be compared.
 REASONS = {
     "humble": {
         following.EMPTY_PLAN: "Resulting plan has 0 poses in it.",
@@ -31,9 +31,9 @@ TUNING = record_type(
     numbers=("sharpness", "xy_goal_tolerance"),
     switches=("last_of_equals", "keeps_segment", "searches_width", "adds_headings", "takes_farthest"),
 )
-"""Parameters as the kernels take them, ``lambda`` as ``sharpness`` as well; the goal checker's tolerance (m), and how
-the release differs: which of equally near poses is the nearest, whether poses without headings of their own get them,
-and whether the target is the farthest that can be reached."""
+"""The parameters in the form that kernels take, ``lambda`` under the name ``sharpness`` too, the goal checker's tolerance
+(m), and what depends on the release: which of equally near poses is taken, whether poses without headings of their own
+get them, and whether the target is the farthest that can be reached."""
 
 
 class GracefulFollower:
@@ -67,11 +67,11 @@ class GracefulFollower:
         self._turns_first = True
 
     def move_plan(self, path: NDArray[np.float64]) -> None:
-        """Take the same plan where it lies by now; what is behind stays behind."""
+        """Take the same plan at its new place; poses that were passed stay passed."""
         self._path = np.ascontiguousarray(path, dtype=np.float64)
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
-        """Limit the speed to ``speed`` m/s, or per cent of ``v_linear_max``, and the turn rate alike; 0 lifts it.
+        """Limit the speed to ``speed`` m/s or per cent of ``v_linear_max``, and the turn rate by as much; 0 lifts both.
 
         ``v_linear_min`` stays the lowest speed.
         """
@@ -86,7 +86,7 @@ class GracefulFollower:
 
         Raises:
             ControllerError: If no target can be reached; in Humble also if the plan is empty.
-            InvalidPath: If the plan is empty.
+            InvalidPath: If the plan is empty, in Jazzy.
         """
         m = costmap
         scene = (
@@ -101,7 +101,7 @@ class GracefulFollower:
         return Twist(v, w)
 
     def _error_of(self, status: int) -> type[ControllerError | ControllerAbort]:
-        """What a failure is in the release's words."""
+        """Return the error that a failure is in this release."""
         return InvalidPath if status == following.EMPTY_PLAN and self.params.release != "humble" else ControllerError
 
 
@@ -117,7 +117,7 @@ def make_tuning(params: GracefulParams, setup: FollowerSetup) -> NDArray[np.void
     }
     if humble:
         values["v_angular_min_in_place"] = 0.0
-    if params.initial_rotation:  # Nav2 switches it off, with a warning
+    if params.initial_rotation:  # Nav2 then switches driving backwards off, with a warning
         values["allow_backward"] = False
     if (params.max_robot_pose_search_dist or 0.0) < 0.0:
         values["max_robot_pose_search_dist"] = math.inf

@@ -19,7 +19,7 @@ ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})
 """Keys of a parameter file that mean nothing without ROS: listed as ignored."""
 
 RENAMED_KEYS: dict[str, str] = {}
-"""Newer name -> the name in Humble and Jazzy."""
+"""Name in newer releases -> name in Humble and Jazzy."""
 
 _ONE_TARGET = "Humble has one target, at motion_target_dist"
 _MANY_TARGETS = "Jazzy takes the farthest target between min_lookahead and max_lookahead"
@@ -33,21 +33,21 @@ _NEWER = {
 }
 
 _WithLambda = create_model("_WithLambda", __base__=ReleaseSettings, **{"lambda": (NonNegative, 2.0)})  # type: ignore[call-overload]
-"""Holds the one parameter whose name is a word of Python."""
+"""Holds the parameter ``lambda``, whose name is a keyword of Python."""
 
 
 class GracefulParams(_WithLambda):
-    """What ``nav2_graceful_controller`` reads.
+    """The parameters that ``nav2_graceful_controller`` reads.
 
-    Nav2's quirks are kept: ``allow_backward`` has no effect with ``initial_rotation``. Humble believes the headings of
-    the path, and NavFn's are all 0 but the last; Jazzy points every pose at the next where they are all the same.
+    Nav2's quirks are kept: ``allow_backward`` has no effect with ``initial_rotation``. Humble takes the headings of the
+    path as they are, and NavFn's are all 0 but the last; Jazzy points every pose at the next if they are all the same.
 
     Args:
         lambda: Sharpness of the slowing down on a curve.
-        max_robot_pose_search_dist: Length of path searched for the nearest pose, m; None for half the width of the
-            local costmap, negative for the whole path.
+        max_robot_pose_search_dist: Length of the path that is searched for the nearest pose, m; None for half the width
+            of the local costmap, negative for the whole path.
         k_phi: How fast the robot turns to the heading that leads to the target, against how fast it gets there.
-        k_delta: How fast its heading follows that one.
+        k_delta: How fast the robot's heading approaches that heading.
         beta: Strength of the slowing down on a curve.
         v_linear_min: Lowest speed, m/s.
         v_linear_max: Top speed, m/s.
@@ -55,15 +55,15 @@ class GracefulParams(_WithLambda):
         slowdown_radius: Distance of the target from which on the speed falls, m.
         initial_rotation: Whether the robot turns on the spot towards the target first.
         rotation_scaling_factor: Turn rate on the spot per rad and per ``v_angular_max``.
-        allow_backward: Whether it drives backwards to a target behind it.
+        allow_backward: Whether the robot drives backwards to a target behind it.
         motion_target_dist: Humble: distance of the target, m.
         initial_rotation_min_angle: Humble: bearing of the target from which on the robot turns first, rad.
-        final_rotation: Humble: whether it turns to the goal's heading only at the goal.
+        final_rotation: Humble: whether the robot turns to the goal's heading only at the goal.
         min_lookahead: Jazzy: least distance of a target along the path, m; the goal may be nearer.
-        max_lookahead: Jazzy: its greatest distance, m.
+        max_lookahead: Jazzy: greatest distance of a target along the path, m.
         v_angular_min_in_place: Jazzy: lowest turn rate on the spot, rad/s.
         initial_rotation_tolerance: Jazzy: bearing of the target below which the first turn of a path ends, rad.
-        prefer_final_rotation: Jazzy: whether the robot heads straight for a target near the goal, and turns there.
+        prefer_final_rotation: Jazzy: whether the robot heads straight for the goal once near it, and turns there.
         in_place_collision_resolution: Jazzy: angle between the headings that are checked before the turn at the goal,
             rad.
     """

@@ -43,7 +43,7 @@ class MppiFollower:
         self._paths.set_plan(path)
 
     def move_plan(self, path: NDArray[np.float64]) -> None:
-        """Take the same plan where it lies by now; what is behind stays behind."""
+        """Take the same plan at its new place; poses that were passed stay passed."""
         self._paths.move_plan(path)
 
     def end_action(self) -> None:
@@ -51,7 +51,7 @@ class MppiFollower:
         self._optimizer.reset()
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
-        """Limit the speed to ``speed`` m/s, or per cent of ``vx_max``; 0 or a reset of the optimizer lifts it."""
+        """Limit the speed to ``speed`` m/s or per cent of ``vx_max``; 0 lifts it, and so does Humble's reset."""
         self._optimizer.set_speed_limit(speed, percentage)
 
     def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
@@ -60,7 +60,7 @@ class MppiFollower:
         Raises:
             InvalidPath: If no path is left ahead.
             ControllerAbort: If all trajectories collide, in Humble.
-            ControllerError: The same, in Jazzy.
+            ControllerError: If all trajectories collide, in Jazzy.
         """
         patience = self.params.reset_period
         if patience is not None and self._last_call is not None and now - self._last_call > patience:

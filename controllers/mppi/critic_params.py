@@ -1,7 +1,7 @@
 """Parameters of MPPI's critics, under Nav2's names and with the defaults of its code.
 
-Source: nav2_mppi_controller/src/critics (Humble and Jazzy). What only one of them has is None in the other.
-``The goal`` is the end of the local path in Humble and that of the whole plan in Jazzy.
+Source: nav2_mppi_controller/src/critics (Humble and Jazzy). A parameter that only one of them has is None in the other.
+"The goal" is the end of the local path in Humble and the end of the whole plan in Jazzy.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ Step = Annotated[int, Field(ge=1, le=1000)]
 
 
 class CriticParams(CriticSettings):
-    """What every critic takes.
+    """Parameters of every critic.
 
     Args:
-        enabled: Whether it scores.
+        enabled: Whether the critic scores.
         cost_power: Power to which its weighted score is raised.
     """
 
@@ -31,36 +31,36 @@ class CriticParams(CriticSettings):
 
 
 class WeightedParams(CriticParams):
-    """What all but Obstacles take.
+    """Parameters of every critic but Obstacles.
 
     Args:
-        cost_weight: Its weight.
+        cost_weight: The critic's weight.
     """
 
     cost_weight: NonNegative = 1.0
 
 
 class ConstraintParams(WeightedParams):
-    """Speeds beyond the limits, which sampled controls may have.
+    """Constraint: speeds beyond the limits, which sampled controls may have.
 
-    The limits are ``hypot(vx_max, vy_max)`` and ``-hypot(vx_min, vy_max)``, for DiffDrive too: set ``vy_max`` to 0 for
-    tight ones.
+    The limits are ``hypot(vx_max, vy_max)`` and ``-hypot(vx_min, vy_max)``, for DiffDrive too: set ``vy_max`` to 0 to
+    make them ``vx_max`` and ``vx_min``.
     """
 
     cost_weight: NonNegative = 4.0
 
 
 class CostParams(WeightedParams):
-    """Cost: what the costmap says.
+    """Cost: the costs of the cells under a trajectory.
 
     Args:
-        critical_cost: What a point on an inscribed cell adds.
-        near_collision_cost: Jazzy: cost from which on a point adds ``critical_cost``; 253 in Humble.
-        trajectory_point_step: Jazzy: every so many points are looked at; all of them in Humble.
+        critical_cost: What a point on a cell near collision adds.
+        near_collision_cost: Jazzy: cost from which on a cell is near collision; 253 in Humble.
+        trajectory_point_step: Jazzy: only every so many points are looked at; all of them in Humble.
         collision_cost: What replaces the sum of a trajectory that collides.
-        near_goal_distance: From this distance to the goal on, lower costs are left out, m.
-        consider_footprint: Whether the outline of the footprint decides about collision. Nav2 refuses it for a robot
-            given by its radius; here the footprint of a disc is its 16-gon.
+        near_goal_distance: Within this distance of the goal, costs that are not critical do not count, m.
+        consider_footprint: Whether the outline of the footprint decides about collision. Nav2 refuses this for a robot
+            given by its radius; here the footprint of a disc is a 16-gon.
     """
 
     cost_weight: NonNegative = 3.81
@@ -73,17 +73,17 @@ class CostParams(WeightedParams):
 
 
 class ObstaclesParams(CriticParams):
-    """Obstacles: distances, won back from the costs, with a weight each for near and for very near.
+    """Obstacles: distances from obstacles, computed back from the costs, in two terms, repulsive and critical.
 
     Args:
         repulsion_weight: Weight of being within the inflation radius.
         critical_weight: Weight of being within ``collision_margin_distance``.
         collision_cost: What replaces the critical term of a trajectory that collides.
-        collision_margin_distance: m.
-        near_goal_distance: From this distance to the goal on, repulsion is left out, m.
+        collision_margin_distance: Distance from an obstacle that is critical, m.
+        near_goal_distance: Within this distance of the goal, repulsion does not count, m.
         consider_footprint: Whether costs are those of the footprint's outline.
-        cost_scaling_factor: Humble: the critic's own; set it to the inflation layer's, 1/m. Jazzy asks the layer.
-        inflation_radius: The same, m.
+        cost_scaling_factor: Humble: the critic's own, to be set to the inflation layer's, 1/m. Jazzy asks the layer.
+        inflation_radius: The same for the radius, m.
     """
 
     repulsion_weight: NonNegative = 1.5
@@ -97,10 +97,10 @@ class ObstaclesParams(CriticParams):
 
 
 class GoalParams(WeightedParams):
-    """Mean distance from the goal.
+    """Goal: mean distance from the goal.
 
     Args:
-        threshold_to_consider: Only within this distance of the goal, m.
+        threshold_to_consider: The critic scores only within this distance of the goal, m.
     """
 
     cost_weight: NonNegative = 5.0
@@ -108,10 +108,10 @@ class GoalParams(WeightedParams):
 
 
 class GoalAngleParams(WeightedParams):
-    """Mean difference from the heading at the end of the local path.
+    """GoalAngle: mean difference from the heading at the end of the local path.
 
     Args:
-        threshold_to_consider: Only within this distance of the goal, m.
+        threshold_to_consider: The critic scores only within this distance of the goal, m.
         symmetric_yaw_tolerance: Whether arriving backwards is as good.
     """
 
@@ -121,17 +121,17 @@ class GoalAngleParams(WeightedParams):
 
 
 class PathAlignParams(WeightedParams):
-    """Mean distance from the path points as far along the path as the trajectory is long.
+    """PathAlign: mean distance of a trajectory's points from the path points that are as far along the path.
 
     Args:
-        threshold_to_consider: Not within this distance of the goal, m.
-        offset_from_furthest: Not before the trajectories reach this path point.
-        trajectory_point_step: Every so many points of a trajectory are compared.
-        max_path_occupancy_ratio: Not if a larger share of the path is blocked.
+        threshold_to_consider: The critic does not score within this distance of the goal, m.
+        offset_from_furthest: The critic does not score before the trajectories reach this path point.
+        trajectory_point_step: Only every so many points of a trajectory are compared.
+        max_path_occupancy_ratio: The critic does not score if a larger share of the path is blocked.
         use_path_orientations: Whether headings are compared as well.
-        humble_search: Ours, in Humble. True copies Humble's search for the path point: slow trajectories are compared
-            with the first point, and beyond the last one the first takes turns with the one after the last. False
-            repairs both.
+        humble_search: Ours, for Humble. True copies the defects of Humble's search for the path point: slow
+            trajectories are compared with the first point, and trajectories past the last point are compared in turns
+            with the first and with the one after the last. False repairs both.
     """
 
     cost_weight: NonNegative = 10.0
@@ -144,11 +144,11 @@ class PathAlignParams(WeightedParams):
 
 
 class PathFollowParams(WeightedParams):
-    """Distance of the last point from a path point ahead of what the trajectories reach.
+    """PathFollow: distance of a trajectory's last point from a path point ahead of those that trajectories reach.
 
     Args:
-        threshold_to_consider: Not within this distance of the goal, m.
-        offset_from_furthest: How many points ahead.
+        threshold_to_consider: The critic does not score within this distance of the goal, m.
+        offset_from_furthest: How many points ahead of the furthest point reached that path point is.
     """
 
     cost_weight: NonNegative = 5.0
@@ -157,16 +157,16 @@ class PathFollowParams(WeightedParams):
 
 
 class PathAngleParams(WeightedParams):
-    """Angle between heading and bearing of a path point ahead, when the robot looks elsewhere.
+    """PathAngle: angle between the heading and the bearing of a path point ahead, if the robot faces elsewhere.
 
-    In Humble its mean over the points of a trajectory, in Jazzy that of the last point.
+    In Humble it is the mean over the points of a trajectory, in Jazzy the angle at the last point.
 
     Args:
-        threshold_to_consider: Not within this distance of the goal, m.
-        offset_from_furthest: How many points ahead of what the trajectories reach.
-        max_angle_to_furthest: Only if the robot looks further away from the point than this, rad.
-        forward_preference: Humble: whether looking away from it is worse than looking at it.
-        mode: Jazzy: 0 for forward preference, 1 for none, 2 for the direction of the path's own headings.
+        threshold_to_consider: The critic does not score within this distance of the goal, m.
+        offset_from_furthest: How many points ahead of the furthest point reached that path point is.
+        max_angle_to_furthest: The critic scores only if the angle at the robot is at least this, rad.
+        forward_preference: Humble: whether facing away from the point is worse than facing it.
+        mode: Jazzy: 0 for forward preference, 1 for no preference, 2 for the direction of the path's own headings.
     """
 
     cost_weight: NonNegative = 2.0
@@ -178,10 +178,10 @@ class PathAngleParams(WeightedParams):
 
 
 class PreferForwardParams(WeightedParams):
-    """Distance driven backwards.
+    """PreferForward: distance driven backwards.
 
     Args:
-        threshold_to_consider: Not within this distance of the goal, m.
+        threshold_to_consider: The critic does not score within this distance of the goal, m.
     """
 
     cost_weight: NonNegative = 5.0
@@ -189,16 +189,16 @@ class PreferForwardParams(WeightedParams):
 
 
 class TwirlingParams(WeightedParams):
-    """Mean turn rate, until the goal checker's distance is reached."""
+    """Twirling: mean turn rate, until the goal is within the goal checker's tolerance."""
 
     cost_weight: NonNegative = 10.0
 
 
 class VelocityDeadbandParams(WeightedParams):
-    """Speeds too low for the base.
+    """VelocityDeadband: speeds too low for the base.
 
     Args:
-        deadband_velocities: Of x (m/s), y (no effect here) and yaw (rad/s).
+        deadband_velocities: Lowest speeds that the base can drive: x (m/s), y (no effect here) and yaw (rad/s).
     """
 
     cost_weight: NonNegative = 35.0

@@ -1,7 +1,7 @@
-"""One call of MPPI with every quantity in between laid open, from given controls and noise.
+"""One call of MPPI from given controls and noise, with all intermediate quantities.
 
 It runs the same code as :class:`~controllers.mppi.controller.MppiFollower`, so that a comparison with recorded
-Nav2 calls examines what drives the robot.
+calls of Nav2 tests the code that drives the robot.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ class Evaluation:
 
     Args:
         critics: Names of the critics, in their order.
-        costs: ``(critics, batch_size)`` what each added.
+        costs: ``(critics, batch_size)`` what each critic added.
         total: ``(batch_size,)`` their sum and the control effort, as in the soft-max.
         softmax_v, softmax_w: ``(time_steps,)`` control sequence after soft-max and limits, m/s and rad/s.
         filtered_v, filtered_w: The same after the Savitzky-Golay filter.
-        furthest: Index of the furthest path point reached; -1 if no critic asked.
-        failed: Whether all trajectories collide; Nav2 would give up.
-        command: What would be sent.
+        furthest: Index of the furthest path point reached; -1 if no critic asked for it.
+        failed: Whether all trajectories collide, so that Nav2 would give up.
+        command: The command that would be sent.
     """
 
     critics: tuple[str, ...]
@@ -73,14 +73,14 @@ def evaluate(
 
     Args:
         params: MPPI's parameters.
-        setup: Footprint, control period, goal tolerance, inflation layer; its generator is not used.
-        pose: Robot.
+        setup: Footprint, control period, goal tolerance and inflation layer; its generator is not used.
+        pose: Pose of the robot.
         velocity: Measured speeds.
         path: ``(m, 3)`` local path, as from :meth:`controllers.mppi.path_handler.PathHandler.local_path`.
         costmap: Local costmap.
         controls: Two ``(time_steps,)`` arrays: the control sequence before the call, m/s and rad/s.
         noise: Two ``(batch_size, time_steps)`` arrays, m/s and rad/s.
-        goal: What the critics call the goal, m; the end of the local path if None.
+        goal: The goal in the sense of the critics, m; the end of the local path if None.
     """
     layout = Layout(params.batch_size, params.time_steps)
     optimizer = Optimizer(params, setup, _Given(layout.pack(*noise)))

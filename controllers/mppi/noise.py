@@ -15,7 +15,7 @@ from controllers.mppi.kernels.rollout import BLOCK
 from controllers.mppi.params import MppiParams
 
 BANK_SIZE = 8
-"""Sets of ``numpy`` noise that ``regenerate_noises`` takes turns with."""
+"""Number of sets of ``numpy`` noise that are used in turn with ``regenerate_noises``."""
 
 MT_SIZE = 624
 MT_INIT = 1812433253
@@ -27,7 +27,7 @@ class Noise(NamedTuple):
     Args:
         v: ``(blocks, time_steps, samples)`` m/s.
         w: The same, rad/s.
-        longest: Largest distance that the noise of ``v`` alone adds to a trajectory, in m/s times steps.
+        longest: Largest sum of ``|v|`` over the steps of a sample, m/s.
         fastest: Largest ``|w|``, rad/s.
     """
 
@@ -46,14 +46,14 @@ class NoiseSource(Protocol):
 
 
 class Layout:
-    """How a batch of trajectories is cut into blocks of rows.
+    """How a batch of trajectories is cut into blocks.
 
     Args:
-        batch_size: Trajectories.
-        time_steps: Points of each.
+        batch_size: Number of trajectories.
+        time_steps: Number of points of each.
 
     Attributes:
-        blocks, samples: Their number and width; the last block is padded.
+        blocks, samples: Number of blocks, and of samples in each; the last block is padded.
     """
 
     def __init__(self, batch_size: int, time_steps: int) -> None:
@@ -61,7 +61,7 @@ class Layout:
         self.blocks, self.samples = -(-batch_size // BLOCK), BLOCK
 
     def pack(self, v: NDArray[np.float32], w: NDArray[np.float32]) -> Noise:
-        """Turn two ``(batch_size, time_steps)`` arrays into a set; padding is 0."""
+        """Turn two ``(batch_size, time_steps)`` arrays into a set of noise, padded with 0."""
         longest = float(np.abs(v).sum(axis=1, dtype=np.float64).max())
         return Noise(self._pack(v), self._pack(w), longest, float(np.abs(w).max()))
 
@@ -96,7 +96,7 @@ class NumpyNoise:
 
 
 class NoiseBank:
-    """Takes turns with a few sets of another source, which costs less than drawing afresh.
+    """Uses a few sets of another source in turn, which costs less than drawing afresh.
 
     Args:
         source: The other source.
@@ -120,12 +120,12 @@ class NoiseBank:
 class Nav2Noise:
     """The numbers of Nav2 itself: one std::mt19937 through libstdc++'s ``normal_distribution<float>``.
 
-    The generator belongs to the process in Nav2 and to the run here.
+    In Nav2 the generator belongs to the process, here to the run.
 
     Args:
         layout: Layout of the batch.
         stds: Standard deviations of v and w, m/s and rad/s.
-        seed: Of the generator; 5489 is what std::mt19937 starts with.
+        seed: Seed of the generator; 5489 is the default of std::mt19937.
     """
 
     def __init__(self, layout: Layout, stds: tuple[float, float], seed: int = 5489) -> None:
@@ -149,7 +149,7 @@ class Nav2Noise:
         return (pairs.reshape(-1)[:count] * std).reshape(layout.batch_size, layout.time_steps)
 
     def _pairs(self, wanted: int) -> NDArray[np.float32]:
-        """Return at most ``wanted`` pairs of standard normals by the polar method, the second uniform's first."""
+        """Return at most ``wanted`` pairs of standard normals by the polar method, in libstdc++'s order: y before x."""
         words = self._take(2 * wanted)
         uniform = np.minimum(words.astype(np.float32) * np.float32(2.0**-32), np.float32(1.0 - 2.0**-24))
         x, y = (np.float32(2.0) * uniform - np.float32(1.0)).reshape(-1, 2).T

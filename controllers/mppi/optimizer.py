@@ -1,4 +1,4 @@
-"""The optimizer of a run: its control sequence, its noise, and when both begin anew.
+"""The optimizer of a run: its control sequence, its noise, and the reset of both.
 
 Source: nav2_mppi_controller/src/optimizer.cpp (Humble and Jazzy).
 """
@@ -52,12 +52,12 @@ class Optimizer:
     Args:
         params: MPPI's parameters.
         setup: What the controller server says about the run.
-        source: Where noise comes from.
+        source: The source of the noise.
 
     Attributes:
         v, w: ``(time_steps,)`` control sequence, m/s and rad/s.
         critics: Names of the critics that are enabled, in their order.
-        critic_costs: ``(critics, blocks, samples)`` what each added in the last rollout.
+        critic_costs: ``(critics, blocks, samples)`` what each critic added in the last rollout.
         total: ``(blocks, samples)`` costs as in the soft-max.
         failed: Whether all trajectories of the last call collide.
         furthest: Index of the furthest path point the last call reached; -1 if no critic asked.
@@ -121,7 +121,7 @@ class Optimizer:
         self._noise = self._source.draw()
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
-        """Scale all limits so that ``vx_max`` becomes ``speed`` (m/s), or by per cent; 0 lifts the limit."""
+        """Scale all limits so that ``vx_max`` becomes ``speed`` (m/s), or by ``speed`` per cent; 0 lifts the limit."""
         ratio = 1.0
         if speed:
             ratio = speed / 100.0 if percentage else speed / self._params.vx_max
@@ -135,9 +135,9 @@ class Optimizer:
         """Improve the control sequence and return the next command; arguments as in :meth:`optimize`.
 
         Raises:
-            ControllerAbort: If all trajectories collide, in Humble. Nav2's retries skip all critics and fail again, so
-                only their resets are left of them.
-            ControllerError: The same, in Jazzy.
+            ControllerAbort: If all trajectories collide, in Humble. Nav2's retries skip all critics and fail again;
+                here only their resets remain.
+            ControllerError: If all trajectories collide, in Jazzy.
         """
         self.optimize(pose, velocity, path, goal, costmap)
         if self.failed:
@@ -153,10 +153,10 @@ class Optimizer:
         """Roll out, score and update ``iteration_count`` times.
 
         Args:
-            pose: Robot.
+            pose: Pose of the robot.
             velocity: Measured speeds.
             path: ``(m, 3)`` local path, x, y in m and yaw in rad.
-            goal: What the critics call the goal, m.
+            goal: The goal in the sense of the critics, m.
             costmap: Local costmap.
         """
         place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
@@ -167,7 +167,7 @@ class Optimizer:
         )  # fmt: skip
         for _ in range(self._params.iteration_count):
             self._iterate(points, valid, costmap.costs)
-            if self._params.regenerate_noises:  # as Nav2 asks for the next set while it works with this one
+            if self._params.regenerate_noises:  # Nav2 too draws the next set while it works with this one
                 self._noise = self._source.draw()
 
     def _iterate(self, points: Array, valid: NDArray[np.bool_], costs: NDArray[np.uint8]) -> None:
@@ -196,7 +196,7 @@ class Optimizer:
             walk_obstacles(self._tuning, self._call, *where, near, self._collected)
 
     def _look_closer(self, rollout: Rollout, points: Array, valid: NDArray[np.bool_], rows: NDArray[np.int64]) -> None:
-        """Let the critics score that apply and need a look of their own."""
+        """Let those critics score that apply and need a pass of their own over the trajectories."""
         tuning, call, collected = self._tuning, self._call, self._collected
         for row in rows.tolist():
             if row == ALIGNED:
@@ -228,7 +228,7 @@ class Optimizer:
 
 
 def _kept_steps(params: MppiParams) -> NDArray[np.int64]:
-    """Number the steps whose points PathAlign and PathFollow look at, -1 for the others."""
+    """Number the steps whose points PathAlign and PathFollow need; -1 for the others."""
     keep = np.full(params.time_steps, -1)
     steps = sorted({*range(0, params.time_steps, params.PathAlignCritic.trajectory_point_step), params.time_steps - 1})
     keep[steps] = range(len(steps))
@@ -236,7 +236,7 @@ def _kept_steps(params: MppiParams) -> NDArray[np.int64]:
 
 
 def _looked_at(params: MppiParams) -> NDArray[np.int64]:
-    """Number the steps under whose points the Cost critic looks, -1 for the others."""
+    """Number the steps at whose points the Cost critic looks up cells; -1 for the others."""
     every = params.CostCritic.trajectory_point_step or 1
     looked, looks = np.full(params.time_steps, -1), params.time_steps // every
     looked[: looks * every : every] = range(looks)
@@ -244,14 +244,14 @@ def _looked_at(params: MppiParams) -> NDArray[np.int64]:
 
 
 def _speeds(params: MppiParams) -> tuple[np.float32, ...]:
-    """Limits that Constraint lets pass, m/s; ``vy_max`` counts, for DiffDrive too."""
+    """Return the highest and the lowest speed without cost in Constraint, m/s; ``vy_max`` counts for DiffDrive too."""
     highest, lowest = math.hypot(params.vx_max, params.vy_max), math.hypot(params.vx_min, params.vy_max)
     lowest = lowest if params.vx_min > 0 else -lowest
     return np.float32(highest), np.float32(lowest)
 
 
 def _factor(name: str, params: MppiParams) -> float:
-    """Return what a critic's scores are multiplied with: sums over the steps become means, or integrals over time."""
+    """Return the factor of a critic's scores: its weight, and what turns sums over steps into means or integrals."""
     critic, steps, jazzy = params.critic(name), params.time_steps, params.release != "humble"
     if not isinstance(critic, WeightedParams):
         return 1.0

@@ -1,7 +1,7 @@
 """Parameters of MPPI, under Nav2's names and with the defaults of its code.
 
-Source: nav2_mppi_controller (Humble and Jazzy): optimizer.cpp, path_handler.cpp and the critics. The values most
-people run are those of an example (Humble: the package's README, Jazzy: nav2_bringup), not these defaults.
+Source: nav2_mppi_controller (Humble and Jazzy): optimizer.cpp, path_handler.cpp and the critics. Most people run the
+values of an example (Humble: the package's README, Jazzy: nav2_bringup), not these defaults.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Positive = Annotated[float, Field(gt=0)]
 Std = Annotated[float, Field(gt=0, le=100)]
 
 MAX_POINTS = 20_000_000
-"""Largest product of batch_size and time_steps: what still fits in the memory of a small machine."""
+"""Largest product of batch_size and time_steps that fits in the memory of a small machine."""
 
 ROS_ONLY_KEYS = frozenset(
     {
@@ -47,7 +47,7 @@ ROS_ONLY_KEYS = frozenset(
         "transform_tolerance",
     }
 )
-"""Keys of an MPPI section that serve ROS only."""
+"""Keys of a parameter file that mean nothing without ROS: listed as ignored."""
 
 RENAMED_KEYS = {
     "PathHandler.prune_distance": "prune_distance",
@@ -56,7 +56,7 @@ RENAMED_KEYS = {
     "PathHandler.inversion_xy_tolerance": "inversion_xy_tolerance",
     "PathHandler.inversion_yaw_tolerance": "inversion_yaw_tolerance",
 }
-"""Newer name -> the name in Humble and Jazzy; both are accepted."""
+"""Name in newer releases -> name in Humble and Jazzy; both are accepted."""
 
 _ACCELERATION = "Humble's MPPI has no acceleration limits"
 _DELAY = "the model has no delay"
@@ -113,11 +113,11 @@ JAZZY_DEFAULTS: dict[str, Any] = {
     "PathAngleCritic.forward_preference": None,
     "PathAngleCritic.mode": 0,
 }
-"""Defaults of Jazzy's code where they differ from Humble's; None for what it does not have."""
+"""Defaults of Jazzy's code where they differ from Humble's; None for parameters that Jazzy does not have."""
 
 
 class AckermannParams(Settings):
-    """Limits of motion model Ackermann.
+    """Limits of the motion model Ackermann.
 
     Args:
         min_turning_r: Smallest turning radius, m.
@@ -145,28 +145,31 @@ class MppiParams(SettingsWithCritics):
 
     Args:
         motion_model: DiffDrive or Ackermann.
-        time_steps: Points of a trajectory.
-        model_dt: Time between them, s; not less than the control period.
-        batch_size: Trajectories.
-        iteration_count: Rollouts and updates per call.
-        retry_attempt_limit: Nav2 retries in vain when all trajectories collide; so many times and once more.
+        time_steps: Number of points of a trajectory.
+        model_dt: Time between two points, s; not less than the control period.
+        batch_size: Number of trajectories.
+        iteration_count: Number of rollouts and updates per call.
+        retry_attempt_limit: How often Nav2 retries, always in vain, if all trajectories collide. Before it gives up it
+            is reset once more than that.
         vx_std, vy_std, wz_std: Standard deviations of the noise, m/s and rad/s.
         vx_max, vx_min, vy_max, wz_max: Limits of the resulting controls, m/s and rad/s.
         ax_max, ax_min, az_max: Jazzy: limits of the acceleration of sampled and resulting controls, m/s^2 and rad/s^2.
         ay_max, ay_min: Jazzy: the same sideways, without effect here.
-        open_loop: Jazzy: whether the last command stands for the measured speed.
-        temperature: Of the soft-max: the lower, the more the best trajectories count.
+        open_loop: Jazzy: whether the last command is taken for the measured speed.
+        temperature: Temperature of the soft-max; the lower it is, the more the best trajectories count.
         gamma: Weight of staying near the last control sequence.
-        regenerate_noises: Whether every call has other noise.
-        reset_period: Humble: after a pause longer than this the controller forgets its control sequence, s.
+        regenerate_noises: Whether every call has new noise.
+        reset_period: Humble: pause after which the controller forgets its control sequence, s.
         prune_distance: Length of the local path, m.
-        max_robot_pose_search_dist: Length of path searched for the nearest pose, m; None for half the costmap.
-        enforce_path_inversion: Whether the path is cut at cusps, until the robot is there within
+        max_robot_pose_search_dist: Length of the path that is searched for the nearest pose, m; None for half the
+            costmap.
+        enforce_path_inversion: Whether the path is cut at its next cusp until the robot is there within
             ``inversion_xy_tolerance`` (m) and ``inversion_yaw_tolerance`` (rad).
-        critics: Names of the critics in their order; Nav2's code names none, its examples these.
-        noise: Ours. ``numpy``: from the run's own generator. ``nav2``: Nav2's own numbers (the same after every
-            start): std::mt19937 and libstdc++'s normal_distribution.
-        noise_seed: Ours. Seed of ``nav2`` noise; Nav2 leaves its generator at 5489.
+        AckermannConstraints: Limits of the motion model Ackermann.
+        critics: Names of the critics in their order. Nav2's code has no default; these are its examples'.
+        noise: Ours. ``numpy`` draws from the run's own generator; ``nav2`` gives Nav2's own numbers (std::mt19937 and
+            libstdc++'s normal_distribution), which are the same after every start.
+        noise_seed: Ours. Seed of ``nav2`` noise; Nav2 leaves its generator at the default, 5489.
     """
 
     OURS: ClassVar[frozenset[str]] = frozenset({"release", "noise", "noise_seed", "PathAlignCritic.humble_search"})

@@ -47,15 +47,15 @@ class PathHandler:
         self._look_ahead()
 
     def move_plan(self, path: Path) -> None:
-        """Take the same plan where it lies by now; poses passed and cusps stay what they are."""
+        """Take the same plan at its new place; the poses passed and the cusps stay the same."""
         self._plan = path[len(path) - len(self._plan) :]
         self._ahead = self._plan[: self._cusp] if self._cusp else self._plan
 
     def local_path(self, pose: Pose, costmap: Costmap) -> Path:
-        """Return the poses ahead, ``(m, 3)``; poses passed are forgotten.
+        """Return the poses ahead, ``(m, 3)``, and forget those that were passed.
 
         Raises:
-            InvalidPath: If there are none.
+            InvalidPath: If there are no poses ahead.
         """
         if len(self._ahead) == 0:
             raise InvalidPath("Received plan with zero length")
@@ -74,7 +74,7 @@ class PathHandler:
         return window
 
     def goal(self, window: Path) -> tuple[float, float]:
-        """What the critics call the goal, m: in Humble the end of the local path, in Jazzy that of the plan."""
+        """Return the goal in the sense of the critics, m: the end of the local path in Humble, of the plan in Jazzy."""
         if self._params.release == "humble":
             x, y = window[-1, :2].astype(np.float32).tolist()
         else:
@@ -86,7 +86,7 @@ class PathHandler:
         return max(costmap.costs.shape) * costmap.resolution / 2 if given is None else float(given)
 
     def _look_ahead(self) -> None:
-        """Begin the plan anew, up to its first cusp if inversions are enforced; ``_cusp`` is 0 without one."""
+        """Begin with the plan, up to its first cusp if inversions are enforced; ``_cusp`` is 0 if there is no cusp."""
         self._cusp = self._passed = 0
         if self._params.enforce_path_inversion and len(self._plan) >= 3:
             cusp = first_cusp(self._plan)

@@ -1,4 +1,4 @@
-"""Parameters and the state of a call as records, which is how kernels take many named values."""
+"""MPPI's parameters and the state of a call as records, the form in which kernels take many named values."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ NUMBERS: dict[Any, type[np.generic]] = {bool: np.bool_, int: np.int64, float: np
 
 
 def _record_of(settings: type[Settings], *more: tuple[str, type]) -> np.dtype[np.void]:
-    """Build the record of all numbers, switches and groups of some settings; texts and options are left out.
+    """Build the type of a record of all numbers, switches and groups of some settings; texts are left out.
 
-    A number or switch that may be None is 0 or false where it is.
+    A number or a switch that is None is 0 or false in the record.
     """
     fields: list[tuple[Any, ...]] = []
     for name, field in settings.model_fields.items():
@@ -40,7 +40,7 @@ def _record_of(settings: type[Settings], *more: tuple[str, type]) -> np.dtype[np
 
 
 def _without_none(kind: Any) -> Any:
-    """The kind of value that may also be None; choices are of the kind of their values."""
+    """Return the type of an option without None; a choice has the type of its values."""
     if get_origin(kind) in (Union, types.UnionType):
         kind = next(one for one in get_args(kind) if one is not types.NoneType)
     if get_origin(kind) is Annotated:
@@ -78,8 +78,8 @@ CALL = np.dtype(
     align=True,
 )
 """One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; the goal (m; in Humble the last point of the local
-path) and its squared distance, and the heading at the end of the local path (rad); place of the costmap (m). Found out
-on the way: whether all trajectories collide, how many do for the Obstacles critic, the furthest path point reached (-1
+path) and its squared distance, and the heading at the end of the local path (rad); place of the costmap (m). Written
+during the call: whether all trajectories collide, how many do for the Obstacles critic, the furthest path point reached (-1
 until known), and the point PathAngle looks at (m, from the robot) with the path's heading there (rad)."""
 
 
@@ -103,13 +103,13 @@ def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:
     tuning["ObstaclesCritic"]["inflation_radius"] = setup.inflation_radius
     if setup.inflation_radius < setup.footprint.circumscribed_radius:
         tuning["circumscribed_cost"] = 0.0
-    for name, sign in {"ax_max": 1.0, "ax_min": -1.0, "az_max": 1.0}.items():  # Nav2 corrects wrong signs
+    for name, sign in {"ax_max": 1.0, "ax_min": -1.0, "az_max": 1.0}.items():  # Nav2 corrects wrong signs, too
         tuning[name] = sign * abs(tuning[name])
     return tuning
 
 
 def _fill(record: Record, settings: Settings) -> None:
-    """Copy the fields of settings that the record has."""
+    """Copy those settings for which the record has a field."""
     for name in record.dtype.names or ():
         value = getattr(settings, name, None)
         if isinstance(value, Settings):

@@ -1,6 +1,6 @@
-"""What is known of the keys of a controller's section, besides what the controller's own module says of them.
+"""What is known about the keys of a controller's section, besides what the controller's own module says about them.
 
-Names of older releases, parameters of still newer ones and habits met in the wild.
+These are names of older releases, parameters of releases newer than Jazzy, and keys that users' files often have.
 """
 
 from __future__ import annotations
@@ -44,7 +44,5 @@ MPPI = Keys(
         "TwirlingCritic.twirling_cost_weight": "an older name of cost_weight",
     },
 )
-OURS = frozenset({"noise", "noise_seed", "PathAlignCritic.humble_search"})
-"""Parameters of ours, which no Nav2 has."""
 OLD_CRITICS: Mapping[Release, Mapping[str, str]] = {"humble": {"PathAlignLegacyCritic": "PathAlignCritic"}, "jazzy": {}}
-"""Release -> MPPI critics that only this one of the two has, and that are not built -> the critic that stands in."""
+"""Release -> MPPI critic that only this one of the two has, and that is not built here -> the critic in its place."""

@@ -1,4 +1,4 @@
-"""The controller server's section: its checkers, and the controllers that are built here."""
+"""Reads the controller server's section: its checkers, and the controllers that are built here."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class ControllersFound:
     Args:
         server: The server, its checkers included.
         controllers: Controllers that are built here, by their names in the file.
-        foreign: Names of the others -> why they do not drive here.
+        foreign: Names of the other controllers -> why they cannot drive here.
         asked_for: The controller that Nav2's default tree asks for: ``FollowPath``, or else the first.
     """
 
@@ -81,7 +81,7 @@ def read_controllers(server: Section) -> ControllersFound:
 
 
 def _take_path_handler(server: Section) -> dict[str, Any]:
-    """Parameters of the path handler, which in Lyrical prunes the path for all controllers."""
+    """Take out the parameters of the path handler, which in Lyrical prunes the path for all controllers."""
     name, *_ = (*server.take_names("path_handler_plugins", ()), "")
     handler = server.values.pop(name, None) if name else None
     if not isinstance(handler, Mapping):
@@ -91,7 +91,7 @@ def _take_path_handler(server: Section) -> dict[str, Any]:
 
 
 def _read_controller(group: Section, name: str, handler: Mapping[str, Any]) -> ControllerPlugin | str:
-    """Read one controller, or say why it does not drive here."""
+    """Read one controller, or return why it cannot drive here."""
     if name == TREES_CHOICE:
         group.values.setdefault("plugin", CONTROLLERS["dwb"].ros_class)
     if "plugin" not in group.values:
@@ -113,7 +113,7 @@ def _read_controller(group: Section, name: str, handler: Mapping[str, Any]) -> C
 
 
 def _unfold_shim(group: Section) -> None:
-    """Bring the parameters of a Rotation Shim's primary controller, a group of their own in Lyrical, beside its own.
+    """Put the parameters of a Rotation Shim's primary controller, in Lyrical a group of their own, beside the shim's.
 
     Raises:
         ConfigError: If there is no primary controller.
@@ -127,7 +127,7 @@ def _unfold_shim(group: Section) -> None:
 
 
 def _adapt_dwb(group: Section) -> None:
-    """Drive straight on with a robot that could move sideways."""
+    """Set the speeds sideways to 0, since the robots here cannot move so."""
     for key in SIDEWAYS:
         value = group.values.get(key)
         if isinstance(value, (int, float)) and not isinstance(value, bool) and value != 0:
@@ -136,7 +136,7 @@ def _adapt_dwb(group: Section) -> None:
 
 
 def _adapt_mppi(group: Section) -> None:
-    """Find the motion model, and the critics, that are built."""
+    """Choose a motion model and critics that are built here."""
     model = group.values.get("motion_model")
     block = group.values.get(model) if isinstance(model, str) else None
     if isinstance(model, str) and isinstance(block, Mapping) and "plugin" in block:
@@ -154,7 +154,7 @@ def _adapt_mppi(group: Section) -> None:
 
 
 def _drop_zero(group: Section, key: str) -> None:
-    """Leave out a 0 that means nothing to the motion models that do not read it."""
+    """Leave out a 0, which is not a valid value, if the motion model does not read it."""
     *inner, name = key.split(".")
     holder = group.values.get(inner[0], {}) if inner else group.values
     if isinstance(holder, dict) and holder.get(name) in (0, 0.0) and group.values.get("motion_model") != "Ackermann":
@@ -163,7 +163,7 @@ def _drop_zero(group: Section, key: str) -> None:
 
 
 def _replace_old_critics(group: Section) -> None:
-    """Let today's critic stand in for one that a release kept beside it."""
+    """Let today's critic stand in for the older one that a release still has beside it."""
     critics = group.values.get("critics")
     for other in (release for release in RELEASES if release != group.findings.release):
         _refuse_critics_of(other, group)
@@ -178,7 +178,7 @@ def _refuse_critics_of(release: Release, group: Section) -> None:
     """Refuse the critics that only another release has.
 
     Raises:
-        ConfigError: With the one that comes nearest.
+        ConfigError: If there is one; the error names the critic that comes nearest to it.
     """
     critics = group.values.get("critics")
     for old, new in OLD_CRITICS[release].items():
@@ -201,7 +201,7 @@ def _read_progress_checker(server: Section) -> ProgressChecker:
 
 
 def _read_goal_checker(server: Section) -> GoalChecker:
-    """Read the first of the goal checkers; the default tree asks for none by name."""
+    """Read the first of the goal checkers, since the default tree asks for none by name."""
     first, *others = server.take_names("goal_checker_plugins", ("goal_checker",), least=1)
     for name in others:
         server.leave(name)

@@ -1,4 +1,4 @@
-"""The costmap sections of a parameter file: layers by their class, observation sources into their layer."""
+"""Reads the costmap sections of a parameter file: the layers by their class, each with its observation sources."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gym_mapbench.errors import ConfigError
 DEFAULT_LAYERS = ("static_layer", "obstacle_layer", "inflation_layer")
 SENSING = ("obstacle_layer", "voxel_layer")
 STAND_INS = {"SpatioTemporalVoxelLayer": "voxel_layer", "NonPersistentVoxelLayer": "voxel_layer"}
-"""Other makers' layers -> the layer that stands in for them."""
+"""Third parties' layers -> the layer that stands in for them."""
 HEIGHT = "min_obstacle_height"
 MOST_VOXELS = 16
 
@@ -27,7 +27,7 @@ class Layer:
     Args:
         name: Its name in the file.
         group: Its parameters.
-        kind: Our name of it.
+        kind: Our name of its class.
         sources: Its observation sources by name.
     """
 
@@ -37,7 +37,7 @@ class Layer:
     sources: dict[str, Section] = field(default_factory=dict)
 
     def sees(self, data_type: str) -> list[Section]:
-        """Sources of one type; a laser where none is given, as in Nav2."""
+        """Return the sources of one type; a source without a type is a laser, as in Nav2."""
         return [source for source in self.sources.values() if source.values.get("data_type", "LaserScan") == data_type]
 
 
@@ -45,8 +45,9 @@ def read_costmap(section: Section) -> CostmapParams:
     """Read a costmap's section.
 
     Where neither ``robot_radius`` nor ``footprint`` is given, the robot's own shape counts (Nav2: 0.1 m). The robots
-    here have one lidar, so of several layers of one class the first that looks at a lidar is built; without any
-    lidar, the first point cloud stands for it. Layers of other makers, and filters, are left out and said.
+    here have one lidar, so of several layers of one class the first with a lidar is built; if no layer has a lidar,
+    the lidar stands for the first point cloud. Third parties' layers without a stand-in, and filters, are left out
+    and listed.
 
     Raises:
         ConfigError: If a value is wrong, or a layer has no class.
@@ -65,7 +66,7 @@ def read_costmap(section: Section) -> CostmapParams:
 
 
 def _find_layers(section: Section, names: tuple[str, ...]) -> list[Layer]:
-    """Layers that are built or have a stand-in; the findings get the others."""
+    """Return the layers that are built here or have a stand-in; the others become findings."""
     shared = section.values.get("observation_sources")
     layers = []
     for name in names:
@@ -83,7 +84,7 @@ def _find_layers(section: Section, names: tuple[str, ...]) -> list[Layer]:
 
 
 def _layer_kind(section: Section, name: str) -> tuple[str | None, bool]:
-    """Our name of a layer, None if nothing here stands for it; and whether it is only a stand-in.
+    """Return our name of a layer, None if nothing here stands for it, and whether that is only a stand-in.
 
     Raises:
         ConfigError: If it has no class.
@@ -115,7 +116,7 @@ def _leave_out(section: Section, name: str, why: str) -> None:
 
 
 def _one_of_each(layers: list[Layer], data_type: str) -> list[Layer]:
-    """Of each kind the first layer that looks at a source of this type, or else the first; the others are left out."""
+    """Choose of each kind the first layer with a source of this type, or else the first; leave out the others."""
     chosen: dict[str, Layer] = {}
     for layer in layers:
         before = chosen.get(layer.kind)
@@ -141,7 +142,7 @@ def _read_layer(layer: Layer, data_type: str) -> dict[str, Any]:
 
 
 def _take_as(group: Section, key: str, most: float, why: str) -> None:
-    """Take a number that is too high as the highest there can be, and say so."""
+    """Lower a number that is too high to the highest possible one, and list that."""
     value = group.values.get(key)
     if isinstance(value, (int, float)) and not isinstance(value, bool) and value > most:
         group.values[key] = most
@@ -151,7 +152,7 @@ def _take_as(group: Section, key: str, most: float, why: str) -> None:
 def _read_sources(layer: Layer, data_type: str) -> dict[str, Any]:
     """Read the lidar among the sources; a layer without one neither marks nor clears.
 
-    Two sources of one sensor, of which one marks and the other clears, are read as one.
+    If one lidar source marks and another clears, they are read as one.
     """
     add = layer.group.findings.add
     lidars = layer.sees(data_type)

@@ -15,7 +15,7 @@ from gym_mapbench.settings import parse_yaml, read_text
 
 MAX_VALUES = 100_000
 PARAMETERS = "ros__parameters"
-"""The group of every node that no parameter's full name has."""
+"""The group that every node has, and that is left out of the full names of its parameters."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,13 @@ class Document:
     repeated: tuple[str, ...] = ()
 
     def line_of(self, name: str) -> int | None:
-        """Number of the line of a key, or else of the innermost group around it; None if there is none."""
+        """Return the line number of a key, or else of the innermost group around it; None if there is neither."""
         while name and name not in self.lines:
             name = name.rpartition(".")[0]
         return self.lines.get(name)
 
     def located(self, message: str) -> str:
-        """Put the line in front of a message that opens with the full name of a key, or of groups around it."""
+        """Put the line number in front of a message that begins with the full name of a key or of a group around it."""
         name, *rest = message.split(": ")
         while rest and f"{name}.{rest[0]}" in self.lines:
             name = f"{name}.{rest.pop(0)}"
@@ -73,10 +73,10 @@ def read_document(path: str | Path, defines: Mapping[str, str] | None = None) ->
 
 
 def refuse_bomb(document: object) -> None:
-    """Refuse a document whose aliases unfold to more than can be read, or to themselves.
+    """Refuse a document whose aliases unfold to too many values, or without end.
 
     Raises:
-        ConfigError: If it does.
+        ConfigError: If the document has more than ``MAX_VALUES`` values.
     """
     pending, seen = [document], 0
     while pending:
@@ -91,7 +91,7 @@ def refuse_bomb(document: object) -> None:
 
 
 def _keys(node: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.Mark, bool]]:
-    """Full name and place of every key, and whether a merge (``<<``) brought it here from elsewhere."""
+    """Yield the full name and place of every key, and whether a merge (``<<``) brought it from elsewhere."""
     if not isinstance(node, yaml.MappingNode):
         return
     for key, value in node.value:

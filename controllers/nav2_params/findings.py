@@ -32,17 +32,17 @@ KINDS: dict[Kind, str] = {
     "repeated": "are given twice, so that the last value counts",
     "detail": "belong to what is replaced",
 }
-"""What is said of the keys of each kind, after ``keys that``."""
+"""How a report goes on about the keys of each kind after ``keys that``."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that a parameter file holds besides the parameters that count here.
+    """Something that a parameter file holds besides the parameters that count here.
 
     Args:
         kind: One of ``KINDS``.
-        name: Full name of a key, group or whole node.
-        why: What happens instead, or what may be meant; may be empty.
+        name: Full name of a key, a group or a whole node.
+        why: What happens instead, or which name may be meant; may be empty.
     """
 
     kind: Kind
@@ -55,10 +55,10 @@ class Findings:
     """What is found while a file is read.
 
     Args:
-        release: The distribution as which it is read.
-        found: In the order of the file.
-        kept: Numbers and switches among what means nothing without ROS, by full name in a file that is written. Names
-            (of topics, frames, files) are those of the user's own robot, and are not kept.
+        release: The distribution as which the file is read.
+        found: The findings, in the order of the file.
+        kept: Numbers and switches that mean nothing without ROS, by the full name under which a file that is written
+            gets them. Names (of topics, frames, files) belong to the user's own robot and are not kept.
     """
 
     release: Release = "humble"
@@ -66,19 +66,19 @@ class Findings:
     kept: dict[str, float | bool] = field(default_factory=dict)
 
     def add(self, kind: Kind, name: str, why: str = "") -> None:
-        """Keep a finding."""
+        """Add a finding."""
         self.found.append(Finding(kind, name, why))
 
     def keep(self, written: str, value: object) -> None:
-        """Keep what means nothing without ROS for a file that is written, if it is a number or a switch."""
+        """Keep a value that means nothing without ROS for a file that is written, if it is a number or a switch."""
         if isinstance(value, (bool, int, float)):
             self.kept[written] = value
 
     def refuse(self) -> None:
-        """Refuse what is no parameter here, for those who name parameters to us and not to ROS.
+        """Refuse unknown parameters and those of other releases, for callers whose parameters are for us alone.
 
         Raises:
-            ConfigError: Naming all of it.
+            ConfigError: If there are any; it names all of them.
         """
         refused = [finding for finding in self.found if finding.kind in ("unknown", "other_release")]
         if refused:
@@ -86,7 +86,7 @@ class Findings:
 
 
 def _reason(finding: Finding) -> str:
-    """Why it is refused: another release's parameter, or an unknown one and what may be meant."""
+    """Say why a key is refused: it is another release's parameter, or unknown, with the name that may be meant."""
     if finding.kind == "other_release":
         return f"only other releases of Nav2 have this parameter: {finding.why}"
     return "unknown parameter" + (f"; {finding.why}" if finding.why else "")

@@ -1,7 +1,7 @@
-"""Which keys of a parameter file only ROS needs, which have another name, and which only other releases have.
+"""Tables of the keys of a parameter file: those that only ROS needs, that have other names, that other releases have.
 
-A parameter that a plugin has here is read; all others are listed, as the plugin in ROS ignores them. The tables say
-why, where there is more to say than that.
+A parameter that a plugin has here is read. All other keys are listed as ignored; the tables say why, where a reason
+helps.
 """
 
 from __future__ import annotations
@@ -43,34 +43,34 @@ ROS_ONLY_NODES = frozenset(
         "waypoint_follower",
     }
 )
-"""Nodes that have no part in following a path to a pose with Humble's default tree; the robot knows its pose here."""
+"""Nodes that have no part in driving to a pose with the default tree; the robot knows its pose here."""
 
 LOCALISATION = ("amcl", "ekf", "localization", "slam", "ukf")
-"""Parts of the names of nodes that find out where the robot is, which it knows here."""
+"""Parts of the names of nodes that localise the robot, which knows its pose here."""
 
 FILTER_NODES = ("filter_info_server", "filter_mask_server")
-"""How the names of the nodes end that serve costmap filters, which are said where a costmap asks for them."""
+"""Ends of the names of nodes that serve costmap filters; the filters themselves are listed with their costmap."""
 
 UNMODELLED_NODES = {"collision_monitor": "it would slow down or stop the robot close to obstacles"}
-"""Nodes that nothing here stands for -> what they would do."""
+"""Nodes that are not modelled here -> what they would do."""
 
 INNER_NODES = ("_client", "_rclcpp_node")
-"""How the names of the nodes end that Nav2's servers keep for themselves."""
+"""Ends of the names of nodes that Nav2's servers have for their own use."""
 
 FRAMES = frozenset({"global_frame", "local_frame", "robot_base_frame", "transform_tolerance"})
 
 
 @dataclass(frozen=True)
 class Keys:
-    """What is known of the keys of one section, besides the parameters it has here.
+    """What is known about the keys of one section, besides the parameters that it has here.
 
     Args:
         ros_only: Keys, or groups of keys, that mean nothing without ROS; those of every node are added.
-        renamed: Names in other releases -> names here. A parameter given under its name here counts before them.
-        missing: Release -> parameters of other releases that it does not have -> what it does instead.
-        elsewhere: Keys of older releases, of releases newer than both, or of other plugins -> what happens here.
-        left_out: Keys that nothing here stands for, and that may change how the real robot drives.
-        shape: Parameters that say what shape the robot has; a template without a value leaves them to the robot.
+        renamed: Name in another release -> name here. A parameter that is also given under its name here counts first.
+        missing: Release -> parameter of other releases that it does not have -> what it does instead.
+        elsewhere: Key of an older release, of one newer than both, or of another plugin -> what happens here.
+        left_out: Keys that are not modelled here, though they may change how the real robot drives.
+        shape: Parameters of the robot's shape; a template without a value leaves them to the robot.
     """
 
     ros_only: frozenset[str] = frozenset()
@@ -85,13 +85,13 @@ class Keys:
         return not _groups(name).isdisjoint(self.ros_only | EVERY_NODE)
 
     def why_not(self, name: str, release: Release) -> str | None:
-        """What happens instead of a parameter that another release has; None if it is not one of those."""
+        """Return what happens instead of a parameter that only others have; None if the key is not such a parameter."""
         known = {**self.elsewhere, **self.missing.get(release, {})}
         return next((known[group] for group in sorted(_groups(name)) if group in known), None)
 
 
 def _groups(name: str) -> set[str]:
-    """A dotted name and all groups it belongs to."""
+    """Return a dotted name and all groups that it belongs to."""
     parts = name.split(".")
     return {".".join(parts[: i + 1]) for i in range(len(parts))}
 
@@ -272,4 +272,4 @@ SOURCE = Keys(
     renamed={"obstacle_range": "obstacle_max_range", "raytrace_range": "raytrace_max_range"},
     left_out=frozenset({"observation_persistence"}),
 )
-"""Of an observation source; the robots here have one lidar, whose beams lie in the plane."""
+"""Keys of an observation source; the robots here have one lidar, whose beams lie in a horizontal plane."""

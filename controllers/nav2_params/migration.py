@@ -1,9 +1,9 @@
-"""A parameter file of one distribution becomes one of the other; everything that was done is said.
+"""Turns a parameter file of one distribution into one of the other, and lists everything that was done.
 
-Names that changed are changed, classes are spelt as the release wants them, parameters whose default changed are
-written out with the value they had, and what has no counterpart is taken out and listed. Comments and templates stay.
+Outdated names are replaced, classes are spelt as the release wants them, parameters whose default changed are written
+out with the old value, and what has no counterpart is taken out and listed. Comments and templates stay.
 
-Source: Nav2's migration guides, and what the controllers' own parameters say of the releases.
+Source: Nav2's migration guides, and what the controllers' own parameters say about the releases.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 import yaml
 
-from controllers.nav2_params.controller_keys import OLD_CRITICS, OURS
+from controllers.nav2_params.controller_keys import OLD_CRITICS
 from controllers.nav2_params.document import PARAMETERS, refuse_bomb
 from controllers.nav2_params.migration_rules import (
     EXCHANGED,
@@ -42,11 +42,11 @@ class Migration:
     """A migrated file.
 
     Args:
-        text: Its new text.
-        source: The distribution it was written for.
-        target: The distribution it is written for now.
-        done: What was changed, a line each.
-        lost: What has no counterpart, a line each.
+        text: The text of the migrated file.
+        source: The distribution for which the file was written.
+        target: The distribution for which it is written now.
+        done: What was changed, one line for each change.
+        lost: What has no counterpart, one line for each loss.
     """
 
     text: str
@@ -60,12 +60,12 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
     """Migrate a parameter file.
 
     Args:
-        path: The file; it stays as it is.
-        target: The distribution it is to be for.
-        source: The distribution it is for; None to recognise it.
+        path: The file; it is not changed.
+        target: The distribution to migrate to.
+        source: The distribution for which the file is written; None to recognise it.
 
     Raises:
-        ConfigError: If it cannot be read, is no parameter file, or mixes the distributions.
+        ConfigError: If the file cannot be read, is not a parameter file, or mixes the distributions.
     """
     text = read_text(path)
     values, root = parse_yaml(text, path)
@@ -83,7 +83,7 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
 
 
 def _nodes(group: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.ScalarNode, yaml.MappingNode]]:
-    """Full name, key and parameters of every node."""
+    """Yield the full name, the key and the parameters of every node."""
     if not isinstance(group, yaml.MappingNode):
         return
     for key, value in group.value:
@@ -120,7 +120,7 @@ class _Work:
             self.migrate_controller(f"{full}.{name}", inner, plugin)
 
     def migrate_entry(self, full: str, node: str, entry: Entry) -> None:
-        """Migrate one parameter by what is known of its node."""
+        """Migrate one parameter by the rules for its node."""
         for rename in RENAMES[self.target]:
             if fnmatchcase(node, rename.node) and fnmatchcase(entry.name, rename.old):
                 self.rename(full, entry, rename)
@@ -144,7 +144,7 @@ class _Work:
         return any(fnmatchcase(entry.name, pattern) for pattern in patterns)
 
     def trim_tree_plugins(self, full: str, entry: Entry) -> None:
-        """Leave only other makers' plugins of the behaviour tree; Jazzy loads Nav2's by itself."""
+        """Leave only third parties' plugins of the behaviour tree; Jazzy loads Nav2's own by itself."""
         others = [name for name in _listed(entry) if not name.startswith("nav2_")]
         if others:
             self.edits.replace(entry, as_yaml(others))
@@ -153,7 +153,7 @@ class _Work:
         self.say(f"{full}.{entry.name}", entry.line, "Nav2's own plugins taken out: Jazzy loads them by itself")
 
     def rename(self, full: str, entry: Entry, rename: Rename) -> None:
-        """Give a parameter its new name, and its value the new form, unless the new one is there as well."""
+        """Give a parameter its new name, and its value the new form, unless the new name is given as well."""
         goes = OVERTAKEN.get(self.target, {}).get(rename.new) == entry.name
         if not goes and any(key.value == rename.new for key, _ in entry.group.value):
             return
@@ -179,7 +179,7 @@ class _Work:
             self.say(f"{full}.{entry.name}", entry.line, f"written {new}")
 
     def migrate_controller(self, full: str, group: yaml.MappingNode, plugin: Plugin) -> None:
-        """Migrate a controller by what its own parameters say of the releases."""
+        """Migrate a controller by what its own parameters say about the releases."""
         given = {entry.name: entry for entry in entries(group)}
         missing = plugin.keys.missing.get(self.target, {})
         for name in [name for name in missing if name in given]:
@@ -198,7 +198,7 @@ class _Work:
     def write_out(
         self, full: str, group: yaml.MappingNode, given: Mapping[str, Entry], name: str, value: Any, why: str
     ) -> None:
-        """Write a parameter out that is not given, if the controller asks the critic it belongs to."""
+        """Write out a parameter that is not given, unless it belongs to a critic that the controller does not list."""
         critic = name.partition(".")[0] if "." in name else None
         if name in given or not _asks(given, critic):
             return
@@ -207,17 +207,17 @@ class _Work:
         self.done.append(f"{full}.{name}: written out as {value}, {why}")
 
     def tell_new(self, full: str, known: set[str], given: Mapping[str, Entry], plugin: Plugin) -> None:
-        """Say which parameters are new in the target and not ``known`` by now, and what their defaults are."""
+        """Say which parameters are new in the target and not yet ``known``, and what their defaults are."""
         new = plugin.keys.missing.get(self.source, {}).keys() - plugin.keys.missing.get(self.target, {}).keys()
         exchanged = {f"{old.rpartition('.')[0]}.{name}" for old, (name, _) in EXCHANGED.items() if old in given}
-        named = [name for name in plugin.parameters if name in new - exchanged - OURS - known]
+        named = [name for name in plugin.parameters if name in new - exchanged - plugin.our_keys - known]
         asked = [name for name in named if _asks(given, name.partition(".")[0] if "." in name else None)]
         if asked:
             said = ", ".join(f"{name} {plugin.default(name, self.target)}" for name in asked)
             self.done.append(f"{full}: new in {self.target.capitalize()} and at its default: {said}")
 
     def exchange(self, full: str, entry: Entry) -> bool:
-        """Exchange ``forward_preference`` and ``mode`` of MPPI's PathAngleCritic; returns whether it was either."""
+        """Exchange ``forward_preference`` and ``mode`` of MPPI's PathAngleCritic; return whether it was one."""
         new, values = EXCHANGED.get(entry.name, ("", {}))
         value = values.get(str(entry.value.value).lower())
         if value is None:
@@ -229,7 +229,7 @@ class _Work:
         return True
 
     def replace_critics(self, full: str, given: Mapping[str, Entry]) -> None:
-        """Exchange critics that only the source has."""
+        """Replace critics that only the source has."""
         critics = given.get("critics")
         listed = _listed(critics)
         only = OLD_CRITICS[self.source] if self.source != self.target else {}
@@ -241,16 +241,16 @@ class _Work:
                 self.say(f"{full}.{old}", critics.line, f"replaced by {new}")
 
     def say(self, full: str, line: int, what: str) -> None:
-        """Keep a line about what was done."""
+        """Add a line about what was done."""
         self.done.append(f"line {line}: {full}: {what}")
 
     def lose(self, full: str, entry: Entry, what: str) -> None:
-        """Keep a line about what has no counterpart."""
+        """Add a line about what has no counterpart."""
         self.lost.append(f"line {entry.line}: {full}.{entry.name}: {what}")
 
 
 def _controllers(group: yaml.MappingNode) -> dict[str, tuple[yaml.MappingNode, Plugin]]:
-    """Groups of the controllers that are built here."""
+    """Return the groups of the controllers that are built here, by name, with their plugins."""
     found = {}
     for entry in entries(group):
         inner = {below.name: below.value.value for below in entries(entry.value)}
@@ -261,7 +261,7 @@ def _controllers(group: yaml.MappingNode) -> dict[str, tuple[yaml.MappingNode, P
 
 
 def _inflation_layer(nodes: list[Node]) -> dict[str, Any]:
-    """What Humble's ObstaclesCritic has to be told of the local costmap's inflation layer."""
+    """Return what Humble's ObstaclesCritic has to be told about the local costmap's inflation layer."""
     for node in nodes:
         if node.name == "local_costmap" and node.group is not None and isinstance(node.group[PARAMETERS], Mapping):
             layer = node.group[PARAMETERS].get("inflation_layer")
@@ -272,17 +272,17 @@ def _inflation_layer(nodes: list[Node]) -> dict[str, Any]:
 
 
 def _group_of(entry: Entry | None) -> yaml.MappingNode | None:
-    """The mapping under a key, if it is one and holds something."""
+    """Return the mapping under a key, None if there is none or it is empty."""
     value = None if entry is None else entry.value
     return value if isinstance(value, yaml.MappingNode) and value.value else None
 
 
 def _listed(entry: Entry | None) -> list[str]:
-    """Texts of a list."""
+    """Return the texts of a list; none if there is no list."""
     items = entry.value.value if entry is not None and isinstance(entry.value, yaml.SequenceNode) else []
     return [item.value for item in items if isinstance(item, yaml.ScalarNode)]
 
 
 def _asks(given: Mapping[str, Entry], critic: str | None) -> bool:
-    """Whether a controller asks a critic; always where the parameter belongs to none."""
+    """Whether a controller lists a critic; true for None, which stands for parameters that belong to no critic."""
     return critic is None or critic in _listed(given.get("critics"))

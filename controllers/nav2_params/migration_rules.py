@@ -1,4 +1,4 @@
-"""What is done to the parameters of a node when its file is migrated, as data.
+"""The rules by which a node's parameters are migrated, as data.
 
 Source: Nav2's migration guides.
 """
@@ -12,13 +12,13 @@ from controllers.releases import Release
 
 
 class Rename(NamedTuple):
-    """A parameter with another name in a release: its node, its name there, the new last part, how its value changes.
+    """A parameter that gets another name.
 
     Args:
         node: Name of the node, with wildcards.
-        old: Dotted name, with wildcards.
+        old: Old dotted name, with wildcards.
         new: The last part of the new name.
-        listed: Whether one name becomes a list of names (True), a list its first name (False), or neither (None).
+        listed: True if its value, one name, becomes a list; False if a list becomes its first name; None for neither.
     """
 
     node: str
@@ -67,7 +67,7 @@ UNKNOWN: Mapping[Release, Mapping[str, tuple[str, ...]]] = {
 }
 """Release -> node -> keys that mean nothing there."""
 OVERTAKEN: Mapping[Release, Mapping[str, str]] = {"humble": {"global_frame": "local_frame"}}
-"""Release -> key of the behaviour server that goes -> key beside it that gets its name."""
+"""Release -> key of the behaviour server that is taken out -> the key that then gets its name."""
 TREE_PLUGINS = "plugin_lib_names"
 RESPELT = ("planner_server", "behavior_server", "recoveries_server", "bt_navigator")
 """Nodes whose plugins' classes are written with ``/`` in Humble and with ``::`` in Jazzy."""
@@ -75,4 +75,4 @@ EXCHANGED: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "PathAngleCritic.forward_preference": ("mode", {"true": "0", "false": "1"}),
     "PathAngleCritic.mode": ("forward_preference", {"0": "true", "1": "false"}),
 }
-"""Parameter of one release -> the other's, and its values; mode 2 has no counterpart."""
+"""Parameter of one release -> the other's name for it, and value -> the other's value; mode 2 has no counterpart."""

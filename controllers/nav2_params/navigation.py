@@ -1,7 +1,7 @@
-"""NavigationParams: everything the navigator needs, frozen, with Nav2's names and in Nav2's sections.
+"""NavigationParams: all parameters of the navigator, frozen, with Nav2's names and in Nav2's sections.
 
-The defaults are those of Nav2's code; what most people run are the values of an example, which are the presets
-``thesis`` (Humble) and ``jazzy``.
+The defaults are those of Nav2's code. Most people run the values of Nav2's example files instead, which are the
+presets ``thesis`` (Humble) and ``jazzy``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NonNegative = Annotated[float, Field(ge=0)]
 
 
 def _three(value: object) -> object:
-    """Three values for x, y and theta; of six (Kilted: positions, then angles) those of a robot on the ground."""
+    """Return the values for x, y and theta; of six (Kilted: positions, then angles) those of a ground robot."""
     if isinstance(value, (list, tuple)) and len(value) == 6:
         return value[0], value[1], value[5]
     if not isinstance(value, (list, tuple)) or len(value) != 3:
@@ -34,10 +34,10 @@ Axes = Annotated[tuple[float, float, float], BeforeValidator(_three)]
 
 
 class ProgressChecker(Settings):
-    """Whether the robot still gets anywhere.
+    """The progress checker: whether the robot still gets anywhere.
 
     Args:
-        plugin: ``simple``, ``pose`` (a turn is progress as well) or ``none`` (ours: never complain).
+        plugin: ``simple``, ``pose`` (a turn is progress as well) or ``none`` (ours: progress is not checked).
         required_movement_radius: Distance that counts as progress, m.
         movement_time_allowance: Seconds without progress until the controller gives up.
         required_movement_angle: Turn that counts as progress, rad; ``pose`` only.
@@ -50,12 +50,12 @@ class ProgressChecker(Settings):
 
 
 class GoalChecker(Settings):
-    """Whether the goal is reached.
+    """The goal checker: whether the goal is reached.
 
     Args:
         plugin: ``simple``, ``stopped`` (the robot must stand as well) or ``position`` (Jazzy: whatever the heading).
-        xy_goal_tolerance: m.
-        yaw_goal_tolerance: rad.
+        xy_goal_tolerance: Tolerance of the position, m.
+        yaw_goal_tolerance: Tolerance of the heading, rad.
         stateful: Whether a position once reached counts until the next path.
         symmetric_yaw_tolerance: Whether the opposite heading is as good.
         trans_stopped_velocity: Speed that counts as standing, m/s; ``stopped`` only.
@@ -75,12 +75,14 @@ class ControllerServer(Settings):
     """Nav2's ``controller_server``.
 
     Args:
-        controller_frequency: Hz.
+        controller_frequency: Rate of the controller, Hz.
         min_x_velocity_threshold: Measured speeds up to this count as 0, m/s.
         min_y_velocity_threshold: Likewise sideways, m/s.
         min_theta_velocity_threshold: Likewise of the turn rate, rad/s.
-        failure_tolerance: Seconds a controller may have no valid command; 0 none, -1 any time.
+        failure_tolerance: Seconds for which a controller may have no valid command; 0 for none, -1 for any time.
         publish_zero_velocity: Whether the robot is told to stop at the goal.
+        progress_checker: Parameters of the progress checker.
+        goal_checker: Parameters of the goal checker.
     """
 
     controller_frequency: Annotated[float, Field(gt=0, le=1000)] = 20.0
@@ -98,7 +100,7 @@ class PlannerPlugin(Settings):
 
     Args:
         name: ``navfn``, ``smac_2d``, ``theta_star``, or a third party's (see :mod:`gym_mapbench.planners`).
-        params: Its parameters; checked, completed and JSON-able once they are here.
+        params: Its parameters; they are checked, completed and brought into a form that JSON can hold.
     """
 
     name: str = "navfn"
@@ -122,8 +124,8 @@ class ControllerPlugin(Settings):
     """One controller.
 
     Args:
-        kind: Which plugin, by its name in :data:`~controllers.nav2_params.plugins.CONTROLLERS`.
-        params: Its parameters; checked, completed and JSON-able once they are here.
+        kind: Its plugin, by the name in :data:`~controllers.nav2_params.plugins.CONTROLLERS`.
+        params: Its parameters; they are checked, completed and brought into a form that JSON can hold.
     """
 
     kind: str
@@ -146,12 +148,12 @@ class BehaviorServer(Settings):
     """Nav2's ``behavior_server``: spin, back-up and wait.
 
     Args:
-        cycle_frequency: Hz.
+        cycle_frequency: Rate of the behaviours, Hz.
         simulate_ahead_time: How far the behaviours look ahead for collisions, s.
-        max_rotational_vel: Of a spin, rad/s.
-        min_rotational_vel: Of a spin, rad/s.
-        rotational_acc_lim: Of a spin, rad/s^2.
-        behavior_plugins: Which of the behaviours exist; the tree's others fail.
+        max_rotational_vel: Highest turn rate of a spin, rad/s.
+        min_rotational_vel: Lowest turn rate of a spin, rad/s.
+        rotational_acc_lim: Angular acceleration of a spin, rad/s^2.
+        behavior_plugins: Which of the behaviours exist; the tree's other ones fail.
     """
 
     cycle_frequency: Annotated[float, Field(gt=0, le=1000)] = 10.0
@@ -163,18 +165,18 @@ class BehaviorServer(Settings):
 
 
 class BehaviorTree(Settings):
-    """Numbers of ``navigate_to_pose_w_replanning_and_recovery.xml``; all but the first stand in the tree, not in ROS.
+    """Numbers of ``navigate_to_pose_w_replanning_and_recovery.xml``; all but the first are no ROS parameters.
 
     Args:
-        bt_loop_duration: Period of the tree's ticks, ms as in Nav2.
-        replanning_frequency: Hz.
-        number_of_retries: Recoveries per goal.
-        spin_dist: rad.
-        wait_duration: s.
-        backup_dist: m.
-        backup_speed: m/s.
-        time_allowance: Seconds a spin or a back-up may take.
-        recoveries: Whether there are recoveries at all; off, the first failure ends the run.
+        bt_loop_duration: Period of the tree's ticks, ms as in Nav2; it is written for ROS and has no effect here.
+        replanning_frequency: Rate of replanning, Hz.
+        number_of_retries: Largest number of recoveries per goal.
+        spin_dist: Angle of a spin, rad.
+        wait_duration: Duration of a wait, s.
+        backup_dist: Distance of a back-up, m.
+        backup_speed: Speed of a back-up, m/s.
+        time_allowance: Seconds that a spin or a back-up may take.
+        recoveries: Whether there are recoveries at all; without them the first failure ends the run.
     """
 
     bt_loop_duration: Annotated[int, Field(gt=0)] = 10
@@ -193,7 +195,7 @@ BACKUP_SPEED: dict[Release, float] = {"humble": 0.05, "jazzy": 0.15}
 
 
 def default_tree(release: Release) -> BehaviorTree:
-    """Return the numbers of a release's default tree."""
+    """Return the numbers of the default tree of a release."""
     return BehaviorTree(backup_speed=BACKUP_SPEED[release])
 
 
@@ -201,16 +203,16 @@ class VelocitySmoother(Settings):
     """Nav2's ``velocity_smoother`` between controller and base; recoveries bypass it. Axes are x, y, theta.
 
     Args:
-        smoothing_frequency: Hz.
+        smoothing_frequency: Rate of the smoother, Hz; here it works once in every control period.
         scale_velocities: Whether all axes are slowed by the ratio of the most restricted one.
         feedback: ``OPEN_LOOP`` goes on from the last output, ``CLOSED_LOOP`` from the measured velocity.
-        max_velocity: m/s, m/s, rad/s.
-        min_velocity: m/s, m/s, rad/s; negative.
-        max_accel: m/s^2, m/s^2, rad/s^2.
-        max_decel: m/s^2, m/s^2, rad/s^2; negative.
+        max_velocity: Highest velocities, m/s, m/s, rad/s.
+        min_velocity: Lowest velocities, m/s, m/s, rad/s; not positive.
+        max_accel: Accelerations, m/s^2, m/s^2, rad/s^2.
+        max_decel: Decelerations, m/s^2, m/s^2, rad/s^2; not positive.
         odom_duration: Time over which the measured velocity is averaged, s.
-        deadband_velocity: Outputs below these become 0.
-        velocity_timeout: Seconds without a command until it stops the robot.
+        deadband_velocity: Velocities below which the output becomes 0, m/s, m/s, rad/s.
+        velocity_timeout: Seconds without a command after which the robot is stopped; here it never passes.
     """
 
     smoothing_frequency: Annotated[float, Field(gt=0, le=1000)] = 20.0
@@ -240,12 +242,18 @@ class VelocitySmoother(Settings):
 
 
 class NavigationParams(Settings):
-    """Everything the navigator needs.
+    """All parameters of the navigator.
 
     Args:
-        release: Whose behaviour this is; that of the controllers, of NavFn and of the costmaps is the same.
+        release: The release of Nav2 whose behaviour this is; controllers, NavFn and costmaps must be of the same one.
+        controller_server: The controller server and its checkers.
         controllers: Controllers by name, in order.
-        velocity_smoother: None if there is none between controller and base.
+        planner: The global planner.
+        local_costmap: The local costmap.
+        global_costmap: The global costmap.
+        behavior_server: The recovery behaviours.
+        bt: Numbers of the behaviour tree.
+        velocity_smoother: The velocity smoother; None if there is none between controller and base.
     """
 
     release: Release = "humble"
@@ -284,11 +292,11 @@ class NavigationParams(Settings):
     def controller(self, name: str) -> ControllerPlugin:
         """Return a controller by its name, or else the first of that kind.
 
-        A Rotation Shim that is not configured has the defaults of Nav2's code, around the controller it is named
-        after; so has a Graceful Controller.
+        A Rotation Shim that is not configured has the defaults of Nav2's code and the configured controller inside.
+        A Graceful Controller that is not configured has the defaults of Nav2's code as well.
 
         Raises:
-            ConfigError: If there is none.
+            ConfigError: If there is no such controller.
         """
         if name in self.controllers:
             return self.controllers[name]

@@ -1,4 +1,4 @@
-"""The nodes of a parameter file: which one is which section, whatever the release and the namespace."""
+"""Finds the nodes of a parameter file and the section that each is, whatever the release and the namespace."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SECTIONS = (
     "velocity_smoother",
 )
 MISSPELT = 0.85
-"""Likeness from which on an unknown node is probably a slip of one that is read."""
+"""Similarity from which on an unknown node is probably a misspelt one that is read."""
 
 
 class Node(NamedTuple):
@@ -31,7 +31,7 @@ class Node(NamedTuple):
 
     Args:
         path: Its keys, namespaces included.
-        group: What stands under it; None if it has no parameters.
+        group: The mapping under it; None if it has no parameters.
     """
 
     path: tuple[str, ...]
@@ -49,21 +49,21 @@ class Node(NamedTuple):
 
     @property
     def section(self) -> str:
-        """Name of the section that reads it, in the newest spelling."""
+        """Name of the section that the node is, in today's spelling."""
         return OLD_NODES.get(self.name, self.name)
 
     @property
     def rank(self) -> tuple[bool, bool, int]:
-        """Order among nodes of one section: today's name, a costmap in its own namespace, few namespaces."""
+        """Order among nodes of one section: today's name first, a costmap in its own namespace, then few namespaces."""
         in_place = self.name in COSTMAPS and self.path[-2:] != (self.name, self.name)
         return self.group is None, self.name in OLD_NODES or in_place, len(self.path)
 
 
 def all_nodes(document: object) -> list[Node]:
-    """Every node of a document, in its order.
+    """Return every node of a document, in the document's order.
 
     Raises:
-        ConfigError: If the document is no parameter file.
+        ConfigError: If the document is not a parameter file.
     """
     if document is None:
         raise ConfigError("expected the nodes of a nav2_params.yaml, but the file is empty")
@@ -73,10 +73,10 @@ def all_nodes(document: object) -> list[Node]:
 
 
 def find_sections(nodes: list[Node], findings: Findings) -> dict[str, Section]:
-    """Open the sections that are read; the findings get all other nodes.
+    """Open the sections that are read; all other nodes become findings.
 
     Raises:
-        ConfigError: If there is none of them, or one has no parameters, or its name is misspelt.
+        ConfigError: If the file has none of these sections, or one has no parameters, or its name is misspelt.
     """
     chosen = {name: _choose(name, nodes) for name in SECTIONS}
     sections = {}
@@ -97,7 +97,7 @@ def _choose(name: str, nodes: list[Node]) -> Node | None:
 
 
 def _open(node: Node, findings: Findings) -> Section:
-    """Open a section in today's spelling."""
+    """Open a section, with its names in today's spelling."""
     if node.group is None:
         raise ConfigError(f"{node.full}: expected a group {PARAMETERS!r} in it, as in ROS")
     if node.name in OLD_NODES:
@@ -108,7 +108,7 @@ def _open(node: Node, findings: Findings) -> Section:
 
 
 def _leave(node: Node, findings: Findings, missing: set[str]) -> None:
-    """List a node that is not read; refuse it where it looks like a misspelt one that is missing."""
+    """List a node that is not read; refuse it if it looks like a misspelt section that is missing."""
     known = _is_known(node.name)
     near = None if known else nearest_name(node.name, missing, MISSPELT)
     if near:
@@ -120,7 +120,7 @@ def _leave(node: Node, findings: Findings, missing: set[str]) -> None:
 
 
 def _is_known(name: str) -> bool:
-    """Whether a node of this name is known not to drive."""
+    """Whether a node of this name is known to have no part in driving."""
     return (
         name in keys.ROS_ONLY_NODES
         or name.endswith((*keys.INNER_NODES, *keys.FILTER_NODES))
@@ -129,7 +129,7 @@ def _is_known(name: str) -> bool:
 
 
 def _serves_ros(group: Mapping[Any, Any] | None) -> bool:
-    """Whether a node is given nothing but parameters that serve ROS alone."""
+    """Whether a node has only parameters that serve ROS alone."""
     parameters = None if group is None else group[PARAMETERS]
     return isinstance(parameters, Mapping) and all(keys.Keys().is_ros_only(str(key)) for key in parameters)
 
@@ -137,7 +137,7 @@ def _serves_ros(group: Mapping[Any, Any] | None) -> bool:
 def _walk(
     group: Mapping[Any, Any], path: tuple[str, ...]
 ) -> Iterator[tuple[tuple[str, ...], Mapping[Any, Any] | None]]:
-    """Every node with its path, namespaces included; what is no node comes with None."""
+    """Yield every node with its path, namespaces included; a key that is not a node comes with None."""
     for key, value in group.items():
         here = (*path, str(key))
         if isinstance(value, Mapping) and PARAMETERS in value:

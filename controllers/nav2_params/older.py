@@ -1,4 +1,4 @@
-"""Files of Dashing, Eloquent, Foxy and Galactic: their nodes and lists of plugins in today's spelling.
+"""Brings nodes and lists of plugins from Dashing, Eloquent, Foxy and Galactic into today's spelling.
 
 Source: Nav2's migration guides and the example files of those releases.
 """
@@ -19,13 +19,13 @@ OLD_NODES = {
 
 
 class PluginLists(NamedTuple):
-    """How a node lists its plugins: ``name: [a]`` with ``a: {plugin: class}``, formerly two lists of one length.
+    """How a node lists its plugins: ``plugins: [a]`` with ``a: {plugin: class}``; formerly names and classes apart.
 
     Args:
-        now: Today's list of names.
-        names: Older lists of names, newest first.
-        types: Older list of classes beside them; empty if there never was one.
-        default: Names where only the classes are listed.
+        now: Key of today's list of names.
+        names: Keys of older lists of names, newest first.
+        types: Key of the older list of classes; empty if there never was one.
+        default: The names if a file lists only the classes.
     """
 
     now: str
@@ -51,17 +51,17 @@ LISTS: dict[str, tuple[PluginLists, ...]] = {
 SERVER_KEYS = ("controller_frequency", "failure_tolerance", "odom_topic", "speed_limit_topic", "use_sim_time")
 SERVER_GROUPS = ("goal_checker", "progress_checker")
 OLD_BEHAVIORS = {"BackUp": "backup", "Spin": "spin", "Wait": "wait"}
-"""Eloquent's names of the recoveries -> the names the default tree asks for."""
+"""Eloquent's names of the recoveries -> the names that the default tree asks for."""
 
 
 def modernised(node: str, values: Mapping[str, Any], full: str, findings: Findings) -> dict[str, Any]:
     """Return the parameters of a node in today's spelling.
 
     Args:
-        node: Its name in the file.
+        node: Name of the node in the file.
         values: Its parameters, nested.
         full: Its full name.
-        findings: Gets every name that has changed.
+        findings: Collects every name that has changed.
     """
     if node == "dwb_controller":
         return _dashing_controller(values)
@@ -74,7 +74,7 @@ def modernised(node: str, values: Mapping[str, Any], full: str, findings: Findin
 
 
 def _dashing_controller(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Dashing's DWB was a node of its own, which did what the controller server does today."""
+    """Turn Dashing's DWB, a node of its own, into the controller server and the controller that it is today."""
     server = {key: value for key, value in values.items() if _is_servers(key)}
     dwb = {key: value for key, value in values.items() if not _is_servers(key)}
     plugin = {"plugin": "dwb_core::DWBLocalPlanner", **dwb}
@@ -86,7 +86,7 @@ def _is_servers(key: str) -> bool:
 
 
 def _modernise_list(values: dict[str, Any], lists: PluginLists, full: str, findings: Findings) -> None:
-    """Turn an older list of plugins into today's, unless that one is there as well."""
+    """Turn an older list of plugins into today's, unless today's is given as well."""
     old = next((key for key in (*lists.names, lists.types) if key and key in values), None)
     if old is None or lists.now in values:
         return
@@ -94,7 +94,7 @@ def _modernise_list(values: dict[str, Any], lists: PluginLists, full: str, findi
     names = _renamed(given) if isinstance(given, list) else [given]
     values[lists.now] = names
     _give_classes(values, names, values.pop(lists.types, None))
-    if old != "progress_checker_plugin":  # Humble's own name
+    if old != "progress_checker_plugin":  # the name in Humble, so it is not outdated
         findings.add("renamed", f"{full}.{old}", lists.now)
 
 
@@ -103,7 +103,7 @@ def _renamed(names: list[Any]) -> list[Any]:
 
 
 def _give_classes(values: dict[str, Any], names: list[Any], classes: object) -> None:
-    """Put each class into the group of its plugin, where it does not say its own."""
+    """Put each class into the group of its plugin, unless the group gives its class itself."""
     for name, ros_class in zip(names, classes if isinstance(classes, list) else [], strict=False):
         group = values.get(name, {}) if isinstance(name, str) else None
         if isinstance(group, Mapping):

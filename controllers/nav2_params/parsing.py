@@ -40,13 +40,13 @@ class Nav2Params:
     Args:
         navigation: The parameters.
         recognition: As which distribution the file is read, and why.
-        findings: All that it holds besides the parameters that count here.
-        defaulted: Sections and controllers that the file does not configure and the preset does.
-        foreign: Controllers of the file that are not built here -> why they do not drive.
+        findings: All that the file holds besides the parameters that count here.
+        defaulted: Sections and controllers that the file does not configure, but the preset does.
+        foreign: Controllers of the file that are not built here -> why they cannot drive.
         asked_for: The controller of the file that Nav2's default tree asks for; empty if it has none.
         document: The file itself, which knows its lines.
-        ros_only: Numbers and switches that mean nothing without ROS, as ``publish_frequency``; nested, by node, in the
-            groups in which :func:`~controllers.nav2_params.writing.write_nav2_params` writes them back.
+        ros_only: Numbers and switches that mean nothing without ROS, such as ``publish_frequency``; nested, by node,
+            in the groups in which :func:`~controllers.nav2_params.writing.write_nav2_params` writes them back.
     """
 
     navigation: NavigationParams
@@ -59,7 +59,7 @@ class Nav2Params:
     ros_only: Mapping[str, Any] = field(default_factory=dict)
 
     def named(self, kind: Kind) -> tuple[str, ...]:
-        """Full names of what was found of one kind."""
+        """Return the full names of all findings of one kind."""
         return tuple(finding.name for finding in self.findings if finding.kind == kind)
 
     @property
@@ -78,12 +78,12 @@ def parse_nav2_params(
 
     Args:
         document: What the YAML file holds, or the whole :class:`~controllers.nav2_params.document.Document`.
-        preset: Gives the sections that are missing as a whole, but for the velocity smoother, and the kinds of
+        preset: Provides the sections that are missing as a whole, except the velocity smoother, and the kinds of
             controllers that are not configured; None for the defaults of Nav2's code and no further controllers.
         release: The distribution; None to recognise it.
 
     Raises:
-        ConfigError: If a value is wrong, a plugin without which nothing drives is not built here, or the file mixes
+        ConfigError: If a value is wrong, a plugin that the run cannot do without is not built here, or the file mixes
             the distributions.
     """
     given = document if isinstance(document, Document) else Document(document)
@@ -112,7 +112,7 @@ def parse_nav2_params(
 def _complete(
     found: Mapping[str, Any], controllers: ControllersFound, base: NavigationParams
 ) -> tuple[NavigationParams, list[str]]:
-    """Fill in what the file does not configure, and say which controllers that are."""
+    """Fill in what the file does not configure, and name the controllers that were filled in."""
     own = controllers.controllers
     kinds = {plugin.kind for plugin in own.values()}
     known = {*own, *controllers.foreign}
@@ -122,7 +122,7 @@ def _complete(
 
 
 def _read_sections(sections: Mapping[str, Section]) -> tuple[dict[str, Any], ControllersFound]:
-    """Read every section that is there into options of :class:`NavigationParams`, and the controllers."""
+    """Read every section of the file into options of :class:`NavigationParams`, and the controllers."""
     found = {field: read(sections[name]) for name, (field, read) in READERS.items() if name in sections}
     found["release"] = next(iter(sections.values())).findings.release
     if "controller_server" not in sections:
@@ -132,7 +132,7 @@ def _read_sections(sections: Mapping[str, Section]) -> tuple[dict[str, Any], Con
 
 
 def _read_planner(server: Section) -> PlannerPlugin:
-    """Read the planner that the default tree asks for, or else the first; NavFn or Smac 2D stand in for others'."""
+    """Read the planner that the default tree asks for, or else the first; NavFn or Smac 2D stand in for others."""
     names = server.take_names("planner_plugins", (TREES_PLANNER,), least=1)
     group = server.take_group(TREES_PLANNER if TREES_PLANNER in names else names[0], TREES_PLANNER)
     ros_class = group.values.pop("plugin", PLANNERS["navfn"].ros_class)
@@ -147,7 +147,7 @@ def _read_planner(server: Section) -> PlannerPlugin:
 
 
 def _read_behaviors(server: Section) -> BehaviorServer:
-    """Read the behaviours; one of another class than the tree expects is left out, and so are ramps."""
+    """Read the behaviours; one whose class the tree does not expect is left out, and so are their own settings."""
     names = server.take_names("behavior_plugins", ("spin", "backup", "drive_on_heading", "wait"))
     enabled = [name for name in names if _read_behavior(server, name)]
     server.leave_groups()

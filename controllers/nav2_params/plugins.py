@@ -25,9 +25,9 @@ class Plugin:
         ros_class: Its class in ROS.
         module: Where its parameters are.
         settings: Name of the parameters' class there.
-        other_keys: What is known of the other keys of its section; a controller's own module knows more: the constants
-            ``ROS_ONLY_KEYS`` and ``RENAMED_KEYS``, and ``MISSING`` of its parameters.
-        title: What it is called in a sentence.
+        other_keys: What is known about the other keys of its section. A controller's own module adds to it with the
+            constants ``ROS_ONLY_KEYS`` and ``RENAMED_KEYS``, and with ``MISSING`` of its parameters.
+        title: Its name in a sentence.
     """
 
     ros_class: str
@@ -44,7 +44,7 @@ class Plugin:
 
     @cached_property
     def keys(self) -> Keys:
-        """What is known of the other keys of its section."""
+        """What is known about the other keys of its section."""
         module, known = import_module(self.module), self.other_keys
         return replace(
             known,
@@ -56,29 +56,29 @@ class Plugin:
 
     @cached_property
     def our_keys(self) -> frozenset[str]:
-        """Dotted names of its parameters that Nav2 does not have."""
+        """Dotted names of those of its parameters that Nav2 does not have."""
         ours: frozenset[str] = getattr(self.params, "OURS", frozenset({RELEASE}))
         return ours
 
     def default(self, name: str, release: Release) -> Any:
-        """Default of a parameter in a release; None where it does not have the parameter."""
+        """Return the default of a parameter in a release; None if the release does not have the parameter."""
         first, _, rest = name.partition(".")
         of_class = self.params.model_fields[first].default
         usual = value_at(of_class, rest) if rest else of_class
         return getattr(self.params, "DEFAULTS", {}).get(release, {}).get(name, usual)
 
     def changed_defaults(self, source: Release, target: Release) -> dict[str, Any]:
-        """Defaults of one release that another has otherwise, by dotted name; parameters of only one are left out."""
+        """Return, by dotted name, the source's defaults that differ in the target; both must have the parameter."""
         pairs = {name: (self.default(name, source), self.default(name, target)) for name in self.parameters}
         return {name: old for name, (old, new) in pairs.items() if None not in (old, new) and old != new}
 
     @property
     def parameters(self) -> list[str]:
-        """Dotted names of its parameters in ROS; the release is ours."""
+        """Dotted names of its parameters, except the release."""
         return [name for name in parameter_names(self.params) if name != RELEASE]
 
     def _strays(self) -> dict[str, str]:
-        """Parameters of the other controllers, which are often left over in a section whose plugin was changed."""
+        """Return the parameters of other controllers, which are often left over after a change of the plugin."""
         own = set(self.parameters)
         others = [plugin for plugin in PRIMARIES.values() if self in CONTROLLERS.values() and plugin is not self]
         named = {name: f"a parameter of {plugin.title}" for plugin in others for name in plugin.parameters}
@@ -86,7 +86,7 @@ class Plugin:
         return {name: why for name, why in {**named, **shim}.items() if name not in own}
 
     def complete(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Check parameters and fill in the defaults; the result is JSON-able and leaves out what is None."""
+        """Check parameters and fill in the defaults; the result can be written as JSON and leaves out what is None."""
         return self.params(**values).model_dump(mode="json", exclude_none=True)
 
 
@@ -145,7 +145,7 @@ COSTMAP_LAYERS = {
     "inflation_layer": "nav2_costmap_2d::InflationLayer",
 }
 MISSPELT = 0.9
-"""Likeness from which on an unknown class is probably a slip of a known one."""
+"""Similarity from which on an unknown class is probably a misspelt known one."""
 BEHAVIORS = {"spin": "nav2_behaviors/Spin", "backup": "nav2_behaviors/BackUp", "wait": "nav2_behaviors/Wait"}
 
 
@@ -158,7 +158,7 @@ def known_class(ros_class: object, classes: Mapping[str, str]) -> str | None:
 def controller_kind(group: Mapping[str, Any]) -> str | None:
     """Return our name of the controller that a group of parameters is for, None if it is not built here.
 
-    That of a Rotation Shim says which controller is inside, whose parameters are in the same group.
+    The kind of a Rotation Shim also names its primary controller, whose parameters are in the same group.
     """
     kind = known_class(group.get("plugin"), {**classes(PRIMARIES), "shim": SHIM_CLASS})
     if kind != "shim":
@@ -172,7 +172,7 @@ def name_of_class(ros_class: object, classes: Mapping[str, str], where: str, wha
     """Return our name of a plugin class; ``/`` and ``::`` both separate its package.
 
     Raises:
-        ConfigError: If the class is not built here, with the nearest that is.
+        ConfigError: If the class is not built here; the error gives the nearest that is.
     """
     name = known_class(ros_class, classes)
     if name is not None:
@@ -183,7 +183,7 @@ def name_of_class(ros_class: object, classes: Mapping[str, str], where: str, wha
 
 
 def classes(plugins: Mapping[str, Plugin]) -> dict[str, str]:
-    """Our names of plugins -> their classes in ROS."""
+    """Return a table of our names of plugins -> their classes in ROS."""
     return {name: plugin.ros_class for name, plugin in plugins.items()}
 
 

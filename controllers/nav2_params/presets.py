@@ -1,4 +1,4 @@
-"""Presets: named parameter files of our own, in the format of ``nav2_params.yaml`` for everybody to read."""
+"""Presets: named parameter files of this project, in the format of ``nav2_params.yaml``."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def load_preset(name: str) -> NavigationParams:
 
 
 def _read_preset(name: str) -> dict[str, Any]:
-    """Read a preset's file; ``extends: other`` at its top lays it over another, ``release: jazzy`` says whose it is."""
+    """Read a preset's file; ``extends: other`` at its top lays it over that one, ``release`` names its release."""
     with as_file(files("controllers") / "presets" / f"{name}.yaml") as path:
         document: dict[str, Any] = read_yaml(path)
     base = document.pop("extends", None)

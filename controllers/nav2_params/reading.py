@@ -1,4 +1,4 @@
-"""A user's own ``nav2_params.yaml``, with a preset behind it for what it leaves out."""
+"""Reads a user's own ``nav2_params.yaml``, with a preset for what it leaves out."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ def read_nav2_params(
 ) -> Nav2Params:
     """Read a ``nav2_params.yaml``.
 
-    A parameter that a section does not give has the default of Nav2's code, as in ROS. A section that is
-    missing as a whole, and a kind of controller that the file does not configure, is taken from the preset.
+    A parameter that a section does not give has the default of Nav2's code, as in ROS. A section that is missing as a
+    whole, and a kind of controller that the file does not configure, are taken from the preset.
 
-    The velocity smoother stands between controller and base in Nav2's default launch, so a file that
-    configures it turns it on, also for the controllers of the preset; one that does not leaves it off.
+    The velocity smoother stands between controller and base in Nav2's default launch. So a file that configures it
+    turns it on, also for the controllers of the preset; a file that does not configure it leaves it off.
 
     Args:
         path: The file.
-        preset: Name of the preset; None for that of the file's release.
+        preset: Name of the preset; None for the one of the file's release.
         velocity_smoother: False leaves the smoother out although the file configures it.
         release: The distribution; None to recognise it by the file's keys.
         defines: Values of the file's templates, as ``{"min_x": "-0.2"}``.
-        only: The controller that is to drive, by its name or kind, where the file's own is not built here.
-        anyone: Whether it does not matter that the file's own controller is not built here.
+        only: The controller that is to drive, by its name or kind, for a file whose own is not built here.
+        anyone: Whether to accept a file whose own controller is not built here.
 
     Raises:
-        ConfigError: In one line, with the number of the line in the file: it cannot be read, a value is wrong, a
-            template has none, the controller it drives with is not built here, or it mixes the distributions.
+        ConfigError: If the file cannot be read, a value is wrong, a template has no value, the file's own controller
+            is not built here, or it mixes the distributions. The message is one line and gives the line of the file.
     """
     document = Document(None)
     try:
@@ -61,15 +61,15 @@ def read_nav2_params(
 
 
 def preset_of(release: Release) -> str:
-    """Name of the preset behind a file of a release: its own, where there is one."""
+    """Return the name of the preset for files of a release: the release's own if there is one, else the first."""
     return release if release in PRESETS else PRESETS[0]
 
 
 def _choose(read: Nav2Params, only: str | None) -> Nav2Params:
-    """Keep the controller that is to drive, or refuse a file whose own is not built here.
+    """Keep the controller that is to drive alone, or refuse a file whose own is not built here.
 
     Raises:
-        ConfigError: If ``only`` is unknown, or it is None and the tree asks for a controller that is not built.
+        ConfigError: If ``only`` is unknown, or is None and the tree asks for a controller that is not built here.
     """
     if only is None:
         if read.asked_for in read.foreign:
@@ -86,6 +86,6 @@ def _choose(read: Nav2Params, only: str | None) -> Nav2Params:
 
 
 def _in_one_line(path: str | Path, document: Document, error: ConfigError) -> str:
-    """The file, the line and the reason; keys are free text, and may hold line breaks."""
+    """Join the file, the line and the reason in one line; keys are free text and may hold line breaks."""
     reason = " ".join(document.located(str(error)).split())
     return reason if reason.startswith(str(path)) else f"{path}: {reason}"

@@ -1,4 +1,4 @@
-"""Which distribution a parameter file is written for: its keys tell."""
+"""Recognises by its keys for which distribution a parameter file is written."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
 
 CLEAR_MAJORITY = 2
-"""How many times as many signs of one kind a release needs where there are signs of both."""
+"""Where there are signs of both releases, one needs more than this many times the signs of the other."""
 
 Patterns = Mapping[Release, Mapping[str, tuple[str, ...]]]
 
@@ -46,17 +46,23 @@ OTHER: Patterns = {
         "loopback_simulator": (),
     },
 }
-"""Node -> keys that one release has and the other ignores, and that do not change how a controller drives.
+"""Release -> node -> keys that the other release ignores, and that do not change how a controller drives.
 
-Without keys, the node itself is a sign.
+Where no keys are listed, the node itself is the sign.
 """
 
 STARTING = {"planner_server": "*.plugin", "behavior_server": "*.plugin"}
-"""Where a class is written with ``/`` up to Iron and with ``::`` since Jazzy; with the other, Nav2 does not start."""
+"""Where a class is written with ``/`` up to Iron and with ``::`` since Jazzy; misspelt, Nav2 does not start."""
 
 
 class Sign(NamedTuple):
-    """A key that tells the release: its strength (3 starting, 2 driving, 1 other), the release, and its full name."""
+    """A key that tells the release.
+
+    Args:
+        strength: 3 if the other release does not start with it, 2 if it changes how a controller drives, else 1.
+        release: The release that it tells.
+        name: Full name of the key.
+    """
 
     strength: int
     release: Release
@@ -69,9 +75,9 @@ class Recognition:
 
     Args:
         release: The distribution.
-        told_by: Full names of the keys that say so, the strongest first; empty if none does, or if it was given.
-        against: Full names of the keys that speak for the other one.
-        given: Whether the user said it.
+        told_by: Full names of the keys that say so, the strongest first; empty if none does, or if the user said it.
+        against: Full names of the keys that speak for the other distribution.
+        given: Whether the user named the distribution.
     """
 
     release: Release
@@ -81,18 +87,19 @@ class Recognition:
 
 
 def recognise(nodes: list[Node], given: Release | None = None) -> Recognition:
-    """Say which distribution a file is written for; Humble where nothing tells.
+    """Return the distribution that a file is written for, and the keys that tell; Humble if none does.
 
-    Signs of one strength decide where they all point one way, or clearly more than half of them do; weaker ones are
-    not asked then. For only a class in the wrong spelling keeps Nav2 from starting, and only some keys change how it
-    drives; the rest is often a leftover.
+    The strongest signs there are decide, if a clear majority of them speaks for one release; weaker signs then do not
+    count. Among signs of the weakest strength any majority decides, and without one the file is Humble's. The reason is
+    that only a class in the wrong spelling keeps Nav2 from starting, and that only some keys change how it drives; the
+    others are often leftovers.
 
     Args:
-        nodes: Of the file.
-        given: The user's own word, which counts before all signs.
+        nodes: The nodes of the file.
+        given: The distribution that the user names, which counts before all signs.
 
     Raises:
-        ConfigError: If signs of both are about as many, so that the file mixes the distributions.
+        ConfigError: If stronger signs have no clear majority, so that the file mixes the distributions.
     """
     signs = [sign for node in nodes for sign in _signs(node)]
     release = given or _decide(signs)
@@ -126,11 +133,11 @@ def _of(release: Release, signs: list[Sign]) -> list[Sign]:
 
 
 def _signs(node: Node) -> Iterator[Sign]:
-    """Signs of one node."""
+    """Yield the signs of one node."""
     try:
         parameters = nest_dotted(node.group[PARAMETERS]) if node.group else {}
     except (ConfigError, AttributeError):
-        return  # said where the section is read
+        return  # the error is raised where the section is read
     for release, of_nodes in OTHER.items():
         for name, patterns in of_nodes.items():
             if fnmatchcase(node.name, name):
@@ -144,7 +151,7 @@ def _signs(node: Node) -> Iterator[Sign]:
 
 
 def _driving_signs(full: str, group: object) -> Iterator[Sign]:
-    """Parameters of a controller that only one release has, as its own class knows."""
+    """Yield the parameters of a controller that only one release has, by the tables of the controller's own module."""
     kind = controller_kind(group) if isinstance(group, Mapping) else None
     if kind is None or not isinstance(group, Mapping):
         return
@@ -156,7 +163,7 @@ def _driving_signs(full: str, group: object) -> Iterator[Sign]:
 
 
 def _matching(parameters: Mapping[str, object], patterns: tuple[str, ...]) -> list[str]:
-    """Keys of a node that match, behind a dot; the node itself, as an empty text, where there is no pattern."""
+    """Return the matching keys of a node, each after a dot; without patterns, an empty text for the node itself."""
     if not patterns:
         return [""]
     return [f".{key}" for key, _ in leaves(parameters) if any(fnmatchcase(key, pattern) for pattern in patterns)]

@@ -15,7 +15,7 @@ from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.robot import RobotSpec
 
 MAX_CORNERS = 8
-"""Most corners of a body in Box2D."""
+"""Largest number of corners that Box2D allows a polygon."""
 
 Limits = dict[str, float]
 
@@ -23,7 +23,7 @@ TURNING: Mapping[str, str] = {
     "max_angular_velocity": "rotate_to_heading_angular_vel",
     "max_angular_acceleration": "max_angular_accel",
 }
-"""What a Rotation Shim says besides the controller inside."""
+"""Limit of the robot -> the Rotation Shim's own parameter that gives it."""
 SOURCES: Mapping[str, Mapping[str, str]] = {
     "dwb": {
         "max_linear_velocity": "max_vel_x",
@@ -42,19 +42,19 @@ SOURCES: Mapping[str, Mapping[str, str]] = {
     "rpp": {"max_linear_velocity": "desired_linear_vel", **TURNING},
     "graceful": {"max_linear_velocity": "v_linear_max", "max_angular_velocity": "v_angular_max"},
 }
-"""Kind of controller -> limit of the robot -> the parameter that says it; backwards it is a negative number."""
+"""Kind of controller -> limit of the robot -> the parameter that gives it; speeds backwards are negative there."""
 
 
 def robot_of(read: Nav2Params, base: RobotSpec) -> RobotSpec:
     """Return the robot that a parameter file describes.
 
-    Shape: the local costmap's footprint or radius, or else the global one's. Limits: the velocity smoother's where
-    the file configures one, since it stands between controllers and base, or else the highest of the file's own
-    controllers; never below what the recoveries ask for, which bypass the smoother.
+    The shape is the local costmap's footprint or radius, or else the global costmap's. The limits are those of the
+    velocity smoother if the file configures one, since it stands between controllers and base, or else the highest of
+    the file's own controllers. They are never below what the recoveries ask for, which bypass the smoother.
 
     Args:
         read: The file.
-        base: Gives what the file does not say.
+        base: The robot that gives what the file does not say.
     """
     navigation = read.navigation
     costmaps = navigation.local_costmap, navigation.global_costmap
@@ -67,7 +67,7 @@ def robot_of(read: Nav2Params, base: RobotSpec) -> RobotSpec:
 
 
 def _shape(costmap: CostmapParams) -> dict[str, Any]:
-    """Footprint or radius of a costmap; empty if it leaves them to the robot."""
+    """Return the footprint or the radius of a costmap; empty if it leaves them to the robot."""
     if costmap.footprint is not None:
         corners = np.array(costmap.footprint)
         return {"footprint": tuple(map(tuple, _hull(corners).tolist())), "radius": float(np.hypot(*corners.T).max())}
@@ -75,7 +75,7 @@ def _shape(costmap: CostmapParams) -> dict[str, Any]:
 
 
 def _hull(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Convex hull of ``(n, 2)`` corners, with at most 8 of its own; those that matter least are cut off."""
+    """Return the convex hull of ``(n, 2)`` corners, cut to ``MAX_CORNERS`` by leaving out those that add least area."""
     hull = list(_outline(corners))
     while len(hull) > MAX_CORNERS:
         areas = [_area(hull[i - 1], hull[i], hull[(i + 1) % len(hull)]) for i in range(len(hull))]
@@ -84,7 +84,7 @@ def _hull(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _outline(corners: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Corners of the convex hull, counterclockwise (Andrew's monotone chain)."""
+    """Return the corners of the convex hull, counterclockwise (Andrew's monotone chain)."""
     points = np.unique(corners, axis=0)
     halves = []
     for ordered in (points, points[::-1]):
@@ -98,24 +98,24 @@ def _outline(corners: NDArray[np.float64]) -> list[NDArray[np.float64]]:
 
 
 def _area(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> float:
-    """Twice the signed area of a triangle, positive if it is counterclockwise."""
+    """Return twice the signed area of a triangle, positive if its corners are counterclockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
 def _limits(plugin: ControllerPlugin) -> Limits:
-    """Limits that a controller names, a Rotation Shim's own besides those of the controller inside."""
+    """Return the limits that a controller's parameters give, for a Rotation Shim with those of its primary."""
     inside = SHIMS.get(plugin.kind, plugin.kind)
     found = [_named(plugin, SOURCES[inside])]
     if plugin.kind in SHIMS:
         found.append(_named(plugin, TURNING))
-    if inside == "graceful":  # on the spot v_angular_max does not limit it, and half a turn is its fastest
+    if inside == "graceful":  # v_angular_max does not limit turns on the spot, of which half a turn is the fastest
         rate = plugin.params["rotation_scaling_factor"] * np.pi * plugin.params["v_angular_max"]
         found.append({"max_angular_velocity": float(rate)})
     return _highest(found)
 
 
 def _named(plugin: ControllerPlugin, sources: Mapping[str, str]) -> Limits:
-    """Limits by the parameters that say them; what is 0 or not given limits nothing."""
+    """Return the limits that parameters give; a parameter that is 0 or not given limits nothing."""
     found = {limit: plugin.params.get(name) or 0.0 for limit, name in sources.items()}
     found["max_reverse_velocity"] = max(0.0, -found.get("max_reverse_velocity", 0.0))
     return {limit: float(value) for limit, value in found.items() if value > 0}
@@ -145,5 +145,5 @@ def _recovery_limits(navigation: NavigationParams) -> Limits:
 
 
 def _highest(limits: list[Limits]) -> Limits:
-    """The highest of each limit."""
+    """Return the highest value of each limit."""
     return {name: max(one.get(name, 0.0) for one in limits) for name in {name for one in limits for name in one}}

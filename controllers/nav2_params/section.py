@@ -1,4 +1,4 @@
-"""Section: one group of a parameter file, read key by key so that none goes unnoticed."""
+"""Section: one group of a parameter file, read key by key so that no key goes unnoticed."""
 
 from __future__ import annotations
 
@@ -14,21 +14,20 @@ from gym_mapbench.settings import Settings
 
 S = TypeVar("S", bound=Settings)
 RELEASE = "release"
-"""The parameter of ours that says by which release something drives."""
+"""The parameter of this project that names the release whose behaviour is modelled."""
 MISSPELT = 0.8
-"""Likeness from which on an unknown key is probably a slip of a known one, rather than a stray one."""
+"""Similarity from which on an unknown key is probably a misspelt known one."""
 
 
 class Section:
     """One group of a parameter file.
 
     Args:
-        name: Full dotted name; opens every error message.
-        values: The group; dotted keys are expanded, None is an empty group.
-        findings: Where all keys without effect are collected.
-        stand_in: Whether this is the group of a plugin that another one stands in for, so that its other keys have
-            no counterpart.
-        written: Full dotted name of the same group in a file that is written, where some groups have a fixed name.
+        name: Full dotted name, with which every error message begins.
+        values: The group; dotted keys are expanded, and None is an empty group.
+        findings: Collects all keys without effect.
+        stand_in: Whether another plugin stands in for the one of this group, so that keys may have no counterpart.
+        written: Full dotted name of the same group in a file that is written, where some groups have fixed names.
 
     Raises:
         ConfigError: If ``values`` is not a mapping, or gives a parameter twice.
@@ -49,12 +48,12 @@ class Section:
             raise ConfigError(f"{name}.{error}") from None
 
     def take_group(self, key: str, written: str | None = None) -> Section:
-        """Take a group out; an empty one if there is none. ``written`` is its name in a file that is written."""
+        """Take a group out, or an empty one if there is none; ``written`` is its name in a file that is written."""
         values = self.values.pop(key, None)
         return Section(f"{self.name}.{key}", values, self.findings, self.stand_in, f"{self.written}.{written or key}")
 
     def take_names(self, key: str, default: tuple[str, ...], least: int = 0) -> tuple[str, ...]:
-        """Take a list of at least so many names out."""
+        """Take out a list of at least ``least`` different names."""
         value = self.values.pop(key, default)
         self._refuse_template(key, value)
         if not isinstance(value, (list, tuple)) or not all(isinstance(name, str) for name in value):
@@ -65,7 +64,7 @@ class Section:
         return tuple(value)
 
     def take_name(self, key: str, default: str) -> str:
-        """Take one name out."""
+        """Take out one name."""
         value = self.values.pop(key, default)
         self._refuse_template(key, value)
         if not isinstance(value, str):
@@ -73,21 +72,21 @@ class Section:
         return value
 
     def leave(self, key: str) -> None:
-        """Take a key out and list it as unused."""
+        """Take out a key and list it as unused."""
         self.values.pop(key, None)
         self.findings.add("unused", f"{self.name}.{key}")
 
     def leave_groups(self) -> None:
-        """Leave the groups that remain: no list of plugins names them, so ROS does not read them either."""
+        """List the remaining groups as unused: no list of plugins names them, so ROS does not read them either."""
         for key in [key for key, value in self.values.items() if isinstance(value, Mapping)]:
             self.leave(key)
 
     def read(self, keys: Keys, valid: Collection[str]) -> dict[str, Any]:
-        """Sort all keys and return, nested, the parameters among them; the findings get the others.
+        """Go through all keys and return the parameters among them, nested; all other keys become findings.
 
         Args:
-            keys: What is known of this section's other keys.
-            valid: Dotted names of its parameters, those that only one release has included.
+            keys: What is known about this section's other keys.
+            valid: Dotted names of its parameters, including those that only one release has.
 
         Raises:
             ConfigError: If the value of a parameter is a template.
@@ -107,10 +106,10 @@ class Section:
         return nest_dotted(kept)
 
     def _left_to_robot(self, key: str, value: object, keys: Keys) -> bool:
-        """Whether the value is a template without a value in the place of the robot's shape.
+        """Whether the value is an unfilled template of the robot's shape, which the robot itself then gives.
 
         Raises:
-            ConfigError: If it is a template anywhere else.
+            ConfigError: If it is an unfilled template of another parameter.
         """
         template = find_template(value)
         if template is None:
@@ -128,25 +127,25 @@ class Section:
             raise no_value(f"{self.name}.{key}", template)
 
     def build(self, settings: type[S], keys: Keys, **given: Any) -> S:
-        """Read all keys into ``settings``; ``given`` are parameters read already."""
+        """Read all keys into ``settings``; ``given`` are parameters that were read already."""
         names = [name for name in parameter_names(settings) if name != RELEASE]
         release = {RELEASE: self.findings.release} if RELEASE in settings.model_fields else {}
         return self.make(settings, {**self.read(keys, names), **release, **given})
 
     def make(self, settings: type[S], values: Mapping[str, Any]) -> S:
-        """Make ``settings``; errors open with the full name of the parameter."""
+        """Make ``settings``; errors begin with the full name of the parameter."""
         try:
             return settings(**values)
         except ConfigError as error:
             raise ConfigError(f"{self.name}.{error}{self._slip()}") from None
 
     def _slip(self) -> str:
-        """The first key that looks misspelt, since it may be why something is missing."""
+        """Name the first key that looks misspelt, which may be why a parameter is missing."""
         slips = (f for f in self.findings.found if f.kind == "unknown" and f.why and f.name.startswith(f"{self.name}."))
         return next((f"; {slip.name} is no parameter, {slip.why}" for slip in slips), "")
 
     def _find(self, given: str, value: object, name: str, keys: Keys, valid: Collection[str]) -> None:
-        """List a key that is no parameter here; ``name`` is its name here."""
+        """List a key that is no parameter here; ``given`` is its name in the file, ``name`` its name here."""
         full, add = f"{self.name}.{given}", self.findings.add
         why = keys.why_not(name, self.findings.release)
         if name in keys.left_out:
@@ -164,7 +163,7 @@ class Section:
 
 
 def leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted names and values of a nested mapping."""
+    """Yield the dotted names and values of a nested mapping."""
     for key, value in values.items():
         if isinstance(value, Mapping):
             yield from leaves(value, f"{prefix}{key}.")
@@ -173,7 +172,7 @@ def leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, A
 
 
 def parameter_names(settings: type[Settings]) -> list[str]:
-    """Dotted names of all options, those of nested settings included."""
+    """Return the dotted names of all options, including those of nested settings."""
     names = []
     for name, field in settings.model_fields.items():
         inner = field.annotation

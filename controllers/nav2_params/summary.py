@@ -10,7 +10,7 @@ from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
 from gym_mapbench.robot import RobotSpec
 
 MOST = 6
-"""How many findings of one kind the short summary names."""
+"""How many reasons, and how many findings for each reason, the short summary names of one kind."""
 TOLD: tuple[tuple[Kind, str], ...] = (
     ("template", "left to the robot"),
     ("replaced", "replaced"),
@@ -21,12 +21,12 @@ COUNTED: tuple[Kind, ...] = ("ros_only", "unused", "other_release", "unknown", "
 
 
 def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = False) -> list[str]:
-    """Return the lines: as what release it is read, what drives, on which robot, and what is left out and why.
+    """Return the lines: the release, what drives, the robot, and what is left out and why.
 
     Args:
         read: The file.
-        robot: The robot it drives, where that is known.
-        verbose: Whether to name every key instead of counting them.
+        robot: The robot that drives, if that is known.
+        verbose: Whether to name every key instead of counting keys.
     """
     lines = [_release(read), _drivers(read), *([] if robot is None else [f"robot: {describe_robot(robot)}"])]
     for kind, title in TOLD:
@@ -42,7 +42,7 @@ def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = 
 
 
 def describe_robot(robot: RobotSpec) -> str:
-    """Shape and limits of a robot in one line."""
+    """Describe the shape and limits of a robot in one line."""
     if robot.footprint is None:
         shape = f"radius {robot.radius:g} m"
     else:
@@ -83,7 +83,7 @@ def _drivers(read: Nav2Params) -> str:
 
 
 def _told(read: Nav2Params, kind: Kind, title: str, most: int | None) -> Iterator[str]:
-    """One line for each finding of a kind; those of one reason share theirs."""
+    """Yield a line for each reason of the findings of a kind; findings with the same reason share a line."""
     by_reason: dict[str, list[Finding]] = {}
     for finding in read.findings:
         if finding.kind == kind:
@@ -107,6 +107,6 @@ def _misspelt(read: Nav2Params) -> list[str]:
 
 
 def _at(read: Nav2Params, name: str) -> str:
-    """A name with its line."""
+    """Return a name with the number of its line."""
     line = read.document.line_of(name)
     return name if line is None else f"{name} (line {line})"

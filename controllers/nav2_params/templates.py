@@ -1,4 +1,4 @@
-"""Templates: what a launch file would still fill in, as ``<min_x>`` or ``$(find-pkg-share package)``."""
+"""Templates: what a launch file would fill in, such as ``<min_x>`` or ``$(find-pkg-share package)``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FORMS = (
 )
 TEMPLATE = re.compile("|".join(FORMS))
 PLACEHOLDER = re.compile(r"\b[A-Z][A-Z0-9]*_[A-Z0-9_]+\b")
-"""What nav2_bringup's own launch files replace, as ``KEEPOUT_ZONE_ENABLED``; only where a value is given for it."""
+"""Words that nav2_bringup's launch files replace, such as ``KEEPOUT_ZONE_ENABLED``; templates only if given a value."""
 COMMENT = re.compile(r"(^|\s)#.*")
 
 
@@ -29,7 +29,7 @@ class Template(NamedTuple):
 
 
 def find_template(value: object) -> Template | None:
-    """Return the first template in a text, or in the texts of a list; None if there is none."""
+    """Return the first template in a text or in the texts of a list; None if there is none."""
     if isinstance(value, str):
         return next(_templates(value), None)
     if isinstance(value, (list, tuple)):
@@ -45,14 +45,14 @@ def no_value(where: str, template: Template) -> ConfigError:
 
 
 def fill_templates(text: str, defines: Mapping[str, str]) -> str:
-    """Put values in the place of templates; those without one stay.
+    """Replace templates by their values; templates without a value stay.
 
     Args:
         text: A whole parameter file.
-        defines: Name -> value.
+        defines: Name of a template -> its value.
 
     Raises:
-        ConfigError: If there is no template of one of the names, with the nearest one there is.
+        ConfigError: If the text has no template of one of the names; the error gives the nearest name.
     """
     code = "\n".join(COMMENT.sub("", line) for line in text.splitlines())
     names, placeholders = {template.name for template in _templates(code)}, set(PLACEHOLDER.findall(code))
@@ -65,10 +65,10 @@ def fill_templates(text: str, defines: Mapping[str, str]) -> str:
 
 
 def parse_defines(options: Sequence[str]) -> dict[str, str]:
-    """Read ``name=value``, one for each template.
+    """Read options of the form ``name=value``, one for each template.
 
     Raises:
-        ConfigError: If one is not of this form, or a name comes twice.
+        ConfigError: If an option is not of this form, or a name comes twice.
     """
     defines: dict[str, str] = {}
     for option in options:
@@ -82,7 +82,7 @@ def parse_defines(options: Sequence[str]) -> dict[str, str]:
 
 
 def first_unreadable(text: str) -> tuple[int, Template] | None:
-    """Return the line number and the first of the templates that YAML cannot hold without quotes; None without any."""
+    """Return the first template that YAML cannot hold without quotes, with its line number; None if there is none."""
     for number, line in enumerate(text.splitlines(), 1):
         for template in _templates(COMMENT.sub("", line)):
             if template.text.startswith(("{{", "@")):

@@ -1,4 +1,4 @@
-"""NavigationParams become the content of a ``nav2_params.yaml`` that their release of Nav2 takes."""
+"""Turns NavigationParams into the content of a ``nav2_params.yaml`` that their release of Nav2 reads."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ BEHAVIOR_FRAMES = {
         "global_frame": "map",
     },
 }
-"""Where a release's behaviour server looks."""
+"""Release -> topics and frames of its behaviour server."""
 ERROR_CODES = ["compute_path_error_code", "follow_path_error_code"]
 """What the trees of Jazzy and newer releases report."""
 UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother")
-"""Nodes that publish Twist in Jazzy, and TwistStamped in newer releases unless they are told."""
+"""Nodes that publish Twist in Jazzy, but TwistStamped in newer releases unless they are told otherwise."""
 
 
 def write_nav2_params(
@@ -58,16 +58,16 @@ def write_nav2_params(
 ) -> dict[str, Any]:
     """Return the content of a ``nav2_params.yaml``; every controller is a plugin under its own name.
 
-    :func:`~controllers.nav2_params.parsing.parse_nav2_params` reads it back to the same parameters (with
-    ``robot`` and ``follow_path`` left out), but for those that ROS does not have: the numbers of the behaviour tree,
-    and what :func:`parameters_of_ours` says.
+    Without ``robot`` and ``follow_path``, :func:`~controllers.nav2_params.parsing.parse_nav2_params` reads the same
+    parameters back, except those that ROS does not have: the numbers of the behaviour tree, and what
+    :func:`parameters_of_ours` returns.
 
     Args:
         navigation: The parameters.
-        robot: Gives the shape to costmaps that leave it to the robot.
-        follow_path: The controller that is to be called ``FollowPath``, which is the one Nav2's own tree asks for.
+        robot: Gives its shape to costmaps that leave it to the robot.
+        follow_path: The controller that is to be called ``FollowPath``, the one that Nav2's own tree asks for.
         use_sim_time: Whether the nodes take the simulator's clock.
-        ros_only: What a user's file has besides that means nothing without ROS, by node: ``Nav2Params.ros_only``.
+        ros_only: Values of a user's file that mean nothing without ROS, by node: ``Nav2Params.ros_only``.
 
     Raises:
         ConfigError: If ``follow_path`` is unknown, or the progress checker is ``none``.
@@ -92,9 +92,9 @@ def write_nav2_params(
 
 
 def parameters_of_ours(navigation: NavigationParams) -> dict[str, Any]:
-    """Return the parameters of the controllers that no Nav2 has, by name; they are in no file that is written.
+    """Return, by name, the controllers' parameters that no release of Nav2 has; written files lack them.
 
-    The numbers of the behaviour tree, ``navigation.bt``, belong into its XML.
+    The numbers of the behaviour tree, ``navigation.bt``, are not among them; they belong in its XML.
     """
     plugins = {name: (CONTROLLERS[p.kind], p.params) for name, p in navigation.controllers.items()}
     return {
@@ -106,20 +106,20 @@ def parameters_of_ours(navigation: NavigationParams) -> dict[str, Any]:
 
 
 def _node(name: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """A node's parameters; each costmap is in a namespace of its name."""
+    """Return a node with its parameters; each costmap is in a namespace of its own name."""
     node = {"ros__parameters": values}
     return {name: node} if name.endswith("_costmap") else node
 
 
 def _beside(values: Mapping[str, Any], kept: Mapping[str, Any]) -> dict[str, Any]:
-    """Put what is kept of a user's file beside the values, which count; but no group of a plugin that is not there."""
+    """Add what is kept of a user's file to the values, which count first; groups of plugins not written are left out."""
     listed = values.get("controller_plugins")
     of_plugins = {name for name, value in kept.items() if listed is not None and isinstance(value, Mapping)}
     return overlay({name: kept[name] for name in kept if name not in of_plugins - values.keys()}, values)
 
 
 def _options(settings: Settings) -> dict[str, Any]:
-    """Options as ROS takes them: lists for tuples, nothing for None."""
+    """Return options as ROS takes them: lists for tuples, and nothing for None."""
     return settings.model_dump(mode="json", exclude_none=True)
 
 
@@ -142,31 +142,31 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
 
 
 def _own_options(server: ControllerServer) -> dict[str, Any]:
-    """Options of the server without those of its checkers."""
+    """Return the options of the server without those of its checkers."""
     return {name: value for name, value in _options(server).items() if not name.endswith("_checker")}
 
 
 def _list_progress_checker(release: Release) -> dict[str, Any]:
-    """Name the progress checker; Humble has only one."""
+    """Return the parameter that names the progress checker; Humble has only one."""
     if release == "humble":
         return {"progress_checker_plugin": "progress_checker"}
     return {"progress_checker_plugins": ["progress_checker"]}
 
 
 def _controller(kind: str, params: Mapping[str, Any], release: Release) -> dict[str, Any]:
-    """A controller, with the class of the one inside if it is a Rotation Shim."""
+    """Return a controller's group, with the class of the primary controller if it is a Rotation Shim."""
     primary = {"primary_controller": CONTROLLERS[SHIMS[kind]].ros_class} if kind in SHIMS else {}
     return {**_plugin(CONTROLLERS[kind], params, release), **primary}
 
 
 def _plugin(plugin: Plugin, params: Mapping[str, Any], release: Release) -> dict[str, Any]:
-    """A plugin's class and those of its parameters that Nav2 has."""
+    """Return a plugin's class and those of its parameters that Nav2 has."""
     of_nav2 = {name: value for name, value in leaves(params) if name not in plugin.our_keys}
     return {"plugin": _class(plugin.ros_class, release), **nest_dotted(of_nav2)}
 
 
 def _class(ros_class: str, release: Release) -> str:
-    """The name of a class in a release: planners and behaviours are named with ``/`` up to Iron."""
+    """Return the name of a class in a release: planners and behaviours are named with ``/`` up to Iron."""
     return ros_class if release == "humble" else ros_class.replace("/", "::")
 
 
@@ -194,7 +194,7 @@ def _behavior_server(server: BehaviorServer, release: Release) -> dict[str, Any]
 
 
 def _bt_navigator(navigation: NavigationParams) -> dict[str, Any]:
-    """The navigator's own parameters; all other numbers of ``bt`` stand in the tree."""
+    """Return the navigator's ROS parameters; all other numbers of ``bt`` belong in the tree's XML."""
     return {
         "bt_loop_duration": navigation.bt.bt_loop_duration,
         "global_frame": "map",
@@ -217,7 +217,7 @@ def _costmap(params: CostmapParams, frame: str, robot: RobotSpec | None) -> dict
 
 
 def _layer(name: str, options: dict[str, Any]) -> dict[str, Any]:
-    """One layer's group; the options of its lidar form a group of their own."""
+    """Return one layer's group; the options of its lidar form a group of their own."""
     named = {"plugin": COSTMAP_LAYERS[name], **options}
     if "scan" not in options:
         return named

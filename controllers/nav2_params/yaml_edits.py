@@ -1,4 +1,4 @@
-"""Edits of a YAML text at the places where its nodes stand, so that comments, order and templates stay."""
+"""Edits a YAML text in place, so that comments, order and templates stay."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class Entry(NamedTuple):
 
     @property
     def line(self) -> int:
-        """Number of its line."""
+        """Number of the parameter's line."""
         return int(self.key.start_mark.line) + 1
 
 
 def entries(group: yaml.Node, prefix: str = "") -> Iterator[Entry]:
-    """Every parameter and group below a mapping, the outer ones first."""
+    """Yield every parameter and group below a mapping, outer ones first."""
     if not isinstance(group, yaml.MappingNode):
         return
     for key, value in group.value:
@@ -42,10 +42,10 @@ def entries(group: yaml.Node, prefix: str = "") -> Iterator[Entry]:
 
 @dataclass
 class Edits:
-    """Changes of one text, made all at once.
+    """Changes of one text, which are made all at once.
 
     Args:
-        text: As it was.
+        text: The text before the changes.
     """
 
     text: str
@@ -56,7 +56,7 @@ class Edits:
         self._changes[key.start_mark.index, key.end_mark.index] = text
 
     def replace(self, entry: Entry, text: str) -> None:
-        """Give a parameter another value; it stands on the line of the key."""
+        """Give a parameter another value, on the line of its key."""
         self._changes[entry.key.end_mark.index, _end(entry.value)] = f": {text}"
 
     def remove(self, entry: Entry) -> None:
@@ -98,12 +98,12 @@ class Edits:
 
 
 def as_yaml(value: Any) -> str:
-    """A value as it is written behind its key."""
+    """Return a value as it is written after its key."""
     return yaml.safe_dump(value, default_flow_style=True, width=1000).strip().removesuffix("...").strip()
 
 
 def _end(node: yaml.Node) -> int:
-    """Index behind the last character of a node; a block's own mark lies behind the comments that follow it."""
+    """Return the index after a node's last character; a block's own end mark lies after the comments that follow it."""
     if not isinstance(node, yaml.CollectionNode) or node.flow_style or not node.value:
         return int(node.end_mark.index)
     last = node.value[-1]

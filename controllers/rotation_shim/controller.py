@@ -26,11 +26,11 @@ class RotationShimFollower:
     """Turns on the spot towards a new path, and lets another controller follow it.
 
     Args:
-        make_primary: Makes the other controller of the same parameters.
+        make_primary: Makes the primary controller from the same parameters.
         params: Parameters of both.
 
     Attributes:
-        primary: The other controller.
+        primary: The primary controller, which follows the path.
     """
 
     _setup: FollowerSetup
@@ -60,7 +60,7 @@ class RotationShimFollower:
         self._at_goal.reset()
 
     def move_plan(self, path: NDArray[np.float64]) -> None:
-        """Take the same plan where it lies by now; nothing is forgotten."""
+        """Take the same plan at its new place; nothing is forgotten."""
         self._path = path
         self.primary.move_plan(path)
 
@@ -86,7 +86,7 @@ class RotationShimFollower:
         return command
 
     def _turn_at_goal(self, pose: Pose, velocity: Twist, costmap: Costmap) -> float | None:
-        """Turn rate to the goal's heading, None where it is not time for that, or blocked."""
+        """Turn rate to the goal's heading; None if the robot is not at the goal or the turn is blocked."""
         if not self.params.rotate_to_goal_heading or not len(self._path):
             return None
         goal = Pose(*self._path[-1].tolist())
@@ -121,7 +121,7 @@ class RotationShimFollower:
         return wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.yaw)
 
     def _free_turn(self, angle: float, pose: Pose, velocity: Twist, costmap: Costmap) -> float | None:
-        """Turn rate by an angle on the spot, None if the robot would touch something; Humble may overshoot."""
+        """Turn rate of a turn on the spot by an angle, None if the robot would touch something; Humble may overshoot."""
         params, m, period = self.params, costmap, self._setup.control_period
         law = reachable_turn_rate if params.release == "humble" else rotation_speed
         current = velocity.w if params.closed_loop else self._last_turn_rate

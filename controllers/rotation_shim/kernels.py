@@ -14,10 +14,10 @@ NO_INFORMATION = 255
 
 @kernel
 def turn_is_free(grid, corners, x, y, yaw, turn_rate, turn_left, period, ahead, max_cost):
-    """Turn for a time in steps of one control period, and look at the cost under the outline.
+    """Simulate the turn in steps of one control period, and check the cost under the outline.
 
-    The check ends where the turn has come as far as the primary controller would take over. Nav2 compares with a sign:
-    where that is still ahead, only a turn to the right ends so.
+    The check ends at the heading at which the primary controller would take over. As in Nav2 the angles are compared
+    with their signs, so as long as ``turn_left`` is positive only a turn to the right can end the check.
 
     Args:
         grid: ``(costs, resolution, origin_x, origin_y, track_unknown)`` of the costmap.
@@ -25,11 +25,11 @@ def turn_is_free(grid, corners, x, y, yaw, turn_rate, turn_left, period, ahead, 
         x: Pose of the robot, m.
         y: Pose of the robot, m.
         yaw: Pose of the robot, rad.
-        turn_rate: rad/s.
+        turn_rate: Turn rate, rad/s.
         turn_left: Angle after which the primary controller would take over, rad.
         period: One control period, s.
         ahead: How long to look ahead, s.
-        max_cost: From which cost on the turn is not free.
+        max_cost: Cost from which on the turn is not free.
     """
     costs, resolution, origin_x, origin_y, track_unknown = grid
     time = 0.0

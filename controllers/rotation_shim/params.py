@@ -30,28 +30,28 @@ Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 
 ROS_ONLY_KEYS = frozenset().union(*(module.ROS_ONLY_KEYS for module in PRIMARIES))
-"""Keys of a parameter file that mean nothing without ROS, whichever controller is inside."""
+"""Keys of a parameter file that mean nothing without ROS, whichever the primary controller is."""
 
 RENAMED_KEYS = {new: old for module in PRIMARIES for new, old in module.RENAMED_KEYS.items()}
-"""Newer name -> the name in Humble and Jazzy, of the controllers inside."""
+"""Name in newer releases -> name in Humble and Jazzy, of all primary controllers."""
 
 _ALWAYS = "Humble looks at the heading of every new path"
 
 
 class RotationShimParams(ReleaseSettings):
-    """What ``nav2_rotation_shim_controller`` itself reads.
+    """The parameters that ``nav2_rotation_shim_controller`` itself reads.
 
     Args:
         angular_dist_threshold: Bearing of the path from which on the robot turns on the spot, rad.
         angular_disengage_threshold: Bearing at which a turn ends, rad.
-        forward_sampling_distance: How far from the path's first pose the pose is whose bearing counts, m.
+        forward_sampling_distance: Distance from the path's first pose of the pose whose bearing counts, m.
         rotate_to_heading_angular_vel: Turn rate on the spot, rad/s.
-        max_angular_accel: Of the turn on the spot, rad/s^2.
+        max_angular_accel: Angular acceleration of a turn on the spot, rad/s^2.
         simulate_ahead_time: How far ahead the turn is checked for collisions, s.
         rotate_to_goal_heading: Whether the shim also turns to the goal's heading, once the goal's position is reached.
-        closed_loop: Whether the turn rate is counted from the measured one, not from the last command.
+        closed_loop: Whether the turn accelerates from the measured turn rate, rather than from the last command.
         max_cost_threshold: Jazzy: cost under the outline from which on a turn is not made.
-        rotate_to_heading_once: Jazzy: whether a replanned path to the same goal is not looked at again.
+        rotate_to_heading_once: Jazzy: whether the robot does not turn again for a replanned path to the same goal.
         use_path_orientations: Jazzy: whether the heading of that pose counts, not its bearing.
     """
 

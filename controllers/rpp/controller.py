@@ -14,7 +14,7 @@ from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
 
-# As Nav2 words them, so that logs of both compare.
+# The messages are worded as in Nav2, so that logs of both can be compared.
 REASONS = {
     kernels.EMPTY_PLAN: "Resulting plan has 0 poses in it.",
     kernels.OFF_COSTMAP: "Costmap is too small to fully include the robot's footprint: increase its size.",
@@ -27,10 +27,10 @@ TUNING = record_type(
     numbers=("control_period", "xy_goal_tolerance", "inscribed_radius", "circumscribed_radius", "cost_at_radius"),
     switches=("last_of_equals", "keeps_segment", "searches_width", "turns_are_cusps"),
 )
-"""Parameters as the kernels take them, what the run adds, and how the release differs: the cost that is taken for that
-of an obstacle at the inscribed radius, which of equally near poses is the nearest, whether the last segment of the plan
-is kept, whether half the width of the costmap is searched rather than half of its larger side, and whether a turn of
-the path on the spot is a cusp."""
+"""The parameters in the form that kernels take, what the run adds, and what depends on the release: the cost that is
+assumed for an obstacle at the inscribed radius, which of equally near poses is taken, whether the last segment of the
+plan is kept, whether half the width of the costmap is searched rather than half of its larger side, and whether a turn
+of the path on the spot is a cusp."""
 
 
 class RppFollower:
@@ -69,11 +69,11 @@ class RppFollower:
         self._arrived = False
 
     def move_plan(self, path: NDArray[np.float64]) -> None:
-        """Take the same plan where it lies by now; what is behind stays behind."""
+        """Take the same plan at its new place; poses that were passed stay passed."""
         self._path = path
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
-        """Limit the speed to ``speed`` m/s, or per cent of ``desired_linear_vel``; 0 lifts the limit."""
+        """Limit the speed to ``speed`` m/s or per cent of ``desired_linear_vel``; 0 lifts the limit."""
         base = self.params.desired_linear_vel
         limited = base * speed / 100.0 if percentage else float(speed)
         self._tuning["desired_linear_vel"] = limited if speed else base
@@ -82,8 +82,8 @@ class RppFollower:
         """Return the next command; arguments as in :class:`controllers.base.PathFollower`.
 
         Raises:
-            ControllerError: If the way to the carrot is blocked; in Humble also in the cases below.
-            InvalidPath: If the plan is empty, or has one pose where a segment is asked for.
+            ControllerError: If the way to the carrot is blocked; in Humble also in the following cases.
+            InvalidPath: If the plan is empty, or has only one pose where a segment is needed.
             ControllerAbort: If the robot is off the costmap.
         """
         m = costmap
@@ -97,7 +97,7 @@ class RppFollower:
         return Twist(v, w)
 
     def _error_of(self, status: int) -> type[ControllerError | ControllerAbort]:
-        """What a failure is in the release's words."""
+        """Return the error that a failure is in this release."""
         if self.params.release == "humble" or status == kernels.COLLISION_AHEAD:
             return ControllerError
         return ControllerAbort if status == kernels.OFF_COSTMAP else InvalidPath
@@ -121,7 +121,7 @@ def make_tuning(params: RppParams, setup: FollowerSetup) -> NDArray[np.void]:
     if not humble:
         values["use_interpolation"] = True
     elif params.use_rotate_to_heading:
-        # Humble switches reversing off, with a warning, where it could not tell it from a turn on the spot.
+        # Humble switches reversing off, with a warning, because it could not tell it from a turn on the spot.
         values["allow_reversing"] = False
     if (params.max_robot_pose_search_dist or 0.0) < 0.0:
         values["max_robot_pose_search_dist"] = math.inf

@@ -1,4 +1,4 @@
-"""One call of Regulated Pure Pursuit: carrot, command, collision check.
+"""One call of Regulated Pure Pursuit: carrot, command and collision check.
 
 ``tuning`` is one record of :data:`controllers.rpp.controller.TUNING`: the parameters, and what the robot and the
 controller server add to them.
@@ -37,7 +37,7 @@ SINGLE_POSE = 4
 
 @kernel
 def turns_on_the_spot(path, i):
-    """Whether a pose and the next are one place with two headings."""
+    """Whether a pose and the next are at the same place with different headings."""
     return path[i, 0] == path[i + 1, 0] and path[i, 1] == path[i + 1, 1] and path[i, 2] != path[i + 1, 2]
 
 
@@ -55,7 +55,7 @@ def is_cusp(path, i, tuning):
 def cusp_distance(path, first, last, x, y, yaw, tuning):
     """Distance from the robot to the first cusp of the window, infinite without one.
 
-    Measured in the robot's frame, as Nav2 does: the carrot search then meets the very same number.
+    It is measured in the robot's frame, as in Nav2, so that the carrot search finds exactly the same number.
     """
     for i in range(first + 1, last - 1):
         if is_cusp(path, i, tuning):
@@ -66,7 +66,7 @@ def cusp_distance(path, first, last, x, y, yaw, tuning):
 
 @kernel
 def find_lookahead(speed, tuning):
-    """Lookahead distance, m, where no cusp lies before it."""
+    """Lookahead distance if no cusp is nearer, m."""
     if not tuning.use_velocity_scaled_lookahead_dist:
         return tuning.lookahead_dist
     scaled = abs(speed) * tuning.lookahead_time
@@ -94,7 +94,7 @@ def find_carrot(path, first, last, x, y, yaw, lookahead, interpolate):
 
 @kernel
 def beyond_end(path, last, x, y, yaw, end_x, end_y, lookahead):
-    """Point at the lookahead distance on the last segment drawn out; its end is given in the robot frame."""
+    """Point at the lookahead distance on the extended last segment, whose end is given in the robot frame."""
     before_x, before_y = in_robot_frame(path, last - 2, x, y, math.cos(yaw), math.sin(yaw))
     heading = math.atan2(end_y - before_y, end_x - before_x)
     far_x, far_y = end_x + math.cos(heading) * lookahead, end_y + math.sin(heading) * lookahead
@@ -103,7 +103,7 @@ def beyond_end(path, last, x, y, yaw, end_x, end_y, lookahead):
 
 @kernel
 def find_carrots(path, first, last, x, y, yaw, speed, tuning):
-    """The carrot, and the one that curvature and heading are taken from, which is mostly the same; ``x, y, x, y``."""
+    """The carrot, and the one for curvature and heading, which is mostly the same, as ``x, y, x, y``."""
     cusp = cusp_distance(path, first, last, x, y, yaw, tuning) if tuning.allow_reversing else math.inf
     lookahead = min(find_lookahead(speed, tuning), cusp)
     carrot_x, carrot_y, _ = find_carrot(path, first, last, x, y, yaw, lookahead, tuning.use_interpolation)
@@ -161,7 +161,7 @@ def is_clear(costs, row, col, reach):
 
 @kernel
 def pose_collides(grid, corners, circumscribed_radius, x, y, yaw):
-    """Whether the outline touches an obstacle; off the map nothing does, unknown counts unless it is tracked.
+    """Whether the outline touches an obstacle; off the map it never does, and unknown is one unless it is tracked.
 
     ``grid`` is ``(costs, resolution, origin_x, origin_y, track_unknown)``.
     """
@@ -170,7 +170,7 @@ def pose_collides(grid, corners, circumscribed_radius, x, y, yaw):
     cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
     if cell < 0:
         return False
-    # The outline cannot leave this square; where it is clear, ten times cheaper, nothing else need be asked.
+    # The outline cannot leave this square. If the square is clear, which is ten times cheaper to find out, so is it.
     if is_clear(costs, cell // cols, cell % cols, int(circumscribed_radius / resolution + 1e-6) + 1):
         return False
     cost = footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners)
@@ -181,7 +181,7 @@ def pose_collides(grid, corners, circumscribed_radius, x, y, yaw):
 
 @kernel
 def arc_collides(grid, corners, x, y, yaw, v, w, carrot_dist, tuning):
-    """Whether the robot collides now, or on the arc of a command until it has come as far as the carrot."""
+    """Whether the robot collides now, or on the arc of a command up to the distance of the carrot."""
     radius = tuning.circumscribed_radius
     if pose_collides(grid, corners, radius, x, y, yaw):
         return True

@@ -19,7 +19,7 @@ ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})
 """Keys of a parameter file that mean nothing without ROS: listed as ignored."""
 
 RENAMED_KEYS = {"max_linear_vel": "desired_linear_vel"}
-"""Newer name -> the name in Humble and Jazzy; both are accepted."""
+"""Name in newer releases -> name in Humble and Jazzy; both are accepted."""
 
 _WINDOW = "a limit of the dynamic window"
 _AT_CARROT = "Humble takes the curvature at the carrot"
@@ -46,45 +46,46 @@ NEWER_ONLY_KEYS = _DYNAMIC_WINDOW | {
 
 
 class RppParams(ReleaseSettings):
-    """What ``nav2_regulated_pure_pursuit_controller`` reads.
+    """The parameters that ``nav2_regulated_pure_pursuit_controller`` reads.
 
     Nav2's quirks are kept: in Humble, ``allow_reversing`` has no effect with ``use_rotate_to_heading``; the turn rate
-    ``v * curvature`` has no limit; there is no limit of the linear acceleration. An action that is cancelled stops at
-    once here, whatever ``use_cancel_deceleration`` says.
+    ``v * curvature`` has no limit, and neither has the linear acceleration. A cancelled action stops at once here,
+    whatever ``use_cancel_deceleration`` says.
 
     Args:
         desired_linear_vel: Top speed, m/s.
         lookahead_dist: Distance of the carrot, m.
-        min_lookahead_dist: Lower bound where it scales with the speed, m.
-        max_lookahead_dist: Upper bound where it scales with the speed, m.
-        lookahead_time: The scale, s.
-        use_velocity_scaled_lookahead_dist: Whether it scales with the speed.
+        min_lookahead_dist: Shortest distance of the carrot if it scales with the speed, m.
+        max_lookahead_dist: Longest distance of the carrot if it scales with the speed, m.
+        lookahead_time: Distance of the carrot per speed if it scales with the speed, s.
+        use_velocity_scaled_lookahead_dist: Whether the distance of the carrot scales with the speed.
         use_interpolation: Whether the carrot lies between two poses of the path, at exactly the lookahead distance;
             in Jazzy it always does.
         use_rotate_to_heading: Whether the robot turns on the spot towards the path and, at the goal, to its heading.
-        rotate_to_heading_min_angle: Bearing of the carrot from which on it turns on the spot, rad.
+        rotate_to_heading_min_angle: Bearing of the carrot from which on the robot turns on the spot, rad.
         rotate_to_heading_angular_vel: Turn rate on the spot, rad/s.
-        max_angular_accel: Of the turn on the spot, rad/s^2.
+        max_angular_accel: Angular acceleration of a turn on the spot, rad/s^2.
         min_approach_linear_velocity: Lowest speed of the approach to the path's end, m/s.
-        approach_velocity_scaling_dist: Remaining length from which on the speed falls, m.
+        approach_velocity_scaling_dist: Remaining length of path below which the speed falls, m.
         use_collision_detection: Whether the arc up to the carrot is checked.
-        max_allowed_time_to_collision_up_to_carrot: Length of that arc, s.
-        use_regulated_linear_velocity_scaling: Whether curvature slows down.
+        max_allowed_time_to_collision_up_to_carrot: Time for which that arc is checked, s.
+        use_regulated_linear_velocity_scaling: Whether the robot slows down in curves.
         regulated_linear_scaling_min_radius: Radius below which it does, m.
-        regulated_linear_scaling_min_speed: Floor of the regulated speed, m/s.
-        use_cost_regulated_linear_velocity_scaling: Whether near obstacles slow down.
-        cost_scaling_dist: Distance of the obstacles below which they do, m.
-        cost_scaling_gain: How much, at most 1.
-        inflation_cost_scaling_factor: The inflation layer's ``cost_scaling_factor``; not read from the layer, 1/m.
-        allow_reversing: Whether it drives backwards where the path does.
-        max_robot_pose_search_dist: Length of path searched for the nearest pose, m; None for half the local costmap,
-            negative for the whole path.
-        use_fixed_curvature_lookahead: Jazzy: whether the curvature is that of a second carrot.
+        regulated_linear_scaling_min_speed: Lowest regulated speed, m/s.
+        use_cost_regulated_linear_velocity_scaling: Whether the robot slows down near obstacles.
+        cost_scaling_dist: Distance of the obstacles below which it does, m.
+        cost_scaling_gain: Factor of the speed near obstacles.
+        inflation_cost_scaling_factor: The inflation layer's ``cost_scaling_factor``, 1/m; it is not read from the
+            layer.
+        allow_reversing: Whether the robot drives backwards where the path does.
+        max_robot_pose_search_dist: Length of the path that is searched for the nearest pose, m; None for half the local
+            costmap, negative for the whole path.
+        use_fixed_curvature_lookahead: Jazzy: whether the curvature is taken from a second carrot.
         curvature_lookahead_dist: Jazzy: distance of the second carrot, m.
-        interpolate_curvature_after_goal: Jazzy: whether the second carrot may lie beyond the path's end, on its last
-            segment drawn out.
+        interpolate_curvature_after_goal: Jazzy: whether the second carrot may lie beyond the path's end, on its
+            extended last segment.
         use_cancel_deceleration: Jazzy: whether a cancelled action slows down first.
-        cancel_deceleration: Jazzy: how fast, m/s^2.
+        cancel_deceleration: Jazzy: deceleration of a cancelled action, m/s^2.
         stateful: Jazzy: whether a goal position once reached counts until the next path.
     """
 

@@ -1,4 +1,4 @@
-"""The laws of Regulated Pure Pursuit, one small pure function each.
+"""The laws of Regulated Pure Pursuit, each a small pure function.
 
 Source: nav2_regulated_pure_pursuit_controller: src/regulated_pure_pursuit_controller.cpp (Humble),
 include/.../regulation_functions.hpp (Jazzy).
@@ -45,9 +45,9 @@ def curvature_limited(speed, curvature, min_radius):
 def cost_limited(
     speed, cost, cost_at_radius, inscribed_radius, inflation_cost_scaling_factor, cost_scaling_dist, cost_scaling_gain
 ):
-    """Speed (m/s) near obstacles: the cost at the robot's centre tells how far they are.
+    """Speed (m/s) near obstacles: the cost at the robot's centre tells how far away they are.
 
-    ``cost_at_radius`` is the cost that is taken for that of an obstacle at the inscribed radius.
+    ``cost_at_radius`` is the cost that is assumed for an obstacle at the inscribed radius.
     """
     if cost in (FREE_SPACE, NO_INFORMATION):
         return speed
@@ -57,7 +57,7 @@ def cost_limited(
 
 @kernel
 def approach_limited(speed, remaining_length, distance_to_end, approach_velocity_scaling_dist, min_approach_velocity):
-    """Speed (m/s) near the end of the path: length (m) decides whether, straight distance (m) how much."""
+    """Speed (m/s) near the path's end: its remaining length (m) says if it falls, the straight distance (m) how far."""
     factor = 1.0
     if remaining_length < approach_velocity_scaling_dist:
         factor = distance_to_end / approach_velocity_scaling_dist

@@ -21,7 +21,7 @@ from gym_mapbench.kernels.jit import kernel
 def egocentric(pose, target, backward):
     """Distance of the target (m), its heading and the robot's, both against the line of sight (rad).
 
-    In single precision, as in Nav2.
+    It is computed in single precision, as in Nav2.
     """
     dx, dy = np.float32(target[0] - pose[0]), np.float32(target[1] - pose[1])
     sight = np.float32(math.atan2(-dy, dx))
@@ -45,7 +45,7 @@ def curvature_to(distance, phi, delta, tuning):
 
 @kernel
 def law_command(pose, target, backward, tuning):
-    """Command ``(v, w)``: slower on a curve and near the target, as straight as the top turn rate asks for."""
+    """Command ``(v, w)``: slower on a curve and near the target, and on the curve even where the turn rate is limited."""
     distance, phi, delta = egocentric(pose, target, backward)
     curvature = curvature_to(distance, phi, delta, tuning)
     top = tuning.v_linear_max

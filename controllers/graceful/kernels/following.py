@@ -1,4 +1,4 @@
-"""One call of the Graceful Controller: the path near the robot, a target on it, the way there, the command.
+"""One call of the Graceful Controller: the path near the robot, a target on it, the way there and the command.
 
 Within a call everything is in the robot's frame: a pose is ``(x, y, yaw)`` in m and rad, the robot's own is
 :data:`HERE`. ``scene`` is ``(costs, resolution, origin_x, origin_y, track_unknown, corners, use_radius, robot)``, the
@@ -34,9 +34,9 @@ SAME_HEADING = 1e-6
 
 @kernel
 def collides(scene, pose):
-    """Whether the robot touches something at a pose of its frame: a disc by the cost at its centre, else the outline.
+    """Whether the robot touches an obstacle at a pose, by the cost at its centre if it is a disc, else by its outline.
 
-    Off the map nothing does; what is unknown counts unless it is tracked.
+    The pose is in the robot's frame. Off the map it touches nothing; unknown is an obstacle unless it is tracked.
     """
     costs, resolution, origin_x, origin_y, track_unknown, corners, use_radius, robot = scene
     cos, sin = math.cos(robot[2]), math.sin(robot[2])
@@ -53,7 +53,7 @@ def collides(scene, pose):
 
 @kernel
 def all_headings_same(path, first, last):
-    """Whether the inner poses of the window have one heading (of more than 1e-6 rad, only turns to the right count)."""
+    """Whether the window's inner poses have one heading; as in Nav2, a heading further to the left counts as the same."""
     same = last - first >= 3
     for i in range(first + 2, last - 1):
         same &= normalize_angle(path[first + 1, 2] - path[i, 2]) <= SAME_HEADING
@@ -62,7 +62,7 @@ def all_headings_same(path, first, last):
 
 @kernel
 def local_path(path, first, last, robot, adds_headings):
-    """Poses of the window, ``(n, 3)`` in the robot's frame; each heads for the next where ``adds_headings`` says so."""
+    """Poses of the window, ``(n, 3)`` in the robot's frame; if ``adds_headings`` and all head alike, each faces the next."""
     cos, sin = math.cos(robot[2]), math.sin(robot[2])
     local = np.empty((last - first, 3))
     for i in range(last - first):
@@ -96,12 +96,12 @@ def turned_for(target, tuning):
 
 @kernel
 def simulate(scene, target, backward, turns_first, most_steps, tuning):
-    """Drive to a target by the law, if asked for after a turn on the spot towards it.
+    """Simulate driving to a target by the law, with ``turns_first`` after a turn on the spot towards it.
 
     The turn goes on with its first turn rate. It ends in the step in which the bearing has come within the tolerance.
 
     Returns:
-        Whether nothing is touched on the way, and the first step's command v and w.
+        Whether the way is free, and the first step's command v and w.
     """
     resolution = scene[1]
     dt = resolution / tuning.v_linear_max
@@ -130,13 +130,13 @@ def simulate(scene, target, backward, turns_first, most_steps, tuning):
 
 @kernel
 def steps_to(target, per_cell, resolution):
-    """How many steps a simulation may take: so many for every cell of the straight way."""
+    """How many steps a simulation may take: ``per_cell`` for every cell of the straight way."""
     return int(per_cell * math.hypot(target[0], target[1]) / resolution)
 
 
 @kernel
 def can_turn(scene, angle, tuning):
-    """Whether the robot can turn on the spot by an angle, rad, by the headings on the way (Jazzy)."""
+    """Whether the robot can turn on the spot by an angle (rad): some headings on the way are checked (Jazzy)."""
     count = max(1, int(abs(angle) / tuning.in_place_collision_resolution))
     free = True
     for i in range(1, count + 1):
@@ -171,7 +171,7 @@ def command_to_farthest(scene, local, lengths, remaining, turns_first, tuning):
 
 @kernel
 def motion_target(local, remaining, tuning):
-    """Humble: the first pose at ``motion_target_dist``, else the last; near the goal it heads as the path does."""
+    """Humble: the first pose at ``motion_target_dist``, else the last; near the goal its heading is the last segment's."""
     at = len(local) - 1
     for i in range(len(local)):
         if math.hypot(local[i, 0], local[i, 1]) >= tuning.motion_target_dist:

@@ -1,4 +1,4 @@
-"""Limits of the acceleration, which Jazzy puts on the sampled controls and on what becomes of them.
+"""Limits of the acceleration, which Jazzy puts on the sampled controls and on the resulting control sequence.
 
 Source: nav2_mppi_controller (Jazzy): motion_models.hpp (predict) and optimizer.cpp (applyControlSequenceConstraints).
 """
@@ -18,13 +18,13 @@ ROWS_SIZE = 4 * BLOCK
 
 @inlined
 def within_reach(speed, before, gain, loss):
-    """A speed, as near as it can be to what it should be one period after another.
+    """The speed nearest to a wanted one that can be reached within one period.
 
     Args:
-        speed: What it should be.
-        before: What it was.
-        gain: Largest change away from zero within a period; at zero, backwards.
-        loss: Largest change towards zero, negative; at zero, forwards.
+        speed: The wanted speed.
+        before: The speed one period before.
+        gain: Largest change away from zero within a period; from zero, the largest change backwards.
+        loss: Largest change towards zero, negative; from zero, the largest change forwards.
     """
     lowest = before + loss if before > ZERO else before - gain
     highest = before + gain if before > ZERO else before - loss

@@ -1,6 +1,7 @@
-"""How well trajectories follow the path: each of their points against the path point as far along.
+"""How well trajectories follow the path: each of their points is compared with the path point as far along.
 
-A length along the path is turned into an index by looking up its slot; only lengths near a change are searched.
+A length along the path is turned into an index by a table of slots; only in slots in which the index changes is it
+searched for.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from gym_mapbench.kernels.jit import inlined, kernel
 
 FAR = np.float32(np.inf)
 
-# Slots of the arc-length index: the share of lengths that need a search falls with their number. One more, the last,
-# stands for the path's first point.
+# Slots of the arc-length index: the more there are, the fewer lengths need a search. One more slot, the last, stands
+# for the path's first point.
 SLOTS = 4096
 LAST_SLOT, FIRST_POINT = np.float32(SLOTS - 1), np.float32(SLOTS)
 
@@ -28,7 +29,7 @@ ROWS_SIZE = 6 * BLOCK
 
 @kernel
 def measure_path(x, y, arc):
-    """Write the length along the path up to each point, float32 sums as in Nav2."""
+    """Write the length along the path up to each point, summed in float32 as in Nav2."""
     arc[0] = ZERO
     for i in range(1, len(arc)):
         dx, dy = x[i] - x[i - 1], y[i] - y[i - 1]
@@ -37,7 +38,7 @@ def measure_path(x, y, arc):
 
 @kernel
 def too_many_invalid(valid, first, furthest, largest_ratio):
-    """Whether so much of the path ahead is blocked that following it makes no sense."""
+    """Whether more than two points, and more than the largest ratio, of the path ahead are blocked."""
     invalid = 0
     for i in range(first, furthest):
         invalid += 0 if valid[i] else 1
@@ -63,10 +64,10 @@ def closest_by_length(arc, length, first, beyond):
 
 @kernel
 def build_slots(arc, beyond, slots):
-    """Prepare :func:`closest_by_length` for look-up.
+    """Tabulate :func:`closest_by_length`.
 
-    Write the answer for the lengths of each slot; where it changes within the slot, the bitwise complement of the
-    first answer.
+    Each slot gets the index for its lengths, or, if the index changes within the slot, the bitwise complement of its
+    first index.
 
     Returns:
         Slots per metre.
@@ -90,8 +91,8 @@ def build_slots(arc, beyond, slots):
 
 
 @kernel
-def prepare_targets(path, valid, arc, beyond, targets):
-    """Write x, y, length and yaw of each path point up to ``beyond``; x is infinite where the point is invalid."""
+def prepare_targets(path, valid, arc, targets):
+    """Write x, y, length and yaw of the path points that ``targets`` has room for; x is infinite for invalid ones."""
     for i in range(targets.shape[1]):
         targets[0, i] = path[0, i] if valid[i] else FAR
         targets[1, i] = path[1, i]
@@ -111,7 +112,8 @@ def _start(rows, previous):
 def _advance(x, y, i, b, per_metre, rows, slot):
     """Add the way between two kept steps to each sample's length, and find its slot.
 
-    Humble's defect: a sample not past the point found last (``rows[PREVIOUS]``) is compared with the first point.
+    Humble's defect is copied: a sample that is not past the point found last (``rows[PREVIOUS]``) is compared with the
+    first point.
     """
     for k in range(BLOCK):
         dx, dy = x[i, b, k] - x[i - 1, b, k], y[i, b, k] - y[i - 1, b, k]
@@ -180,7 +182,7 @@ def score_align(call_of, path, valid, kept, steps, defects, collected):
     arc, slots = np.empty(furthest, dtype=np.float32), np.empty(SLOTS + 1, dtype=np.int32)
     targets = np.empty((4, beyond + 1), dtype=np.float32)
     measure_path(path[0], path[1], arc)
-    prepare_targets(path, valid, arc, beyond, targets)
+    prepare_targets(path, valid, arc, targets)
     per_metre = build_slots(arc, beyond, slots[:SLOTS])
     slots[SLOTS] = 0
     x, y = kept[0], kept[1]

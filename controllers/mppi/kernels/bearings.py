@@ -1,4 +1,4 @@
-"""How far trajectories look away from a path point: at every point, as Humble asks, or at the last, as Jazzy does.
+"""How far trajectories face away from a path point: at every point in Humble, at the last point in Jazzy.
 
 Source: nav2_mppi_controller/src/critics/path_angle_critic.cpp (Humble and Jazzy).
 """
@@ -59,7 +59,7 @@ def score_last_bearings(tuning_of, call_of, kept, collected):
         tuning_of: ``(1,)`` record of the parameters.
         call_of: ``(1,)`` record of the call.
         kept: Points kept by the sweep.
-        collected: Row BEARINGS has the last headings, and is written.
+        collected: ``(12, blocks, samples)``; row BEARINGS holds the last headings and is overwritten.
     """
     tuning, call, last = tuning_of[0], call_of[0], kept.shape[1] - 1
     x, y, row = kept[0, last], kept[1, last], collected[BEARINGS]

@@ -12,12 +12,12 @@ from gym_mapbench.kernels.jit import inlined, kernel
 
 # Rows of what is collected per sample: speed outside the limits, speed backwards, control effort, contributions of
 # cells, distance from the goal, angle from the heading at the end of the local path, angle from a bearing, closeness to
-# obstacles, distance from the path and from a point on it, turn rate, and what speeds lack to the deadband.
+# obstacles, distance from the path and from a point on it, turn rate, and how far speeds are within the deadband.
 EXCESS, REVERSE, EFFORT, CELLS, DISTANCE, ANGLE, BEARINGS, CLOSENESS, ALIGNED, FOLLOWED, TURNING, DEADBANDS = range(12)
 COLLECTED_ROWS = 12
 
 FEASIBLE = 2
-"""PathAngle's mode in which the path's own headings say which way it is driven."""
+"""PathAngle's mode in which the path's own headings say whether it is driven forwards or backwards."""
 
 
 @inlined
@@ -30,7 +30,7 @@ def above_or_below(speed, highest, lowest):
 
 @inlined
 def backwards(speed):
-    """How fast a speed leads backwards."""
+    """Speed backwards of a signed speed, 0 for one forwards."""
     return -speed if speed < ZERO else ZERO
 
 
@@ -66,7 +66,7 @@ def _add_below(noise, u, u_0, limit, collected):
 
 @kernel
 def score_deadband(tuning_of, call_of, rollout, collected):
-    """Write what each sample's speeds lack to those the base can drive (VelocityDeadband)."""
+    """Write how far each sample's speeds are below the lowest that the base can drive (VelocityDeadband)."""
     call, limits = call_of[0], tuning_of[0].VelocityDeadbandCritic.deadband_velocities
     _, noise_v, noise_w, v, w = rollout
     for b in range(noise_v.shape[0]):

@@ -1,8 +1,8 @@
-"""Which critics apply to a call, in the words of Nav2's own.
+"""Which critics apply to a call, and the scores for which the sweep has collected enough.
 
 Source: nav2_mppi_controller/src/critics (Humble and Jazzy). A critic adds ``(factor * scores)^cost_power`` to the
-costs; its scores are a row of what is collected per sample. Critics that a sweep collects for are done here; those that
-need a look of their own are told to look by their row.
+costs; its scores are a row of what is collected per sample. Critics that need a pass of their own over the trajectories
+are only chosen here; the optimizer calls them by their row.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from controllers.mppi.kernels.window import MARKED
 from gym_mapbench.kernels.geometry import normalize_angle
 from gym_mapbench.kernels.jit import kernel
 
-# A critic's number is its place here, and its row the one beside it.
+# Critic -> row of what is collected for it.
 CRITICS = {
     "ConstraintCritic": EXCESS,
     "CostCritic": CELLS,
@@ -88,7 +88,7 @@ def _settle_cells(tuning, collected):
 
 @kernel
 def _choose_rows(tuning, call, rows, collected):
-    """Drop the critics that do not apply near the goal, or far from it, and those after a failure."""
+    """Drop the critics that do not apply near the goal, or away from it, and those after one that all samples fail."""
     failed = call.failed
     for i in range(len(rows)):
         row = rows[i]
@@ -104,7 +104,7 @@ def _choose_rows(tuning, call, rows, collected):
 
 @kernel
 def _can_align(tuning, call, path, valid, kept):
-    """Whether the path is long and free enough to be followed."""
+    """Whether enough of the path is reached, and enough of it is free, for PathAlign."""
     own, furthest = tuning.PathAlignCritic, call.furthest
     if furthest < max(own.offset_from_furthest, 1):
         return False
@@ -114,7 +114,7 @@ def _can_align(tuning, call, path, valid, kept):
 
 @kernel
 def _looks_away(tuning, call, path):
-    """Whether the robot looks away from a path point ahead, which is written to the call."""
+    """Whether the robot faces away from a path point ahead, which is written to the call as its target."""
     own = tuning.PathAngleCritic
     target = min(call.furthest + own.offset_from_furthest, path.shape[1] - 1)
     call.target_x, call.target_y = path[0, target] - call.x, path[1, target] - call.y

@@ -22,7 +22,7 @@ from gym_mapbench.kernels.jit import kernel
 
 @kernel
 def _reach_and_turn(call, longest, fastest, v, w):
-    """Bounds of how far any trajectory can come, in m/s times steps, and of how fast it can turn, rad/s."""
+    """Bounds of the distance that any trajectory can cover, in m/s times steps, and of its turn rate, rad/s."""
     reach, turn = abs(call.v) + longest, abs(call.w)
     for t in range(len(v)):
         reach += abs(v[t])
@@ -32,17 +32,17 @@ def _reach_and_turn(call, longest, fastest, v, w):
 
 @kernel
 def begin(call_of, pose, velocity, path, goal, costs, place, unknown_is_free, total):
-    """Write down what a call is about.
+    """Write the record of a call, and look up the path on the costmap.
 
     Args:
-        call_of: ``(1,)`` record, written.
-        pose: Robot, m and rad.
+        call_of: ``(1,)`` record of the call, written.
+        pose: Pose of the robot, m and rad.
         velocity: Measured speeds, m/s and rad/s.
         path: ``(points, 3)`` local path.
-        goal: What the critics call the goal, m.
+        goal: The goal in the sense of the critics, m.
         costs: ``(rows, cols)`` uint8 costmap.
         place: ``(resolution, origin_x, origin_y)`` of the costmap, m.
-        unknown_is_free: Whether the costmap tracks unknown space.
+        unknown_is_free: Whether the costmap tracks unknown space, which is then no obstacle.
         total: ``(blocks, samples)`` costs, set to 0.
 
     Returns:
@@ -68,10 +68,10 @@ def begin(call_of, pose, velocity, path, goal, costs, place, unknown_is_free, to
 
 @kernel
 def _weigh_effort(tuning, v, w):
-    """Factors of the sampled controls in the effort of a sample, and the effort of controls of zero.
+    """Factors of the samples in their control effort, and the effort of a sample of zero.
 
-    The effort is the sum over the steps of factor times (sampled control - control). Humble's samples are given by
-    their noise, which is this difference; Jazzy's, whose acceleration is limited, by themselves.
+    The effort is the sum over the steps of factor times (sampled control - control). In Humble a sample is its noise,
+    which is this difference; in Jazzy, where accelerations are limited, it is the sampled control itself.
     """
     gain_v = np.float32(tuning.gamma / tuning.vx_std**2)
     gain_w = np.float32(tuning.gamma / tuning.wz_std**2)
@@ -84,13 +84,13 @@ def _weigh_effort(tuning, v, w):
 
 @kernel
 def _sample(tuning, call, noise, v, w, limited):
-    """Give the samples as the rollout takes them, their noise or with limited accelerations themselves.
+    """Return the samples as the rollout takes them: in Humble the noise, in Jazzy controls of limited acceleration.
 
-    In the second case they hold the control sequence as well, which is set to zero.
+    Jazzy's samples include the control sequence, which is therefore set to zero.
 
     Returns:
-        ``(noise_v, noise_w, longest, fastest)``: the samples, and the largest sum of ``|v|`` and the largest ``|w|`` of
-        one.
+        ``(noise_v, noise_w, longest, fastest)``: the samples, the largest sum of ``|v|`` over the steps of a sample,
+        and the largest ``|w|``.
     """
     if not tuning.jazzy:
         return noise
@@ -102,18 +102,18 @@ def _sample(tuning, call, noise, v, w, limited):
 
 @kernel
 def prepare(tuning_of, call_of, scan, costs, noise, v, w, limited):
-    """Sample the controls and say what the sweep has to do.
+    """Sample the controls and prepare the arguments of the sweep.
 
     Args:
         tuning_of: ``(1,)`` record of the parameters.
         call_of: ``(1,)`` record of the call.
-        scan: Whether the Cost critic is asked.
+        scan: Whether the Cost critic is enabled.
         costs: ``(rows, cols)`` uint8 costmap.
         noise: ``(v, w, longest, fastest)``: ``(blocks, time_steps, samples)`` noise, the largest sum of
             ``|noise of v|`` over the steps of a sample and the largest ``|noise of w|``.
-        v: ``(time_steps,)`` control sequence, m/s; zero afterwards where accelerations are limited.
+        v: ``(time_steps,)`` control sequence, m/s; zero afterwards if accelerations are limited.
         w: The same, rad/s.
-        limited: ``(2, blocks, time_steps, samples)``, written where accelerations are limited.
+        limited: ``(2, blocks, time_steps, samples)``, written if accelerations are limited.
 
     Returns:
         The sweep's ``rollout``, ``efforts``, ``grid``, ``scale``, ``window``, ``measure`` and ``look``.
@@ -137,15 +137,15 @@ def prepare(tuning_of, call_of, scan, costs, noise, v, w, limited):
 
 @kernel
 def finish(tuning_of, rollout, collected, rows, factors, powers, critic_costs, total):
-    """Add up what the critics say and replace the control sequence by the soft-max mean of the sampled ones.
+    """Add up the critics' costs and replace the control sequence by the soft-max mean of the sampled ones.
 
     Args:
         tuning_of: ``(1,)`` record of the parameters.
         rollout: ``(refresh_every, noise_v, noise_w, v, w)``; the control sequence is updated.
         collected: ``(12, blocks, samples)`` scores.
-        rows: ``(critics,)`` their rows, -1 for those that do not apply.
-        factors: ``(critics,)`` what scores are multiplied with.
-        powers: ``(critics,)`` powers they are then raised to.
+        rows: ``(critics,)`` rows of the critics, -1 for those that do not apply.
+        factors: ``(critics,)`` factors of the scores.
+        powers: ``(critics,)`` powers to which the products are raised.
         critic_costs: ``(critics, blocks, samples)`` what each critic adds, written.
         total: ``(blocks, samples)`` costs, added to.
     """

@@ -1,7 +1,7 @@
 """Sine, cosine, arc tangent and exponential in float32 arithmetic that compilers can vectorise.
 
-A call of libm inside a loop keeps the loop scalar; these are polynomials without branches. Errors, against
-float64 and in units of the last place: sine and cosine 0.6, exponential 2; the angle 2e-7 rad.
+A call of libm inside a loop keeps the loop scalar; these are polynomials without branches. Their errors against float64
+are 0.6 units of the last place for sine and cosine, 2 for the exponential, and 2e-7 rad for the angle.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from gym_mapbench.kernels.jit import kernel
 
 FAR = np.float32(np.inf)
 
-# One sample in so many of the first block guesses how far all of them come.
+# One sample in so many of the first block is searched in full, for a first guess of how far all of them come.
 GUESS_EVERY = 32
 
 
@@ -39,7 +39,7 @@ def nearest_point(x, y, point_x, point_y):
 
 @kernel
 def _last_possible(path_x, path_y, left, right, low, high):
-    """Last path point that can be nearest to any point of a box: not dominated by the point before it."""
+    """Last path point that can be nearest to a point of a box: those after it are never nearer than the one before."""
     i = len(path_x) - 1
     while i > 0:
         dx, dy = path_x[i] - path_x[i - 1], path_y[i] - path_y[i - 1]
@@ -54,7 +54,7 @@ def _last_possible(path_x, path_y, left, right, low, high):
 
 @kernel
 def _nearer_beyond(path_x, path_y, reached, last, x, y, row, nearest):
-    """Squared distance of each point of a row to the nearest path point after ``reached``."""
+    """Write the squared distance of each point of a row from the nearest path point after ``reached``."""
     for k in range(len(nearest)):
         nearest[k] = FAR
     for i in range(reached + 1, last + 1):
@@ -94,8 +94,8 @@ def furthest_reached(path_x, path_y, x, y, samples, onwards):
     """Largest index of the path points nearest to the samples' last points.
 
     Only path points beyond the furthest found so far are compared with all samples; a sample that is nearer to
-    one of those than to the furthest itself is then searched in full. So the result is that of a full search.
-    Where samples are searched ``onwards`` (Jazzy), each begins at the furthest found so far, which can lead further.
+    one of those than to the furthest itself is then searched in full, so the result is that of a full search.
+    With ``onwards`` (Jazzy) each search begins at the furthest point found so far, which can lead further.
 
     Args:
         path_x: ``(points,)`` m.

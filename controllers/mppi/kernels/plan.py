@@ -1,4 +1,4 @@
-"""Which part of the plan lies ahead."""
+"""The part of the plan that lies ahead of the robot."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ def find_window(path, steps, passed, x, y, search, prune, place, shape, last_of_
     Args:
         path: ``(n, 3)`` plan.
         steps: ``(n - 1,)`` distances between its poses, m.
-        passed: Poses of the plan that lie behind.
-        x: Robot, m.
-        y: Robot, m.
+        passed: Number of poses that the robot has passed.
+        x: Position of the robot, m.
+        y: Position of the robot, m.
         search: Length of path in which the nearest pose is sought, m.
         prune: Length of the local path, m.
         place: ``(resolution, origin_x, origin_y)`` of the costmap.
         shape: ``(rows, cols)`` of the costmap.
-        last_of_equals: Whether of equally near poses the last is the nearest, rather than the first.
+        last_of_equals: Whether of equally near poses the last is taken, rather than the first.
     """
     best, first = math.inf, passed
     for i in range(passed, _first_beyond(steps, passed, search)):

@@ -1,9 +1,9 @@
 """One pass over all points of all trajectories: controls, costmap, distance to the goal, heading.
 
-The cell under a point is found in fixed point: float32 displacement times 2^16 per cell. Where that lies within
-rounding of a cell border it can differ from Nav2's division of the rounded world coordinate, and the few
-points of which this is true are looked up again in that way. Nearer still, the last bit of the fast rollout
-decides, and the sample is rolled out once more with sine and cosine evaluated at every step.
+The cell under a point is found in fixed point: float32 displacement times 2^16 per cell. Within rounding errors of a
+cell border this can differ from Nav2, which divides the rounded world coordinate; the few points that are so near are
+looked up again in Nav2's way. Still nearer to a border, the last bit of the fast rollout decides; such a sample is
+rolled out once more with sine and cosine evaluated at every step.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ from controllers.mppi.kernels.window import FRACTION, FRACTION_BITS
 from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import inlined, kernel
 
-# Rows behind a block's state: sums of what its controls cost.
+# Rows after a block's state: sums of the scores of its controls.
 EXCESSES, REVERSES, EFFORTS = (STATE_SIZE + BLOCK * row for row in range(3))
 ROWS_SIZE = STATE_SIZE + 3 * BLOCK
 # Points are gathered four steps at a time.
 RING = 4
-# Points near a cell border are few; they are looked for in so many samples at once.
+# Points near a cell border are few; so many samples at once are searched for them.
 PART = 32
 # Within this distance of a cell border (m), the last bits of the rollout can decide.
 LAST_BITS = 1e-6
@@ -218,7 +218,7 @@ def _add_distance(rows, goal_x, goal_y, b, collected):
 
 @inlined
 def _add_heading(rows, cos, sin, either_way, b, collected):
-    """Add the angle between each sample's heading and one direction; ``either_way``: or its opposite, if nearer."""
+    """Add the angle between each sample's heading and a direction, or with ``either_way`` its opposite, if nearer."""
     for k in range(BLOCK):
         cross = rows[COS + k] * sin - rows[SIN + k] * cos
         dot = rows[COS + k] * cos + rows[SIN + k] * sin
@@ -238,9 +238,10 @@ def _start_sums(rows, v_0, speeds, effort, b, collected):
 
 @kernel
 def _finish(rows, noise_v, noise_w, effort_v, effort_w, yaw_0, b, collected):
-    """Write what the controls of a block cost, of which the last moves nothing and costs effort only, and its heading.
+    """Write the scores of a block's controls, and its last headings.
 
-    The last headings wait in the row of the critic that may look at them (PathAngle).
+    The last control moves nothing and adds effort only. The headings are left in the row of PathAngle, which may need
+    them.
     """
     for k in range(BLOCK):
         collected[EFFORT, b, k] = rows[EFFORTS + k] + (effort_v * noise_v[k] + effort_w * noise_w[k])
@@ -260,20 +261,20 @@ def sweep(
         call_of: ``(1,)`` record of the call.
         dt: Period, s.
         rollout: ``(refresh_every, noise_v, noise_w, v, w)``: steps between two evaluations of sine and cosine;
-            ``(blocks, time_steps, samples)`` noise, m/s and rad/s; ``(time_steps,)`` control sequence, the same.
+            ``(blocks, time_steps, samples)`` noise and ``(time_steps,)`` control sequence, both m/s and rad/s.
         efforts: ``(time_steps,)`` factors of the two noises in the effort, and the effort of a noise of zero.
         speeds: Highest and lowest speed that costs nothing, m/s; float32.
         keep: ``(time_steps,)`` row of ``kept`` that takes a step's points, or -1.
         kept: ``(2 or 3, kept steps, blocks, samples)`` world x, y and perhaps yaw, written.
-        looked: ``(time_steps,)`` number of the look at the cells under a step's points, or -1; the looks' contributions
-            are summed up.
+        looked: ``(time_steps,)`` number of the look-up of the cells under a step's points, or -1 for a step without
+            one; contributions are summed over the look-ups.
         grid: Last coordinates and stride of the window; fraction below which a point is near a cell border; first row
             and column of the window; rows and columns of the costmap; whether Nav2 looks up its cells in float32.
         scale: ``(units per m, units of the start x, of the start y)``.
         window: Contributions of the cells; see :mod:`controllers.mppi.kernels.window`.
         measure: Whether to sum up distances from the goal.
         look: Whether to sum up angles from the heading at the end of the local path.
-        either_way: Whether an angle may count from behind.
+        either_way: Whether the opposite heading is as good.
         collected: ``(12, blocks, samples)`` sums over the steps, written.
     """
     call, (refresh_every, noise_v, noise_w, v, w), steps = call_of[0], rollout, len(rollout[3])

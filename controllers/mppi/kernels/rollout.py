@@ -1,8 +1,8 @@
 """Rolling out a batch of trajectories: one time step of a block of samples at once.
 
-Layout is what makes this fast. Arrays are ``(blocks, time_steps, samples)`` with the samples innermost, and a
-block of samples is carried through time in one flat array whose rows are a constant apart, so that LLVM sees
-that they do not overlap and vectorises loops over them.
+The layout makes this fast. Arrays are ``(blocks, time_steps, samples)`` with the samples innermost. The state of a
+block is one flat array whose rows are a constant apart, so that LLVM sees that they do not overlap, and vectorises
+loops over them.
 
 The arithmetic follows Nav2's order of float32 operations: displacement and turn are summed up from zero and the
 start pose is added last (``Optimizer::integrateStateVelocities``).
@@ -21,9 +21,9 @@ BLOCK = 512
 X, Y, TURNED, COS, SIN = (BLOCK * row for row in range(5))
 STATE_SIZE = 5 * BLOCK
 
-# Rotating by a small angle instead of evaluating sine and cosine: exact to float32 below this change per step.
+# Up to this change of heading per step (rad), rotating sine and cosine by a polynomial is exact to float32.
 SMALL_CHANGE = 0.25
-# Evaluate them afresh after so many rotations, before rounding adds up.
+# Number of rotations after which they are evaluated afresh, before rounding errors add up.
 REFRESH_EVERY = 16
 
 
@@ -49,7 +49,7 @@ def first_state(v, w, yaw_0, dt):
 
 @kernel
 def next_state(state, v, w, yaw_0, dt, refresh):
-    """State of one sample a period later; ``refresh``: sine and cosine evaluated afresh."""
+    """State of one sample a period later; with ``refresh``, sine and cosine are evaluated afresh."""
     x, y, turned, cos, sin = state
     x, y, turned, cos, sin = advance(x, y, turned, cos, sin, v, w, yaw_0, dt)
     if refresh:

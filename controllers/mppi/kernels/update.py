@@ -77,7 +77,7 @@ def _add_quarters(weights, noise_v, noise_w, b, t, quarter, lanes_v, lanes_w):
 
 @kernel
 def _sum_lanes(lanes):
-    """Sum of a row whose length is a multiple of 32; the row is used up."""
+    """Sum of a row whose length is a multiple of 32; the row is overwritten."""
     width = len(lanes)
     while width % 16 == 0:
         width //= 2
@@ -123,7 +123,7 @@ def clip_controls(v, w, v_min, v_max, w_max):
 
 @kernel
 def clip_turns(v, w, turning_radius):
-    """Limit how tightly the control sequence turns, radius in m."""
+    """Limit how tightly the control sequence turns, by a turning radius in m."""
     radius = np.float32(turning_radius)
     for t in range(len(v)):
         if abs(v[t]) < radius * abs(w[t]):
@@ -132,7 +132,7 @@ def clip_turns(v, w, turning_radius):
 
 @kernel
 def _filtered(u, i, history):
-    """Value ``i`` of a control sequence smoothed; before it come the controls sent, after it its last value."""
+    """Value ``i`` of a control sequence, smoothed; the controls sent come before it, and its last value goes on after it."""
     total = ZERO
     for j in range(len(FILTER)):
         at = i + j - HALF_WINDOW
@@ -160,7 +160,7 @@ def filter_controls(u, history):
 
 @kernel
 def filter_copy(u, history):
-    """Smooth one axis of the control sequence, all but its last value, from the values as they were (Jazzy)."""
+    """Smooth all values but the last of one axis of the control sequence, each from unsmoothed values (Jazzy)."""
     if len(u) >= SHORTEST_FILTERED:
         before = u.copy()
         for i in range(len(u) - 1):

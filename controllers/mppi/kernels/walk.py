@@ -1,8 +1,8 @@
 """Scores that follow single trajectories point by point, as Nav2's critics do.
 
-Slower than a sweep over all samples, and needed for few: those whose footprint has to be looked at, and the whole
-batch for the Obstacles critic. The samples are rolled out again by the same arithmetic, so their points are the same
-to the last bit.
+This is slower than a sweep over all samples. It is needed for the few samples whose footprint has to be checked, and
+for the whole batch if the Obstacles critic is enabled. The samples are rolled out again by the same arithmetic, so
+their points are the same to the last bit.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NEVER = 256.0
 
 @kernel
 def footprint_threshold(consider_footprint, circumscribed_cost):
-    """Cost of the centre from which on the outline of the footprint is looked at."""
+    """Cost of the centre from which on the outline of the footprint is checked."""
     if not consider_footprint:
         return NEVER
     return circumscribed_cost if circumscribed_cost >= 1.0 else 0.0
@@ -41,7 +41,7 @@ def collides(cost, unknown_is_free, inscribed_is_free):
 
 @kernel
 def _centre_cost(costs, call, x, y, single):
-    """Cost of the cell under a point; 255 off the map. ``single``: the cell is found in float32."""
+    """Cost of the cell under a point; 255 off the map; with ``single`` the cell is found in float32."""
     rows, cols = costs.shape
     if single:
         place = np.float32(call.origin_x), np.float32(call.origin_y), np.float32(call.resolution)
@@ -105,7 +105,7 @@ def _cost_along(call, dt, rollout, b, k, costs, corners, own, near_goal, thresho
 def _closeness_along(call, dt, rollout, b, k, costs, corners, own, near_goal, threshold, inscribed_radius, both):
     """Both sums of the Obstacles critic along one trajectory, and whether it collides.
 
-    ``both``: whether a point within the margin repels as well.
+    ``both`` says whether a point within the margin repels as well.
     """
     repulsion, critical, state = ZERO, ZERO, _first(call, dt)
     for t in range(len(rollout[3])):
@@ -133,7 +133,7 @@ def _closeness_along(call, dt, rollout, b, k, costs, corners, own, near_goal, th
 
 @kernel
 def walk_cost(tuning_of, call_of, rollout, costs, corners, near_goal, collected):
-    """Look at the footprints of the marked trajectories: sum up their points anew, or mark them as colliding.
+    """Check the footprints of the marked trajectories: sum up their points anew, or mark them as colliding.
 
     Args:
         tuning_of: ``(1,)`` record of the parameters.
@@ -157,7 +157,7 @@ def walk_cost(tuning_of, call_of, rollout, costs, corners, near_goal, collected)
 
 @kernel
 def walk_obstacles(tuning_of, call_of, rollout, costs, corners, near_goal, collected):
-    """Write the weighted sum of the Obstacles critic's two terms, and to the call how many trajectories collide.
+    """Write the weighted sum of the Obstacles critic's two terms, and into the call how many trajectories collide.
 
     Jazzy measures repulsion from that of the least repelled trajectory. Arguments as in :func:`walk_cost`; row
     CLOSENESS is written.

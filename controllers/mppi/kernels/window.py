@@ -10,10 +10,11 @@ from gym_mapbench.kernels.jit import kernel
 
 OFF_MAP, LETHAL, INSCRIBED = 255, 254, 253
 
-# Contribution of a cell that ends a trajectory or needs a look at the footprint; a sum from here on contains one.
+# Contribution of a cell that ends a trajectory or on which the footprint must be checked; so a sum of at least this
+# contains such a cell.
 MARKED = np.float32(1e30)
-# Bits of the fraction of a fixed-point cell coordinate, and their mask. Constants, for shifts by a variable number take
-# twice the time.
+# Bits of the fraction of a fixed-point cell coordinate, and their mask. They are constants, because shifts by a
+# variable number take twice the time.
 FRACTION_BITS = np.uint32(16)
 FRACTION = np.int32(0xFFFF)
 UNIT = 65536
@@ -91,8 +92,8 @@ def open_window(costs, row_0, col_0, rows, cols, table, window):
 def lay_grid(call, reach, shape, single):
     """Choose a window around the robot and a fixed-point grid over it.
 
-    Coordinates are moved a little, so that the fractions of points near a cell border are the smallest. ``single``:
-    whether Nav2 looks up cells in float32.
+    Coordinates are moved a little, so that points near a cell border are those with the smallest fractions. ``single``
+    says whether Nav2 looks up cells in float32.
 
     Returns:
         ``(rows, cols)`` of the window, and the grid and the scale that ``sweep`` takes.
