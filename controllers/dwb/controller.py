@@ -23,10 +23,8 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.scenario import Pose
 
 NO_SPEED_LIMIT = 0.0
-
-
 FORWARD = 0.4
-"""Share of the top speed from which on a candidate drives on, for :meth:`DwbFollower.explain`."""
+"""Share of the top speed from which on a candidate counts as driving on in :meth:`DwbFollower.explain`."""
 
 
 class DwbEvaluation(NamedTuple):
@@ -35,13 +33,13 @@ class DwbEvaluation(NamedTuple):
     Args:
         critics: Names of the critics, in order.
         twists: ``(n, 2)`` float64, sampled v in m/s and omega in rad/s.
-        velocities: ``(n, 2)`` float64, the command each candidate stands for; the sample itself unless
-            ``limit_vel_cmd_in_traj``.
+        velocities: ``(n, 2)`` float64, the command of each candidate, which is the sample itself unless
+            ``limit_vel_cmd_in_traj`` is set.
         scales: ``(critics,)`` float32, effective weights.
         raw_scores: ``(n, critics)`` float64, before weighing; -1 throughout for an illegal candidate.
         totals: ``(n,)`` float32; -1 for an illegal candidate.
         illegal_by: ``(n,)`` int64, index of the critic that rejected the candidate, -1 if legal.
-        best: Index of the candidate that is chosen, -1 if all are illegal.
+        best: Index of the chosen candidate, -1 if all are illegal.
     """
 
     critics: tuple[str, ...]
@@ -54,7 +52,7 @@ class DwbEvaluation(NamedTuple):
     best: int
 
     def rejections(self) -> dict[str, float]:
-        """Share of the candidates that each critic rejected, for those that rejected any."""
+        """Return the share of the candidates that each critic rejected, for critics that rejected any."""
         counts = np.bincount(self.illegal_by[self.illegal_by >= 0], minlength=len(self.critics)).tolist()
         return {name: n / len(self.totals) for name, n in zip(self.critics, counts, strict=True) if n > 0}
 
@@ -79,7 +77,7 @@ class DwbFollower:
         self._plan = np.empty((0, 3))
 
     def reset(self, setup: FollowerSetup) -> None:
-        """Forget the last run: plan, critics' memory and speed limit."""
+        """Forget the last run: the plan, the critics' memory and the speed limit."""
         self._setup = setup
         self._corners = np.array(setup.footprint.corners)
         self._candidates = Trajectories(self.params, setup.control_period)
@@ -94,12 +92,12 @@ class DwbFollower:
             critic.reset()
 
     def move_plan(self, path: NDArray[np.float64]) -> None:
-        """Take the same plan where it lies by now; what was pruned stays so, and no critic forgets."""
+        """Take the same plan at its new place; pruned poses stay pruned, and no critic forgets anything."""
         self._plan = path[len(path) - len(self._plan) :]
         self._goal = Pose(*path[-1].tolist())
 
     def set_speed_limit(self, speed: float, percentage: bool) -> None:
-        """Scale the top speeds: ``speed`` is m/s, or per cent of the parameters' values; 0 lifts the limit.
+        """Limit the top speeds to ``speed`` m/s or per cent of the parameters' values; 0 lifts the limit.
 
         A limit in m/s that is not below ``max_speed_xy`` changes nothing, as in Nav2.
 
@@ -118,8 +116,8 @@ class DwbFollower:
         """Return the command of the best candidate; see :class:`~controllers.base.PathFollower`.
 
         Raises:
-            ControllerError: If every candidate is illegal; in Humble also in the case below.
-            InvalidPath: If the plan is empty or ends.
+            ControllerError: If every candidate is illegal; in Humble also in the following case.
+            InvalidPath: If the plan is empty, or nothing is left of it near the robot.
         """
         scene = self._look(pose, velocity, costmap, now)
         best = self._judge(scene, judge_cheapest).best
@@ -133,18 +131,18 @@ class DwbFollower:
         return command
 
     def evaluate(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> DwbEvaluation:
-        """Judge all candidates as :meth:`compute_velocity_commands` does, and give no command.
+        """Judge all candidates as :meth:`compute_velocity_commands` does, without giving a command.
 
         The plan is pruned and RotateToGoal remembers that the goal is near, as in a real cycle.
 
         Raises:
-            ControllerError: In Humble, if the plan is empty or ends.
+            ControllerError: In Humble, if the plan is empty, or nothing is left of it near the robot.
             InvalidPath: In Jazzy, in the same case.
         """
         return self._judge(self._look(pose, velocity, costmap, now), judge_all)
 
     def explain(self, pose: Pose, costmap: Costmap, now: float) -> str:
-        """Say which critics keep a robot at rest from driving on; arguments as of the last cycle."""
+        """Say which critics keep a robot at rest from driving on; arguments as in the last cycle."""
         judged = self.evaluate(pose, Twist(0.0, 0.0), costmap, now)
         forward = np.flatnonzero((judged.illegal_by < 0) & (judged.velocities[:, 0] >= FORWARD * self.params.max_vel_x))
         forbidden = ", ".join(f"{name} forbids {share:.0%}" for name, share in judged.rejections().items())
@@ -216,13 +214,13 @@ class DwbFollower:
 
 
 def _scaled(params: DwbParams, ratio: float) -> DwbParams:
-    """Scale the top speeds; lower limits stay, even where they end above the upper ones."""
+    """Scale the top speeds; the lower limits stay, even if they are then above the upper ones."""
     names = ("max_speed_xy", "max_vel_x", "max_vel_theta")
     return params.model_copy(update={name: getattr(params, name) * ratio for name in names})
 
 
 def _no_legal_candidate(evaluation: DwbEvaluation) -> str:
-    """Say how much of the candidates each critic rejected."""
+    """Say which share of the candidates each critic rejected."""
     if not len(evaluation.totals):
         return "no valid trajectories: the velocity limits leave no candidate"
     shares = ", ".join(f"{name} {share:.1%}" for name, share in evaluation.rejections().items())

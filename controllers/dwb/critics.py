@@ -49,7 +49,7 @@ class Critic(ABC):
 
     Attributes:
         forbidden: Cost under the robot's centre, at any pose, from which the critic rejects a trajectory.
-        checks_outline: Whether it also rejects one on which the footprint's outline touches an obstacle.
+        checks_outline: Whether it also rejects a trajectory on which the footprint's outline touches an obstacle.
     """
 
     forbidden = NO_LIMIT
@@ -73,19 +73,19 @@ class Critic(ABC):
 
     @abstractmethod
     def score(self, scene: Scene, candidates: Trajectories, scores: Floats) -> None:
-        """Write the raw scores, ``(n,)``, never negative, ``ILLEGAL`` for a candidate that is rejected.
+        """Write the raw scores, ``(n,)``: never negative, but ``ILLEGAL`` for a candidate that is rejected.
 
-        ``scores`` comes filled with zeros. What ``forbidden`` and ``checks_outline`` reject on the way need not be
-        found out here.
+        ``scores`` is filled with zeros before. What ``forbidden`` and ``checks_outline`` reject along the way need not
+        be found out here.
         """
 
     def debrief(self, command: Twist, scene: Scene) -> None:
-        """Hear what the robot is told to do."""
+        """Take note of the command that the robot gets."""
         return
 
 
 class BaseObstacle(Critic):
-    """Cost of the cell under the robot's centre; nowhere inscribed, lethal or unknown."""
+    """Cost of the cell under the robot's centre; rejects trajectories over inscribed, lethal or unknown cells."""
 
     forbidden = INSCRIBED
 
@@ -107,7 +107,7 @@ class BaseObstacle(Critic):
 
 
 class ObstacleFootprint(BaseObstacle):
-    """Largest cost under the footprint's outline; nowhere lethal or unknown."""
+    """Largest cost under the footprint's outline; rejects trajectories on which that is lethal or unknown."""
 
     forbidden = OFF_MAP
     checks_outline = True
@@ -187,7 +187,7 @@ class Align(MapGrid):
 
 
 class PathAlign(Align):
-    """Distance of a point ahead from the plan; silent close to the goal."""
+    """Distance of a point ahead from the plan; does not score close to the goal."""
 
     _layer = PATH
     _near_goal = False
@@ -208,9 +208,9 @@ class GoalAlign(Align):
 
 
 class RotateToGoal(Critic):
-    """Once within ``xy_goal_tolerance`` (until the next plan): slow down, stop, then only turn to the goal's heading.
+    """Once within ``xy_goal_tolerance``, until the next plan: slow down, stop, then only turn to the goal's heading.
 
-    With a ``lookahead_time`` Nav2 Humble reads past the end of its array of times; here as intended there.
+    With a ``lookahead_time`` Nav2 Humble reads past the end of its array of times; here it works as intended there.
     """
 
     def __init__(self, params: RotateToGoalParams, dwb: DwbParams) -> None:
@@ -266,7 +266,7 @@ class Trend:
 
 
 class Oscillation(Critic):
-    """No going back and forth: after a change of sign only the new sign, until the robot has moved."""
+    """Rejects going back and forth: after a change of sign only the new sign is legal until the robot has moved on."""
 
     def __init__(self, params: OscillationParams) -> None:
         super().__init__(params)

@@ -1,8 +1,8 @@
 """Parameters of DWB, under Nav2's names and with the defaults of Nav2's code.
 
 Source: nav2_dwb_controller (Humble and Jazzy): dwb_core, dwb_plugins (kinematic_parameters.cpp,
-xy_theta_iterator.cpp, standard_traj_generator.cpp) and the critics of dwb_critics. The values most
-people run are those of nav2_bringup's example, not these defaults.
+xy_theta_iterator.cpp, standard_traj_generator.cpp) and the critics of dwb_critics. Most people run the values of Nav2's
+examples, not these defaults.
 """
 
 from __future__ import annotations
@@ -43,24 +43,24 @@ ROS_ONLY_KEYS = frozenset(
         "yaw_goal_tolerance",
     }
 )
-"""Keys of a DWB section that serve ROS or other plugins only; DWB's commands do not depend on them."""
+"""Keys of a DWB section that only ROS or other plugins read; DWB's commands do not depend on them."""
 
 RENAMED_KEYS: dict[str, str] = {}
-"""Newer name -> the name in Humble and Jazzy; DWB's parameters have kept theirs."""
+"""Name in newer releases -> name in Humble and Jazzy; DWB's parameters have kept their names."""
 
 _ROTATE_TO_GOAL = "RotateToGoal looks at the distance to the goal, not along the path"
 NEWER_ONLY_KEYS = {
     "path_length_tolerance": _ROTATE_TO_GOAL,
     "RotateToGoal.path_length_tolerance": _ROTATE_TO_GOAL,
 }
-"""Parameters of newer releases that neither Humble nor Jazzy has -> what they do instead."""
+"""Parameters of newer releases that neither Humble nor Jazzy has -> what these do instead."""
 
 
 class CriticParams(CriticSettings):
-    """What every critic takes.
+    """Parameters of every critic.
 
     Args:
-        scale: Weight of the critic; 0 switches it off, its rejections included.
+        scale: Weight of the critic; 0 switches it off, including its rejections.
     """
 
     scale: NonNegative = 1.0
@@ -70,7 +70,7 @@ class ObstacleParams(CriticParams):
     """BaseObstacle and ObstacleFootprint.
 
     Args:
-        sum_scores: Sum the costs of all poses instead of taking that of the last one.
+        sum_scores: Whether the costs of all poses are summed, instead of taking that of the last pose.
     """
 
     sum_scores: bool = False
@@ -80,7 +80,7 @@ class MapGridParams(CriticParams):
     """PathDist and GoalDist.
 
     Args:
-        aggregation_type: How the grid values of the poses make one score: the last one, their sum or their product.
+        aggregation_type: How the poses' grid values make one score: the last value, their sum or their product.
     """
 
     aggregation_type: Literal["last", "sum", "product"] = "last"
@@ -101,7 +101,7 @@ class RotateToGoalParams(CriticParams):
 
     Args:
         slowing_factor: Weight of the squared speed while slowing down near the goal.
-        lookahead_time: When the heading is compared with the goal's, s; at the end of the trajectory if negative.
+        lookahead_time: Time at which the heading is compared with the goal's, s; the trajectory's end if negative.
     """
 
     slowing_factor: NonNegative = 5.0
@@ -112,10 +112,10 @@ class OscillationParams(CriticParams):
     """Oscillation.
 
     Args:
-        oscillation_reset_dist: Distance that lifts the restrictions, m; never if negative.
-        oscillation_reset_angle: Turn that lifts them, rad; never if negative.
-        oscillation_reset_time: Time that lifts them, s; never if negative.
-        x_only_threshold: Above this forward speed turning is not watched, m/s; always watched if negative.
+        oscillation_reset_dist: Distance that lifts the restrictions, m; none does if negative.
+        oscillation_reset_angle: Turn that lifts the restrictions, rad; none does if negative.
+        oscillation_reset_time: Time that lifts the restrictions, s; none does if negative.
+        x_only_threshold: Speed above which turning is not watched, m/s; it is always watched if negative.
     """
 
     oscillation_reset_dist: float = 0.05
@@ -129,9 +129,9 @@ class PreferForwardParams(CriticParams):
 
     Args:
         penalty: Score of driving backwards, or slowly and straight.
-        strafe_x: What slowly means, m/s.
-        strafe_theta: What straight means, rad/s.
-        theta_scale: Weight of the turn rate otherwise.
+        strafe_x: Speed below which driving counts as slow, m/s.
+        strafe_theta: Turn rate below which driving counts as straight, rad/s.
+        theta_scale: Weight of the turn rate in all other cases.
     """
 
     penalty: NonNegative = 1.0
@@ -143,18 +143,17 @@ class PreferForwardParams(CriticParams):
 class DwbParams(SettingsWithCritics):
     """All of DWB's parameters; dotted keys (``"PathAlign.scale"``) and nested mappings are both understood.
 
-    The robots here cannot move sideways: ``min_vel_y`` and ``max_vel_y`` must be 0, and the other
-    parameters of that axis are accepted without effect. Scores are never negative, so
-    ``short_circuit_trajectory_evaluation`` changes Nav2's computing time but not its choice; here it
-    has no effect at all.
+    The robots here cannot move sideways: ``min_vel_y`` and ``max_vel_y`` must be 0, and the other parameters of that
+    axis are accepted without effect. Scores are never negative, so ``short_circuit_trajectory_evaluation`` changes the
+    computing time of Nav2 but not its choice; here it has no effect at all.
 
     Args:
         critics: Names of the critics, in the order in which they judge.
-        trajectory_generator_name: Standard samples what can be reached within ``sim_time``, LimitedAccel within
-            ``sim_period``.
-        sim_period: s; one control period if None.
-        forward_prune_distance: Length of the plan ahead that the critics see, m; in Jazzy also how far along it the
-            robot is sought, and all of it if negative.
+        trajectory_generator_name: The Standard generator samples speeds that can be reached within ``sim_time``, the
+            LimitedAccel one speeds that can be reached within ``sim_period``.
+        sim_period: Time within which LimitedAccel's samples can be reached, s; one control period if None.
+        forward_prune_distance: How far ahead the critics see the plan, m; in Jazzy also how far along the plan the
+            robot is searched for. In Jazzy a negative value stands for the whole plan.
     """
 
     MISSING: ClassVar[dict[Release, dict[str, str]]] = {"humble": NEWER_ONLY_KEYS, "jazzy": NEWER_ONLY_KEYS}
@@ -216,7 +215,7 @@ class DwbParams(SettingsWithCritics):
 
     @property
     def samples_one_period(self) -> bool:
-        """Whether the LimitedAccelGenerator is at work: samples within one period's reach, driven from the start."""
+        """Whether the LimitedAccelGenerator samples: speeds within one period's reach, driven from the start."""
         return self.trajectory_generator_name == LIMITED_GENERATOR
 
     def critic(self, name: str) -> CriticParams:

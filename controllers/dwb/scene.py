@@ -1,4 +1,4 @@
-"""What the critics are told of one cycle, and the map grids they share."""
+"""What the critics are told about one cycle, and the map grids that they share."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class Fields(NamedTuple):
     """Manhattan distances in cells near the robot.
 
     Args:
-        distances: ``(3, cells)`` int32: to the plan, to its last cell on the map, and to the same if its end lay
-            ahead; some whole rows of the map, filled where they are needed.
-        skipped: Number of cells of the map before them.
-        reached: Whether the plan is on the map at all; if not, all distances are ``cells of the map + 1``.
+        distances: ``(3, cells)`` int32: distances from the plan, from its last cell on the map, and from the same cell
+            after the plan's end was moved ahead. They cover some whole rows of the map, and are filled where needed.
+        skipped: Number of cells of the map before these rows.
+        reached: Whether any of the plan is on the map; if not, all distances are ``cells of the map + 1``.
     """
 
     distances: NDArray[np.int32]
@@ -35,7 +35,7 @@ class Fields(NamedTuple):
 
 @dataclass
 class Scene:
-    """One cycle.
+    """The scene of one cycle.
 
     Args:
         pose: Pose of the robot.

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 SLACK: dict[Release, float] = {"humble": 1e-5, "jazzy": float(np.finfo(np.float32).eps)}
-"""How far a sample may be off the limits of speed: of the squared speed, m^2/s^2, and of the turn rate, rad/s."""
+"""How far a sample may exceed the limits of speed: in the squared speed, m^2/s^2, and in the turn rate, rad/s."""
 
 
 class Trajectories:
@@ -34,13 +34,15 @@ class Trajectories:
         limits: ``(4,)`` acceleration and deceleration of v, then of omega.
         sim_time: Duration of all trajectories, s.
         twists: ``(n, 2)`` sampled (v m/s, omega rad/s), in Nav2's order.
-        velocities: ``(n, 2)`` what the robot would be told: the sample, or with ``limit_vel_cmd_in_traj`` the
-            velocity of the first step.
+        velocities: ``(n, 2)`` commands: the sample, or with ``limit_vel_cmd_in_traj`` the velocity of the first step.
         steps: ``(n,)`` number of time steps.
         ends: ``(n, 2)`` last positions, m.
-        box: Lowest and highest x, lowest and highest y of all points that critics look up, m: those ahead of
-            last poses or, where a map grid is summed along the way, all that can be reached.
-        headings: ``(n,)`` where the headings of each begin in ``yaw`` (rad, not wrapped), ``cos`` and ``sin``.
+        box: Lowest and highest x, lowest and highest y of all points that critics look up, m: those ahead of the last
+            poses or, if a map grid aggregates all poses, all that can be reached.
+        headings: ``(n,)`` index at which the headings of each candidate begin in ``yaw``, ``cos`` and ``sin``.
+        yaw: Headings of all groups of candidates, one after another, rad, not wrapped.
+        cos: Their cosines.
+        sin: Their sines.
     """
 
     state: Floats

@@ -31,9 +31,9 @@ TUNING = record_type(
     numbers=("sharpness", "xy_goal_tolerance"),
     switches=("last_of_equals", "keeps_segment", "searches_width", "adds_headings", "takes_farthest"),
 )
-"""The parameters in the form that kernels take, ``lambda`` under the name ``sharpness`` too, the goal checker's tolerance
-(m), and what depends on the release: which of equally near poses is taken, whether poses without headings of their own
-get them, and whether the target is the farthest that can be reached."""
+"""The parameters in the form that kernels take, ``lambda`` under the name ``sharpness`` too, the goal checker's
+tolerance (m), and what depends on the release: which of equally near poses is taken,
+whether poses without headings of their own get them, and whether the target is the farthest that can be reached."""
 
 
 class GracefulFollower:

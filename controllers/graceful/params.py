@@ -63,7 +63,7 @@ class GracefulParams(_WithLambda):
         max_lookahead: Jazzy: greatest distance of a target along the path, m.
         v_angular_min_in_place: Jazzy: lowest turn rate on the spot, rad/s.
         initial_rotation_tolerance: Jazzy: bearing of the target below which the first turn of a path ends, rad.
-        prefer_final_rotation: Jazzy: whether the robot heads straight for the goal once near it, and turns there.
+        prefer_final_rotation: Jazzy: whether the robot heads straight for a target near the goal, and turns there.
         in_place_collision_resolution: Jazzy: angle between the headings that are checked before the turn at the goal,
             rad.
     """

@@ -79,8 +79,8 @@ CALL = np.dtype(
 )
 """One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; the goal (m; in Humble the last point of the local
 path) and its squared distance, and the heading at the end of the local path (rad); place of the costmap (m). Written
-during the call: whether all trajectories collide, how many do for the Obstacles critic, the furthest path point reached (-1
-until known), and the point PathAngle looks at (m, from the robot) with the path's heading there (rad)."""
+during the call: whether all trajectories collide, how many do for the Obstacles critic, the furthest path point reached
+(-1 until known), and the point that PathAngle looks at (m, from the robot) with the path's heading there (rad)."""
 
 
 def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:

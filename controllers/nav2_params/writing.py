@@ -112,7 +112,7 @@ def _node(name: str, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _beside(values: Mapping[str, Any], kept: Mapping[str, Any]) -> dict[str, Any]:
-    """Add what is kept of a user's file to the values, which count first; groups of plugins not written are left out."""
+    """Add what is kept of a user's file to the values, which count first; groups of missing plugins are left out."""
     listed = values.get("controller_plugins")
     of_plugins = {name for name, value in kept.items() if listed is not None and isinstance(value, Mapping)}
     return overlay({name: kept[name] for name in kept if name not in of_plugins - values.keys()}, values)

@@ -121,7 +121,7 @@ class RotationShimFollower:
         return wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.yaw)
 
     def _free_turn(self, angle: float, pose: Pose, velocity: Twist, costmap: Costmap) -> float | None:
-        """Turn rate of a turn on the spot by an angle, None if the robot would touch something; Humble may overshoot."""
+        """Turn rate on the spot for an angle, None if the robot would touch something; Humble may overshoot."""
         params, m, period = self.params, costmap, self._setup.control_period
         law = reachable_turn_rate if params.release == "humble" else rotation_speed
         current = velocity.w if params.closed_loop else self._last_turn_rate

@@ -1,4 +1,4 @@
-"""Kernels on the global plan: which part DWB follows, and how far every cell lies from it.
+"""Kernels on the global plan: the part that DWB follows, and every cell's distance from it.
 
 Source: nav2_dwb_controller: dwb_core/src/dwb_local_planner.cpp (transformGlobalPlan),
 nav_2d_utils/src/path_ops.cpp, dwb_critics/src/map_grid.cpp, path_dist.cpp, goal_dist.cpp.
@@ -20,8 +20,8 @@ NO_INFORMATION = 255
 def plan_window(plan, x, y, search, start_threshold, end_threshold):
     """First and past-the-last pose of the part of the plan that the critics see.
 
-    The part begins at the first pose nearer to the robot than ``start_threshold``, sought no further along
-    the plan than ``search`` (m), and ends before the first pose beyond ``end_threshold``.
+    The part begins at the first pose nearer to the robot than ``start_threshold`` (m), which is searched for no further
+    along the plan than ``search`` (m), and ends before the first pose farther away than ``end_threshold`` (m).
     """
     limit = len(plan)
     travelled = 0.0
@@ -41,7 +41,7 @@ def plan_window(plan, x, y, search, start_threshold, end_threshold):
 
 @kernel
 def gap_parts(dx, dy, resolution):
-    """Into how many parts a gap of the plan is divided: one below three cells."""
+    """Number of parts into which a gap of the plan is divided; a gap of less than five cells stays whole."""
     gap_sq = dx * dx + dy * dy
     smallest_sq = resolution * resolution * 4.0
     if gap_sq <= smallest_sq:
@@ -51,7 +51,7 @@ def gap_parts(dx, dy, resolution):
 
 @kernel
 def count_points(plan, end_dx, end_dy, resolution):
-    """At least the number of points of the plan once its gaps are filled."""
+    """Upper bound of the number of points of the plan once its gaps are filled."""
     points = 1 + int((abs(end_dx) + abs(end_dy)) / resolution)
     for i in range(1, len(plan)):
         points += gap_parts(plan[i, 0] - plan[i - 1, 0], plan[i, 1] - plan[i - 1, 1], resolution)
@@ -60,7 +60,7 @@ def count_points(plan, end_dx, end_dy, resolution):
 
 @kernel
 def seed_cells(plan, end_dx, end_dy, costs, origin_x, origin_y, resolution):
-    """Cells of the plan's first run on the known map, in order, as flat indices; empty if it never is there.
+    """Flat indices of the cells of the plan's first stretch on the known map, in order; empty if there is none.
 
     The last pose of the plan is moved by ``end_dx``, ``end_dy`` (m); wide gaps are filled.
     """
@@ -89,14 +89,14 @@ def seed_cells(plan, end_dx, end_dy, costs, origin_x, origin_y, resolution):
 
 @kernel
 def span(lowest, highest, resolution, cells):
-    """First and past-the-last cell between two coordinates: a cell of margin on either side, at least one cell."""
+    """First and past-the-last cell between two coordinates, with a margin of one cell; there is at least one cell."""
     first = min(max(math.floor(lowest / resolution) - 1, 0), cells - 1)
     return first, max(first + 1, min(math.ceil(highest / resolution) + 1, cells))
 
 
 @kernel
 def spread(part):
-    """Let every value reach its neighbours at one more per cell: two passes an axis, exact for city blocks."""
+    """Spread every value to its neighbours, one more per cell: two passes per axis, exact for Manhattan distances."""
     rows, cols = part.shape
     for r in range(1, rows):
         above, row = part[r - 1], part[r]

@@ -1,8 +1,8 @@
 """Kernels that roll the candidates out.
 
-All candidates with the same turn rate and number of steps have the same headings: sines and cosines are made
-once for such a group, and its members advance side by side. Every sum is made in the order of the source, so
-that poses agree to the last bit and fall into the same cells.
+All candidates with the same turn rate and number of steps have the same headings: sines and cosines are computed once
+for such a group, and its members advance side by side. Every sum is computed in the order of the source, so that poses
+agree to the last bit and fall into the same cells.
 
 ``state`` is x, y, yaw, v, omega of the robot; ``limits`` are accelerations and decelerations (negative) of v,
 then of omega.
@@ -55,7 +55,7 @@ def accelerate(v, target, limits, dt):
 def drive(v, target, limits, dt, cos, sin, x, y):
     """Move one group to its last positions.
 
-    The loops over the members stand here, one for each axis, because the compiler makes vector code of them so.
+    There is one loop over the members for each axis, because the compiler vectorises them in this form.
     """
     changing = True
     for k in range(len(cos)):
@@ -111,9 +111,9 @@ def drive_all(state, sim_time, limits, twists, steps, order, start, headings, co
 
 @kernel
 def last_cells(steps, headings, ends, cos, sin, forwards, origin_x, origin_y, resolution, shape):
-    """Flat cell indices of the points so far ``forwards`` of every last pose, ``(distances, n)``, -1 off the map.
+    """Flat indices of the cells at distances ``forwards`` ahead of every last pose, ``(distances, n)``, -1 off the map.
 
-    Also the box that holds these points: lowest and highest x, lowest and highest y.
+    Also returns the box around these points: lowest and highest x, lowest and highest y.
     """
     cells = np.empty((len(forwards), len(steps)), dtype=np.int64)
     left, right, bottom, top = np.inf, -np.inf, np.inf, -np.inf
@@ -133,18 +133,18 @@ def roll_out(
     """Sample the candidates and find where they end.
 
     Args:
-        state: See above.
+        state: See the top of this module.
         axes: ``(2, 5)`` of v and omega; see :func:`~controllers.dwb.kernels.sampling.axis_samples`.
         reach: Time within which a sample must be reachable, s.
         speeds: See :func:`~controllers.dwb.kernels.sampling.permitted_twists`.
         sim_time: Duration of the trajectories, s.
         granularity: See :func:`~controllers.dwb.kernels.sampling.count_steps`.
-        limits: See above.
+        limits: See the top of this module.
         forwards: Distances ahead of the last poses at which points are looked up, m.
-        origin_x: Of the costmap, m.
-        origin_y: Of the costmap, m.
-        resolution: Of the costmap, m.
-        shape: Of the costmap, rows and columns.
+        origin_x: Lower-left corner of the costmap, m.
+        origin_y: Lower-left corner of the costmap, m.
+        resolution: Side of the costmap's cells, m.
+        shape: Rows and columns of the costmap.
 
     Returns:
         ``(n, 2)`` twists; ``(n,)`` steps; ``(n,)`` index of the first heading of each; ``(n, 2)`` last positions;

@@ -17,7 +17,7 @@ EPSILON = 1e-5
 
 @kernel
 def project_velocity(start, acceleration, deceleration, dt, target):
-    """Velocity after ``dt`` on the way from ``start`` to ``target``."""
+    """Velocity ``dt`` seconds after ``start`` on the way to ``target``."""
     faster, slower = start + acceleration * dt, start + deceleration * dt
     if start < target:
         return faster if faster < target else target
@@ -60,8 +60,8 @@ def permitted_twists(vx, omega, speeds):
     Args:
         vx: Samples, m/s.
         omega: Samples, rad/s.
-        speeds: ``max_speed_xy``, ``min_speed_xy``, ``min_speed_theta``; a negative one does not count. Then the
-            slack of these limits.
+        speeds: ``max_speed_xy``, ``min_speed_xy``, ``min_speed_theta``, of which a negative one does not count, and
+            the slack of these limits.
 
     Returns:
         ``(n, 2)`` twists, and ``(len(vx), len(omega))`` their indices, -1 for a pair that is not permitted.
@@ -93,7 +93,7 @@ def count_steps(twists, sim_time, granularity):
     Args:
         twists: ``(n, 2)`` candidates.
         sim_time: Duration of the trajectories, s.
-        granularity: Most a step may cover: s (infinite to ignore it), m, rad.
+        granularity: Most that a step may cover: s (infinite for no limit), m, rad.
     """
     steps = np.empty(len(twists), dtype=np.int64)
     for i in range(len(twists)):

@@ -1,9 +1,9 @@
 """Kernels of the critics: one raw score per candidate, ``ILLEGAL`` where it is known to be rejected.
 
-Scores look at the last pose of a trajectory unless the user asks for a sum or a product over all poses. Whether
-a pose on the way is forbidden is asked in :mod:`controllers.dwb.kernels.verdict`, of those candidates only on
-which the choice depends. ``twice`` says that the last pose counts twice in a sum, as Nav2's
-``include_last_point`` has it; the arrays of the candidates are those of
+Scores depend on the last pose of a trajectory only, unless the user asks for a sum or a product over all poses.
+Whether a pose on the way is forbidden is checked in :mod:`controllers.dwb.kernels.verdict`, only for those candidates
+on which the choice depends. ``twice`` says that the last pose counts twice in a sum or a product, as it does with
+Nav2's ``include_last_point``. The arrays of the candidates are those of
 :class:`~controllers.dwb.trajectories.Trajectories`.
 
 Source: nav2_dwb_controller/dwb_critics.

@@ -1,8 +1,8 @@
-"""Kernels that weigh the scores, ask what lies on the way, and choose.
+"""Kernels that weigh the scores, check what lies on the way, and choose.
 
 ``raw`` is ``(critics, n)``: raw scores, 0 throughout for a critic of scale 0; ``scales`` ``(critics,)`` float32.
-``forbidden`` and ``outlines`` ``(critics,)`` say from which cost under the robot's centre a critic rejects, and
-whether it also rejects a pose whose outline touches something, unless its scale is 0. The arrays of the
+``forbidden`` and ``outlines`` ``(critics,)`` say from which cost under the robot's centre a critic rejects, and whether
+it also rejects a pose whose outline touches an obstacle; a critic of scale 0 rejects nothing. The arrays of the
 candidates are those of :class:`~controllers.dwb.trajectories.Trajectories`.
 
 Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (scoreTrajectory, coreScoringAlgorithm).
@@ -31,7 +31,7 @@ def add_scores(raw, scale, totals):
 
 @kernel
 def blame(raw, critic, illegal_by):
-    """Note which candidates this critic is the first to reject."""
+    """Write the index of this critic for the candidates that it is the first to reject."""
     for i in range(len(raw)):
         if raw[i] < 0.0 and illegal_by[i] < 0:
             illegal_by[i] = critic
@@ -39,7 +39,7 @@ def blame(raw, critic, illegal_by):
 
 @kernel
 def weigh(raw, scales, totals, illegal_by):
-    """Write the totals, and the first critic known to reject each candidate, -1 without any."""
+    """Write the totals, and the first critic known to reject each candidate, -1 if none is known."""
     totals[:] = 0.0
     illegal_by[:] = -1
     for c in range(len(scales)):
@@ -123,7 +123,7 @@ def judge_all(
     raw, scales, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
     costs, origin_x, origin_y, resolution, corners, totals, illegal_by,
 ):  # fmt: skip
-    """Write the totals and who rejects each candidate, -1 for a legal one; return the chosen one, -1 without any."""
+    """Write totals and the critic that rejects each candidate, -1 for none; return the chosen one, -1 for none."""
     weigh(raw, scales, totals, illegal_by)
     for i in range(len(totals)):
         illegal_by[i] = rejected_by(
@@ -139,10 +139,10 @@ def judge_cheapest(
     raw, scales, forbidden, outlines, state, limits, sim_time, twists, steps, headings, yaw, cos, sin,
     costs, origin_x, origin_y, resolution, corners, totals, illegal_by,
 ):  # fmt: skip
-    """Return what :func:`judge_all` returns, without asking all.
+    """Return what :func:`judge_all` returns, without checking all candidates.
 
-    Scores are never negative, so what lies on the way can be asked last: of the cheapest candidate first, then of
-    the next, until one is legal.
+    What lies on the way only rejects candidates and adds no score, so it can be checked last: for the cheapest
+    candidate first, then for the next, until one is legal.
     """
     weigh(raw, scales, totals, illegal_by)
     best = cheapest(totals, illegal_by)

@@ -45,7 +45,7 @@ def curvature_to(distance, phi, delta, tuning):
 
 @kernel
 def law_command(pose, target, backward, tuning):
-    """Command ``(v, w)``: slower on a curve and near the target, and on the curve even where the turn rate is limited."""
+    """Command ``(v, w)``: slower on a curve and near the target; a limited turn rate keeps the curve."""
     distance, phi, delta = egocentric(pose, target, backward)
     curvature = curvature_to(distance, phi, delta, tuning)
     top = tuning.v_linear_max

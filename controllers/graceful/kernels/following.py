@@ -53,7 +53,7 @@ def collides(scene, pose):
 
 @kernel
 def all_headings_same(path, first, last):
-    """Whether the window's inner poses have one heading; as in Nav2, a heading further to the left counts as the same."""
+    """Whether the window's inner poses have one heading; as in Nav2, headings further to the left count as the same."""
     same = last - first >= 3
     for i in range(first + 2, last - 1):
         same &= normalize_angle(path[first + 1, 2] - path[i, 2]) <= SAME_HEADING
@@ -62,7 +62,7 @@ def all_headings_same(path, first, last):
 
 @kernel
 def local_path(path, first, last, robot, adds_headings):
-    """Poses of the window, ``(n, 3)`` in the robot's frame; if ``adds_headings`` and all head alike, each faces the next."""
+    """Poses of the window, ``(n, 3)`` in the robot's frame; ``adds_headings`` turns poses that all head alike."""
     cos, sin = math.cos(robot[2]), math.sin(robot[2])
     local = np.empty((last - first, 3))
     for i in range(last - first):
@@ -171,7 +171,7 @@ def command_to_farthest(scene, local, lengths, remaining, turns_first, tuning):
 
 @kernel
 def motion_target(local, remaining, tuning):
-    """Humble: the first pose at ``motion_target_dist``, else the last; near the goal its heading is the last segment's."""
+    """Humble: the first pose at ``motion_target_dist``, else the last; near the goal it heads as the last segment."""
     at = len(local) - 1
     for i in range(len(local)):
         if math.hypot(local[i, 0], local[i, 1]) >= tuning.motion_target_dist:

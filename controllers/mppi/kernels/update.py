@@ -132,7 +132,7 @@ def clip_turns(v, w, turning_radius):
 
 @kernel
 def _filtered(u, i, history):
-    """Value ``i`` of a control sequence, smoothed; the controls sent come before it, and its last value goes on after it."""
+    """Value ``i`` of a smoothed control sequence; the controls sent go before it, its last value goes on after it."""
     total = ZERO
     for j in range(len(FILTER)):
         at = i + j - HALF_WINDOW
