@@ -16,14 +16,14 @@ STANDING_SECONDS = 5.0
 """From this time on (s) it is said since when the robot stood."""
 
 ADVICE = {
-    "collision ahead": "RPP stops where its arc touches an inflated obstacle within "
-    "max_allowed_time_to_collision_up_to_carrot: a shorter lookahead_dist keeps the arc nearer to the path",
+    "collision ahead": "RPP stops where its arc meets an obstacle within max_allowed_time_to_collision_up_to_carrot: a "
+    "shorter lookahead_dist keeps the arc nearer to the path",
     "Optimizer fail to compute path": "all of MPPI's trajectories collide: the robot is too close to an obstacle to "
     "leave by its samples; a larger vx_std or wz_std, or a wider passage, helps",
-    "No valid trajectories": "DWB sees no candidate without a collision: more samples (vx_samples, vtheta_samples) or "
+    "no valid trajectories": "DWB sees no candidate without a collision: more samples (vx_samples, vtheta_samples) or "
     "a shorter sim_time leave it some",
-    "at most": "a costmap of finer cells has more points to follow; Smac 2D and Theta* know no such limit",
-    "goal is occupied": "the costmap leaves the robot no room at the goal",
+    "NavFn follows at most": "Smac 2D and Theta* (--planner) know no such limit",
+    "is in an obstacle": "the costmap leaves the robot no room at the start or at the goal",
     "no path": "the global costmap leaves no way: passages narrower than the robot, its footprint_padding and a cell "
     "on either side are closed",
 }

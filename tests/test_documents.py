@@ -36,7 +36,7 @@ def name_of(block: str, position: int, language: str) -> str:
 
 
 BLOCKS = [
-    pytest.param(document, position, marks=pytest.mark.xdist_group(document), id=f"{document}-{position}")
+    pytest.param(document, position, id=f"{document}-{position}")
     for document in DOCUMENTS
     for position in range(len(blocks_of(document)))
 ]

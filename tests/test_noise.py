@@ -73,7 +73,7 @@ class TestSettings:
             ({"lidar_mount": "roof"}, r"noise: lidar_mount: expected 'centre' or 'robot', got 'roof'"),
             ({"pose": 0.1}, r"noise: unknown key 'pose'"),
             ({"level": "nominall"}, r"noise: unknown noise 'nominall'; did you mean 'nominal'\?"),
-            ({"level": 2}, r"noise: level: expected one of none, nominal, rough, got 2"),
+            ({"level": 2}, r"noise: level: expected one of nominal, none, rough, got 2"),
             ({"level": "rough", "scna": 0.1}, r"noise: unknown key 'scna'; did you mean 'scan'\?"),
         ],
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controllers.diagnosis import diagnose, where_it_stood, who_gave_up
+from controllers.diagnosis import ADVICE, diagnose, where_it_stood, who_gave_up
 from evolution import bench
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.episode import Event
@@ -43,6 +43,13 @@ def test_advice_follows_the_reason():
     said = diagnose(np.zeros((3, 2)), 0.05, events, "")
     assert said.endswith("a shorter lookahead_dist keeps the arc nearer to the path")
     assert "\n" not in said
+
+
+@pytest.mark.parametrize("mark", ADVICE)
+def test_advice_is_given_on_reasons_that_there_are(mark):
+    sources = [*EXAMPLES.parent.glob("controllers/**/*.py"), *EXAMPLES.parent.glob("gym_mapbench/planners/*.py")]
+    texts = [path.read_text(encoding="utf-8") for path in sources if path.name != "diagnosis.py"]
+    assert any(mark in text for text in texts)
 
 
 def test_dwb_says_which_critics_hold_it_at_the_corner():
