@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,21 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_obstacle, stamp
 from gym_mapbench.registry import Registry
 
-if TYPE_CHECKING:
-    from evolution.search.settings import MutationSettings
-
 Labels = NDArray[np.int32]
+
+
+class MutationOptions(Protocol):
+    """The options of mutation that the operators here look at; all of ``MutationSettings`` are there at run time."""
+
+    @property
+    def move_distance(self) -> int:
+        """Farthest move along each axis, cells."""
+        ...
+
+    @property
+    def scale_factor(self) -> tuple[float, float]:
+        """Smallest and largest factor of an obstacle's height and width."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -44,7 +55,7 @@ class Edit:
     labels: Labels
     obstacle: int
     shapes: ShapeSettings
-    settings: MutationSettings
+    settings: MutationOptions
     families: Sequence[FamilySpec] = ()
 
     def cut_out(self) -> tuple[Cells, int, int]:

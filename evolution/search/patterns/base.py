@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar, Protocol
 
 from evolution.search.patterns.pools import Found, Pool
 from gym_mapbench.errors import ConfigError
 
-if TYPE_CHECKING:
-    from evolution.search.settings import EvolveSettings
-
 Times = Sequence[float]
 """One value per controller on one map."""
+
+
+class PatternOptions(Protocol):
+    """The options of a search that the patterns here look at; all of :class:`EvolveSettings` are there at run time."""
+
+    @property
+    def fitness(self) -> str:
+        """Name of the pattern."""
+        ...
+
+    @property
+    def epsilon(self) -> float:
+        """Smallest difference between two Gini coefficients."""
+        ...
+
+    @property
+    def unevenness_weight(self) -> float:
+        """Weight of unevenly spread Gini coefficients."""
+        ...
 
 
 class Pattern:
@@ -39,7 +55,7 @@ class Pattern:
     needs_scale: ClassVar[bool] = False
     exact: ClassVar[bool] = False
 
-    def __init__(self, settings: EvolveSettings, scale: float | None = None) -> None:
+    def __init__(self, settings: PatternOptions, scale: float | None = None) -> None:
         self.settings = settings
         self.scale = scale
 
