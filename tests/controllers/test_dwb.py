@@ -512,6 +512,16 @@ def parameters(draw):
     )  # fmt: skip
 
 
+def test_of_a_plan_of_one_pose_only_the_moved_end_is_left():
+    """Nav2 moves the last pose before it fills gaps; with one pose there is no gap from where it was."""
+    costs = np.zeros((10, 12), np.uint8)
+    plan = np.array([[0.3, 0.25, 0.0]])
+    fields, _, _ = distance_fields(plan, 0.1, 0.0, costs, 0.0, 0.0, 0.05, (0.0, 0.6, 0.0, 0.5))
+    assert fields[2].reshape(10, 12)[5].tolist() == [abs(col - 8) for col in range(12)]
+    fields, _, _ = distance_fields(plan, 0.5, 0.0, costs, 0.0, 0.0, 0.05, (0.0, 0.6, 0.0, 0.5))
+    assert (fields[2] == costs.size + 1).all()
+
+
 @settings(max_examples=100)
 @given(scenes(), parameters())
 def test_equals_the_plain_twin(scene, params):

@@ -59,6 +59,14 @@ def count_points(plan, end_dx, end_dy, resolution):
 
 
 @kernel
+def moved_pose(plan, i, end_dx, end_dy):
+    """Position of a pose of the plan, of which the last, be it the only one, is moved by ``end_dx``, ``end_dy`` (m)."""
+    if i == len(plan) - 1:
+        return plan[i, 0] + end_dx, plan[i, 1] + end_dy
+    return plan[i, 0], plan[i, 1]
+
+
+@kernel
 def seed_cells(plan, end_dx, end_dy, costs, origin_x, origin_y, resolution):
     """Flat indices of the cells of the plan's first stretch on the known map, in order; empty if there is none.
 
@@ -67,11 +75,9 @@ def seed_cells(plan, end_dx, end_dy, costs, origin_x, origin_y, resolution):
     rows, cols = costs.shape
     cells = np.empty(count_points(plan, end_dx, end_dy, resolution), dtype=np.int64)
     n = 0
-    last_x, last_y = plan[0, 0], plan[0, 1]
+    last_x, last_y = moved_pose(plan, 0, end_dx, end_dy)
     for i in range(len(plan)):
-        to_x, to_y = plan[i, 0], plan[i, 1]
-        if i == len(plan) - 1:
-            to_x, to_y = to_x + end_dx, to_y + end_dy
+        to_x, to_y = moved_pose(plan, i, end_dx, end_dy)
         parts = gap_parts(to_x - last_x, to_y - last_y, resolution)
         for j in range(1, parts + 1):
             x, y = to_x, to_y
