@@ -24,6 +24,7 @@ from controllers.rpp.params import RppParams
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import Costmap, LaserScan, LayeredCostmap, build_static_costmap
 from gym_mapbench.env import MapBenchEnv
+from gym_mapbench.errors import NoPathError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
 from gym_mapbench.gridmap import GridMap
@@ -85,7 +86,7 @@ def a_scenario(seed: int = 3) -> Scenario:
         scenario = Scenario(grid, *default_task(grid))
         try:
             make_planner("navfn").plan(full_costmap(scenario, navigation), scenario.start, scenario.goal)
-        except Exception:  # no path: draw again
+        except NoPathError:
             continue
         return scenario
 
