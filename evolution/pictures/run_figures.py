@@ -51,7 +51,7 @@ def drive_best(
     plan = read_experiment(run.config, str(run.path)).plan
     driven = []
     for scenario, entry in zip(run.best, run.best_results["maps"], strict=True):
-        failed = {name for name, runs in entry["runs"].items() if runs[0]["outcome"] == "error"}
+        failed = {name for name, runs in entry["runs"].items() if not runs or runs[0]["outcome"] == "error"}
         jobs = [job for job in plan.jobs(scenario) if job.repeat == 0 and job.controller.name not in failed]
         driven.append(DrivenMap(entry["name"], _reading(run, entry["reading"]), tuple(drive(job) for job in jobs)))
     return driven

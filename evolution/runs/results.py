@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 from evolution.driving import RunResult
 from evolution.files import Row
-from evolution.search import Evaluation, MapResults, result_fields
+from evolution.search import Confirmation, Evaluation, MapResults, result_fields
 from gym_mapbench.scenario import MapSet
 
 
@@ -17,17 +17,26 @@ def named(map_set: MapSet) -> MapSet:
     return MapSet(tuple(replace(scenario, name=f"map_{i}") for i, scenario in enumerate(map_set, start=1)))
 
 
-def results_document(evaluation: Evaluation, controllers: Sequence[str], cluster_scale: float | None) -> Row:
-    """Return the JSON-able results of a map set: its fitness, and per map and controller every run."""
+def results_document(
+    evaluation: Evaluation,
+    controllers: Sequence[str],
+    cluster_scale: float | None,
+    confirmation: Confirmation | None = None,
+) -> Row:
+    """Return the JSON-able results of a map set: its fitness, and per map and controller every run.
+
+    The fitness of a confirmed set is the one on new seeds; readings and values are the means over all runs.
+    """
     fitness = evaluation.fitness
     columns = zip(evaluation.map_set, fitness.readings, fitness.values, evaluation.results, strict=True)
     return {
         "map_set": evaluation.map_set.digest,
-        "fitness": fitness.total,
+        "fitness": fitness.total if confirmation is None else confirmation.fitness,
         "success_rate": fitness.success_rate,
         "timeouts": fitness.timeouts,
         "pattern": fitness.pattern,
         "cluster_scale": cluster_scale,
+        **({} if confirmation is None else {"confirmation": asdict(confirmation)}),
         "maps": [
             {
                 "name": f"map_{number}",

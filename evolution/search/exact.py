@@ -57,22 +57,27 @@ def best_set(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> Nam
 
 def pools_of(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> list[Pool]:
     """Sort maps into pools, as seen by a set of ``size`` maps."""
-    members: dict[tuple[float, float, bool], list[tuple[float, str]]] = {}
+    members: dict[tuple[float, float, bool], list[tuple[float, str, tuple[float, ...]]]] = {}
     for name, results in maps.items():
         one = fitness((results,))
-        reading = one.readings[0]
+        reading, values = one.readings[0], one.values[0] or ()
         key = one.success_rate, one.timeouts, reading is None
-        members.setdefault(key, []).append((0.0 if reading is None else reading, name))
-    options = fitness.settings
-    return [
-        Pool(
-            maps=tuple(name for _, name in sorted(some)),
-            readings=None if unread else np.array(sorted(reading for reading, _ in some)),
-            cost=options.base_cost * (1.0 - success_rate) / size + options.timeout_cost * timeouts,
-            share=success_rate / size,
-        )
-        for (success_rate, timeouts, unread), some in members.items()
-    ]
+        members.setdefault(key, []).append((0.0 if reading is None else reading, name, values))
+    return [_pool(sorted(some), key, fitness, size) for key, some in members.items()]
+
+
+def _pool(
+    some: Sequence[tuple[float, str, tuple[float, ...]]], key: tuple[float, float, bool], fitness: Fitness, size: int
+) -> Pool:
+    """Make the pool of some maps: their readings, names and values in order; ``key`` is what they have in common."""
+    (success_rate, timeouts, unread), options = key, fitness.settings
+    return Pool(
+        maps=tuple(name for _, name, _ in some),
+        readings=None if unread else np.array([reading for reading, _, _ in some]),
+        times=() if unread else tuple(values for _, _, values in some),
+        cost=options.base_cost * (1.0 - success_rate) / size + options.timeout_cost * timeouts,
+        share=success_rate / size,
+    )
 
 
 def _choices(pools: Sequence[Pool], size: int) -> Iterator[tuple[Pool, ...]]:

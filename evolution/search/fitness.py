@@ -37,6 +37,17 @@ def calibrate_scale(times_of_maps: Sequence[Times]) -> float:
     return scale
 
 
+def repeats_of(of_map: Sequence[Sequence[RunResult]]) -> int:
+    """Return how often a map was driven: by the controller that drove it most."""
+    return max(map(len, of_map))
+
+
+def is_solved(of_map: Sequence[Sequence[RunResult]]) -> bool:
+    """Whether all controllers reached the goal whenever the map was driven, and none was left out."""
+    repeats = repeats_of(of_map)
+    return all(len(runs) == repeats and all(run.success for run in runs) for runs in of_map)
+
+
 @dataclass(frozen=True)
 class FitnessBreakdown:
     """The fitness of one map set and its parts.
@@ -107,15 +118,19 @@ class Fitness:
     def __call__(self, results: SetResults) -> FitnessBreakdown:
         """Judge one map set.
 
+        Args:
+            results: ``results[map][controller][repeat]``. Maps may have been driven differently often; a controller
+                with fewer runs on a map than another has failed the missing ones.
+
         Raises:
             ConfigError: If the scale is not known yet.
             PluginError: If a third-party fitness fails, or returns anything but finite numbers.
         """
         options = self.settings
+        planned = sum(len(of_map) * repeats_of(of_map) for of_map in results)
         runs = [run for of_map in results for of_controller in of_map for run in of_controller]
-        repeats = len(results[0][0])
-        success_rate = sum(run.success for run in runs) / len(runs)
-        timeouts = sum(run.outcome in options.timeout_outcomes for run in runs) / repeats
+        success_rate = sum(run.success for run in runs) / planned
+        timeouts = sum(self._timeouts(of_map) / repeats_of(of_map) for of_map in results)
         values = tuple(self.values_of(of_map) for of_map in results)
         readings, pattern = self._pattern_of(values)
         total = options.base_cost * (1.0 - success_rate) + options.timeout_cost * timeouts
@@ -124,7 +139,7 @@ class Fitness:
 
     def values_of(self, of_map: Sequence[Sequence[RunResult]]) -> tuple[float, ...] | None:
         """Aggregate ``of_map[controller][repeat]`` to one value per controller; None if the map is excluded."""
-        if self.settings.failures == "exclude" and not all(run.success for runs in of_map for run in runs):
+        if self.settings.failures == "exclude" and not is_solved(of_map):
             return None
         aggregate = AGGREGATES[self.settings.aggregate]
         return tuple(aggregate([self._value(run) for run in runs]) for runs in of_map)
@@ -138,6 +153,9 @@ class Fitness:
         if not np.isfinite([*read, pattern]).all():
             raise PluginError(f"fitness {self.settings.fitness!r}: expected finite numbers, got {read} and {pattern}")
         return readings, pattern
+
+    def _timeouts(self, of_map: Sequence[Sequence[RunResult]]) -> int:
+        return sum(run.outcome in self.settings.timeout_outcomes for runs in of_map for run in runs)
 
     def _value(self, run: RunResult) -> float:
         if run.success:

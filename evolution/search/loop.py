@@ -20,14 +20,22 @@ from pymoo.algorithms.soo.nonconvex.ga import GA
 
 from evolution.driving import Evaluator, OnRun
 from evolution.files import Row
+from evolution.search.archive import Archive
+from evolution.search.confirmation import Confirmation, claim, confirm
 from evolution.search.fitness import Fitness
+from evolution.search.operators.credit import Trial
+from evolution.search.operators.mutation import MapMutation, Mutator
 from evolution.search.operators.sampling import DrawMap
-from evolution.search.problem import Evaluation, MapSetProblem, ask, make_algorithm
+from evolution.search.problem import Evaluation, MapSetProblem, ask, make_algorithm, rejudge
 from evolution.search.record import Record, best_of
 from evolution.search.settings import Experiment
 from gym_mapbench.errors import RunError
 from gym_mapbench.generator import draw_map as draw_from_families
 from gym_mapbench.generator import sample_map
+from gym_mapbench.scenario import MapSet
+
+MAX_ELITE_ROUNDS = 3
+"""How often after a generation the best set of the archive may change because its maps were driven again."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +78,14 @@ class Recorder(Protocol):
         """Raise ``ConfigError`` if another experiment was begun here."""
         ...
 
-    def write_generation(self, record: Record, best: Evaluation, checkpoint: Mapping[str, Any]) -> None:
-        """Write everything known after a generation."""
+    def write_generation(
+        self,
+        record: Record,
+        best: Evaluation,
+        checkpoint: Mapping[str, Any],
+        confirmation: Confirmation | None = None,
+    ) -> None:
+        """Write everything known after a generation, or after the confirmation."""
         ...
 
     def write_checkpoint(self, checkpoint: Mapping[str, Any]) -> None:
@@ -92,12 +106,15 @@ class EvolveResult:
         population: The last population, as selection left it.
         fitness: The fitness as used, with its cluster scale.
         record: All generations, individuals and runs.
+        confirmation: What the best map set is worth on new seeds; None if that was not asked for, or too few maps were
+            solved by all controllers.
     """
 
     best: Evaluation
     population: tuple[Evaluation, ...]
     fitness: Fitness
     record: Record
+    confirmation: Confirmation | None = None
 
 
 def evolve(
@@ -151,32 +168,42 @@ class _Search:
     ) -> None:
         if recorder is not None:
             recorder.check_experiment(experiment)
-        plan = experiment.plan
         self.settings = experiment.search
         self.evaluator = evaluator
         self.recorder = recorder
         self.expected = None if recorder is None else recorder.checkpoint
+        self.archive = Archive(evaluator, experiment.plan, experiment.search.drive_last, on_run)
         self.problem = MapSetProblem(
-            lambda map_sets: evaluator.evaluate(map_sets, plan, on_run),
-            fitness or Fitness.of(experiment.search, experiment.run.time_limit),
+            self.archive.evaluate, fitness or Fitness.of(experiment.search, experiment.run.time_limit)
         )
         self.rng = np.random.default_rng(experiment.search.seed)
-        self.algorithm: GA = make_algorithm(experiment.search, self.problem, self.rng, draw_map or _drawer(experiment))
-        self.record = Record(plan)
+        self.mutation = MapMutation(
+            Mutator(self.settings.shapes, self.settings.mutation, self.settings.families, experiment.run.robot),
+            self._role_of if self.settings.mutation.adaptive else None,
+        )
+        self.algorithm: GA = make_algorithm(
+            experiment.search, self.problem, self.rng, self.mutation, draw_map or _drawer(experiment)
+        )
+        self.record = Record(experiment.plan)
         self.generation = 0
+        self.confirmed: Evaluation | None = None
+        self.confirmation: Confirmation | None = None
 
     def step(self, on_generation: Callable[[Progress], None] | None) -> bool:
         """Go through one generation; False if there is nothing left to do."""
         began, driven, reused = time.perf_counter(), self.evaluator.driven, self.evaluator.reused
-        if not self.algorithm.has_next() or (offspring := ask(self.algorithm, self.settings.evaluations)) is None:
+        if not self.algorithm.has_next() or (offspring := ask(self.algorithm, self._most())) is None:
             self._finish()
             return False
         asked = time.perf_counter()
         self.algorithm.evaluator.eval(self.problem, offspring)
-        evaluated = time.perf_counter()
         self.algorithm.tell(infills=offspring)
+        self.mutation.judge(self._improved)
+        if self.settings.archive:
+            rejudge(self.algorithm, self._elite())
+        evaluated = time.perf_counter()
         self.generation += 1
-        self.record.add(self.generation, offspring.get("evaluation"), self.population)
+        self.record.add(self.generation, offspring.get("evaluation"), self.population, self.archive.take_new())
         replayed = self._save()
         progress = Progress(
             row=self.record.generations[-1],
@@ -193,11 +220,59 @@ class _Search:
         return True
 
     def result(self) -> EvolveResult:
-        return EvolveResult(best_of(self.population), self.population, self.problem.fitness, self.record)
+        return EvolveResult(self.best, self.population, self.problem.fitness, self.record, self.confirmation)
 
     @property
     def population(self) -> tuple[Evaluation, ...]:
         return tuple(self.algorithm.pop.get("evaluation"))
+
+    @property
+    def best(self) -> Evaluation:
+        """The confirmed set once there is one, else the fittest of the population."""
+        return self.confirmed or best_of(self.population)
+
+    def _most(self) -> int:
+        """Return how many map sets may be evaluated next."""
+        options, controllers = self.settings, len(self.record.plan.controllers)
+        left = options.evaluations - int(self.algorithm.evaluator.n_eval)
+        if options.runs is None:
+            return left
+        one_map = self.generation > 0 and options.algorithm == "ga" and options.mutation.maps == "one"
+        new = controllers * options.repeats * (1 if one_map else options.maps_per_set)
+        return min(left, self._runs_left() // new)
+
+    def _runs_left(self) -> int:
+        """Return how many runs the search may still ask for, without those that the confirmation needs."""
+        assert self.settings.runs is not None
+        reserved = self.settings.runs_to_confirm(len(self.record.plan.controllers))
+        return self.settings.runs - reserved - self.archive.count
+
+    def _elite(self) -> list[MapSet]:
+        """Return the best set of the archive, its maps driven with the elites' seeds; none if no set is solved."""
+        options, controllers = self.settings, len(self.record.plan.controllers)
+        names = self.archive.best(self.problem.fitness, options.maps_per_set)
+        for _ in range(MAX_ELITE_ROUNDS):
+            lacking = [name for name in names if self.archive.repeats_of(name) < options.elite_repeats]
+            cost = len(lacking) * controllers * options.elite_seeds
+            if not lacking or (options.runs is not None and cost > self._runs_left()):
+                break
+            self.archive.drive([self.archive.scenarios[name] for name in lacking], options.elite_repeats)
+            names = self.archive.best(self.problem.fitness, options.maps_per_set)
+        return [self.archive.map_set(names)] if names else []
+
+    def _improved(self, trial: Trial) -> bool:
+        """Whether a mutation made its set fitter, by what is known now."""
+        after = {one.X[0].digest: one for one in self.algorithm.pop}.get(trial.after)
+        if after is None:  # duplicates are not evaluated, and the worst offspring do not survive
+            return False
+        before = self.problem.fitness(self.archive.results_of(trial.before))
+        return bool(after.get("evaluation").fitness.total < before.total)
+
+    def _role_of(self, map_set: MapSet, place: int) -> int:
+        """Return the rank of a map's reading in its set; maps without one come last."""
+        found = [self.problem.fitness((self.archive.results(one.map.digest),)).readings[0] for one in map_set]
+        readings = [np.inf if reading is None else reading for reading in found]
+        return sorted(range(len(readings)), key=readings.__getitem__).index(place)
 
     def _save(self) -> bool:
         """Write the generation; in a replay, check it against the checkpoint instead and return True."""
@@ -207,7 +282,7 @@ class _Search:
             if self.generation == self.expected["generation"]:
                 self._check_replay(self.expected)
             return True
-        self.recorder.write_generation(self.record, best_of(self.population), self._checkpoint(finished=False))
+        self.recorder.write_generation(self.record, self.best, self._checkpoint(finished=False))
         return False
 
     def _checkpoint(self, finished: bool) -> dict[str, Any]:
@@ -216,8 +291,8 @@ class _Search:
             "evaluations": len(self.record.individuals),
             "finished": finished,
             "cluster_scale": self.problem.fitness.cluster_scale,
-            "best": best_of(self.population).map_set.digest,
-            "best_fitness": best_of(self.population).fitness.total,
+            "best": self.best.map_set.digest,
+            "best_fitness": self.best.fitness.total,
             "population": [one.map_set.digest for one in self.population],
             "rng": self.rng.bit_generator.state,
         }
@@ -233,8 +308,27 @@ class _Search:
             )
 
     def _finish(self) -> None:
-        if self.recorder is not None:
+        """Confirm the best set, if that is asked for, and write what there is."""
+        if self.settings.confirmation is not None:
+            self._confirm(self.settings.confirmation.seeds)
+            self.record.add_runs(self.generation, self.archive.take_new())
+            if self.recorder is not None:
+                checkpoint = self._checkpoint(finished=True)
+                self.recorder.write_generation(self.record, self.best, checkpoint, self.confirmation)
+        elif self.recorder is not None:
             self.recorder.write_checkpoint(self._checkpoint(finished=True))
+
+    def _confirm(self, seeds: int) -> None:
+        """Drive the maps that could end in the best set with new seeds, and keep the best that holds."""
+        runs, fitness = self.settings.runs, self.problem.fitness
+        left = None if runs is None else runs - self.archive.count
+        names, candidates = confirm(self.archive, fitness, self.settings, left)
+        if not names:
+            return
+        map_set = self.archive.map_set(names)
+        results = self.archive.results_of(map_set)
+        self.confirmed = Evaluation(map_set, results, fitness(results))
+        self.confirmation = claim(results, fitness, seeds, candidates)
 
     def _note_time(self, progress: Progress) -> None:
         if self.recorder is None or progress.replayed:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from evolution.driving import Evaluator
 from evolution.runs import CONFIG, LoadedRun, RunDir, driven_maps, load_run
-from evolution.search import Evaluation, Experiment, Fitness, Progress, Record, best_set, evolve, scenario_on
+from evolution.search import Evaluation, Experiment, Fitness, Progress, Record, best_set, evolve, runs_on, scenario_on
 from evolution.studies.baselines.path_length import PathLengthFitness, planned
 from evolution.studies.directory import StudyDir
 from evolution.studies.tasks import Task
@@ -109,7 +109,7 @@ def record_sets(
     """
     record = Record(experiment.plan)
     for generation, (evaluations, best) in enumerate(chosen, start=1):
-        record.add(generation, [best], [best])
+        record.add(generation, [best], [best], runs_on(experiment.plan, best))
         record.generations[-1]["evaluations"] = evaluations
         checkpoint = {
             "generation": generation,

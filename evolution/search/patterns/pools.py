@@ -19,12 +19,14 @@ class Pool:
     Args:
         maps: Their names, in order of their readings.
         readings: ``(n,)`` their readings, ascending; None where a failure left them without one.
+        times: For each map the values of the controllers that it was read from; empty where there are no readings.
         cost: What one such map adds to the penalties of a set.
         share: What one such map adds to the success rate of a set.
     """
 
     maps: tuple[str, ...]
     readings: Readings | None
+    times: tuple[tuple[float, ...], ...]
     cost: float
     share: float
 
