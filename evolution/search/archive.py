@@ -6,7 +6,7 @@ where they can still matter, and finds the best set of everything driven so far.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import product
 
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult, SetResults
@@ -47,18 +47,22 @@ class Archive:
 
     def evaluate(self, map_sets: Sequence[MapSet]) -> list[SetResults]:
         """Drive what is new in these sets as often as the plan says, and return their results."""
-        self.drive([scenario for map_set in map_sets for scenario in map_set], self.plan.repeats)
-        return [self.results_of(map_set) for map_set in map_sets]
-
-    def drive(self, scenarios: Iterable[Scenario], repeats: int) -> None:
-        """Drive maps until each controller has this many runs on them; runs it has already are kept."""
-        new = {scenario.map.digest: scenario for scenario in scenarios}
-        for digest, scenario in new.items():
+        scenarios = {scenario.map.digest: scenario for map_set in map_sets for scenario in map_set}
+        for digest, scenario in scenarios.items():
             self.scenarios.setdefault(digest, scenario)
             self._runs.setdefault(digest, [[] for _ in self.plan.controllers])
+        self.drive(dict.fromkeys(scenarios, self.plan.repeats))
+        return [self.results_of(map_set) for map_set in map_sets]
+
+    def drive(self, repeats: Mapping[str, int]) -> None:
+        """Drive known maps until each controller has so many runs on them; runs it has already are kept.
+
+        Args:
+            repeats: For each map, by digest, the number of runs.
+        """
         for number, stage in enumerate(self._stages):
-            driven = [digest for digest in new if number == 0 or self._solved_by(self._stages[0], digest)]
-            self._drive([job for digest in driven for job in self._missing(digest, stage, repeats)])
+            driven = [digest for digest in repeats if number == 0 or self._solved_by(self._stages[0], digest)]
+            self._drive([job for digest in driven for job in self._missing(digest, stage, repeats[digest])])
 
     def take_new(self) -> list[tuple[Job, RunResult]]:
         """Return the runs since the last call, in the order in which they were asked for."""

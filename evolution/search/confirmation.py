@@ -1,9 +1,9 @@
 """Confirmation: the maps that could end in the best set are driven with new seeds before a set is named.
 
 A search keeps what went best, luck included. So its best maps are driven again with seeds that it has not used; those
-that fail once are out. Of the rest, the best set is chosen whose maps keep their order: the bounds of single runs
-(mean reading +- ``bound`` standard deviations) of neighbouring maps must not overlap. What the set is worth is then
-said by the new seeds alone.
+that fail once are out. Of the rest, the set is chosen by what it can be relied on for: the value that nine in ten
+of its single drives reach, a drive in which the maps are out of order gaining nothing. What that set is worth is then
+said by driving it with further new seeds, which chose nothing.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ from itertools import combinations, pairwise, product
 from statistics import fmean, median
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evolution.driving import RunResult, SetResults
 from evolution.search.archive import Archive
+from evolution.search.budget import Budget
 from evolution.search.exact import MapResults, Names
 from evolution.search.fitness import Fitness, FitnessBreakdown, is_solved, repeats_of
 from evolution.search.settings import EvolveSettings
@@ -24,8 +26,8 @@ from evolution.statistics import wilson_interval
 
 MAX_COMBINATIONS = 1024
 MIDDLE = (2.5, 97.5)
-PRIOR_WEIGHT = 3.0
-"""Runs that the spread common to all maps counts as, beside a map's own, in the spread of its readings."""
+SHORT_LIST = 40
+"""Sets whose single drives are looked at; they are those that are best by their mean readings and their order."""
 
 
 @dataclass(frozen=True)
@@ -55,35 +57,44 @@ class Confirmation:
     candidates: int
 
 
-def confirm(archive: Archive, fitness: Fitness, settings: EvolveSettings, runs: int | None) -> tuple[Names, int]:
-    """Drive the maps that could end in the best set with new seeds, and return the best set that holds.
+def confirm(
+    archive: Archive, fitness: Fitness, settings: EvolveSettings, budget: Budget
+) -> tuple[Names, Confirmation] | None:
+    """Drive the maps that could end in the best set with new seeds, choose the set that holds, and drive that again.
 
     Args:
         archive: Every driven map.
         fitness: Judges sets.
         settings: Options of the search, with a confirmation.
-        runs: Runs that may be driven; None for no limit.
+        budget: Limits the runs.
 
     Returns:
-        The names of its maps, in order of their readings, empty if fewer maps were solved than a set has; and the
-        number of maps that were driven with new seeds.
+        The names of its maps, in order of their readings, and what it is worth; None if fewer maps were solved than a
+        set has.
     """
-    candidates = _Candidates(archive, fitness, settings, runs)
+    assert settings.confirmation is not None
+    candidates = _Candidates(archive, fitness, settings, budget)
     candidates.confirm_best()
     candidates.confirm_others()
-    held = {name: archive.results(name) for name in candidates.names}
-    return choose(held, fitness, settings) if len(held) >= settings.maps_per_set else (), len(held)
+    if len(candidates.names) < settings.maps_per_set:
+        return None
+    names = choose({name: archive.results(name) for name in candidates.names}, fitness, settings)
+    seeds = settings.confirmation.claim_seeds
+    archive.drive({name: archive.repeats_of(name) + seeds for name in names})
+    return names, claim(archive.results_of(archive.map_set(names)), fitness, seeds, len(candidates.names))
 
 
 class _Candidates:
     """The maps that are driven with new seeds."""
 
-    def __init__(self, archive: Archive, fitness: Fitness, settings: EvolveSettings, runs: int | None) -> None:
+    def __init__(self, archive: Archive, fitness: Fitness, settings: EvolveSettings, budget: Budget) -> None:
+        assert settings.confirmation is not None
         self.archive = archive
         self.fitness = fitness
         self.settings = settings
+        self.options = settings.confirmation
+        self.budget = budget
         self.names: dict[str, None] = {}
-        self.last = None if runs is None else archive.count + runs
 
     def confirm_best(self) -> None:
         """Drive the best set until it stays the best."""
@@ -97,75 +108,71 @@ class _Candidates:
 
     def _drive(self, names: Names) -> bool:
         """Drive the maps among these that are new; False if there are none, or no more are wanted."""
-        options = self.settings.confirmation
-        assert options is not None
-        new = [name for name in names if name not in self.names][: options.candidates - len(self.names)]
-        if not new or not self._affordable(len(new) * (self.settings.elite_seeds + options.seeds)):
+        new = [name for name in names if name not in self.names][: self.options.candidates - len(self.names)]
+        elite = {name: max(self.archive.repeats_of(name), self.settings.elite_repeats) for name in new}
+        wanted = {name: repeats + self.options.seeds for name, repeats in elite.items()}
+        claim_runs = self.budget.controllers * self.settings.maps_per_set * self.options.claim_seeds
+        if not new or self.budget.cost_of(wanted) + claim_runs > self.budget.runs_to_confirm:
             return False
         self.names |= dict.fromkeys(new)
-        for repeats in (self.settings.elite_repeats, self.settings.elite_repeats + options.seeds):
-            good = [name for name in new if is_solved(self.archive.results(name))]
-            self.archive.drive([self.archive.scenarios[name] for name in good], repeats)
+        self.archive.drive(elite)
+        self.archive.drive({name: wanted[name] for name in new if is_solved(self.archive.results(name))})
         return True
-
-    def _affordable(self, drives: int) -> bool:
-        return self.last is None or self.archive.count + drives * len(self.archive.plan.controllers) <= self.last
 
 
 def choose(maps: Mapping[str, MapResults], fitness: Fitness, settings: EvolveSettings) -> Names:
-    """Return the best set that holds, its maps in order of their readings.
-
-    Fewest failures come first, then the least overlap of the bounds of neighbouring maps, then the fitness.
+    """Return the set that can be relied on most, its maps in order of their readings; fewest failures come first.
 
     Args:
         maps: Results of the candidates, by name.
         fitness: Judges sets.
         settings: Options of the search, with a confirmation.
     """
-    assert settings.confirmation is not None
+    options = settings.confirmation
+    assert options is not None
     solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
     if len(solved) >= settings.maps_per_set:
         maps = solved
-    bounds = bounds_of(maps, fitness, settings.confirmation.bound)
+    readings = {name: np.array(readings_of(of_map, fitness)) for name, of_map in maps.items()}
 
-    def rank(names: Names) -> tuple[float, float, float]:
-        found = fitness(tuple(maps[name] for name in names))
-        overlap = overlap_of([bounds[name] for name in names if name in bounds]) if fitness.kind.ordered else 0.0
-        return 1.0 - found.success_rate, overlap, found.total
+    def roughly(names: Names) -> float:
+        total = fitness(tuple(maps[name] for name in names)).total
+        return min(total, 0.0) * chance_of_order([readings[name] for name in names]) + max(total, 0.0)
 
-    best = min(combinations(maps, settings.maps_per_set), key=rank)
-    return tuple(sorted(best, key=lambda name: fmean(bounds.get(name, (np.inf, np.inf)))))
+    def reliable(names: Names) -> float:
+        results = tuple(maps[name] for name in names)
+        return float(np.quantile(gains_of(results, fitness), options.reliability))
+
+    short_list = sorted(combinations(maps, settings.maps_per_set), key=roughly)[:SHORT_LIST]
+    best = min(short_list, key=reliable)
+    return tuple(sorted(best, key=lambda name: readings[name].mean() if len(readings[name]) else np.inf))
 
 
-def bounds_of(maps: Mapping[str, MapResults], fitness: Fitness, width: float) -> dict[str, tuple[float, float]]:
-    """Return between which readings single runs on each map are expected: mean +- ``width`` standard deviations.
+def gains_of(results: SetResults, fitness: Fitness) -> list[float]:
+    """Return the fitness of each combination of single drives; at least 0 where the maps are out of order."""
+    drives = [fitness(one) for one in combined(results)]
+    return [
+        drive.total if kept else max(drive.total, 0.0)
+        for drive, kept in zip(drives, in_order(results, drives, fitness), strict=True)
+    ]
 
-    The variance of a map's readings is taken together with that of all maps, which counts as three runs, because few
-    runs say little about their own spread. Maps without readings are left out.
+
+def chance_of_order(readings: Sequence[NDArray[np.float64]]) -> float:
+    """Return how likely single drives are to keep the order of the mean readings, if maps do not depend on each other.
+
+    Args:
+        readings: For each map the readings of single drives.
     """
-    read = {name: np.array(readings_of(of_map, fitness)) for name, of_map in maps.items()}
-    read = {name: readings for name, readings in read.items() if len(readings)}
-    squares = {name: float(((one - one.mean()) ** 2).sum()) for name, one in read.items()}
-    freedom = sum(len(one) - 1 for one in read.values())
-    common = sum(squares.values()) / freedom if freedom else 0.0
-    bounds = {}
-    for name, one in read.items():
-        spread = float(np.sqrt((PRIOR_WEIGHT * common + squares[name]) / (PRIOR_WEIGHT + len(one) - 1)))
-        mean = float(one.mean())
-        bounds[name] = mean - width * spread, mean + width * spread
-    return bounds
+    if not all(len(one) for one in readings):
+        return 0.0
+    ordered = sorted(readings, key=np.mean)
+    return float(np.prod([(below[:, None] < above[None, :]).mean() for below, above in pairwise(ordered)]))
 
 
 def readings_of(of_map: MapResults, fitness: Fitness) -> list[float]:
     """Return the reading of each repeat of a map; repeats without one are left out."""
     singles = [fitness((one,)).readings[0] for one in singles_of(of_map)]
     return [reading for reading in singles if reading is not None]
-
-
-def overlap_of(bounds: Sequence[tuple[float, float]]) -> float:
-    """Return by how much the bounds of neighbouring maps overlap, in sum."""
-    ordered = sorted(bounds, key=fmean)
-    return sum(max(below[1] - above[0], 0.0) for below, above in pairwise(ordered))
 
 
 def singles_of(of_map: MapResults) -> list[MapResults]:
@@ -193,7 +200,7 @@ def claim(results: SetResults, fitness: Fitness, seeds: int, candidates: int) ->
         fitness=median(totals),
         interval=(float(low), float(high)),
         fitness_par2=_par2(last, fitness),
-        order_kept=order_kept(last, drives, fitness),
+        order_kept=fmean(in_order(last, drives, fitness)),
         goals=goals,
         runs=len(runs),
         goals_interval=wilson_interval(goals, len(runs)),
@@ -223,17 +230,23 @@ def combined(results: SetResults) -> list[SetResults]:
     ]
 
 
-def order_kept(results: SetResults, drives: Sequence[FitnessBreakdown], fitness: Fitness) -> float:
-    """Return the share of the drives in which the readings are in the order of the maps' mean readings."""
+def in_order(results: SetResults, drives: Sequence[FitnessBreakdown], fitness: Fitness) -> list[bool]:
+    """Say of each drive whether the maps' readings are in the order of their means; always, if order means nothing.
+
+    Args:
+        results: All results of the set.
+        drives: The set as if driven once, several times.
+        fitness: Judged it.
+    """
     means = [readings_of(of_map, fitness) for of_map in results]
     if not all(means):
-        return 0.0
+        return [False] * len(drives)
     order = np.argsort([fmean(one) for one in means], kind="stable")
-    kept = [
-        None not in one.readings and bool((np.diff(np.array(one.readings, dtype=float)[order]) > 0).all())
+    return [
+        not fitness.kind.ordered
+        or (None not in one.readings and bool((np.diff(np.array(one.readings, dtype=float)[order]) > 0).all()))
         for one in drives
     ]
-    return fmean(kept)
 
 
 def _par2(results: SetResults, fitness: Fitness) -> float | None:

@@ -48,6 +48,17 @@ def is_solved(of_map: Sequence[Sequence[RunResult]]) -> bool:
     return all(len(runs) == repeats and all(run.success for run in runs) for runs in of_map)
 
 
+def _cautious(readings: Sequence[float | None], spreads: Sequence[float]) -> list[float]:
+    """Return the readings there are; the smallest is raised, and the largest lowered, by the spread of its map."""
+    read = [(reading, spread) for reading, spread in zip(readings, spreads, strict=True) if reading is not None]
+    order = sorted(range(len(read)), key=lambda place: read[place][0])
+    counted = [reading for reading, _ in read]
+    if len(read) > 1:
+        counted[order[0]] += read[order[0]][1]
+        counted[order[-1]] -= read[order[-1]][1]
+    return counted
+
+
 @dataclass(frozen=True)
 class FitnessBreakdown:
     """The fitness of one map set and its parts.
@@ -132,7 +143,7 @@ class Fitness:
         success_rate = sum(run.success for run in runs) / planned
         timeouts = sum(self._timeouts(of_map) / repeats_of(of_map) for of_map in results)
         values = tuple(self.values_of(of_map) for of_map in results)
-        readings, pattern = self._pattern_of(values)
+        readings, pattern = self._pattern_of(values, [self.spread_of(of_map) for of_map in results])
         total = options.base_cost * (1.0 - success_rate) + options.timeout_cost * timeouts
         total -= options.pattern_weight * pattern * success_rate
         return FitnessBreakdown(total, success_rate, timeouts, pattern, readings, values)
@@ -144,11 +155,25 @@ class Fitness:
         aggregate = AGGREGATES[self.settings.aggregate]
         return tuple(aggregate([self._value(run) for run in runs]) for runs in of_map)
 
-    def _pattern_of(self, values: Sequence[Times | None]) -> tuple[tuple[float | None, ...], float]:
+    def spread_of(self, of_map: Sequence[Sequence[RunResult]]) -> float:
+        """Return by how much an extreme reading of a map counts as less extreme.
+
+        That is ``caution`` times the standard deviation of the readings of its repeats, 0 for a single one or a map
+        that was not always solved.
+        """
+        repeats = repeats_of(of_map)
+        if not self.settings.caution or repeats == 1 or not is_solved(of_map):
+            return 0.0
+        singles = [[self._value(runs[repeat]) for runs in of_map] for repeat in range(repeats)]
+        return self.settings.caution * float(np.std([self.kind.read(times) for times in singles], ddof=1))
+
+    def _pattern_of(
+        self, values: Sequence[Times | None], spreads: Sequence[float]
+    ) -> tuple[tuple[float | None, ...], float]:
         """Read the maps that have values, and judge their readings."""
         with FITNESSES.blamed(self.settings.fitness):
             readings = tuple(None if times is None else float(self.kind.read(times)) for times in values)
-            read = [reading for reading in readings if reading is not None]
+            read = _cautious(readings, spreads)
             pattern = float(self.kind.judge(read, [times for times in values if times is not None]))
         if not np.isfinite([*read, pattern]).all():
             raise PluginError(f"fitness {self.settings.fitness!r}: expected finite numbers, got {read} and {pattern}")

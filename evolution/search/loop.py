@@ -21,7 +21,9 @@ from pymoo.algorithms.soo.nonconvex.ga import GA
 from evolution.driving import Evaluator, OnRun
 from evolution.files import Row
 from evolution.search.archive import Archive
-from evolution.search.confirmation import Confirmation, claim, confirm
+from evolution.search.budget import Budget
+from evolution.search.confirmation import Confirmation, confirm
+from evolution.search.elite import find_elite
 from evolution.search.fitness import Fitness
 from evolution.search.operators.credit import Trial
 from evolution.search.operators.mutation import MapMutation, Mutator
@@ -33,9 +35,6 @@ from gym_mapbench.errors import RunError
 from gym_mapbench.generator import draw_map as draw_from_families
 from gym_mapbench.generator import sample_map
 from gym_mapbench.scenario import MapSet
-
-MAX_ELITE_ROUNDS = 3
-"""How often after a generation the best set of the archive may change because its maps were driven again."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +172,7 @@ class _Search:
         self.recorder = recorder
         self.expected = None if recorder is None else recorder.checkpoint
         self.archive = Archive(evaluator, experiment.plan, experiment.search.drive_last, on_run)
+        self.budget = Budget(experiment.search, self.archive)
         self.problem = MapSetProblem(
             self.archive.evaluate, fitness or Fitness.of(experiment.search, experiment.run.time_limit)
         )
@@ -192,15 +192,17 @@ class _Search:
     def step(self, on_generation: Callable[[Progress], None] | None) -> bool:
         """Go through one generation; False if there is nothing left to do."""
         began, driven, reused = time.perf_counter(), self.evaluator.driven, self.evaluator.reused
-        if not self.algorithm.has_next() or (offspring := ask(self.algorithm, self._most())) is None:
+        most = self.budget.sets(self.algorithm.evaluator.n_eval, first=self.generation == 0)
+        if not self.algorithm.has_next() or (offspring := ask(self.algorithm, most)) is None:
             self._finish()
             return False
         asked = time.perf_counter()
         self.algorithm.evaluator.eval(self.problem, offspring)
         self.algorithm.tell(infills=offspring)
-        self.mutation.judge(self._improved)
+        self.mutation.judge(self._gain)
         if self.settings.archive:
-            rejudge(self.algorithm, self._elite())
+            elite = find_elite(self.archive, self.problem.fitness, self.settings, self.budget)
+            rejudge(self.algorithm, [self.archive.map_set(elite)] if elite else [])
         evaluated = time.perf_counter()
         self.generation += 1
         self.record.add(self.generation, offspring.get("evaluation"), self.population, self.archive.take_new())
@@ -231,42 +233,13 @@ class _Search:
         """The confirmed set once there is one, else the fittest of the population."""
         return self.confirmed or best_of(self.population)
 
-    def _most(self) -> int:
-        """Return how many map sets may be evaluated next."""
-        options, controllers = self.settings, len(self.record.plan.controllers)
-        left = options.evaluations - int(self.algorithm.evaluator.n_eval)
-        if options.runs is None:
-            return left
-        one_map = self.generation > 0 and options.algorithm == "ga" and options.mutation.maps == "one"
-        new = controllers * options.repeats * (1 if one_map else options.maps_per_set)
-        return min(left, self._runs_left() // new)
-
-    def _runs_left(self) -> int:
-        """Return how many runs the search may still ask for, without those that the confirmation needs."""
-        assert self.settings.runs is not None
-        reserved = self.settings.runs_to_confirm(len(self.record.plan.controllers))
-        return self.settings.runs - reserved - self.archive.count
-
-    def _elite(self) -> list[MapSet]:
-        """Return the best set of the archive, its maps driven with the elites' seeds; none if no set is solved."""
-        options, controllers = self.settings, len(self.record.plan.controllers)
-        names = self.archive.best(self.problem.fitness, options.maps_per_set)
-        for _ in range(MAX_ELITE_ROUNDS):
-            lacking = [name for name in names if self.archive.repeats_of(name) < options.elite_repeats]
-            cost = len(lacking) * controllers * options.elite_seeds
-            if not lacking or (options.runs is not None and cost > self._runs_left()):
-                break
-            self.archive.drive([self.archive.scenarios[name] for name in lacking], options.elite_repeats)
-            names = self.archive.best(self.problem.fitness, options.maps_per_set)
-        return [self.archive.map_set(names)] if names else []
-
-    def _improved(self, trial: Trial) -> bool:
-        """Whether a mutation made its set fitter, by what is known now."""
+    def _gain(self, trial: Trial) -> float:
+        """Return by how much a mutation made its set fitter, by what is known now; a whole pattern at most."""
         after = {one.X[0].digest: one for one in self.algorithm.pop}.get(trial.after)
         if after is None:  # duplicates are not evaluated, and the worst offspring do not survive
-            return False
+            return 0.0
         before = self.problem.fitness(self.archive.results_of(trial.before))
-        return bool(after.get("evaluation").fitness.total < before.total)
+        return min(before.total - float(after.get("evaluation").fitness.total), self.settings.pattern_weight)
 
     def _role_of(self, map_set: MapSet, place: int) -> int:
         """Return the rank of a map's reading in its set; maps without one come last."""
@@ -310,7 +283,7 @@ class _Search:
     def _finish(self) -> None:
         """Confirm the best set, if that is asked for, and write what there is."""
         if self.settings.confirmation is not None:
-            self._confirm(self.settings.confirmation.seeds)
+            self._confirm()
             self.record.add_runs(self.generation, self.archive.take_new())
             if self.recorder is not None:
                 checkpoint = self._checkpoint(finished=True)
@@ -318,17 +291,14 @@ class _Search:
         elif self.recorder is not None:
             self.recorder.write_checkpoint(self._checkpoint(finished=True))
 
-    def _confirm(self, seeds: int) -> None:
-        """Drive the maps that could end in the best set with new seeds, and keep the best that holds."""
-        runs, fitness = self.settings.runs, self.problem.fitness
-        left = None if runs is None else runs - self.archive.count
-        names, candidates = confirm(self.archive, fitness, self.settings, left)
-        if not names:
-            return
-        map_set = self.archive.map_set(names)
-        results = self.archive.results_of(map_set)
-        self.confirmed = Evaluation(map_set, results, fitness(results))
-        self.confirmation = claim(results, fitness, seeds, candidates)
+    def _confirm(self) -> None:
+        """Let new seeds decide which set is the best, and what it is worth."""
+        found = confirm(self.archive, self.problem.fitness, self.settings, self.budget)
+        if found is not None:
+            names, self.confirmation = found
+            map_set = self.archive.map_set(names)
+            results = self.archive.results_of(map_set)
+            self.confirmed = Evaluation(map_set, results, self.problem.fitness(results))
 
     def _note_time(self, progress: Progress) -> None:
         if self.recorder is None or progress.replayed:

@@ -124,12 +124,14 @@ class ConfirmationSettings(Settings):
     Args:
         seeds: New seeds that every candidate is driven with, which the search has not used.
         candidates: Maps that are driven with them, at most.
-        bound: Standard deviations of single runs by which the readings of neighbouring maps stay apart on both sides.
+        claim_seeds: Further new seeds that the chosen set is driven with; they alone say what it is worth.
+        reliability: Share of single drives that reach at least the value by which a set is chosen.
     """
 
     seeds: Annotated[int, Field(ge=2)] = 5
     candidates: Count = 12
-    bound: Weight = 2.0
+    claim_seeds: Annotated[int, Field(ge=2)] = 10
+    reliability: Annotated[float, Field(gt=0, lt=1)] = 0.9
 
 
 class EvolveSettings(Settings):
@@ -144,7 +146,8 @@ class EvolveSettings(Settings):
         runs: Runs of controllers in total, including those of the confirmation; None for no limit. The search ends
             where either limit is reached.
         archive: Whether the best set of all maps driven so far joins the population after every generation.
-        elite_seeds: Further runs of each controller, each with a new seed, on the maps of that set before it joins.
+        elite_seeds: Further runs of each controller, each with a new seed, on the maps of that set before it joins; one
+            more after every generation that a map stays in it, up to four times as many.
         drive_last: Controllers, by kind, that drive a map only where all others have reached the goal; their missing
             runs count as failed. Names of controllers that are not compared are ignored.
         confirmation: How the best maps are driven again before the best set is named; None to trust the search.
@@ -152,6 +155,8 @@ class EvolveSettings(Settings):
         seed: Root of all randomness.
         repeats: Runs of each controller on each map.
         aggregate: How the repeats of a controller on a map become one value.
+        caution: Standard deviations of single runs by which the extreme readings of a set count as less extreme, where
+            its maps were driven more than once; for fitnesses that judge by readings.
         metric: Quantity compared between controllers: one of ``METRIC_NAMES``, or a third-party metric.
         failures: How a failed run counts: ``exclude`` (as in the thesis, its map has no value), ``censor`` (as the
             time limit) or ``par2`` (as twice the time limit).
@@ -185,6 +190,7 @@ class EvolveSettings(Settings):
     seed: Annotated[int, Field(ge=0)] = 0
     repeats: Count = 1
     aggregate: Literal["mean", "median"] = "mean"
+    caution: Weight = 0.0
     metric: str = "time"
     failures: Literal["exclude", "censor", "par2"] = "exclude"
     timeout_outcomes: tuple[Outcome, ...] = ("timeout",)
@@ -248,15 +254,21 @@ class EvolveSettings(Settings):
             )
 
     def runs_to_confirm(self, controllers: int) -> int:
-        """Return the runs that the confirmation may need, beyond those of the search."""
+        """Return the runs that are kept back for the confirmation: the new seeds of the candidates and of the set."""
         if self.confirmation is None:
             return 0
-        return self.confirmation.candidates * controllers * (self.elite_seeds + self.confirmation.seeds)
+        options = self.confirmation
+        return controllers * (options.candidates * options.seeds + self.maps_per_set * options.claim_seeds)
 
     @property
     def elite_repeats(self) -> int:
-        """Runs of each controller on the maps of the archive's best set."""
+        """Runs of each controller on a map that comes into the archive's best set."""
         return self.repeats + self.elite_seeds
+
+    @property
+    def most_elite_repeats(self) -> int:
+        """Runs of each controller on a map that stays there."""
+        return self.repeats + 4 * self.elite_seeds
 
 
 class RunSettingsModel(RunSettings, Protocol):

@@ -1,14 +1,15 @@
-"""Credit: operators of mutation that improve map sets are used more (adaptive operator selection).
+"""Credit: what improves map sets is used more (adaptive operator selection).
 
-Every operator has a success rate of its own in every role, the rank of the mutated map's reading in its set: what makes
-an easy map easier is not what makes a hard one harder. It is used in proportion to its configured probability times
-that rate, (1 + improved) / (2 + tried), as after a uniform prior.
+Credit is the mean gain in fitness of the mutations so far, those without gain included. It is kept by role, the rank of
+the mutated map's reading in its set, and within a role by operator: what makes an easy map easier is not what makes a
+hard one harder. A role or operator is used in proportion to its credit, operators also to their configured probability.
+What was never tried has the mean gain of all mutations.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from gym_mapbench.scenario import MapSet
@@ -33,16 +34,21 @@ class Trial:
 
 @dataclass
 class Credit:
-    """How often operators were tried and improved a set, by role and name."""
+    """How often roles, and operators in them, were tried, and what they gained in sum."""
 
     tried: Counter[tuple[int, str]] = field(default_factory=Counter)
-    improved: Counter[tuple[int, str]] = field(default_factory=Counter)
+    gained: dict[tuple[int, str], float] = field(default_factory=lambda: defaultdict(float))
 
-    def add(self, trial: Trial, improved: bool) -> None:
-        """Count one mutation."""
-        for name in set(trial.operators):
+    def add(self, trial: Trial, gain: float) -> None:
+        """Count one mutation; a loss is no gain."""
+        for name in {"", *trial.operators}:
             self.tried[trial.role, name] += 1
-            self.improved[trial.role, name] += improved
+            self.gained[trial.role, name] += max(gain, 0.0)
+
+    def of(self, role: int, operator: str = "") -> float:
+        """Return the mean gain of an operator in a role, or of all operators in it; never 0."""
+        key = role, operator
+        return (self._overall + self.gained.get(key, 0.0)) / (1 + self.tried[key])
 
     def chances(self, configured: Mapping[str, float], role: int) -> dict[str, float]:
         """Return the probabilities of the operators in a role.
@@ -51,16 +57,13 @@ class Credit:
             configured: Their configured probabilities, whose sum is 1.
             role: Rank of the map's reading in its set.
         """
-        weights = {
-            name: chance * (1 + self.improved[role, name]) / (2 + self.tried[role, name])
-            for name, chance in configured.items()
-        }
+        weights = {name: chance * self.of(role, name) for name, chance in configured.items()}
         total = sum(weights.values())
         return {name: weight / total for name, weight in weights.items()}
 
-    def rows(self) -> Sequence[Mapping[str, object]]:
-        """Return what was counted, a row for each role and operator."""
-        return [
-            {"role": role, "operator": name, "tried": count, "improved": self.improved[role, name]}
-            for (role, name), count in sorted(self.tried.items())
-        ]
+    @property
+    def _overall(self) -> float:
+        """The mean gain of all mutations; 1 before the first gain."""
+        tried = sum(count for (_, name), count in self.tried.items() if not name)
+        gained = sum(gain for (_, name), gain in self.gained.items() if not name)
+        return gained / tried if gained else 1.0

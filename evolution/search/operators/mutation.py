@@ -201,14 +201,14 @@ class MapMutation(Mutation):  # type: ignore[misc]
             ]
         )
 
-    def judge(self, improved: Callable[[Trial], bool]) -> None:
+    def judge(self, gain: Callable[[Trial], float]) -> None:
         """Give credit for the mutations since the last call.
 
         Args:
-            improved: Whether a mutation improved its set.
+            gain: By how much a mutation improved the fitness of its set.
         """
         for trial in self.trials:
-            self.credit.add(trial, improved(trial))
+            self.credit.add(trial, gain(trial))
         self.trials = []
 
     def _mutated(self, map_set: MapSet, rng: np.random.Generator) -> MapSet:
@@ -217,11 +217,14 @@ class MapMutation(Mutation):  # type: ignore[misc]
         if self.mutator.settings.maps == "all":
             changed = (self.mutator.change(scenario.map.occupancy, rng)[0] for scenario in map_set)
             return MapSet(tuple(scenario_on(cells, shapes) for cells in changed))
-        scenarios = list(map_set)
-        place = int(rng.integers(len(scenarios)))
-        role = 0 if self.role_of is None else self.role_of(map_set, place)
-        chances = self.mutator.settings.probabilities
-        chances = chances if self.role_of is None else self.credit.chances(chances, role)
+        scenarios, chances = list(map_set), self.mutator.settings.probabilities
+        if self.role_of is None:
+            place = int(rng.integers(len(scenarios)))
+        else:
+            roles = [self.role_of(map_set, at) for at in range(len(scenarios))]
+            credit = np.array([self.credit.of(role) for role in roles])
+            place = int(rng.choice(len(scenarios), p=credit / credit.sum()))
+            role, chances = roles[place], self.credit.chances(chances, roles[place])
         cells, names = self.mutator.change(scenarios[place].map.occupancy, rng, chances)
         scenarios[place] = scenario_on(cells, shapes)
         mutated = MapSet(tuple(scenarios))
