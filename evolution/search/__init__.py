@@ -10,6 +10,7 @@ from evolution.search.confirmation import Confirmation
 from evolution.search.exact import MAX_MAPS, MapResults, best_set
 from evolution.search.experiments import (
     DEFAULT_CONTROLLERS,
+    DEFAULT_PRESET,
     SECTIONS,
     check_experiment,
     controllers_from,
@@ -18,7 +19,7 @@ from evolution.search.experiments import (
     preset_names,
     read_document,
 )
-from evolution.search.fitness import Fitness, FitnessBreakdown, calibrate_scale
+from evolution.search.fitness import Fitness, FitnessBreakdown, calibrate_scale, order_of
 from evolution.search.loop import EvolveResult, Progress, Recorder, evolve
 from evolution.search.operators.changes import OPERATORS
 from evolution.search.operators.edits import Edit, Operator
@@ -30,6 +31,7 @@ from evolution.search.settings import METRIC_NAMES, EvolveSettings, Experiment, 
 
 __all__ = [
     "DEFAULT_CONTROLLERS",
+    "DEFAULT_PRESET",
     "FITNESSES",
     "MAX_MAPS",
     "METRIC_NAMES",
@@ -59,6 +61,7 @@ __all__ = [
     "experiment_of",
     "gini",
     "load_preset",
+    "order_of",
     "preset_names",
     "read_document",
     "result_fields",

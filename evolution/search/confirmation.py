@@ -20,7 +20,7 @@ from evolution.driving import RunResult, SetResults
 from evolution.search.archive import Archive
 from evolution.search.budget import Budget
 from evolution.search.exact import MapResults, Names
-from evolution.search.fitness import Fitness, FitnessBreakdown, is_solved, repeats_of
+from evolution.search.fitness import Fitness, FitnessBreakdown, is_solved, order_of, repeats_of
 from evolution.search.settings import EvolveSettings
 from evolution.statistics import wilson_interval
 
@@ -238,15 +238,9 @@ def in_order(results: SetResults, drives: Sequence[FitnessBreakdown], fitness: F
         drives: The set as if driven once, several times.
         fitness: Judged it.
     """
-    means = [readings_of(of_map, fitness) for of_map in results]
-    if not all(means):
-        return [False] * len(drives)
-    order = np.argsort([fmean(one) for one in means], kind="stable")
-    return [
-        not fitness.kind.ordered
-        or (None not in one.readings and bool((np.diff(np.array(one.readings, dtype=float)[order]) > 0).all()))
-        for one in drives
-    ]
+    means = [fmean(one) if (one := readings_of(of_map, fitness)) else None for of_map in results]
+    wanted = order_of(means)
+    return [wanted is not None and (order_of(one.readings) == wanted or not fitness.kind.ordered) for one in drives]
 
 
 def _par2(results: SetResults, fitness: Fitness) -> float | None:

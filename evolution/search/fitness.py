@@ -48,6 +48,12 @@ def is_solved(of_map: Sequence[Sequence[RunResult]]) -> bool:
     return all(len(runs) == repeats and all(run.success for run in runs) for runs in of_map)
 
 
+def order_of(readings: Sequence[float | None]) -> tuple[int, ...] | None:
+    """Return the places of the maps in order of their readings, the smallest first; None if a map has no reading."""
+    known = [reading for reading in readings if reading is not None]
+    return tuple(int(place) for place in np.argsort(known, kind="stable")) if len(known) == len(readings) else None
+
+
 def _cautious(readings: Sequence[float | None], spreads: Sequence[float]) -> list[float]:
     """Return the readings there are; the smallest is raised, and the largest lowered, by the spread of its map."""
     read = [(reading, spread) for reading, spread in zip(readings, spreads, strict=True) if reading is not None]
