@@ -28,7 +28,7 @@ KNOWN_MAP = """  Here the global costmap knows the whole map from the start, unl
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
-    parser = options.example_parser(subparsers, "bench", "Drive every controller on every map and compare.", EXAMPLES)
+    parser = options.example_parser(subparsers, "bench", EXAMPLES)
     parser.add_argument(
         "maps", nargs="+", metavar="MAP", help="map_server yaml, map-set file, run directory, .scen, barn:DIR, ..."
     )

@@ -32,9 +32,7 @@ SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
-    parser = options.example_parser(
-        subparsers, "evolve", "Search for sets of maps that tell controllers apart.", EXAMPLES
-    )
+    parser = options.example_parser(subparsers, "evolve", EXAMPLES)
     search = parser.add_argument_group("the search")
     search.add_argument(
         "--preset", help=f"options to start from: {', '.join(preset_names())} (default {DEFAULT_PRESET})"

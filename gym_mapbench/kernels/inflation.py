@@ -112,10 +112,10 @@ def _spread(sources, width, farthest, squared):
                     (cell + one, row, col + 1, col),
                     (cell + width, row + 1, col, row),
                 ):
-                    q = level + 2 * outwards + 1
-                    if outwards >= 0 and q < squared[near] and q <= farthest:
-                        squared[near], d_row[near], d_col[near] = q, next_row, next_col
-                        end = _list(near, q, end, waiting, follower, last)
+                    offer = level + 2 * outwards + 1
+                    if outwards >= 0 and offer < squared[near] and offer <= farthest:
+                        squared[near], d_row[near], d_col[near] = offer, next_row, next_col
+                        end = _list(near, offer, end, waiting, follower, last)
             entry = follower[entry]
 
 

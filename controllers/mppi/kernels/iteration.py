@@ -77,10 +77,7 @@ def iterate(
 @kernel
 def has(critics, row):
     """Whether one of the critics has this row."""
-    for one in critics:
-        if one == row:
-            return True
-    return False
+    return bool((critics == row).any())
 
 
 @kernel
