@@ -27,7 +27,7 @@ def results_document(
 ) -> Row:
     """Return the JSON-able results of a map set: its fitness, and per map and controller every run.
 
-    The fitness of a confirmed set is the one on new seeds; readings and values are the means over all runs.
+    The fitness of a confirmed set is the one on new seeds; readings and values are those it was chosen by.
     """
     fitness = evaluation.fitness
     columns = zip(evaluation.map_set, fitness.readings, fitness.values, evaluation.results, strict=True)

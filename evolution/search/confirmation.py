@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 from statistics import fmean, median
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from evolution.search.exact import MapResults, Names
 from evolution.search.fitness import Fitness, FitnessBreakdown, is_solved, order_of, repeats_of
 from evolution.search.settings import EvolveSettings
 from evolution.statistics import wilson_interval
+from gym_mapbench.scenario import MapSet
 
 MAX_COMBINATIONS = 1024
 MIDDLE = (2.5, 97.5)
@@ -57,9 +59,21 @@ class Confirmation:
     candidates: int
 
 
-def confirm(
-    archive: Archive, fitness: Fitness, settings: EvolveSettings, budget: Budget
-) -> tuple[Names, Confirmation] | None:
+class Confirmed(NamedTuple):
+    """The chosen set.
+
+    Args:
+        map_set: Its maps, in order of their readings.
+        judged: How it was judged when it was chosen.
+        claim: What it is worth on seeds that chose nothing.
+    """
+
+    map_set: MapSet
+    judged: FitnessBreakdown
+    claim: Confirmation
+
+
+def confirm(archive: Archive, fitness: Fitness, settings: EvolveSettings, budget: Budget) -> Confirmed | None:
     """Drive the maps that could end in the best set with new seeds, choose the set that holds, and drive that again.
 
     Args:
@@ -69,8 +83,7 @@ def confirm(
         budget: Limits the runs.
 
     Returns:
-        The names of its maps, in order of their readings, and what it is worth; None if fewer maps were solved than a
-        set has.
+        The chosen set; None if fewer maps were solved than a set has.
     """
     assert settings.confirmation is not None
     candidates = _Candidates(archive, fitness, settings, budget)
@@ -79,9 +92,10 @@ def confirm(
     if len(candidates.names) < settings.maps_per_set:
         return None
     names = choose({name: archive.results(name) for name in candidates.names}, fitness, settings)
-    seeds = settings.confirmation.claim_seeds
+    chosen, seeds = archive.map_set(names), settings.confirmation.claim_seeds
+    judged = fitness(archive.results_of(chosen))
     archive.drive({name: archive.repeats_of(name) + seeds for name in names})
-    return names, claim(archive.results_of(archive.map_set(names)), fitness, seeds, len(candidates.names))
+    return Confirmed(chosen, judged, claim(archive.results_of(chosen), fitness, seeds, len(candidates.names)))
 
 
 class _Candidates:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
@@ -293,12 +293,14 @@ class _Search:
 
     def _confirm(self) -> None:
         """Let new seeds decide which set is the best, and what it is worth."""
-        found = confirm(self.archive, self.problem.fitness, self.settings, self.budget)
+        fitness = self.problem.fitness
+        found = confirm(self.archive, fitness, self.settings, self.budget)
         if found is not None:
-            names, self.confirmation = found
-            map_set = self.archive.map_set(names)
-            results = self.archive.results_of(map_set)
-            self.confirmed = Evaluation(map_set, results, self.problem.fitness(results))
+            results = self.archive.results_of(found.map_set)
+            # Readings are those that the set was chosen by: one failure with a later seed does not make a map unread.
+            judged = replace(fitness(results), readings=found.judged.readings, values=found.judged.values)
+            self.confirmed = Evaluation(found.map_set, results, judged)
+            self.confirmation = found.claim
 
     def _note_time(self, progress: Progress) -> None:
         if self.recorder is None or progress.replayed:

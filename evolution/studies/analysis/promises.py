@@ -66,7 +66,8 @@ def _reference(runs: Sequence[StudyRun], groups: dict[str, list[StudyRun]]) -> l
 
     def world(run: StudyRun) -> tuple[str, object, object]:
         document = run.experiment.document()["run"]
-        return run.experiment.search.fitness, document["navigation"], run.configuration.fresh_noise
+        document.get("environment", {}).pop("noise", None)  # the sets are driven again with the noise of the study
+        return run.experiment.search.fitness, document, run.configuration.fresh_noise
 
     return next(others for others in groups.values() if world(others[0]) == world(runs[0]))
 
