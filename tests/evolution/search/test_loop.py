@@ -382,7 +382,7 @@ def test_a_confirmed_search_keeps_to_its_runs_and_says_what_its_set_is_worth(con
     assert loaded.best_results["map_set"] == loaded.checkpoint["best"] == result.best.map_set.digest
     counts = {len(runs) for entry in loaded.best_results["maps"] for runs in entry["runs"].values()}
     assert min(counts) >= 1 + 1 + 2 + 3
-    readings = [entry["reading"] or 1.0 for entry in loaded.best_results["maps"]]
+    readings = [entry["reading"] for entry in loaded.best_results["maps"] if entry["reading"] is not None]
     assert readings == sorted(readings)
     of_best = [row for row in loaded.runs if row["map"] == loaded.best_results["maps"][0]["map"]]
     assert {row["repeat"] for row in of_best} == set(range(len(of_best) // 3))
