@@ -2,8 +2,8 @@
 
 A search keeps what went best, luck included. So its best maps are driven again with seeds that it has not used; those
 that fail once are out. Of the rest, the set is chosen by what it can be relied on for: the value that nine in ten
-of its single drives reach, a drive in which the maps are out of order gaining nothing. What that set is worth is then
-said by driving it with further new seeds, which chose nothing.
+of its single drives reach, a drive in which the maps are out of order gaining nothing. Its maps are driven with as many
+new seeds again, until the choice stays. What that set is worth is then said by further new seeds, which chose nothing.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def confirm(archive: Archive, fitness: Fitness, settings: EvolveSettings, budget
     candidates.confirm_others()
     if len(candidates.names) < settings.maps_per_set:
         return None
-    names = choose({name: archive.results(name) for name in candidates.names}, fitness, settings)
+    names = candidates.settle()
     chosen, seeds = archive.map_set(names), settings.confirmation.claim_seeds
     judged = fitness(archive.results_of(chosen))
     archive.drive({name: archive.repeats_of(name) + seeds for name in names})
@@ -120,17 +120,37 @@ class _Candidates:
         while self._drive(self.archive.best(self.fitness, self.settings.maps_per_set, without=self.names)):
             pass
 
+    def settle(self) -> Names:
+        """Return the set that is still chosen after its maps were driven with as many new seeds once more."""
+        settled: set[str] = set()
+        while True:
+            names = choose({name: self.archive.results(name) for name in self.names}, self.fitness, self.settings)
+            new = [name for name in names if name not in settled]
+            if not new or not self._drive_further({name: self.archive.repeats_of(name) for name in new}):
+                return names
+            settled.update(new)
+
     def _drive(self, names: Names) -> bool:
         """Drive the maps among these that are new; False if there are none, or no more are wanted."""
         new = [name for name in names if name not in self.names][: self.options.candidates - len(self.names)]
         elite = {name: max(self.archive.repeats_of(name), self.settings.elite_repeats) for name in new}
-        wanted = {name: repeats + self.options.seeds for name, repeats in elite.items()}
-        claim_runs = self.budget.controllers * self.settings.maps_per_set * self.options.claim_seeds
-        if not new or self.budget.cost_of(wanted) + claim_runs > self.budget.runs_to_confirm:
+        if not new or not self._drive_further(elite):
             return False
         self.names |= dict.fromkeys(new)
-        self.archive.drive(elite)
-        self.archive.drive({name: wanted[name] for name in new if is_solved(self.archive.results(name))})
+        return True
+
+    def _drive_further(self, known: Mapping[str, int]) -> bool:
+        """Drive maps until each has so many repeats, and those that were always solved with the new seeds.
+
+        Returns:
+            Whether the runs sufficed, with enough left for the claim; nothing is driven where they do not.
+        """
+        wanted = {name: repeats + self.options.seeds for name, repeats in known.items()}
+        claim_runs = self.budget.controllers * self.settings.maps_per_set * self.options.claim_seeds
+        if self.budget.cost_of(wanted) + claim_runs > self.budget.runs_to_confirm:
+            return False
+        self.archive.drive(known)
+        self.archive.drive({name: wanted[name] for name in wanted if is_solved(self.archive.results(name))})
         return True
 
 

@@ -39,6 +39,9 @@ def _fitness(name: str) -> str:
 
 FitnessName = Annotated[str, AfterValidator(_fitness)]
 
+TWICE = 2
+"""How often runs are kept back for a changed choice of the set."""
+
 METRIC_NAMES = (TIME, *METRICS.built_in)
 """The quantities that can be compared between controllers, without third-party metrics."""
 
@@ -122,14 +125,15 @@ class ConfirmationSettings(Settings):
     """How the maps that could end in the best set are driven again before one is named.
 
     Args:
-        seeds: New seeds that every candidate is driven with, which the search has not used.
+        seeds: New seeds that every candidate is driven with, which the search has not used; those of the chosen set are
+            driven with as many again.
         candidates: Maps that are driven with them, at most.
         claim_seeds: Further new seeds that the chosen set is driven with; they alone say what it is worth.
         reliability: Share of single drives that reach at least the value by which a set is chosen.
     """
 
     seeds: Annotated[int, Field(ge=2)] = 5
-    candidates: Count = 12
+    candidates: Count = 9
     claim_seeds: Annotated[int, Field(ge=2)] = 10
     reliability: Annotated[float, Field(gt=0, lt=1)] = 0.9
 
@@ -258,7 +262,8 @@ class EvolveSettings(Settings):
         if self.confirmation is None:
             return 0
         options = self.confirmation
-        return controllers * (options.candidates * options.seeds + self.maps_per_set * options.claim_seeds)
+        of_set = self.maps_per_set * (TWICE * options.seeds + options.claim_seeds)
+        return controllers * (options.candidates * options.seeds + of_set)
 
     @property
     def elite_repeats(self) -> int:
