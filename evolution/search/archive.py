@@ -54,13 +54,14 @@ class Archive:
         self.drive(dict.fromkeys(scenarios, self.plan.repeats))
         return [self.results_of(map_set) for map_set in map_sets]
 
-    def drive(self, repeats: Mapping[str, int]) -> None:
+    def drive(self, repeats: Mapping[str, int], *, everyone: bool = False) -> None:
         """Drive known maps until each controller has so many runs on them; runs it has already are kept.
 
         Args:
             repeats: For each map, by digest, the number of runs.
+            everyone: Whether the costly controllers drive whatever the others did.
         """
-        for number, stage in enumerate(self._stages):
+        for number, stage in enumerate([range(len(self.plan.controllers))] if everyone else self._stages):
             driven = [digest for digest in repeats if number == 0 or self._solved_by(self._stages[0], digest)]
             self._drive([job for digest in driven for job in self._missing(digest, stage, repeats[digest])])
 

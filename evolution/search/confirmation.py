@@ -94,7 +94,7 @@ def confirm(archive: Archive, fitness: Fitness, settings: EvolveSettings, budget
     names = candidates.settle()
     chosen, seeds = archive.map_set(names), settings.confirmation.claim_seeds
     judged = fitness(archive.results_of(chosen))
-    archive.drive({name: archive.repeats_of(name) + seeds for name in names})
+    archive.drive({name: archive.repeats_of(name) + seeds for name in names}, everyone=True)
     return Confirmed(chosen, judged, claim(archive.results_of(chosen), fitness, seeds, len(candidates.names)))
 
 
