@@ -95,7 +95,7 @@ def confirm(archive: Archive, fitness: Fitness, settings: EvolveSettings, budget
     chosen, seeds = archive.map_set(names), settings.confirmation.claim_seeds
     judged = fitness(archive.results_of(chosen))
     archive.drive({name: archive.repeats_of(name) + seeds for name in names}, everyone=True)
-    return Confirmed(chosen, judged, claim(archive.results_of(chosen), fitness, seeds, len(candidates.names)))
+    return Confirmed(chosen, judged, claim(archive.results_of(chosen), judged, fitness, seeds, len(candidates.names)))
 
 
 class _Candidates:
@@ -179,7 +179,12 @@ def choose(maps: Mapping[str, MapResults], fitness: Fitness, settings: EvolveSet
 
     short_list = sorted(combinations(maps, settings.maps_per_set), key=roughly)[:SHORT_LIST]
     best = min(short_list, key=reliable)
-    return tuple(sorted(best, key=lambda name: readings[name].mean() if len(readings[name]) else np.inf))
+    return tuple(sorted(best, key=lambda name: _place(fitness((maps[name],)).readings[0])))
+
+
+def _place(reading: float | None) -> float:
+    """Return what maps are sorted by: those without a reading come last."""
+    return np.inf if reading is None else reading
 
 
 def gains_of(results: SetResults, fitness: Fitness) -> list[float]:
@@ -187,7 +192,7 @@ def gains_of(results: SetResults, fitness: Fitness) -> list[float]:
     drives = [fitness(one) for one in combined(results)]
     return [
         drive.total if kept else max(drive.total, 0.0)
-        for drive, kept in zip(drives, in_order(results, drives, fitness), strict=True)
+        for drive, kept in zip(drives, in_order(drives, fitness(results), fitness), strict=True)
     ]
 
 
@@ -214,11 +219,12 @@ def singles_of(of_map: MapResults) -> list[MapResults]:
     return [tuple(runs[number : number + 1] for runs in of_map) for number in range(repeats_of(of_map))]
 
 
-def claim(results: SetResults, fitness: Fitness, seeds: int, candidates: int) -> Confirmation:
+def claim(results: SetResults, judged: FitnessBreakdown, fitness: Fitness, seeds: int, candidates: int) -> Confirmation:
     """Say what a set is worth by its last ``seeds`` repeats, which the search did not see.
 
     Args:
         results: Results of the set.
+        judged: How it was judged when it was chosen.
         fitness: Judges sets.
         seeds: Repeats to look at; fewer where a map was not driven so often, because it failed.
         candidates: Maps that were driven with these seeds.
@@ -234,7 +240,7 @@ def claim(results: SetResults, fitness: Fitness, seeds: int, candidates: int) ->
         fitness=median(totals),
         interval=(float(low), float(high)),
         fitness_par2=_par2(last, fitness),
-        order_kept=fmean(in_order(last, drives, fitness)),
+        order_kept=fmean(in_order(drives, judged, fitness)),
         goals=goals,
         runs=len(runs),
         goals_interval=wilson_interval(goals, len(runs)),
@@ -264,16 +270,15 @@ def combined(results: SetResults) -> list[SetResults]:
     ]
 
 
-def in_order(results: SetResults, drives: Sequence[FitnessBreakdown], fitness: Fitness) -> list[bool]:
-    """Say of each drive whether the maps' readings are in the order of their means; always, if order means nothing.
+def in_order(drives: Sequence[FitnessBreakdown], judged: FitnessBreakdown, fitness: Fitness) -> list[bool]:
+    """Say of each drive whether the maps' readings are in the order by which the set was judged, if order counts.
 
     Args:
-        results: All results of the set.
         drives: The set as if driven once, several times.
+        judged: The set by all its runs.
         fitness: Judged it.
     """
-    means = [fmean(one) if (one := readings_of(of_map, fitness)) else None for of_map in results]
-    wanted = order_of(means)
+    wanted = order_of(judged.readings)
     return [wanted is not None and (order_of(one.readings) == wanted or not fitness.kind.ordered) for one in drives]
 
 
