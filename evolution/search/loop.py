@@ -264,8 +264,8 @@ class _Search:
             "evaluations": len(self.record.individuals),
             "finished": finished,
             "cluster_scale": self.problem.fitness.cluster_scale,
-            "best": self.best.map_set.digest,
-            "best_fitness": self.best.fitness.total,
+            "best": best_of(self.population).map_set.digest,
+            "best_fitness": best_of(self.population).fitness.total,
             "population": [one.map_set.digest for one in self.population],
             "rng": self.rng.bit_generator.state,
         }

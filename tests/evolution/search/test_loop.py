@@ -379,7 +379,7 @@ def test_a_confirmed_search_keeps_to_its_runs_and_says_what_its_set_is_worth(con
     assert said["seeds"] == 3
     assert said["runs"] == 3 * 3 * 3
     assert loaded.best_results["fitness"] == said["fitness"] == result.confirmation.fitness
-    assert loaded.best_results["map_set"] == loaded.checkpoint["best"] == result.best.map_set.digest
+    assert loaded.best_results["map_set"] == result.best.map_set.digest
     counts = {len(runs) for entry in loaded.best_results["maps"] for runs in entry["runs"].values()}
     assert min(counts) >= 1 + 1 + 2 + 3
     readings = [entry["reading"] for entry in loaded.best_results["maps"] if entry["reading"] is not None]
@@ -410,8 +410,9 @@ def test_a_confirmed_search_resumes_to_the_same_bytes(tmp_path, confirmed, runs)
     experiment = with_search(**ROBUST)
     with pytest.raises(StopError):
         run(tmp_path / "run", experiment, on_run=stop)
-    go_on(RunDir.open(tmp_path / "run"), experiment)
-    assert reproducible_files(tmp_path / "run") == reproducible_files(confirmed[0])
+    for _ in range(2):  # the second time it is finished already
+        go_on(RunDir.open(tmp_path / "run"), experiment)
+        assert reproducible_files(tmp_path / "run") == reproducible_files(confirmed[0])
 
 
 def test_every_part_of_the_search_can_be_left_out(tmp_path):
