@@ -69,11 +69,14 @@ def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[ReplayedM
 
 def _verdict(run: LoadedRun) -> list[str]:
     """Say in words what fitness was reached, and what each map shows."""
+    maps = [_map_sentence(entry) for entry in _by_reading(run)]
+    if run.best_results.get("confirmation"):
+        return [*confirmed_sentence(run.best_results, run.config["search"]), *maps]
     first, last = run.generations[0]["best"], run.generations[-1]["best"]
     improved = f"improved the best fitness from {first:.2f} to {last:.2f}"
     outcome = improved if last < first else f"found nothing better than its first population, fitness {last:.2f}"
     held = confirmed_sentence(run.best_results, run.config["search"])
-    return [f"The search {outcome} (lower is better).", *held, *[_map_sentence(entry) for entry in _by_reading(run)]]
+    return [f"The search {outcome} (lower is better).", *held, *maps]
 
 
 def _by_reading(run: LoadedRun) -> list[dict[str, Any]]:
