@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from evolution.commands import COMMANDS
 from gym_mapbench.errors import MapBenchError
+from gym_mapbench.trust import allow_code
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -66,7 +67,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code (0 done, 2 wrong input, 130 interrupted)."""
     args = build_parser().parse_args(argv)
     try:
-        code: int = args.run(args)
+        with allow_code(getattr(args, "allow_code", False)):
+            code: int = args.run(args)
     except MapBenchError as error:
         print(f"mapbench {args.command}: {error}", file=sys.stderr)
         return USAGE_ERROR

@@ -9,7 +9,7 @@ from statistics import fmean
 from evolution.api import barn_source, bench
 from evolution.benchmark import BarnScore, correlation_with, reference_of, score_runs
 from evolution.commands import options
-from evolution.commands.progress import WorkBar, console, errors, print_table
+from evolution.commands.progress import WorkBar, console, errors, only_results_on_stdout, print_table
 from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench bench runs/first --repeats 5
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     """Drive and print."""
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
-    with WorkBar("driving") as bar:
+    with only_results_on_stdout(), WorkBar("driving") as bar:
         result = bench(
             args.maps,
             options.controllers_of(args),
@@ -76,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
             metrics=args.metric,
             workers=args.workers,
             executor=args.executor,
+            wait_s=args.wait,
             out=args.out,
             resume=args.resume,
             on_run=bar.advance,

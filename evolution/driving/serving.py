@@ -70,7 +70,7 @@ def serve(connection: Connection, prepare: Callable[[], object]) -> None:
 
 
 def belong_to_parent() -> None:
-    """Make a worker process of any executor end with its parent, and print to standard error; its libraries in C, too."""
+    """Make a worker process of any executor end with its parent, and print to standard error."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_exit_after, args=(parent.join,), daemon=True).start()

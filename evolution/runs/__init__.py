@@ -9,6 +9,7 @@ from __future__ import annotations
 from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
 from evolution.runs.loading import LoadedRun, driven_maps, load_run
+from evolution.runs.rescue import rescuing
 from evolution.runs.results import errors_in, results_document, results_in
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "driven_maps",
     "errors_in",
     "load_run",
+    "rescuing",
     "results_document",
     "results_in",
 ]

@@ -222,6 +222,7 @@ class RunDir:
 
     def write_generation(self, record: Record, best: Evaluation, checkpoint: Mapping[str, Any]) -> None:
         """Write everything known after a generation; the checkpoint last."""
+        RUN.check_there(self.path)
         generation = int(checkpoint["generation"])
         make_directory(self.path / MAPS)
         write_text(self.path / README, README_TEXT)

@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import yaml
 from pydantic import Field, field_validator, model_validator
 
+from gym_mapbench.documents import parse_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.releases import Release
@@ -195,8 +195,8 @@ class CostmapParams(Settings):
         corners = value
         if isinstance(value, str):
             try:
-                corners = yaml.safe_load(value)
-            except (yaml.YAMLError, RecursionError):
+                corners, _ = parse_yaml(value, "footprint")
+            except ConfigError:
                 raise ConfigError(f"expected corners '[[x, y], ...]' in m, got {value[:80]!r}") from None
         return None if corners in (None, [], ()) else corners
 
