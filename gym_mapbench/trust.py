@@ -1,10 +1,10 @@
 """Which files may run code: none, unless the user says so.
 
 A name of the form ``module:attribute``, and the file of a learned policy, run code when they are used. Everybody
-expects that of a name on the command line or in a script, and nobody of an experiment, a study or a directory of results
-that came from somebody else. Such a file is therefore refused, unless it names only what this process was asked for
-before, or the user has allowed it: with ``--allow-code``, and in Python with :func:`allow_code`. Names without a colon,
-which are registered or belong to an installed package, are always free.
+expects that of a name on the command line or in a script, and nobody of an experiment, a study or a directory of
+results that came from somebody else. Such a file is therefore refused, unless it names only what this process was asked
+for before, or the user has allowed it: with ``--allow-code``, and in Python with :func:`allow_code`. Names without a
+colon, which are registered or belong to an installed package, are always free.
 """
 
 from __future__ import annotations

@@ -91,8 +91,8 @@ def add_controllers_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--controllers",
         metavar="A,B,..",
-        help="names, NAME=KIND to compare one kind twice, or NAME=model.zip, which runs code in that file, so name only "
-        "files that you trust (default: the controller_plugins of the --params file; without a file, "
+        help="names, NAME=KIND to compare one kind twice, or NAME=model.zip, which runs code in that file, so name "
+        "only files that you trust (default: the controller_plugins of the --params file; without a file, "
         f"{','.join(DEFAULT_CONTROLLERS)})",
     )
 

@@ -31,7 +31,7 @@ def holders_of(files: Iterable[Path]) -> list[str]:
 def _named(pid: str) -> str:
     """Return the number of a process with its command line."""
     try:
-        command = Path("/proc", pid, "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace").strip()
+        command = Path("/proc", pid, "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
     except OSError:
         return f"process {pid}"
-    return f"process {pid} ({command[:COMMAND_LENGTH]})"
+    return f"process {pid} ({' '.join(command.split())[:COMMAND_LENGTH]})"
