@@ -89,10 +89,10 @@ def archive(path, way=zipfile.ZIP_DEFLATED, **members):
 def test_archives_are_refused_before_they_are_unpacked(tmp_path):
     with (
         zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as file,
-        file.open("policy.pth", "w") as bomb,
+        file.open("a.pth", "w") as member,
     ):
         for _ in range(MAX_MODEL_BYTES // 50_000_000 + 1):
-            bomb.write(bytes(50_000_000))
+            member.write(bytes(50_000_000))
     assert "bytes in the archive" in refusal(model_data, tmp_path / "bomb.zip")
     assert "not supported" in refusal(model_data, archive(tmp_path / "lzma.zip", zipfile.ZIP_LZMA, data="{}"))
     assert "not a JSON file" in refusal(model_data, archive(tmp_path / "deep.zip", data="[" * 100_000))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-import os
 
 import numpy as np
 import yaml
@@ -121,8 +120,3 @@ def bomb(levels: int = 12, width: int = 10) -> str:
     lines = [f"a0: &a0 [{', '.join('1' * width)}]"]
     lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * width)}]" for n in range(1, levels)]
     return "\n".join(lines) + "\n"
-
-
-def make_fifo(path) -> None:
-    """Make a pipe that nobody writes to: reading it waits for ever."""
-    os.mkfifo(path)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import copy
 import json
+import tempfile
+import time
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,8 +31,13 @@ from evolution.studies import NAV2, SweepSettings, load_results, load_sweep
 from evolution.studies.kinds import load_definition
 from evolution.studies.tasks import check_study
 from gym_mapbench.config import EnvConfig
-from gym_mapbench.mapio import load_scenarios
-from tests.faults.damage import as_json, as_yaml, bomb, damaged, damaged_bytes
+from gym_mapbench.errors import MapBenchError
+from gym_mapbench.mapio import load_maps
+from tests.faults.damage import as_json, as_yaml, damaged, damaged_bytes
+
+MOST_LETTERS = 2100
+SLOW = 2.0
+"""Processor seconds after which a refusal comes late; most of it is the loading of kernels."""
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -161,6 +168,48 @@ def _spoilt(path: Path, rng: np.random.Generator) -> bytes:
     return damaged_bytes(data, rng)
 
 
+SETTINGS = ("experiment", "study", "environment", "parameters", "picture", "model")
+RESULTS = ("run", "study results", "sweep results", "benchmark")
+
+
+@dataclass(frozen=True)
+class End:
+    """How one input ended.
+
+    Args:
+        how: ``accepted``, ``refused``, or what is wrong.
+        text: What was said.
+    """
+
+    how: str
+    text: str = ""
+
+
+def try_one(samples: Path, name: str, seed: int) -> End:
+    """Write an input, read it, and say how that ended.
+
+    Args:
+        samples: As for :func:`kinds`.
+        name: The kind of file.
+        seed: Which of the inputs of this kind.
+    """
+    kind, rng = kinds(samples)[name], np.random.default_rng([seed, *name.encode()])
+    with tempfile.TemporaryDirectory() as folder:
+        path = kind.write(Path(folder), rng)
+        began = time.process_time()
+        try:
+            kind.read(path)
+        except MapBenchError as error:
+            text, seconds = str(error), time.process_time() - began
+        except Exception as error:
+            return End("traceback", f"{type(error).__name__}: {error}"[:300])
+        else:
+            return End("accepted")
+    if not text.isprintable() or len(text) > MOST_LETTERS:
+        return End("not one line", text[:300])
+    return End("refused" if seconds < SLOW else "refused late", text)
+
+
 def kinds(samples: Path) -> dict[str, Kind]:
     """Return every kind of file by name.
 
@@ -179,13 +228,10 @@ def kinds(samples: Path) -> dict[str, Kind]:
         "study": settings("study", read_study),
         "environment": settings("environment", read_environment),
         "parameters": Kind(write_params, read_nav2_params),
-        "picture": Kind(write_picture, load_scenarios),
+        "picture": Kind(write_picture, load_maps),
         "model": Kind(write_model, lambda path: load_sb3(path, "model")),
         "run": results("run", read_run),
         "study results": results("study", load_results),
         "sweep results": results("sweep", load_sweep),
         "benchmark": results("bench.json", read_bench),
     }
-
-
-__all__ = ["Kind", "bomb", "kinds"]
