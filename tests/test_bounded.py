@@ -9,7 +9,9 @@ import pytest
 
 from controllers.model_files import MAX_MODEL_BYTES, model_data
 from evolution.files import csv_of, read_csv, read_json, read_npz
+from evolution.search import EvolveSettings
 from gym_mapbench.bounded import read_bytes
+from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.documents import MAX_NODES, parse_yaml, read_yaml
 from gym_mapbench.errors import ConfigError, MapBenchError, RunError
 from gym_mapbench.mapio import load_maps
@@ -121,3 +123,14 @@ def test_a_table_is_harmless_in_a_spreadsheet_and_comes_back(tmp_path):
 def test_every_error_is_one_line_of_readable_length():
     assert str(ConfigError("a\nb\x1b[31m\ud800")) == "a\\nb\\x1b[31m\\ud800"
     assert len(str(ConfigError("x" * 10**6))) < 2100
+
+
+def test_numbers_that_no_machine_could_drive_are_refused():
+    for make in (
+        lambda: CostmapParams(width=100_000, height=10_000),
+        lambda: EvolveSettings(shapes={"n_obstacles": [1, 10**9]}),
+        lambda: EvolveSettings(shapes={"circle_radius": [1, 10**6]}),
+        lambda: EvolveSettings(pop_size=10**9),
+        lambda: EvolveSettings(maps_per_set=10**9),
+    ):
+        assert "expected" in refusal(make)

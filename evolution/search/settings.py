@@ -28,7 +28,7 @@ from gym_mapbench.settings import Settings
 Probability = Annotated[float, Field(ge=0, le=1)]
 Weight = Annotated[float, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0)]
-Count = Annotated[int, Field(ge=1)]
+Count = Annotated[int, Field(ge=1, le=10_000)]
 
 
 def _fitness(name: str) -> str:
@@ -142,8 +142,8 @@ class EvolveSettings(Settings):
 
     fitness: FitnessName = "gini"
     algorithm: Literal["ga", "random"] = "ga"
-    pop_size: Annotated[int, Field(ge=2)] = 40
-    evaluations: Count = 600
+    pop_size: Annotated[int, Field(ge=2, le=100_000)] = 40
+    evaluations: Annotated[int, Field(ge=1, le=10**9)] = 600
     maps_per_set: Count = 3
     seed: Annotated[int, Field(ge=0)] = 0
     repeats: Count = 1

@@ -121,7 +121,7 @@ class ReevaluationSettings(Settings):
         noise: Noise of these runs (``none``, ``nominal``, ``rough``, or settings); if None, that of the search.
     """
 
-    seeds: Annotated[int, Field(ge=0)] = 10
+    seeds: Annotated[int, Field(ge=0, le=10_000)] = 10
     noise: str | Document | None = "nominal"
 
 

@@ -17,6 +17,9 @@ from gym_mapbench.releases import Release
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
 
+MAX_CELLS = 25_000_000
+"""Largest costmap: 5000 x 5000 cells."""
+
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 OBSTACLE_LAYERS = ("obstacle_layer", "voxel_layer")
@@ -214,6 +217,13 @@ class CostmapParams(Settings):
             if name not in LAYERS:
                 raise unknown_name("costmap layer", name, LAYERS)
         return value
+
+    @model_validator(mode="after")
+    def _of_a_size(self) -> CostmapParams:
+        cells = self.width / self.resolution * self.height / self.resolution
+        if cells > MAX_CELLS:
+            raise ConfigError(f"width, height and resolution: expected at most {MAX_CELLS} cells, got {cells:.3g}")
+        return self
 
     @model_validator(mode="after")
     def _known_combinations(self) -> CostmapParams:
