@@ -6,6 +6,7 @@ that standard output holds the results of a command and nothing else.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import multiprocessing
 import os
@@ -58,15 +59,12 @@ def serve(connection: Connection, prepare: Callable[[], object]) -> None:
     prepare()
     connection.send(READY)
     me = os.getpid()
-    while True:
-        try:
-            job = connection.recv_bytes()
-        except (EOFError, OSError):
-            return
-        answer = _answer(job)
-        if os.getpid() != me:  # a copy of this process that the job made, and that came back from it
-            os._exit(0)
-        connection.send_bytes(answer)
+    with contextlib.suppress(EOFError, OSError):  # the parent has closed the pipe, or a controller has
+        while True:
+            answer = _answer(connection.recv_bytes())
+            if os.getpid() != me:  # a copy of this process that the job made, and that came back from it
+                os._exit(0)
+            connection.send_bytes(answer)
 
 
 def belong_to_parent() -> None:
