@@ -19,7 +19,7 @@ from gym_mapbench.noise import Streams, Wander
 from gym_mapbench.observation import Observer, observation_space
 from gym_mapbench.render import Snapshot, Window, draw
 from gym_mapbench.robot import RobotSpec
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.scenario import Pose, Scenario
 from gym_mapbench.scenario_source import ScenarioSource
 from gym_mapbench.simulation import Simulation
 from gym_mapbench.task import REWARD_TERMS, Task
@@ -101,7 +101,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self._task = Task(self.config, self.scenario, start)
         if self.render_mode == "human":
             self.render()
-        return self._observe(), self._info(self._task, False, dict.fromkeys(REWARD_TERMS, 0.0))
+        pose, velocity, terms = self._simulation.pose, self._simulation.velocity, dict.fromkeys(REWARD_TERMS, 0.0)
+        return self._observer.observe(pose, velocity), _info(self._task, False, terms, pose, velocity)
 
     def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control period.
@@ -117,10 +118,11 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
         contact = self._drive(to_command(action, self.config))
-        terms = task.step(self._simulation.pose, contact)
-        observation, info = self._observe(), self._info(task, contact, terms)
+        pose, velocity = self._simulation.pose, self._simulation.velocity
+        terms = task.step(pose, contact)
+        observation, info = self._observer.observe(pose, velocity), _info(task, contact, terms, pose, velocity)
         if self.render_mode is not None:
-            self._trail.append(self._simulation.pose)
+            self._trail.append(pose)
             if self.render_mode == "human":
                 self.render()
         return observation, sum(terms.values()), task.outcome in ("goal", "collision"), task.outcome == "timeout", info
@@ -168,15 +170,15 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         contact = self._late_ticks > 0 and self._simulation.advance(*before, self._late_ticks)
         return self._simulation.advance(*self._command, self._prompt_ticks) or contact
 
-    def _observe(self) -> Observation:
-        return self._observer.observe(self._simulation.pose, self._simulation.velocity)
 
-    def _info(self, task: Task, contact: bool, terms: dict[str, float]) -> dict[str, Any]:
-        return {
-            "time": task.time,
-            "outcome": task.outcome,
-            "contact": contact,
-            "pose": np.array(self._simulation.pose),
-            "velocity": np.array(self._simulation.velocity),
-            "reward_terms": terms,
-        }
+def _info(
+    task: Task, contact: bool, terms: dict[str, float], pose: Pose, velocity: tuple[float, float]
+) -> dict[str, Any]:
+    return {
+        "time": task.time,
+        "outcome": task.outcome,
+        "contact": contact,
+        "pose": np.array(pose),
+        "velocity": np.array(velocity),
+        "reward_terms": terms,
+    }

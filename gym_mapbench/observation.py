@@ -20,7 +20,7 @@ from gym_mapbench.groups import PathWindow
 from gym_mapbench.kernels.path import see_path
 from gym_mapbench.lidar import Lidar
 from gym_mapbench.localisation import Localisation, Odometry
-from gym_mapbench.noise import Streams, disturb_ranges, disturb_velocity
+from gym_mapbench.noise import Normals, Streams, disturb_ranges, disturb_velocity
 from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose, Scenario, wrap_angle
 
@@ -97,6 +97,7 @@ class Observer:
     def __init__(self, config: EnvConfig, scenario: Scenario, start: Pose, streams: Streams) -> None:
         self._config = config
         self._streams = streams
+        self._velocity_normals = Normals(streams.velocity)
         self._odometry = Odometry(config.noise, start, streams.odom_frame, streams.odometry)
         self._localisation = Localisation(config.noise, 1.0 / config.control_hz, streams.localisation)
         self.goal = scenario.goal
@@ -120,7 +121,7 @@ class Observer:
         odom = self._odometry.advance(pose)
         estimate = self._localisation.advance(pose, odom)
         counted = self._odometry.measure(velocity)
-        measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._streams.velocity)
+        measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._velocity_normals)
         moment = Moment(pose, estimate, odom, measured)
         return {key: CONTENTS[key](self, moment) for key in self._keys}
 

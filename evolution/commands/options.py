@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 from controllers.nav2_params import PlannerPlugin, preset_of
+from evolution.commands import COMMANDS
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
 from evolution.driving import EXECUTORS, WAIT_SECONDS, ControllerSpec, DriveSettings, available_cores, with_parameters
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
@@ -21,13 +22,13 @@ from gym_mapbench.scenario import Pose
 
 
 def example_parser(
-    subparsers: argparse._SubParsersAction[argparse.ArgumentParser], name: str, summary: str, examples: str
+    subparsers: argparse._SubParsersAction[argparse.ArgumentParser], name: str, examples: str
 ) -> argparse.ArgumentParser:
     """Add a subcommand whose help ends with examples."""
     parser = subparsers.add_parser(
         name,
-        help=summary,
-        description=summary,
+        help=COMMANDS[name],
+        description=COMMANDS[name],
         epilog="examples:\n" + examples,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,

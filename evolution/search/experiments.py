@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from controllers.nav2_params.presets import overlay
 from evolution.driving import ControllerSpec, DriveSettings, check_room, try_controllers
 from evolution.search.operators.sampling import scenario_on
 from evolution.search.settings import Experiment
@@ -20,6 +21,9 @@ from gym_mapbench.scenario import Scenario
 from gym_mapbench.trust import refuse_code
 
 SECTIONS = ("search", "controllers", "run")
+DEFAULT_PRESET = "robust"
+"""The search that is begun where nobody names another: it confirms what it finds."""
+
 DEFAULT_CONTROLLERS = ("dwb", "mppi", "rpp")
 
 
@@ -30,7 +34,7 @@ def preset_names() -> tuple[str, ...]:
 
 
 def load_preset(name: str) -> dict[str, Any]:
-    """Return the document of a preset.
+    """Return the document of a preset, over the one that it names as its ``base``.
 
     Raises:
         ConfigError: If there is no such preset.
@@ -38,7 +42,9 @@ def load_preset(name: str) -> dict[str, Any]:
     if name not in preset_names():
         raise unknown_name("preset", name, preset_names())
     with resources.as_file(resources.files("evolution.search").joinpath("presets", f"{name}.yaml")) as path:
-        return read_document(path)
+        document = read_yaml(path)
+    base = document.pop("base", None)
+    return dict(document) if base is None else overlay(load_preset(base), document)
 
 
 def read_document(path: str | Path) -> dict[str, Any]:
