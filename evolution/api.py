@@ -11,16 +11,18 @@ and from a notebook.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
 from controllers.nav2_params.presets import overlay
+from evolution.benchmark import BENCHMARK, Benchmark, again_in, barn_settings, begin_benchmark, load_barn, read_bench
 from evolution.benchmark import PREFIX as BARN
-from evolution.benchmark import Benchmark, again_in, barn_settings, begin_benchmark, load_barn, read_bench
 from evolution.benchmark import bench as drive_all
 from evolution.driving import (
+    WAIT_SECONDS,
     ControllerSpec,
     DriveSettings,
     Evaluator,
@@ -35,7 +37,7 @@ from evolution.driving import (
     with_parameters,
 )
 from evolution.pictures import write_run_figures
-from evolution.runs import RUN, LoadedRun, RunDir, load_run
+from evolution.runs import RUN, LoadedRun, RunDir, load_run, rescuing
 from evolution.search import (
     DEFAULT_CONTROLLERS,
     DEFAULT_PRESET,
@@ -90,6 +92,7 @@ def bench(
     metrics: Sequence[str] = (),
     workers: int | None = None,
     executor: str = "processes",
+    wait_s: float = WAIT_SECONDS,
     out: str | Path | None = None,
     resume: bool = False,
     on_run: OnRun | None = None,
@@ -113,6 +116,7 @@ def bench(
         metrics: What is measured besides the project's own metrics, by name.
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`).
+        wait_s: How long to wait for another process that has locked the results, s.
         out: New directory that keeps every result as it comes, and ``bench.json`` and ``bench.csv`` at the end;
             nothing is written if None.
         resume: Whether to continue a benchmark that was begun in ``out``; its results are as if uninterrupted.
@@ -143,14 +147,15 @@ def bench(
     kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
     cores = workers or available_cores()
     with (
-        ResultStore(kept) as store,
+        ResultStore(kept, wait_s=wait_s) as store,
+        nullcontext() if kept is None else rescuing(BENCHMARK, kept.parent, store),
         Evaluator(run_job, store, workers=cores, warm_up=warm_up, executor=executor) as evaluator,
     ):
         result = drive_all(scenarios, plan, evaluator, on_run)
-    if run is not None:
-        result = replace(result, again=again_in(result.rows, run))
-    if out is not None:
-        result.save(Path(out))
+        if run is not None:
+            result = replace(result, again=again_in(result.rows, run))
+        if kept is not None:
+            result.save(kept.parent)
     return result
 
 
@@ -161,6 +166,7 @@ def evolve(
     resume: str | Path | None = None,
     workers: int | None = None,
     executor: str = "processes",
+    wait_s: float = WAIT_SECONDS,
     on_generation: Callable[[Progress], None] | None = None,
     on_run: OnRun | None = None,
     **search: Any,
@@ -175,6 +181,7 @@ def evolve(
             ``experiment``, ``out`` and ``search`` cannot be given beside it.
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, by name.
+        wait_s: How long to wait for another process that has locked the results, s.
         on_generation: Called after each generation.
         on_run: Called after each run with its job, its result, and how many are left.
         search: Options of the search that replace those of the experiment, e.g. ``evaluations=100, seed=3``.
@@ -194,7 +201,8 @@ def evolve(
         rundir = RunDir.open(resume)
         wanted = experiment_of(rundir.config)
     with (
-        ResultStore(rundir.store_path) as store,
+        ResultStore(rundir.store_path, wait_s=wait_s) as store,
+        rescuing(RUN, rundir.path, store),
         Evaluator(
             run_job, store, workers=workers or available_cores(), warm_up=warm_up, executor=executor
         ) as evaluator,
@@ -214,6 +222,7 @@ def study(
     runs: int | None = None,
     workers: int | None = None,
     executor: str = "processes",
+    wait_s: float = WAIT_SECONDS,
     on_progress: Callable[[StudyProgress], None] | None = None,
     on_run: OnRun | None = None,
 ) -> StudyResults | SweepResults:
@@ -227,6 +236,7 @@ def study(
         runs: Number of seeds (in a sweep, of maps) to run now; all if None.
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, by name.
+        wait_s: How long to wait for another process that has locked the results, s.
         on_progress: Called after each generation and each search of a study; a sweep has neither.
         on_run: Called after each run of a sweep with its job, its result, and how many are left.
 
@@ -242,6 +252,7 @@ def study(
         "resume": resume,
         "only": only,
         "workers": workers or available_cores(),
+        "wait_s": wait_s,
         "engine": replace(NAV2, executor=executor),
     }
     if isinstance(wanted, SweepSettings):

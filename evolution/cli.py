@@ -73,9 +73,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if argv is None else argv
     args = build_parser(given[0] if given else "").parse_args(given)
     from gym_mapbench.errors import MapBenchError  # after the help, which does not wait for gymnasium
+    from gym_mapbench.trust import allow_code
 
     try:
-        code: int = args.run(args)
+        with allow_code(getattr(args, "allow_code", False)):
+            code: int = args.run(args)
     except MapBenchError as error:
         print(f"mapbench {args.command}: {error}", file=sys.stderr)
         return USAGE_ERROR

@@ -17,10 +17,11 @@ from evolution.benchmark.barn import (
     score_runs,
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
-from evolution.benchmark.directory import begin_benchmark
+from evolution.benchmark.directory import BENCHMARK, begin_benchmark
 from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
 
 __all__ = [
+    "BENCHMARK",
     "PREFIX",
     "BarnScore",
     "Benchmark",

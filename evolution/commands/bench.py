@@ -9,7 +9,7 @@ from statistics import fmean
 from evolution.api import barn_source, bench, run_of, world_of
 from evolution.benchmark import BarnScore, again_sentence, correlation_with, reference_of, score_runs
 from evolution.commands import options
-from evolution.commands.progress import WorkBar, console, errors, print_table
+from evolution.commands.progress import WorkBar, console, errors, only_results_on_stdout, print_table
 from evolution.driving import ControllerSpec
 from evolution.runs import LoadedRun
 from evolution.search import experiment_of
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
     searched = run_of(args.maps)
-    with WorkBar("driving") as bar:
+    with only_results_on_stdout(), WorkBar("driving") as bar:
         result = bench(
             args.maps,
             _controllers(args, searched),
@@ -80,6 +80,7 @@ def run(args: argparse.Namespace) -> int:
             metrics=args.metric,
             workers=args.workers,
             executor=args.executor,
+            wait_s=args.wait,
             out=args.out,
             resume=args.resume,
             on_run=bar.advance,

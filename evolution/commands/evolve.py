@@ -27,6 +27,7 @@ EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
+BESIDE_RESUME = "--workers, --executor, --wait and --allow-code"
 SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", "repeats", "metric", "failures", "seed")
 
 
@@ -63,7 +64,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--resume",
         metavar="DIR",
-        help="continue the run in this directory; only --workers and --executor may be given beside it",
+        help=f"continue the run in this directory; of other options, only {BESIDE_RESUME} may be given",
     )
     parser.set_defaults(run=run)
 
@@ -82,6 +83,7 @@ def run(args: argparse.Namespace) -> int:
             resume=args.resume,
             workers=args.workers,
             executor=args.executor,
+            wait_s=args.wait,
             on_generation=bar.on_generation,
             on_run=bar.on_run,
         )
@@ -96,12 +98,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_others(args: argparse.Namespace) -> None:
     """Refuse options beside ``--resume``: a run is continued with the options it was begun with."""
-    other = ("resume", "workers", "executor", "run", "command")
+    other = ("resume", "workers", "executor", "wait", "allow_code", "run", "command")
     given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:
-        raise ConfigError(
-            f"--resume: expected no other option than --workers and --executor, got --{given[0].replace('_', '-')}"
-        )
+        option = given[0].replace("_", "-")
+        raise ConfigError(f"--resume: expected no other option than {BESIDE_RESUME}, got --{option}")
 
 
 def _experiment(args: argparse.Namespace) -> Experiment:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from types import TracebackType
 from typing import Self
 
@@ -25,6 +29,22 @@ errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
 def note(text: str) -> None:
     """Print a message on standard error, apart from the results; it is wrapped on a terminal only."""
     errors.print(text, highlight=False, markup=False, soft_wrap=not errors.is_terminal)
+
+
+@contextmanager
+def only_results_on_stdout() -> Iterator[None]:
+    """Send what code of users prints, from C as well, to standard error while the ``with`` block lasts."""
+    sys.stdout.flush()
+    stdout = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        if os.name == "posix":
+            ctypes.CDLL(None).fflush(None)  # what C has not printed yet
+        os.dup2(stdout, 1)
+        os.close(stdout)
 
 
 def print_table(table: Table) -> None:

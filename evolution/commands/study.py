@@ -65,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
             runs=args.runs,
             workers=args.workers,
             executor=args.executor,
+            wait_s=args.wait,
             on_progress=bar.show,
             on_run=bar.advance,
         )

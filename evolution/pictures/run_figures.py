@@ -78,7 +78,7 @@ def _spread(runs: Sequence[Mapping[str, Any]]) -> str:
 
 def write_run_figures(run: LoadedRun, maps: Sequence[DrivenMap] | None = None) -> list[Path]:
     """Draw convergence, best maps with trajectories, times and Lorenz curves into ``figures/``."""
-    folder = run.path / FIGURES
+    folder = run.figures or run.path / FIGURES
     maps = drive_best(run) if maps is None else maps
     evaluations = [row["evaluations"] for row in run.generations]
     best = [row["best"] for row in run.generations]

@@ -235,6 +235,7 @@ class RunDir:
         confirmation: Confirmation | None = None,
     ) -> None:
         """Write everything known after a generation, or after the confirmation; the checkpoint last."""
+        RUN.check_there(self.path)
         generation = int(checkpoint["generation"])
         make_directory(self.path / MAPS)
         write_text(self.path / README, README_TEXT)

@@ -71,7 +71,7 @@ class RecordedRun(Document):
     time_s: FiniteFloat
     path_length_m: FiniteFloat
     reason: str
-    attempts: int
+    attempts: int = 1  # earlier versions wrote it
     metrics: dict[str, float]
 
 
@@ -141,7 +141,6 @@ class RunRow(Document):
     time_s: float
     path_length_m: float
     reason: str
-    attempts: int
 
 
 class TimingRow(Document):

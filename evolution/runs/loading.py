@@ -32,6 +32,7 @@ class LoadedRun(Tabled):
         best: The best map set.
         best_results: ``best_results.json``.
         timing: ``timing.jsonl``; a half-written last line is left out.
+        figures: Directory of its figures, if it is not the one in ``path``.
     """
 
     path: Path
@@ -43,6 +44,7 @@ class LoadedRun(Tabled):
     best: MapSet
     best_results: Mapping[str, Any]
     timing: list[Row]
+    figures: Path | None = None
 
     def table(self, name: str = "best") -> Table:
         """Return a table.

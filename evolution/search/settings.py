@@ -28,7 +28,8 @@ from gym_mapbench.settings import Settings
 Probability = Annotated[float, Field(ge=0, le=1)]
 Weight = Annotated[float, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0)]
-Count = Annotated[int, Field(ge=1)]
+Count = Annotated[int, Field(ge=1, le=10_000)]
+Budget = Annotated[int, Field(ge=1, le=10**9)]
 
 
 def _fitness(name: str) -> str:
@@ -183,11 +184,11 @@ class EvolveSettings(Settings):
 
     fitness: FitnessName = "gini"
     algorithm: Literal["ga", "random"] = "ga"
-    pop_size: Annotated[int, Field(ge=2)] = 40
-    evaluations: Count = 600
-    runs: Count | None = None
+    pop_size: Annotated[int, Field(ge=2, le=100_000)] = 40
+    evaluations: Budget = 600
+    runs: Budget | None = None
     archive: bool = False
-    elite_seeds: Annotated[int, Field(ge=0)] = 0
+    elite_seeds: Annotated[int, Field(ge=0, le=100_000)] = 0
     drive_last: tuple[str, ...] = ()
     confirmation: ConfirmationSettings | None = None
     maps_per_set: Count = 3

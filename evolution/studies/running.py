@@ -9,13 +9,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from evolution.driving import Evaluator, Job, OnRun, ResultStore, RunResult
+from evolution.driving import WAIT_SECONDS, Evaluator, Job, OnRun, ResultStore, RunResult
 from evolution.files import WriteError
-from evolution.runs import load_run
+from evolution.runs import load_run, rescuing
 from evolution.search import Progress
 from evolution.studies.analysis.loading import load_results
 from evolution.studies.analysis.results import StudyResults
-from evolution.studies.directory import StudyDir
+from evolution.studies.directory import KIND, StudyDir
 from evolution.studies.engine import NAV2, Engine
 from evolution.studies.methods import opened, run_task
 from evolution.studies.reevaluation import read_reevaluation, reevaluate, write_reevaluation
@@ -61,6 +61,7 @@ def run_study(
     only: Sequence[str] | None = None,
     runs: int | None = None,
     workers: int = 1,
+    wait_s: float = WAIT_SECONDS,
     engine: Engine = NAV2,
     on_progress: OnProgress | None = None,
 ) -> StudyResults:
@@ -77,6 +78,7 @@ def run_study(
         only: Names of the configurations to run now; all if None. The others are missing until they are run.
         runs: Number of seeds to run now; all if None.
         workers: Number of worker processes.
+        wait_s: How long to wait for another process that has locked the results, s.
         engine: How runs are driven.
         on_progress: Called after every generation and every run.
 
@@ -90,7 +92,8 @@ def run_study(
     seeds = settings.seeds[: settings.runs if runs is None else runs]
     directory = _directory(path, settings, resume)
     with (
-        ResultStore(directory.store_path) as store,
+        ResultStore(directory.store_path, wait_s=wait_s) as store,
+        rescuing(KIND, directory.path, store),
         _StudyEvaluator(
             engine.answer_job, store, workers=workers, warm_up=engine.warm_up, executor=engine.executor
         ) as evaluator,
@@ -186,6 +189,7 @@ class _Study:
     def _run(self, task: Task) -> None:
         """Run one task and re-evaluate what it found."""
         name, seed = task.configuration.name, task.seed
+        KIND.check_there(self.directory.path)
         self._check_parent(task)
         if self.directory.is_finished(name, seed) and self._is_reevaluated(task):
             self.meter.skip(task)

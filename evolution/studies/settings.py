@@ -12,9 +12,11 @@ from pydantic import AfterValidator, Field, JsonValue, field_validator, model_va
 
 from controllers.nav2_params.presets import overlay
 from evolution.search import SECTIONS
+from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import Cellular
-from gym_mapbench.settings import Settings, read_yaml
+from gym_mapbench.settings import Settings
+from gym_mapbench.trust import refuse_code
 
 
 def _file_name(name: str) -> str:
@@ -127,7 +129,7 @@ class ReevaluationSettings(Settings):
         noise: Noise of these runs (``none``, ``nominal``, ``rough``, or settings); if None, that of the search.
     """
 
-    seeds: Annotated[int, Field(ge=0)] = 10
+    seeds: Annotated[int, Field(ge=0, le=10_000)] = 10
     noise: str | Document | None = "nominal"
 
 
@@ -279,7 +281,7 @@ def read_definition(name_or_file: str | Path) -> Any:
     """Read the YAML of a study of the package by its name, or of a file.
 
     Raises:
-        ConfigError: If there is none.
+        ConfigError: If there is none, or it names code.
     """
     path = Path(name_or_file)
     if str(name_or_file) in study_names():
@@ -288,7 +290,9 @@ def read_definition(name_or_file: str | Path) -> Any:
             return read_yaml(file)
     if not path.exists() and path.suffix not in (".yaml", ".yml"):
         raise unknown_name("study", name_or_file, study_names())
-    return read_yaml(path)
+    definition = read_yaml(path)
+    refuse_code(definition, path)
+    return definition
 
 
 def _bundled() -> Iterable[str]:
