@@ -131,12 +131,15 @@ class _Candidates:
             settled.update(new)
 
     def _drive(self, names: Names) -> bool:
-        """Drive the maps among these that are new; False if there are none, or no more are wanted."""
+        """Drive the maps among these that are new; False if there are none, or no more are wanted.
+
+        Those that fail before they come to the new seeds are no candidates.
+        """
         new = [name for name in names if name not in self.names][: self.options.candidates - len(self.names)]
         elite = {name: max(self.archive.repeats_of(name), self.settings.elite_repeats) for name in new}
         if not new or not self._drive_further(elite):
             return False
-        self.names |= dict.fromkeys(new)
+        self.names |= {name: None for name in new if self.archive.repeats_of(name) > elite[name]}
         return True
 
     def _drive_further(self, known: Mapping[str, int]) -> bool:
