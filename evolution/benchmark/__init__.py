@@ -6,6 +6,7 @@ well two sets of times agree.
 
 from __future__ import annotations
 
+from evolution.benchmark.again import again_in, again_sentence
 from evolution.benchmark.barn import (
     PREFIX,
     BarnScore,
@@ -24,6 +25,8 @@ __all__ = [
     "BarnScore",
     "Benchmark",
     "Comparison",
+    "again_in",
+    "again_sentence",
     "barn_settings",
     "begin_benchmark",
     "bench",

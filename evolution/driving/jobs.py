@@ -187,8 +187,8 @@ class JobPlan:
     def jobs(self, scenario: Scenario) -> list[Job]:
         """Return the jobs of one scenario, controller by controller, repeat by repeat."""
         return [
-            self._job(scenario, spec, setup, repeat)
-            for spec, setup in zip(self.controllers, self._setups, strict=True)
+            self.job(scenario, number, repeat)
+            for number in range(len(self.controllers))
             for repeat in range(self.repeats)
         ]
 
@@ -201,7 +201,15 @@ class JobPlan:
             for spec in self.controllers
         )
 
-    def _job(self, scenario: Scenario, spec: ControllerSpec, setup: str, repeat: int) -> Job:
+    def job(self, scenario: Scenario, number: int, repeat: int) -> Job:
+        """Return one job of a scenario.
+
+        Args:
+            scenario: Map, start and goal.
+            number: Position of the controller.
+            repeat: Number of the repetition, from 0; it may be beyond :attr:`repeats`.
+        """
+        spec, setup = self.controllers[number], self._setups[number]
         seed = derive_seed(self.root_seed, scenario.map.digest, spec.name, repeat)
         noise_seed = derive_seed(self.root_seed, scenario.map.digest, ALL_CONTROLLERS, repeat)
         key = digest_of([setup, scenario.digest, seed, noise_seed, repeat])

@@ -19,6 +19,9 @@ from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import read_yaml
 
 SECTIONS = ("search", "controllers", "run")
+DEFAULT_PRESET = "robust"
+"""The search that is begun where nobody names another: it confirms what it finds."""
+
 DEFAULT_CONTROLLERS = ("dwb", "mppi", "rpp")
 
 
