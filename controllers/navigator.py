@@ -41,7 +41,6 @@ from controllers.velocity_smoother import VelocitySmoother
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.episode import RECOVERY_KINDS, Event, Outcome
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
 from gym_mapbench.frames import relate
 from gym_mapbench.planners import make_planner
 from gym_mapbench.render import SeenCostmap
@@ -196,30 +195,31 @@ class Navigator:
     def _make_board(self, context: Context) -> Blackboard:
         """Build the servers on this run's map."""
         params = self.params
-        footprint = params.local_costmap.make_footprint(context.robot)
-        self.follower.reset(self._follower_setup(footprint, context))
+        setup = self.follower_setup(context)
+        self.follower.reset(setup)
         global_footprint = params.global_costmap.make_footprint(context.robot)
         return Blackboard(
             goal=context.goal,
             planner=make_planner(params.planner.name, **params.planner.params),
             global_costmap=CostmapServer(params.global_costmap, context.grid, global_footprint, context.lidar),
-            local_costmap=CostmapServer(params.local_costmap, context.grid, footprint, context.lidar),
+            local_costmap=CostmapServer(params.local_costmap, context.grid, setup.footprint, context.lidar),
             controller_server=ControllerServer(
                 self.follower,
                 params.controller_server,
                 abort_is_exception=self._abort_is_exception,
                 release=params.release,
             ),
-            behavior_server=BehaviorServer(params.behavior_server, footprint),
+            behavior_server=BehaviorServer(params.behavior_server, setup.footprint),
             pose=context.start,
             local_pose=context.start,
             events=self.events,
         )
 
-    def _follower_setup(self, footprint: Footprint, context: Context) -> FollowerSetup:
+    def follower_setup(self, context: Context) -> FollowerSetup:
+        """Return what Nav2's controller server tells the path follower before a run."""
         server, inflation = self.params.controller_server, self.params.local_costmap.inflation_layer
         return FollowerSetup(
-            footprint=footprint,
+            footprint=self.params.local_costmap.make_footprint(context.robot),
             control_period=1.0 / server.controller_frequency,
             xy_goal_tolerance=server.goal_checker.xy_goal_tolerance,
             yaw_goal_tolerance=server.goal_checker.yaw_goal_tolerance,

@@ -31,9 +31,9 @@ from evolution.driving import (
     ResultStore,
     available_cores,
     check_room,
+    preparation,
     run_job,
     try_controllers,
-    warm_up,
     with_parameters,
 )
 from evolution.pictures import write_run_figures
@@ -149,7 +149,7 @@ def bench(
     with (
         ResultStore(kept, wait_s=wait_s) as store,
         nullcontext() if kept is None else rescuing(BENCHMARK, kept.parent, store),
-        Evaluator(run_job, store, workers=cores, warm_up=warm_up, executor=executor) as evaluator,
+        Evaluator(run_job, store, workers=cores, warm_up=preparation(specs, settings), executor=executor) as evaluator,
     ):
         result = drive_all(scenarios, plan, evaluator, on_run)
         if run is not None:
@@ -204,7 +204,11 @@ def evolve(
         ResultStore(rundir.store_path, wait_s=wait_s) as store,
         rescuing(RUN, rundir.path, store),
         Evaluator(
-            run_job, store, workers=workers or available_cores(), warm_up=warm_up, executor=executor
+            run_job,
+            store,
+            workers=workers or available_cores(),
+            warm_up=preparation(wanted.controllers, wanted.run),  # type: ignore[arg-type]
+            executor=executor,
         ) as evaluator,
     ):
         search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)

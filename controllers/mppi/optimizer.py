@@ -12,11 +12,23 @@ from numpy.typing import NDArray
 
 from controllers.base import STOP, ControllerAbort, ControllerError, FollowerSetup, Twist
 from controllers.mppi.critic_params import WeightedParams
-from controllers.mppi.kernels.controls import COLLECTED_ROWS
+from controllers.mppi.kernels.bearings import score_last_bearings, sweep_bearings
+from controllers.mppi.kernels.controls import (
+    BEARINGS,
+    CELLS,
+    CLOSENESS,
+    COLLECTED_ROWS,
+    DEADBANDS,
+    EXCESS,
+    TURNING,
+    add_too_tight,
+    score_deadband,
+    score_turning,
+)
 from controllers.mppi.kernels.critics import CRITICS
-from controllers.mppi.kernels.cycle import begin
-from controllers.mppi.kernels.iteration import iterate
+from controllers.mppi.kernels.cycle import assess, begin, explore, finish
 from controllers.mppi.kernels.update import send, smooth
+from controllers.mppi.kernels.walk import walk_cost, walk_obstacles
 from controllers.mppi.noise import Layout, Noise, NoiseSource
 from controllers.mppi.params import MppiParams
 from controllers.mppi.records import CALL, make_tuning
@@ -28,6 +40,7 @@ SAME_PERIOD = 1e-6
 HISTORY = 4
 
 Array = NDArray[np.float32]
+Rollout = tuple[int, Array, Array, Array, Array]
 
 
 class Optimizer:
@@ -63,6 +76,7 @@ class Optimizer:
         self._corners = np.array(setup.footprint.corners, dtype=np.float64)
         self.critics = tuple(name for name in params.critics if params.critic(name).enabled)
         self._rows = np.array([CRITICS[name] for name in self.critics], dtype=np.int64)
+        self._scan, self._repels = CELLS in self._rows, CLOSENESS in self._rows
         self._factors = np.array([_factor(name, params) for name in self.critics])
         self._powers = np.array([params.critic(name).cost_power for name in self.critics], dtype=np.int64)
         layout = Layout(params.batch_size, params.time_steps)
@@ -72,7 +86,7 @@ class Optimizer:
         samples = (layout.blocks, params.time_steps, layout.samples) if self._is_jazzy else (0, 0, 0)
         self._limited = np.zeros((2, *samples), dtype=np.float32)
         self._collected = np.zeros((COLLECTED_ROWS, *shape), dtype=np.float32)
-        self._looked = _looked_at(params) if "CostCritic" in self.critics else np.full(params.time_steps, -1)
+        self._looked = _looked_at(params) if self._scan else np.full(params.time_steps, -1)
         self._keep = _kept_steps(params)
         axes = 3 if params.PathAlignCritic.use_path_orientations else 2
         self._kept = np.zeros((axes, self._keep.max() + 1, *shape), dtype=np.float32)
@@ -153,11 +167,46 @@ class Optimizer:
 
     def _iterate(self, points: Array, valid: NDArray[np.bool_], costs: NDArray[np.uint8]) -> None:
         """Roll out, score and update once."""
-        iterate(
-            self._tuning, self._call, self._rows, self._factors, self._powers, points, valid, costs, self._corners,
-            *self._noise, self.v, self.w, *self._speeds, self._keep, self._kept, self._looked, self._limited,
-            self._collected, self.critic_costs, self.total,
+        tuning, call, collected = self._tuning, self._call, self._collected
+        refresh_every = explore(
+            tuning, call, self._scan, costs, *self._noise, self.v, self.w, *self._speeds, self._keep, self._kept,
+            self._looked, self._limited, collected,
         )  # fmt: skip
+        sampled = self._limited if self._is_jazzy else self._noise[:2]
+        rollout = refresh_every, sampled[0], sampled[1], self.v, self.w
+        self._walk(rollout, costs)
+        rows = assess(tuning, call, self._rows, points, valid, self._kept, collected)
+        self._look_closer(rollout, rows)
+        finish(tuning, *rollout[1:], collected, rows, self._factors, self._powers, self.critic_costs, self.total)
+
+    def _walk(self, rollout: Rollout, costs: NDArray[np.uint8]) -> None:
+        """Follow trajectories point by point where footprints or the Obstacles critic ask for it."""
+        params, where = self._params, (rollout, costs, self._corners)
+        if self._scan and params.CostCritic.consider_footprint:
+            near = self._is_near(params.CostCritic.near_goal_distance)
+            walk_cost(self._tuning, self._call, *where, near, self._collected)
+        if self._repels:
+            near = self._is_near(params.ObstaclesCritic.near_goal_distance)
+            walk_obstacles(self._tuning, self._call, *where, near, self._collected)
+
+    def _look_closer(self, rollout: Rollout, rows: NDArray[np.int64]) -> None:
+        """Let those critics score that apply and need a roll-out of their own, which few calls do."""
+        tuning, call, collected = self._tuning, self._call, self._collected
+        for row in rows.tolist():
+            if row == BEARINGS and self._is_jazzy:
+                score_last_bearings(tuning, call, self._kept, collected)
+            elif row == BEARINGS:
+                sweep_bearings(tuning, call, rollout, collected)
+            elif row == TURNING:
+                score_turning(call, rollout, collected)
+            elif row == DEADBANDS:
+                score_deadband(tuning, call, rollout, collected)
+            elif row == EXCESS and self._params.motion_model == "Ackermann":
+                add_too_tight(tuning, call, rollout, collected)
+
+    def _is_near(self, distance: float) -> bool:
+        """Whether the robot is nearer than ``distance`` (m) to the goal."""
+        return bool(self._call["squared_distance"][0] < distance * distance)
 
     def smooth(self) -> None:
         """Apply the Savitzky-Golay filter to the control sequence."""

@@ -16,12 +16,13 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table as Grid
 
-from evolution.driving import Job, RunResult
+from evolution.driving import Job, RunResult, is_compiled
 from evolution.files import Table
 from evolution.search import EvolveSettings
 from evolution.search import Progress as Generation
 
 PIPE_WIDTH = 160
+COMPILING = "compiling, once per machine"
 console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
 errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
 
@@ -87,9 +88,12 @@ class Bar:
             console=errors,
             disable=not errors.is_terminal,
         )
-        self.task = self.bar.add_task(what, total=total, state="")
+        self.compiled = is_compiled()
+        self.task = self.bar.add_task(what, total=total, state="" if self.compiled else COMPILING)
 
     def __enter__(self) -> Self:
+        if not (self.compiled or errors.is_terminal):
+            note(COMPILING)
         self.bar.start()
         return self
 

@@ -25,7 +25,7 @@ from evolution.driving.launching import available_cores
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.seeds import derive_seed
 from evolution.driving.store import WAIT_SECONDS, ResultStore
-from evolution.driving.warmup import warm_up
+from evolution.driving.warmup import is_compiled, preparation, warm_up
 from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers, with_parameters
 
 __all__ = [
@@ -53,6 +53,8 @@ __all__ = [
     "derive_seed",
     "drive",
     "environment_for",
+    "is_compiled",
+    "preparation",
     "run_episode",
     "run_job",
     "try_controllers",

@@ -71,7 +71,7 @@ def run_episode(
         The recorded run.
     """
     observation, info = env.reset(seed=seed if noise_seed is None else noise_seed, options={"scenario": scenario})
-    context = _context(env.config, scenario, seed)
+    context = context_of(env.config, scenario, seed)
     controller.reset(context)
     log = _Log(info)
     while info["outcome"] == "running":
@@ -108,8 +108,8 @@ def run_episode(
     )
 
 
-def _context(config: EnvConfig, scenario: Scenario, seed: int) -> Context:
-    """What a controller is told before a run."""
+def context_of(config: EnvConfig, scenario: Scenario, seed: int) -> Context:
+    """Return what a controller is told before a run."""
     return Context(
         robot=config.robot,
         grid=scenario.map,

@@ -1,29 +1,155 @@
-"""What a new worker does before its first job: load the kernels, so that no run is charged for that."""
+"""What a new worker does before its first job: load the kernels, so that no run is charged for that.
+
+On a machine where nothing is compiled yet, to load is to compile. Workers that start together share this work: one
+worker at a time does a drill, and the others then find in numba's cache what it has compiled.
+"""
 
 from __future__ import annotations
 
-import os
+import math
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
+from pathlib import Path
+from typing import IO
 
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.base import ControllerAbort, ControllerError, FollowerSetup, Twist
+from controllers.nav2_params import load_preset
+from controllers.navigator import Navigator
+from controllers.registry import FOLLOWERS
+from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec
-from evolution.driving.one_run import environment_for, run_episode
-from evolution.driving.worker import DriveSettings, build_controller
+from evolution.driving.one_run import context_of, environment_for, run_episode
+from evolution.driving.worker import DriveSettings, build_controller, result_of
 from gym_mapbench.config import EnvConfig
+from gym_mapbench.costmap import Costmap
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.kernels.inflation import inflate
 from gym_mapbench.scenario import Pose, Scenario
 
+try:
+    import fcntl
+except ImportError:  # not on Windows, where every worker compiles for itself
+    fcntl = None  # type: ignore[assignment]
+
 ROOM = ("#" * 50, *["#" + "." * 48 + "#"] * 48, "#" * 50)
+TASK = Pose(0.6, 0.6), Pose(1.9, 1.9)
+WORLD = "world"
+BY_COST = ("mppi", WORLD, "dwb", "graceful", "rpp")
+"""What takes longest to compile comes first, so that two workers are done at about the same time."""
+PRESET_OF: dict[Release, str] = {"humble": "thesis", "jazzy": "jazzy"}
+PAUSE_SECONDS = 0.05
 
 
-def warm_up(kinds: tuple[str, ...] = ("dwb", "mppi", "rpp")) -> None:
-    """Drive each of the named controllers for half a second through an empty room.
+def preparation(controllers: Iterable[ControllerSpec], settings: DriveSettings) -> Callable[[], None]:
+    """Return a warm-up, to be sent to workers, that loads what these controllers need and nothing else."""
+    navigation = settings.navigation
+    names = [spec.registered_name for spec in controllers]
+    kinds = {navigation.controller(name).kind for name in names if name in FOLLOWERS or name in navigation.controllers}
+    return partial(warm_up, tuple(sorted(kinds)), navigation.release)
 
-    On a machine where nothing is compiled yet, workers that start together should not all compile the same
-    kernels: each begins with another controller, and finds in numba's cache what the others have compiled.
+
+def warm_up(kinds: Iterable[str] = ("dwb", "mppi", "rpp"), release: Release = "humble") -> None:
+    """Load the kernels of the world and those of Nav2's controllers of these kinds, in the form a release needs."""
+    settings = DriveSettings(
+        environment=EnvConfig(time_limit=0.5, noise="nominal"), navigation=load_preset(PRESET_OF[release])
+    )
+    scenario = Scenario(GridMap.from_rows(ROOM), *TASK)
+    drills: dict[str, Callable[[], None]] = {kind: partial(_decide, kind, settings, scenario) for kind in kinds}
+    drills[WORLD] = partial(_drive, settings, scenario)
+    _share({name: drills[name] for name in sorted(drills, key=_place)})
+
+
+def is_compiled() -> bool:
+    """Whether this machine seems to have compiled the kernels of this version of the code before."""
+    line = inflate.py_func.__code__.co_firstlineno  # type: ignore[attr-defined]
+    cache = Path(inflate.stats.cache_path)  # type: ignore[attr-defined]
+    return any(cache.glob(f"inflation.inflate-{line}.*.nbi"))
+
+
+def _place(name: str) -> int:
+    return BY_COST.index(name) if name in BY_COST else len(BY_COST)
+
+
+def _share(drills: dict[str, Callable[[], None]]) -> None:
+    """Do every drill, but never one that another worker is doing right now."""
+    left = dict(drills)
+    while left:
+        for name in tuple(left):
+            with _claim(name) as free:
+                if free:
+                    left.pop(name)()
+        if left:
+            time.sleep(PAUSE_SECONDS)
+
+
+@contextmanager
+def _claim(name: str) -> Iterator[bool]:
+    """Whether nobody else on this machine does the drill; nobody else does it while the ``with`` block lasts.
+
+    The system ends the claim of a process that dies. Where nothing can be locked, every drill is free.
     """
-    turn = os.getpid() % len(kinds)
-    scenario = Scenario(GridMap.from_rows(ROOM), Pose(0.6, 0.6), Pose(1.9, 1.9))
-    settings = DriveSettings(environment=EnvConfig(time_limit=0.5), navigation="thesis")
-    for kind in (*kinds[turn:], *kinds[:turn]):
-        controller = build_controller(ControllerSpec(name=kind), settings)
-        env = environment_for(settings.environment, controller)
-        run_episode(env, controller, scenario, name=kind, seed=0)
+    try:
+        lock = (Path(tempfile.gettempdir()) / f"mapbench-{Path.home().name}-{name}.lock").open("w")
+    except OSError:
+        yield True
+        return
+    with lock:
+        yield _is_ours(lock)
+
+
+def _is_ours(lock: IO[str]) -> bool:
+    """Take a lock unless another process has it; whether it is ours, or there are no locks here."""
+    if fcntl is None:
+        return True
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def _drive(settings: DriveSettings, scenario: Scenario) -> None:
+    """Drive for half a second through an empty room, and measure the run."""
+    navigator = Navigator(_Turning(), settings.navigation, WORLD)
+    env = environment_for(settings.environment, navigator)
+    result_of(run_episode(env, navigator, scenario, name=WORLD, seed=0))
+
+
+def _decide(kind: str, settings: DriveSettings, scenario: Scenario) -> None:
+    """Ask a controller for commands: on the way, facing away from the path, and at its end."""
+    controller = build_controller(ControllerSpec(name=kind), settings)
+    if not isinstance(controller, Navigator):
+        raise TypeError(f"expected one of Nav2's controllers, got {kind}")
+    follower = controller.follower
+    follower.reset(controller.follower_setup(context_of(settings.environment, scenario, seed=0)))
+    path = np.zeros((41, 3))
+    path[:, 0] = np.linspace(0.0, 1.0, len(path))
+    follower.set_plan(path)
+    free = Costmap(np.zeros((60, 60), np.uint8), 0.05, -1.5, -1.5)
+    for cycle, pose in enumerate((Pose(0.0, 0.0), Pose(0.0, 0.0, math.pi / 2), Pose(0.9, 0.0))):
+        with suppress(ControllerError, ControllerAbort):
+            follower.compute_velocity_commands(pose, Twist(0.1, 0.0), free, 0.05 * cycle)
+
+
+class _Turning:
+    """A path follower without kernels."""
+
+    def reset(self, setup: FollowerSetup) -> None:
+        """Forget nothing: nothing is known."""
+
+    def set_plan(self, path: NDArray[np.float64]) -> None:
+        """Ignore the plan."""
+
+    move_plan = set_plan
+
+    def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
+        """Drive a curve."""
+        return Twist(0.1, 0.3)

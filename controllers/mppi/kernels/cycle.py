@@ -9,10 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from controllers.mppi.kernels.accelerations import limit_samples, limit_sequence
-from controllers.mppi.kernels.controls import ANGLE, DISTANCE, EFFORT
-from controllers.mppi.kernels.critics import is_near, near
+from controllers.mppi.kernels.align import score_align
+from controllers.mppi.kernels.controls import ALIGNED, ANGLE, DISTANCE, EFFORT
+from controllers.mppi.kernels.critics import is_near, judge, near
 from controllers.mppi.kernels.elementary import ZERO
 from controllers.mppi.kernels.path import find_valid
+from controllers.mppi.kernels.points import sweep
 from controllers.mppi.kernels.rollout import REFRESH_EVERY, SMALL_CHANGE
 from controllers.mppi.kernels.update import add_mean_noise, add_scores, clip_controls, clip_turns, soft_max
 from controllers.mppi.kernels.walk import footprint_threshold
@@ -101,25 +103,37 @@ def _sample(tuning, call, noise, v, w, limited):
 
 
 @kernel
-def prepare(tuning_of, call_of, scan, costs, noise, v, w, limited):
-    """Sample the controls and prepare the arguments of the sweep.
+def explore(
+    tuning_of, call_of, scan, costs, noise_v, noise_w, longest, fastest, v, w, highest, lowest, keep, kept, looked,
+    limited, collected,
+):  # fmt: skip
+    """Sample the controls, roll them out and score them on the way.
 
     Args:
         tuning_of: ``(1,)`` record of the parameters.
         call_of: ``(1,)`` record of the call.
         scan: Whether the Cost critic is enabled.
         costs: ``(rows, cols)`` uint8 costmap.
-        noise: ``(v, w, longest, fastest)``: ``(blocks, time_steps, samples)`` noise, the largest sum of
-            ``|noise of v|`` over the steps of a sample and the largest ``|noise of w|``.
+        noise_v: ``(blocks, time_steps, samples)`` m/s.
+        noise_w: The same, rad/s.
+        longest: Largest sum of ``|noise_v|`` over the steps of a sample, m/s.
+        fastest: Largest ``|noise_w|``, rad/s.
         v: ``(time_steps,)`` control sequence, m/s; zero afterwards if accelerations are limited.
         w: The same, rad/s.
+        highest: Highest speed without cost in Constraint, m/s; float32.
+        lowest: Lowest such speed.
+        keep: As in the sweep, as are ``kept``, ``looked`` and ``collected``.
+        kept: See there.
+        looked: See there.
         limited: ``(2, blocks, time_steps, samples)``, written if accelerations are limited.
+        collected: See there.
 
     Returns:
-        The sweep's ``rollout``, ``efforts``, ``grid``, ``scale``, ``window``, ``measure`` and ``look``.
+        Steps between two evaluations of sine and cosine in the roll-out.
     """
     tuning, call = tuning_of[0], call_of[0]
     efforts = _weigh_effort(tuning, v, w)
+    noise = noise_v, noise_w, longest, fastest
     noise_v, noise_w, longest, fastest = _sample(tuning, call, noise, v, w, limited)
     reach, turn = _reach_and_turn(call, longest, fastest, v, w)
     (rows, cols), grid, scale = lay_grid(call, reach * tuning.model_dt, costs.shape, tuning.jazzy)
@@ -131,17 +145,36 @@ def prepare(tuning_of, call_of, scan, costs, noise, v, w, limited):
         write_contributions(near(call, own.near_goal_distance), own, threshold, call.unknown_is_free, table)
         open_window(costs, grid[4], grid[5], rows, cols, table, window)
     refresh_every = REFRESH_EVERY if turn * tuning.model_dt < SMALL_CHANGE else 1
-    rollout = (refresh_every, noise_v, noise_w, v, w)
-    return rollout, efforts, grid, scale, window, is_near(DISTANCE, tuning, call), is_near(ANGLE, tuning, call)
+    sweep(
+        call_of, tuning.model_dt, (refresh_every, noise_v, noise_w, v, w), efforts, (highest, lowest), keep, kept,
+        looked, grid, scale, window, is_near(DISTANCE, tuning, call), is_near(ANGLE, tuning, call),
+        tuning.GoalAngleCritic.symmetric_yaw_tolerance, collected,
+    )  # fmt: skip
+    return refresh_every
 
 
 @kernel
-def finish(tuning_of, rollout, collected, rows, factors, powers, critic_costs, total):
+def assess(tuning_of, call_of, critics, points, valid, kept, collected):
+    """Find out which critics apply, and score those that need no roll-out of their own; see :func:`judge`."""
+    own = tuning_of[0].PathAlignCritic
+    rows = judge(tuning_of, call_of, critics, points, valid, kept, collected)
+    for row in rows:
+        if row == ALIGNED:
+            compared = (tuning_of[0].time_steps - 1) // own.trajectory_point_step + 1
+            score_align(call_of, points, valid, kept, compared, own.humble_search, collected)
+    return rows
+
+
+@kernel
+def finish(tuning_of, noise_v, noise_w, v, w, collected, rows, factors, powers, critic_costs, total):
     """Add up the critics' costs and replace the control sequence by the soft-max mean of the sampled ones.
 
     Args:
         tuning_of: ``(1,)`` record of the parameters.
-        rollout: ``(refresh_every, noise_v, noise_w, v, w)``; the control sequence is updated.
+        noise_v: ``(blocks, time_steps, samples)`` what was sampled, m/s.
+        noise_w: The same, rad/s.
+        v: ``(time_steps,)`` control sequence, m/s, updated.
+        w: The same, rad/s.
         collected: ``(12, blocks, samples)`` scores.
         rows: ``(critics,)`` rows of the critics, -1 for those that do not apply.
         factors: ``(critics,)`` factors of the scores.
@@ -149,7 +182,7 @@ def finish(tuning_of, rollout, collected, rows, factors, powers, critic_costs, t
         critic_costs: ``(critics, blocks, samples)`` what each critic adds, written.
         total: ``(blocks, samples)`` costs, added to.
     """
-    tuning, (_, noise_v, noise_w, v, w) = tuning_of[0], rollout
+    tuning = tuning_of[0]
     for i in range(len(rows)):
         add_scores(collected[rows[i]], factors[i], powers[i], rows[i] >= 0, critic_costs[i], total)
     for b in range(total.shape[0]):
