@@ -27,7 +27,7 @@ OFFICE = Path(__file__).resolve().parents[2] / "examples" / "office.yaml"
 def fake_robot(monkeypatch):
     """Runs without a robot."""
     monkeypatch.setattr("evolution.api.run_job", fake_runs.misbehave)
-    monkeypatch.setattr("evolution.api.warm_up", None)
+    monkeypatch.setattr("evolution.api.preparation", lambda *_: None)
     monkeypatch.setattr("evolution.api.write_run_figures", lambda _: None)
 
 

@@ -156,7 +156,7 @@ def test_controllers_faster_than_the_world_are_refused(tmp_path, capsys):
 def fake_robot(monkeypatch):
     """Runs without a robot, of which those of the controller ``raises`` end in an error."""
     monkeypatch.setattr("evolution.api.run_job", fake_runs.misbehave)
-    monkeypatch.setattr("evolution.api.warm_up", fake_runs.touch_warm_up)
+    monkeypatch.setattr("evolution.api.preparation", lambda *_: fake_runs.touch_warm_up)
     monkeypatch.setattr("evolution.api.write_run_figures", lambda _: None)
 
 
