@@ -106,8 +106,10 @@ class Simulation:
             self._follow()
         contact = False
         for _ in range(ticks):
-            self._wheel_v = _approach(self._wheel_v, v, dv)
-            self._wheel_w = _approach(self._wheel_w, w, dw)
+            if self._wheel_v != v:
+                self._wheel_v = _approach(self._wheel_v, v, dv)
+            if self._wheel_w != w:
+                self._wheel_w = _approach(self._wheel_w, w, dw)
             contact |= self._step(dt)
         if not -math.pi < self.yaw <= math.pi:
             self.yaw = wrap_angle(self.yaw)

@@ -79,7 +79,7 @@ class DwbFollower:
     def reset(self, setup: FollowerSetup) -> None:
         """Forget the last run: the plan, the critics' memory and the speed limit."""
         self._setup = setup
-        self._corners = np.array(setup.footprint.corners)
+        self._corners = np.ascontiguousarray(setup.footprint.corners)
         self._candidates = Trajectories(self.params, setup.control_period)
         self._critics = make_critics(self.params)
         self._plan = np.empty((0, 3))

@@ -73,7 +73,7 @@ class Optimizer:
         self._params, self._source, self._is_jazzy = params, source, params.release != "humble"
         self._shifts = abs(setup.control_period - params.model_dt) < SAME_PERIOD
         self._tuning, self._call = make_tuning(params, setup), np.zeros(1, dtype=CALL)
-        self._corners = np.array(setup.footprint.corners, dtype=np.float64)
+        self._corners = np.ascontiguousarray(setup.footprint.corners)
         self.critics = tuple(name for name in params.critics if params.critic(name).enabled)
         self._rows = np.array([CRITICS[name] for name in self.critics], dtype=np.int64)
         self._scan, self._repels = CELLS in self._rows, CLOSENESS in self._rows

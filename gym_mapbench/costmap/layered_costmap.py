@@ -60,6 +60,7 @@ class LayeredCostmap:
     def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint) -> None:
         self._params, self._grid, self._footprint = params, grid, footprint
         self._default = _default(params)
+        self._never_changes = not (params.observes or params.rolling_window)
         self._start_over()
 
     def reset(self, pose: Pose) -> None:
@@ -98,7 +99,7 @@ class LayeredCostmap:
         self._roll(pose)
         self._write_layers(pose)
         costmap = Costmap(self._master.copy(), *self._window.geometry, self._params.track_unknown_space)
-        if not (self._params.observes or self._params.rolling_window):
+        if self._never_changes:
             self._unchanging = costmap
         return costmap
 

@@ -40,7 +40,7 @@ def spread(costmap, cost_of, start, goal, use_astar):
     potential = np.full(len(costs), POT_HIGH)
     potential[start] = 0
     current, following, over = np.empty((3, LIST_CELLS), np.uint32)
-    count, waiting = _push_first(gain, width, start, current), 0
+    count, waiting = _push_first(gain, width, start, current), np.int64(0)
     threshold = np.float32(COST_OBS)
     if use_astar:
         threshold += _straight_cost(start, goal, width)
@@ -65,7 +65,7 @@ def spread(costmap, cost_of, start, goal, use_astar):
         if count == 0:
             threshold += THRESHOLD_INCREMENT
             current, over = over, current
-            count, waiting = waiting, 0
+            count, waiting = waiting, np.int64(0)
         if potential[goal] < POT_HIGH:
             break
     return potential.reshape(rows, width)
@@ -183,7 +183,7 @@ def descend(potentials, start, goal):
             if x == 0 and y == 0:
                 return points[: n + 1], False
             scale = HALF / _norm(x, y)
-            cell, dx = _carry(cell, dx + x * scale, 1)
+            cell, dx = _carry(cell, dx + x * scale, np.int64(1))
             cell, dy = _carry(cell, dy + y * scale, width)
     return points, False
 

@@ -34,7 +34,7 @@ def sweep_bearings(tuning_of, call_of, rollout, collected):
     target_x, target_y = np.float32(call.target_x), np.float32(call.target_y)
     for b in range(len(noise_v)):
         start(rows, v_0, w_0, yaw_0, period)
-        start_at(ZERO, b, collected, BEARINGS)
+        start_at(ZERO, b, collected[BEARINGS])
         for t in range(len(v)):
             if t > 0:
                 step(rows, noise_v[b, t - 1], noise_w[b, t - 1], v[t - 1], w[t - 1], yaw_0, period)

@@ -35,10 +35,10 @@ def backwards(speed):
 
 
 @kernel
-def start_at(value, b, collected, row):
-    """Begin the sums of one row of a block with ``value``."""
-    for k in range(collected.shape[2]):
-        collected[row, b, k] = value
+def start_at(value, b, scores):
+    """Begin the sums of a block, of ``scores`` ``(blocks, samples)``, with ``value``."""
+    for k in range(scores.shape[1]):
+        scores[b, k] = value
 
 
 @kernel
@@ -47,7 +47,7 @@ def score_turning(call_of, rollout, collected):
     _, _, noise_w, _, w = rollout
     blocks, steps, samples = noise_w.shape
     for b in range(blocks):
-        start_at(np.float32(abs(call_of[0].w)), b, collected, TURNING)
+        start_at(np.float32(abs(call_of[0].w)), b, collected[TURNING])
         for t in range(steps - 1):
             for k in range(samples):
                 collected[TURNING, b, k] += abs(w[t] + noise_w[b, t, k])
@@ -70,7 +70,7 @@ def score_deadband(tuning_of, call_of, rollout, collected):
     call, limits = call_of[0], tuning_of[0].VelocityDeadbandCritic.deadband_velocities
     _, noise_v, noise_w, v, w = rollout
     for b in range(noise_v.shape[0]):
-        start_at(ZERO, b, collected, DEADBANDS)
+        start_at(ZERO, b, collected[DEADBANDS])
     _add_below(noise_v, v, np.float32(call.v), np.float32(abs(limits[0])), collected)
     _add_below(noise_w, w, np.float32(call.w), np.float32(abs(limits[2])), collected)
 

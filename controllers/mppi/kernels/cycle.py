@@ -147,7 +147,7 @@ def explore(
     refresh_every = REFRESH_EVERY if turn * tuning.model_dt < SMALL_CHANGE else 1
     sweep(
         call_of, tuning.model_dt, (refresh_every, noise_v, noise_w, v, w), efforts, (highest, lowest), keep, kept,
-        looked, grid, scale, window, is_near(DISTANCE, tuning, call), is_near(ANGLE, tuning, call),
+        looked, grid, scale, window, is_near(np.int64(DISTANCE), tuning, call), is_near(np.int64(ANGLE), tuning, call),
         tuning.GoalAngleCritic.symmetric_yaw_tolerance, collected,
     )  # fmt: skip
     return refresh_every

@@ -107,7 +107,7 @@ def furthest_reached(path_x, path_y, x, y, samples, onwards):
     """
     left, right, low, high = _bounds(x, y)
     last = _last_possible(path_x, path_y, left, right, low, high)
-    reached, width = 0, x.shape[1]
+    reached, width = np.int64(0), x.shape[1]
     nearest = np.empty(width, dtype=np.float32)
     for k in range(0, min(samples, width), width if onwards else GUESS_EVERY):
         reached = max(reached, nearest_point(path_x, path_y, x[0, k], y[0, k]))

@@ -233,7 +233,7 @@ def _start_sums(rows, v_0, speeds, effort, b, collected):
     for k in range(BLOCK):
         rows[EXCESSES + k], rows[REVERSES + k], rows[EFFORTS + k] = excess, reverse, effort
     for row in (CELLS, DISTANCE, ANGLE):
-        start_at(ZERO, b, collected, row)
+        start_at(ZERO, b, collected[row])
 
 
 @kernel

@@ -10,6 +10,8 @@ start pose is added last (``Optimizer::integrateStateVelocities``).
 
 from __future__ import annotations
 
+import numpy as np
+
 from controllers.mppi.kernels.elementary import COS_4, HALF, SIN_3, SIN_5, sin_cos
 from gym_mapbench.kernels.jit import inlined, kernel
 
@@ -88,5 +90,5 @@ def retrace(noise_v, noise_w, k, end, v, w, v_0, w_0, yaw_0, dt):
     """Displacement ``(x, y)`` of one sample at step ``end``, sine and cosine evaluated at every step."""
     state = first_state(v_0, w_0, yaw_0, dt)
     for t in range(end):
-        state = next_state(state, v[t] + noise_v[t, k], w[t] + noise_w[t, k], yaw_0, dt, True)
+        state = next_state(state, v[t] + noise_v[t, k], w[t] + noise_w[t, k], yaw_0, dt, np.bool_(True))
     return state[0], state[1]
