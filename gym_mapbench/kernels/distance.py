@@ -96,9 +96,15 @@ def within(occupied, radius):
         while (half + 1) * (half + 1) + offset * offset <= radius * radius:
             half += 1
         for row in range(max(0, -offset), min(rows, rows - offset)):
-            for col in range(cols):
-                near[row, col] |= along[row + offset, col] <= np.int32(half)
+            mark_below(along[row + offset], np.int32(half), near[row])
     return near
+
+
+@kernel
+def mark_below(values, most, marked):
+    """Mark where values are at most ``most``; a function of rows, for then it is vectorised."""
+    for i in range(len(values)):
+        marked[i] |= values[i] <= most
 
 
 @kernel
