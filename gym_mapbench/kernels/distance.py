@@ -200,7 +200,7 @@ def _leave(distance, width, cell, whole, following, n_following, after, n_after)
         (cell + row + one, above, right),
     ):
         before = distance[near]
-        if before > diagonal and along != BLOCKED and across != BLOCKED:
+        if before > diagonal and min(along, across) != BLOCKED:
             distance[near] = diagonal
             if diagonal >= whole + 2.0 and before >= whole + 3.0:
                 after[n_after] = near
