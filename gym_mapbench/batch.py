@@ -18,7 +18,7 @@ from gym_mapbench.kernels.motion import drive_bodies
 from gym_mapbench.kernels.observation import read_bodies, scan_worlds, see_goals
 from gym_mapbench.kernels.task import judge_worlds
 from gym_mapbench.lidar import directions
-from gym_mapbench.observation import CONTENTS, Moment
+from gym_mapbench.observation import CONTENTS, Moment, report_scan
 from gym_mapbench.scenario import Pose
 from gym_mapbench.task import OUTCOMES, REWARD_TERMS, rules_of
 from gym_mapbench.worlds import Worlds, drive_of
@@ -41,9 +41,9 @@ class Batch:
         self._count = len(worlds.bodies)
         self._drive = drive_of(config.robot, config.physics_hz)
         self._rules = rules_of(config)
-        lidar = config.mounted_lidar
+        self._lidar = lidar = config.mounted_lidar
         self._scanner = np.array(lidar.place), directions(lidar), lidar.range_max
-        self._scans_exactly = config.scans_exactly
+        self._scans_exactly = config.noise.scans_exactly and not lidar.range_min
         self._late_ticks = config.late_ticks
         self._prompt_ticks = config.ticks - config.late_ticks
         self._walls = np.ones((self._count, 0), np.bool_)
@@ -105,7 +105,7 @@ class Batch:
                 rows[:] = states[key]
             elif key == "goal":
                 see_goals(self._worlds.tasks, running, estimates, rows)
-            elif key == "scan" and self._scans_exactly:
+            elif key == "scan" and self._lidar.scan_rate is None:
                 self._scan(rows, running)
             else:
                 self._look(key, rows, running, (poses, estimates, odoms, velocities))
@@ -113,6 +113,11 @@ class Batch:
     def _scan(self, ranges: NDArray[np.float32], running: Mask) -> None:
         worlds = self._worlds
         scan_worlds(worlds.bodies, running, worlds.grounds, _frozen(self._walls), *self._scanner, ranges)
+        if not self._scans_exactly and running.any():
+            chosen = np.flatnonzero(running)
+            drawn = zip(*(self.envs[i].observer.draw_scan_noise() for i in chosen.tolist()), strict=True)
+            normals, lost = (None if rows[0] is None else np.stack(rows) for rows in drawn)
+            ranges[chosen] = report_scan(self._config.noise, self._lidar, ranges[chosen], normals, lost)
 
     def _look(self, key: str, rows: NDArray[Any], running: Mask, states: tuple[NDArray[np.float64], ...]) -> None:
         """Observe a key world by world."""

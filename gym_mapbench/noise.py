@@ -118,6 +118,11 @@ class NoiseSettings(Settings):
         return not (wrong or self.drifts or self.odom_frame == "random")
 
     @property
+    def scans_exactly(self) -> bool:
+        """Whether no range is disturbed and no beam is lost."""
+        return not (self.scan or self.scan_relative or self.scan_dropout)
+
+    @property
     def actuates_wrongly(self) -> bool:
         """Whether commands are carried out with errors."""
         return bool(self.actuation_v or self.actuation_w)
@@ -283,19 +288,17 @@ def disturb_velocity(
 
 
 def disturb_ranges(
-    ranges: NDArray[np.float32], deviation: float, relative: float, range_max: float, rng: np.random.Generator
+    ranges: NDArray[np.float32], deviation: float, relative: float, range_max: float, normals: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Add normal noise to ranges that hit something; nothing is drawn where both deviations are 0.
+    """Add normal noise to ranges that hit something.
 
     Args:
-        ranges: ``(beams,)`` m, ``range_max`` where nothing was hit.
+        ranges: ``(..., beams)`` m, ``range_max`` where nothing was hit.
         deviation: Standard deviation, m.
         relative: The same as a share of the range; the squares of both add up.
         range_max: Largest range, m; the result stays between 0 and this.
-        rng: Generator that the noise is drawn from.
+        normals: Standard normal numbers of the same shape.
     """
-    if not (deviation or relative):
-        return ranges
     spread = np.hypot(np.float32(deviation), np.float32(relative) * ranges) if relative else np.float32(deviation)
-    noisy = ranges + spread * rng.standard_normal(len(ranges), dtype=np.float32)
+    noisy = ranges + spread * normals
     return np.where(ranges < range_max, np.clip(noisy, 0.0, np.float32(range_max)), ranges)

@@ -20,9 +20,9 @@ from gym_mapbench.groups import PathWindow
 from gym_mapbench.kernels import geometry
 from gym_mapbench.kernels.jit import plain
 from gym_mapbench.kernels.path import see_path
-from gym_mapbench.lidar import Lidar
+from gym_mapbench.lidar import Lidar, LidarSettings
 from gym_mapbench.localisation import Localisation, Odometry
-from gym_mapbench.noise import Streams, disturb_ranges, disturb_velocity
+from gym_mapbench.noise import NoiseSettings, Streams, disturb_ranges, disturb_velocity
 from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose, Scenario
 
@@ -107,7 +107,8 @@ class Observer:
         self._keys = config.observation
         self.path: NDArray[np.float64] | None = None
         if "scan" in self._keys:
-            self._lidar = Lidar(config.mounted_lidar, scenario.map)
+            self._mounted = config.mounted_lidar
+            self._lidar = Lidar(self._mounted, scenario.map)
             rate = config.lidar.scan_rate
             self._observations_per_scan = 1 if rate is None else max(1, round(config.control_hz / rate))
             self._observations = 0
@@ -139,9 +140,8 @@ class Observer:
         """
         if "scan" not in self._keys:
             return None
-        lidar = self._config.mounted_lidar
-        sensor = lidar.sensor_pose(pose)
-        return sensor, np.stack([sensor.yaw + lidar.angles, self._lidar.scan(pose)], axis=1)
+        sensor = self._mounted.sensor_pose(pose)
+        return sensor, np.stack([sensor.yaw + self._mounted.angles, self._lidar.scan(pose)], axis=1)
 
     def scan_or_hold(self, pose: Pose) -> NDArray[np.float32]:
         """Return a new scan if the scanner has one by now, or else the last one again, in a new array."""
@@ -152,10 +152,28 @@ class Observer:
 
     def _scan(self, pose: Pose) -> NDArray[np.float32]:
         """Measure: noise on every range, then the beams that are lost or too near."""
-        noise, streams, range_max = self._config.noise, self._streams, self._config.lidar.range_max
-        ranges = disturb_ranges(self._lidar.scan(pose), noise.scan, noise.scan_relative, range_max, streams.scan)
-        lost = streams.dropout.random(len(ranges)) < noise.scan_dropout if noise.scan_dropout else None
-        return self._lidar.report(ranges, lost)
+        return report_scan(self._config.noise, self._mounted, self._lidar.scan(pose), *self.draw_scan_noise())
+
+    def draw_scan_noise(self) -> tuple[NDArray[np.float32] | None, NDArray[np.bool_] | None]:
+        """Draw ``(beams,)`` standard normal numbers, and which beams are lost; None where that noise is off."""
+        noise, streams, beams = self._config.noise, self._streams, self._mounted.beams
+        blurs = noise.scan or noise.scan_relative
+        normals = streams.scan.standard_normal(beams, dtype=np.float32) if blurs else None
+        lost = streams.dropout.random(beams) < noise.scan_dropout if noise.scan_dropout else None
+        return normals, lost
+
+
+def report_scan(
+    noise: NoiseSettings,
+    lidar: LidarSettings,
+    ranges: NDArray[np.float32],
+    normals: NDArray[np.float32] | None,
+    lost: NDArray[np.bool_] | None,
+) -> NDArray[np.float32]:
+    """Return ``(..., beams)`` ranges as a scanner reports them, with what was drawn in ``draw_scan_noise``."""
+    if normals is not None:
+        ranges = disturb_ranges(ranges, noise.scan, noise.scan_relative, lidar.range_max, normals)
+    return lidar.report(ranges, lost)
 
 
 CONTENTS: dict[str, Callable[[Observer, Moment], NDArray[Any]]] = {
