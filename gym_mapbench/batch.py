@@ -1,7 +1,7 @@
 """Many worlds driven, judged and observed together: one kernel for all of them, wherever no world needs its own care.
 
-What is written here is what the single env does, by the same kernels: where something is random, or Box2D is needed,
-the objects of the single env do it, world by world.
+What is written here is what the single env does, by the same kernels. Where something is drawn, or Box2D is needed, the
+objects of the single env do it, world by world.
 """
 
 from __future__ import annotations

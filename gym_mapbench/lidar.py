@@ -84,7 +84,7 @@ class LidarSettings(Settings):
         return robot if place == IDENTITY else compose(robot, place)
 
     def report(self, ranges: NDArray[np.float32], lost: NDArray[np.bool_] | None) -> NDArray[np.float32]:
-        """Return ``(..., beams)`` measured ranges, m, with ``no_range`` where a beam is lost or hits something too near."""
+        """Return measured ``(..., beams)`` ranges, m; ``no_range`` where a beam is lost or hits something too near."""
         range_min = self.range_min
         if not range_min and lost is None:
             return ranges

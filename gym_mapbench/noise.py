@@ -8,7 +8,7 @@ on or off (common random numbers).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -128,6 +128,7 @@ class NoiseSettings(Settings):
         return bool(self.actuation_v or self.actuation_w)
 
 
+DRAWN_AT_ONCE = 64
 _DEVIATIONS = (
     *("start_xy", "start_yaw", "pose_xy", "pose_yaw", "odometry_v", "odometry_w"),
     *("odometry_distance", "odometry_turn", "odometry_veer", "actuation_v", "actuation_w"),
@@ -252,21 +253,27 @@ class Wander:
         self, deviations: tuple[float, ...], time_constant: float, period: float, rng: np.random.Generator
     ) -> None:
         self.is_on = any(deviations)
-        self._deviations = np.array(deviations)
+        self._deviations = deviations
         self._kept = math.exp(-period / time_constant) if time_constant else 0.0
         self._fresh = math.sqrt(1.0 - self._kept**2)
-        self._rng = rng
         if self.is_on:
-            self._next = rng.standard_normal(len(deviations))
+            self._normals = _draw_ahead(rng, len(deviations))
+            self._next = next(self._normals)
 
     def advance(self) -> list[float]:
         """Return the error of this moment and move on to the next."""
         if not self.is_on:
             return [0.0] * len(self._deviations)
         now = self._next
-        self._next = self._kept * now + self._fresh * self._rng.standard_normal(len(now))
-        error: list[float] = (self._deviations * now).tolist()
-        return error
+        drawn = zip(now, next(self._normals), strict=True)
+        self._next = [self._kept * old + self._fresh * new for old, new in drawn]
+        return [deviation * value for deviation, value in zip(self._deviations, now, strict=True)]
+
+
+def _draw_ahead(rng: np.random.Generator, count: int) -> Iterator[list[float]]:
+    """Draw ``count`` standard normal numbers at a time; many times at once, which takes a tenth of the time."""
+    while True:
+        yield from rng.standard_normal((DRAWN_AT_ONCE, count)).tolist()
 
 
 def disturb_pose(pose: Pose, xy: float, yaw: float, rng: np.random.Generator) -> Pose:

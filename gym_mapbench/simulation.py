@@ -66,8 +66,9 @@ class Simulation:
         robot: Shape and limits of the robot.
         start: Where it stands, at rest.
         physics_hz: Ticks per second.
-        rests: Whether Box2D rests while no wall is within reach. Nothing changes up to the first touch; after it, which
-            of several walls touched at once Box2D solves first depends on where the body has been all along.
+        rests: Whether Box2D rests while no wall is within reach, and knows only the walls nearby. Nothing changes up to
+            the first touch; after it, which of several walls touched at once Box2D solves first depends on where the
+            body has been all along.
         worlds: The one world in which it is written how the robot moves; its own where None.
     """
 
