@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import NO_INFORMATION, Costmap, CostmapParams, InflationLayer, build_static_costmap
 from gym_mapbench.groups import PathWindow
-from gym_mapbench.kernels import geometry
+from gym_mapbench.kernels import frames
 from gym_mapbench.kernels.jit import plain
 from gym_mapbench.kernels.path import see_path
 from gym_mapbench.lidar import Lidar, LidarSettings
 from gym_mapbench.localisation import Localisation, Odometry
-from gym_mapbench.noise import NoiseSettings, Streams, disturb_ranges, disturb_velocity
+from gym_mapbench.noise import NoiseSettings, Normals, Streams, disturb_ranges, disturb_velocity
 from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose, Scenario
 
@@ -31,7 +31,7 @@ FAR = 1e8
 FAST = 1e3
 """Bound of every speed, m/s and rad/s."""
 
-_seen_from = plain(geometry.in_robot_frame)
+_seen_from = plain(frames.in_robot_frame)
 
 
 def observation_space(config: EnvConfig) -> spaces.Dict:
@@ -101,6 +101,7 @@ class Observer:
     def __init__(self, config: EnvConfig, scenario: Scenario, start: Pose, streams: Streams) -> None:
         self._config = config
         self._streams = streams
+        self._velocity_normals = Normals(streams.velocity)
         self._odometry = Odometry(config.noise, start, streams.odom_frame, streams.odometry)
         self._localisation = Localisation(config.noise, 1.0 / config.control_hz, streams.localisation)
         self.goal = scenario.goal
@@ -130,7 +131,7 @@ class Observer:
         odom = self._odometry.advance(pose)
         estimate = self._localisation.advance(pose, odom)
         counted = self._odometry.measure(velocity)
-        measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._streams.velocity)
+        measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._velocity_normals)
         return Moment(pose, estimate, odom, measured)
 
     def beams(self, pose: Pose) -> tuple[Pose, NDArray[np.float64]] | None:

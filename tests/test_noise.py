@@ -14,7 +14,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.frames import compose, relate
 from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.localisation import Localisation, Odometry
-from gym_mapbench.noise import NOISES, NoiseSettings, Streams, Wander, disturb_ranges
+from gym_mapbench.noise import NOISES, NoiseSettings, Normals, Streams, Wander, disturb_ranges
 from gym_mapbench.scenario import Pose, wrap_angle
 from tests.worlds import ROOM_OPTIONS
 
@@ -81,6 +81,14 @@ class TestSettings:
         with pytest.raises(ConfigError, match=message) as caught:
             EnvConfig(noise=noise)
         assert "\n" not in str(caught.value)
+
+
+def test_normals_are_those_of_the_generator_whatever_is_asked_for_at_once():
+    normals, drawn = Normals(rng()), []
+    for count in (1, 3, 0, 2, 300, 257, 5):
+        drawn += normals.draw(count)
+    one_by_one = rng()
+    assert drawn == [one_by_one.standard_normal() for _ in drawn]
 
 
 class TestWander:
