@@ -22,7 +22,7 @@ from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, Scenario
 from gym_mapbench.scenario_source import ScenarioSource
 from gym_mapbench.simulation import Simulation
-from gym_mapbench.task import Task
+from gym_mapbench.task import Standing, Task
 from gym_mapbench.worlds import Worlds
 
 Observation = dict[str, NDArray[Any]]
@@ -106,8 +106,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self.task = Task(config, self.scenario, start, self._worlds)
         if self.render_mode == "human":
             self.render()
-        pose, velocity = self.simulation.pose, self.simulation.velocity
-        return self.observer.observe(pose, velocity), _info(self.task, False, pose, velocity)
+        pose, velocity = self.simulation.state()
+        return self.observer.observe(pose, velocity), _info(self.task.standing(), False, pose, velocity)
 
     def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control period.
@@ -123,12 +123,12 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
         contact = self._drive(*to_command(action, self.config))
-        pose, velocity = self.simulation.pose, self.simulation.velocity
+        pose, velocity = self.simulation.state()
         task.step(pose, contact)
         self.picture()
-        outcome = task.outcome
-        observation, info = self.observer.observe(pose, velocity), _info(task, contact, pose, velocity)
-        return observation, task.reward, outcome in ("goal", "collision"), outcome == "timeout", info
+        now = task.standing()
+        observation, info = self.observer.observe(pose, velocity), _info(now, contact, pose, velocity)
+        return observation, now.reward, now.outcome in ("goal", "collision"), now.outcome == "timeout", info
 
     def picture(self) -> None:
         """Add the present state to what is rendered, if anything is; :meth:`step` does."""
@@ -187,12 +187,12 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         return self.simulation.advance(*command, self._prompt_ticks) or contact
 
 
-def _info(task: Task, contact: bool, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
+def _info(now: Standing, contact: bool, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
     return {
-        "time": task.time,
-        "outcome": task.outcome,
+        "time": now.time,
+        "outcome": now.outcome,
         "contact": contact,
         "pose": np.array(pose),
         "velocity": np.array(velocity),
-        "reward_terms": task.terms,
+        "reward_terms": now.terms,
     }

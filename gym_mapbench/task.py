@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.kernels.distance import geodesic_distance, within
 from gym_mapbench.kernels.field import distance_at, fill_unreached
-from gym_mapbench.kernels.task import RULES, RUNNING, TASK, judge
+from gym_mapbench.kernels.task import RULES, TASK, judge
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, Scenario
 from gym_mapbench.worlds import Records, Worlds, ground_of
@@ -22,6 +22,7 @@ StepOutcome = Literal["running", "goal", "collision", "timeout"]
 OUTCOMES: tuple[StepOutcome, ...] = ("running", "goal", "collision", "timeout")
 """How an episode stands, in the order of the numbers in :mod:`gym_mapbench.kernels.task`."""
 REWARD_TERMS = ("progress", "time", "collision", "goal")
+FIELD = {name: index for index, name in enumerate(TASK.names or ())}
 NO_FIELD = np.zeros((0, 0))
 
 
@@ -90,6 +91,15 @@ def rules_of(config: EnvConfig) -> Records:
     return np.array([rules], RULES)
 
 
+class Standing(NamedTuple):
+    """How an episode stands: outcome, simulated seconds, the last reward and its terms."""
+
+    outcome: StepOutcome
+    time: float
+    reward: float
+    terms: dict[str, float]
+
+
 class Task:
     """Follows one episode: its clock, its outcome, and the reward of every step.
 
@@ -116,30 +126,37 @@ class Task:
         for name, value in zip(("goal_x", "goal_y", "goal_yaw", "distance"), (*scenario.goal, distance), strict=True):
             self._worlds.tasks[name] = value
 
+    def standing(self) -> Standing:
+        """Return how the episode stands."""
+        record: tuple[Any, ...] = self._worlds.tasks.item(0)
+        terms = {name: record[FIELD[name]] for name in REWARD_TERMS}
+        outcome, time = OUTCOMES[record[FIELD["outcome"]]], record[FIELD["steps"]] / self._control_hz
+        return Standing(outcome, time, record[FIELD["reward"]], terms)
+
     @property
     def outcome(self) -> StepOutcome:
         """How the episode stands."""
-        return OUTCOMES[int(self._worlds.tasks["outcome"][0])]
+        return self.standing().outcome
 
     @property
     def over(self) -> bool:
         """Whether the episode has ended."""
-        return bool(self._worlds.tasks["outcome"][0] != RUNNING)
+        return self.standing().outcome != "running"
 
     @property
     def time(self) -> float:
         """Simulated seconds since the start."""
-        return int(self._worlds.tasks["steps"][0]) / self._control_hz
+        return self.standing().time
 
     @property
     def reward(self) -> float:
         """Reward of the last step."""
-        return float(self._worlds.tasks["reward"][0])
+        return self.standing().reward
 
     @property
     def terms(self) -> dict[str, float]:
         """Terms of it."""
-        return {name: float(self._worlds.tasks[name][0]) for name in REWARD_TERMS}
+        return self.standing().terms
 
     def step(self, pose: Pose, contact: bool) -> None:
         """Judge one control step.
