@@ -180,6 +180,11 @@ class EnvConfig(Settings):
         return self.lidar.mounted(self.robot.lidar if self.noise.lidar_mount == "robot" else LidarMount())
 
     @property
+    def physics_may_rest(self) -> bool:
+        """Whether Box2D may rest where no wall is within reach: it may where nothing happens after the first touch."""
+        return self.collision_ends_episode
+
+    @property
     def max_steps(self) -> int:
         """Control steps until the time limit."""
         return math.ceil(self.time_limit * self.control_hz - 1e-9)

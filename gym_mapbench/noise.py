@@ -108,7 +108,34 @@ class NoiseSettings(Settings):
         """Whether wheel odometry counts wrongly."""
         return bool(self.odometry_distance or self.odometry_turn or self.odometry_veer)
 
+    @property
+    def draws(self) -> bool:
+        """Whether anything is drawn at random."""
+        deviations = (getattr(self, name) for name in _DEVIATIONS)
+        return any(deviations) or self.odom_frame == "random"
 
+    @property
+    def knows_its_state(self) -> bool:
+        """Whether ``pose``, ``odom`` and ``velocity`` are observed as they are."""
+        wrong = self.pose_xy or self.pose_yaw or self.odometry_v or self.odometry_w
+        return not (wrong or self.drifts or self.odom_frame == "random")
+
+    @property
+    def scans_exactly(self) -> bool:
+        """Whether no range is disturbed and no beam is lost."""
+        return not (self.scan or self.scan_relative or self.scan_dropout)
+
+    @property
+    def actuates_wrongly(self) -> bool:
+        """Whether commands are carried out with errors."""
+        return bool(self.actuation_v or self.actuation_w)
+
+
+_DEVIATIONS = (
+    *("start_xy", "start_yaw", "pose_xy", "pose_yaw", "odometry_v", "odometry_w"),
+    *("odometry_distance", "odometry_turn", "odometry_veer", "actuation_v", "actuation_w"),
+    *("scan", "scan_relative", "scan_dropout"),
+)
 _LEVELS: dict[str, NoiseSettings] = {
     "none": NoiseSettings(),
     # A TurtleBot3 that is well looked after.
@@ -205,9 +232,13 @@ class Streams(NamedTuple):
     dropout: np.random.Generator
 
     @classmethod
-    def spawn(cls, rng: np.random.Generator) -> Streams:
-        """Make them from the env's generator, whose own numbers are not used up."""
-        return cls(*rng.spawn(len(cls._fields)))
+    def spawn(cls, rng: np.random.Generator, noise: NoiseSettings) -> Streams:
+        """Make them from the env's generator, whose own numbers are not used up.
+
+        Where nothing is drawn they are the generator itself, for making them takes as long as several steps.
+        """
+        count = len(cls._fields)
+        return cls(*(rng.spawn(count) if noise.draws else [rng] * count))
 
 
 class Normals:
@@ -275,19 +306,17 @@ def disturb_velocity(velocity: tuple[float, float], v: float, w: float, normals:
 
 
 def disturb_ranges(
-    ranges: NDArray[np.float32], deviation: float, relative: float, range_max: float, rng: np.random.Generator
+    ranges: NDArray[np.float32], deviation: float, relative: float, range_max: float, normals: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Add normal noise to ranges that hit something; nothing is drawn where both deviations are 0.
+    """Add normal noise to ranges that hit something.
 
     Args:
-        ranges: ``(beams,)`` m, ``range_max`` where nothing was hit.
+        ranges: ``(..., beams)`` m, ``range_max`` where nothing was hit.
         deviation: Standard deviation, m.
         relative: The same as a share of the range; the squares of both add up.
         range_max: Largest range, m; the result stays between 0 and this.
-        rng: Generator that the noise is drawn from.
+        normals: Standard normal numbers of the same shape.
     """
-    if not (deviation or relative):
-        return ranges
     spread = np.hypot(np.float32(deviation), np.float32(relative) * ranges) if relative else np.float32(deviation)
-    noisy = ranges + spread * rng.standard_normal(len(ranges), dtype=np.float32)
+    noisy = ranges + spread * normals
     return np.where(ranges < range_max, np.clip(noisy, 0.0, np.float32(range_max)), ranges)

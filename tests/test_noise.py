@@ -218,13 +218,20 @@ class TestScan:
     def test_spread_is_absolute_relative_or_both(self):
         ranges = np.full(20_000, 2.0, dtype=np.float32)
         for deviation, relative, expected in ((0.03, 0.0, 0.03), (0.0, 0.02, 0.04), (0.03, 0.02, 0.05)):
-            noisy = disturb_ranges(ranges, deviation, relative, 3.5, rng())
+            noisy = disturb_ranges(
+                ranges, deviation, relative, 3.5, rng().standard_normal(len(ranges), dtype=np.float32)
+            )
             assert noisy.dtype == np.float32
             assert noisy.std() == pytest.approx(expected, rel=0.03)
 
     def test_what_hits_nothing_stays_as_it_is(self):
         ranges = np.array([3.5, 3.4999, 0.001], dtype=np.float32)
-        noisy = np.array([disturb_ranges(ranges, 0.1, 0.0, 3.5, rng(seed)) for seed in range(50)])
+        noisy = np.array(
+            [
+                disturb_ranges(ranges, 0.1, 0.0, 3.5, rng(seed).standard_normal(len(ranges), dtype=np.float32))
+                for seed in range(50)
+            ]
+        )
         assert (noisy[:, 0] == 3.5).all()
         assert noisy.min() == 0.0
         assert noisy.max() == 3.5
@@ -272,10 +279,17 @@ class TestStreams:
 
     def test_they_are_other_ones_in_every_episode_and_leave_the_env_alone(self):
         generator = rng()
-        first, second = Streams.spawn(generator), Streams.spawn(generator)
+        first, second = (Streams.spawn(generator, NOISES["nominal"]) for _ in range(2))
         values = [stream.random() for stream in (*first, *second)]
         assert len(set(values)) == len(values)
         assert generator.random() == rng().random()
+
+    def test_every_noise_that_draws_has_them(self):
+        still = {"update_min_d", "update_min_a", "pose_time_constant", "actuation_time_constant", "latency"}
+        for name in NoiseSettings.model_fields.keys() - still - {"odom_frame", "lidar_mount"}:
+            assert NoiseSettings(**{name: 0.1}).draws, name
+        assert NoiseSettings(odom_frame="random").draws
+        assert not NoiseSettings(**dict.fromkeys(still, 0.1), lidar_mount="robot").draws
 
 
 class TestActuation:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from gym_mapbench.kernels.jit import kernel
 
 DIAGONAL = math.sqrt(2.0)
@@ -19,30 +21,39 @@ def fill_unreached(distance):
         distance: ``(rows, cols)`` float64, cells.
     """
     rows, cols = distance.shape
-    unreached = distance == math.inf
+    unreached = distance == np.inf
+    over = np.full(cols, np.inf)
     for row in range(rows):
-        for col in range(cols):
-            if unreached[row, col]:
-                distance[row, col] = min(distance[row, col], through(distance, row, col, -1))
+        if row > 0:
+            step_over(distance[row - 1], over)
+        fill_row(unreached[row], over, distance[row])
+    over[:] = np.inf
     for row in range(rows - 1, -1, -1):
-        for col in range(cols - 1, -1, -1):
-            if unreached[row, col]:
-                distance[row, col] = min(distance[row, col], through(distance, row, col, 1))
+        if row < rows - 1:
+            step_over(distance[row + 1], over)
+        fill_row(unreached[row, ::-1], over[::-1], distance[row, ::-1])
 
 
 @kernel
-def through(distance, row, col, side):
-    """Shortest way over the next cell in this row or the three in the row on this side (-1 below, 1 above)."""
-    rows, cols = distance.shape
-    best = math.inf
-    if 0 <= col + side < cols:
-        best = distance[row, col + side] + 1.0
-    if 0 <= row + side < rows:
-        best = min(best, distance[row + side, col] + 1.0)
-        for other in (col - 1, col + 1):
-            if 0 <= other < cols:
-                best = min(best, distance[row + side, other] + DIAGONAL)
-    return best
+def step_over(beside, over):
+    """Write the shortest ways ``(cols,)`` into a row over the three nearest cells of the row beside it."""
+    last = len(beside) - 1
+    for col in range(len(beside)):
+        over[col] = beside[col] + 1.0
+    for col in range(last):
+        over[col] = min(over[col], beside[col + 1] + DIAGONAL)
+    for col in range(last):
+        over[col + 1] = min(over[col + 1], beside[col] + DIAGONAL)
+
+
+@kernel
+def fill_row(unreached, over, distance):
+    """Shorten the ways ``(cols,)`` to the unreached cells of a row, from the row beside it or the cell before."""
+    before = np.inf
+    for col in range(len(distance)):
+        if unreached[col]:
+            distance[col] = min(distance[col], over[col], before + 1.0)
+        before = distance[col]
 
 
 @kernel
@@ -63,3 +74,20 @@ def interpolate(field, line, column):
     below = field[row, col] * (1.0 - s) + field[row, right] * s
     above = field[up, col] * (1.0 - s) + field[up, right] * s
     return below * (1.0 - t) + above * t
+
+
+@kernel
+def distance_at(field, resolution, origin_x, origin_y, x, y):
+    """Value at a world position of a field in cells, in m.
+
+    Args:
+        field: ``(rows, cols)`` values at the cell centres, cells.
+        resolution: Side of a cell, m.
+        origin_x: World x of the map's lower-left corner, m.
+        origin_y: World y of the same corner, m.
+        x: Position, m.
+        y: Position, m.
+    """
+    column = (x - origin_x) / resolution - 0.5
+    line = (y - origin_y) / resolution - 0.5
+    return interpolate(field, line, column) * resolution

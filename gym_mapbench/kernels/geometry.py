@@ -30,3 +30,11 @@ def normalize_angle(angle):
     if wrapped <= 0.0:
         return wrapped + math.pi
     return wrapped - math.pi
+
+
+@kernel
+def wrap_angle(angle):
+    """Wrap an angle to (-pi, pi]; one that lies there is returned unchanged, so that saved poses keep their digest."""
+    if -math.pi < angle <= math.pi:
+        return float(angle)
+    return float(-((-angle + math.pi) % TWO_PI - math.pi))
