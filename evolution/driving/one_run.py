@@ -21,7 +21,8 @@ from gym_mapbench.scenario import Scenario
 def environment_for(config: EnvConfig, controller: Controller, *, own_goal_check: bool = True) -> MapBenchEnv:
     """Build the env a controller needs: what it observes, in SI units, and who decides that the goal is reached.
 
-    A controller with a ``scan_rate`` gets its scans at that rate; those in between are not computed.
+    A controller with a ``scan_rate`` gets its scans at that rate; those in between are not computed. One with ``fit``
+    says itself which sensors it needs.
 
     Args:
         config: The env without regard to the controller.
@@ -29,6 +30,9 @@ def environment_for(config: EnvConfig, controller: Controller, *, own_goal_check
         own_goal_check: Whether a controller with ``decides_goal`` decides when the goal is reached, and not the env.
             Nav2's goal checker starts afresh with every new path and the env's does not, so the two may disagree.
     """
+    fit = getattr(controller, "fit", None)
+    if fit is not None:
+        config = fit(config)
     changes: dict[str, Any] = {"observation": tuple(controller.observation_keys), "action": "physical"}
     if own_goal_check and getattr(controller, "decides_goal", False):
         changes["goal_ends_episode"] = False
