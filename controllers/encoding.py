@@ -71,7 +71,8 @@ class Encoder:
         """Return ``(worlds, size)`` float32 within [-1, 1] of the observations of several worlds."""
         parts = [FEATURES[key](self, observation[key]) for key in self.settings.keys]
         features: Features = np.concatenate(parts, axis=1, dtype=np.float32)
-        return np.clip(features, -1.0, 1.0, out=features)
+        np.clip(features, -1.0, 1.0, out=features)
+        return features
 
 
 def _encode_velocity(encoder: Encoder, velocity: NDArray[Any]) -> NDArray[Any]:
@@ -94,7 +95,7 @@ def _encode_scan(encoder: Encoder, scan: NDArray[Any]) -> NDArray[Any]:
     """Logarithm of the distance, from ``near`` at -1 to the scanner's range at 1."""
     near = encoder.settings.near
     whole = math.log(encoder.config.lidar.range_max / near)
-    return 2.0 / whole * np.log(np.maximum(scan, near) / near) - 1.0
+    return np.asarray(2.0 / whole * np.log(np.maximum(scan, near) / near) - 1.0)
 
 
 def _encode_path(encoder: Encoder, path: NDArray[Any]) -> NDArray[Any]:
@@ -130,12 +131,16 @@ class Frames:
         worlds: How many worlds.
         size: Entries of one frame.
         settings: How many frames, how far apart.
+
+    Attributes:
+        count: Frames in a stack.
     """
 
     def __init__(self, worlds: int, size: int, settings: EncodingSettings) -> None:
         length = (settings.frames - 1) * settings.frame_spacing + 1
         self._history = np.zeros((length, worlds, size), dtype=np.float32)
         self._spacing = settings.frame_spacing
+        self.count = settings.frames
 
     def begin(self, features: Features, which: NDArray[np.bool_]) -> Features:
         """Begin episodes in some worlds with a first frame; return the stacks of all."""

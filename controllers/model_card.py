@@ -42,7 +42,8 @@ class Normalization(Settings):
     def apply(self, features: Features) -> Features:
         """Return normalised features."""
         scaled = (features - np.array(self.mean)) / np.sqrt(np.array(self.variance) + self.epsilon)
-        return np.clip(scaled, -self.clip, self.clip).astype(np.float32)
+        clipped: Features = np.clip(scaled, -self.clip, self.clip).astype(np.float32)
+        return clipped
 
 
 class ModelCard(Settings):

@@ -2,6 +2,18 @@
 
 from __future__ import annotations
 
-from evolution.commands import bench, drive, evolve, export, import_results, maps, params, report, study, validate
+from evolution.commands import (
+    bench,
+    drive,
+    evolve,
+    export,
+    import_results,
+    maps,
+    params,
+    report,
+    study,
+    train,
+    validate,
+)
 
-COMMANDS = (evolve, study, report, bench, drive, maps, params, export, import_results, validate)
+COMMANDS = (evolve, study, report, bench, train, drive, maps, params, export, import_results, validate)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
-from evolution.runs.loading import LoadedRun, driven_maps, load_run
+from evolution.runs.loading import LoadedRun, driven_maps, load_run, reached_maps
 from evolution.runs.results import errors_in, results_document, results_in
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "driven_maps",
     "errors_in",
     "load_run",
+    "reached_maps",
     "results_document",
     "results_in",
 ]
