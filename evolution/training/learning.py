@@ -93,7 +93,7 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
 def make_levels(settings: TrainSettings, maps: Sequence[Scenario], curriculum: Sequence[Scenario]) -> Levels:
     """Return what gives every episode its map."""
     fresh_rng, replay_rng = (np.random.default_rng((settings.seed, stream)) for stream in range(2))
-    fresh: Levels = RandomLevels(settings.world, settings.obstacles, settings.reuse, fresh_rng)
+    fresh: Levels = RandomLevels(settings.world, settings.obstacles, settings.anywhere, settings.reuse, fresh_rng)
     if maps:
         fresh = GivenLevels(split(maps)[0], fresh_rng)
     return ReplayedLevels(settings.replay, fresh, split(curriculum)[0], replay_rng) if curriculum else fresh

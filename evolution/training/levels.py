@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from evolution.training.settings import ReplaySettings, Stage
 from gym_mapbench.config import EnvConfig
+from gym_mapbench.random_task import draw_task
 from gym_mapbench.scenario import Scenario
 from gym_mapbench.scenario_source import draw_scenario
 
@@ -60,12 +61,16 @@ class RandomLevels:
     Args:
         world: What the maps are like apart from the number of obstacles.
         stages: How many obstacles, when.
+        anywhere: Share of the maps with start and goal anywhere.
         reuse: Episodes on a map, on average.
         rng: Source of all randomness.
     """
 
-    def __init__(self, world: EnvConfig, stages: Sequence[Stage], reuse: float, rng: np.random.Generator) -> None:
+    def __init__(
+        self, world: EnvConfig, stages: Sequence[Stage], anywhere: float, reuse: float, rng: np.random.Generator
+    ) -> None:
         self._world = world
+        self._anywhere = anywhere
         self._after = [stage.after for stage in stages]
         self._fewest = [stage.fewest for stage in stages]
         self._most = [stage.most for stage in stages]
@@ -81,13 +86,19 @@ class RandomLevels:
     def next(self, progress: float) -> Scenario:
         """Return a new map, or one of those drawn lately."""
         if len(self._pool) < FIRST_MAPS or self._rng.random() * self._reuse < 1.0:
-            shapes = self._world.shapes.replace(n_obstacles=self.obstacles(progress))
-            self._pool.append(draw_scenario(self._world.replace(shapes=shapes), self._rng))
+            self._pool.append(self._draw(progress))
             return self._pool[-1]
         return self._pool[int(self._rng.integers(len(self._pool)))]
 
     def ended(self, scenario: Scenario, success: bool) -> None:
         """Learn nothing."""
+
+    def _draw(self, progress: float) -> Scenario:
+        shapes = self._world.shapes.replace(n_obstacles=self.obstacles(progress))
+        scenario = draw_scenario(self._world.replace(shapes=shapes), self._rng)
+        if self._rng.random() >= self._anywhere:
+            return scenario
+        return draw_task(scenario.map, self._world.robot, self._rng) or scenario
 
 
 class ReplayedLevels:

@@ -33,6 +33,21 @@ class Stage(Settings):
     most: Annotated[int, Field(ge=0)]
 
 
+class ShapingSettings(Settings):
+    """What is taken off the reward in training besides the env's own terms, so that the robot keeps away from walls.
+
+    The way whose progress is rewarded is the shortest one, which grazes every corner.
+
+    Args:
+        proximity: Taken off per second where the robot touches a wall, in proportion less further away.
+        reach: Distance between the robot's outline and the nearest wall in the scan from which on nothing is taken off,
+            m.
+    """
+
+    proximity: Annotated[float, Field(ge=0)] = 0.0
+    reach: Annotated[float, Field(gt=0)] = 0.3
+
+
 class ReplaySettings(Settings):
     """How the levels of a curriculum are replayed (Jiang et al., Prioritized Level Replay, 2021).
 
@@ -90,7 +105,9 @@ class TrainSettings(Settings):
         world: The env. One decision a control step: ``control_hz`` is the rate at which the model decides.
         encoding: How observations become the input of the networks.
         obstacles: Curriculum of the random maps; the first stage begins at 0.
+        anywhere: Share of the random maps with start and goal anywhere, and not where the world's tasks have them.
         reuse: Episodes for which a random map is drawn once, on average.
+        shaping: What is taken off the reward besides.
         network: The networks.
         learning_rate: At the beginning and at the end; in between it changes linearly.
         normalize_rewards: Whether rewards are divided by the running deviation of the return (VecNormalize).
@@ -108,7 +125,9 @@ class TrainSettings(Settings):
     world: EnvConfig = EnvConfig()
     encoding: EncodingSettings = EncodingSettings()
     obstacles: tuple[Stage, ...] = (Stage(after=0.0, fewest=15, most=40),)
+    anywhere: Share = 0.0
     reuse: Annotated[float, Field(ge=1)] = 6.0
+    shaping: ShapingSettings = ShapingSettings()
     network: NetworkSettings = NetworkSettings()
     learning_rate: tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]] = (3e-4, 3e-4)
     normalize_rewards: bool = False
@@ -134,6 +153,12 @@ class TrainSettings(Settings):
         if self.world.observation != self.encoding.keys or self.world.action != "normalized":
             world = self.world.replace(observation=self.encoding.keys, action="normalized")
             object.__setattr__(self, "world", world)
+        return self
+
+    @model_validator(mode="after")
+    def _sees_walls(self) -> Self:
+        if self.shaping.proximity and "scan" not in self.encoding.keys:
+            raise ConfigError("shaping.proximity: expected a scan among encoding.keys, got none")
         return self
 
     @property

@@ -39,7 +39,12 @@ class TrainingWorlds(VecEnv):
         self.successes: deque[bool] = deque(maxlen=LATEST)
         self._levels = levels
         self._worlds = EncodedWorlds(
-            settings.envs, settings.world, settings.encoding, lambda: levels.next(self.progress), settings.seed
+            settings.envs,
+            settings.world,
+            settings.encoding,
+            lambda: levels.next(self.progress),
+            settings.seed,
+            settings.shaping,
         )
         self._returns = np.zeros(settings.envs)
         self._lengths = np.zeros(settings.envs, dtype=int)

@@ -13,8 +13,11 @@ from numpy.typing import NDArray
 
 import gym_mapbench  # noqa: F401, registers MapBench-v0
 from controllers.encoding import Encoder, EncodingSettings, Features, Frames
+from evolution.training.settings import ShapingSettings
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.scenario import Scenario
+
+UNSHAPED = ShapingSettings()
 
 
 @dataclass(frozen=True)
@@ -45,10 +48,17 @@ class EncodedWorlds:
         encoding: How observations become the networks' input.
         next_level: Called for the map of every new episode.
         seed: Root of the worlds' own randomness, such as noise.
+        shaping: What is taken off the rewards.
     """
 
     def __init__(
-        self, count: int, world: EnvConfig, encoding: EncodingSettings, next_level: Callable[[], Scenario], seed: int
+        self,
+        count: int,
+        world: EnvConfig,
+        encoding: EncodingSettings,
+        next_level: Callable[[], Scenario],
+        seed: int,
+        shaping: ShapingSettings = UNSHAPED,
     ) -> None:
         self.count = count
         self.worlds: VectorEnv[Any, Any, Any] = gymnasium.make_vec(
@@ -60,6 +70,8 @@ class EncodedWorlds:
         )
         self._encoder = Encoder(encoding, world)
         self._frames = Frames(count, self._encoder.size, encoding)
+        self._world = world
+        self._shaping = shaping
         self._next_level = next_level
         self._seed: int | None = seed
         self._levels: list[Scenario] = []
@@ -80,6 +92,8 @@ class EncodedWorlds:
     def step(self, actions: NDArray[Any]) -> Step:
         """Drive all worlds for one decision."""
         observation, rewards, terminated, truncated, info = self.worlds.step(np.clip(actions, -1.0, 1.0))
+        if self._shaping.proximity:
+            rewards = rewards - self._shaping.proximity / self._world.control_hz * self._nearness(observation["scan"])
         ended = terminated | truncated
         features = self._frames.push(self._encoder.encode(observation))
         outcomes = {int(i): (self._levels[i], str(info["outcome"][i])) for i in np.flatnonzero(ended)}
@@ -94,6 +108,11 @@ class EncodedWorlds:
     def close(self) -> None:
         """Close all worlds."""
         self.worlds.close()
+
+    def _nearness(self, scan: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return how near the walls are in every world: 1 where the robot touches one, 0 beyond the reach."""
+        away = scan.min(axis=1) - self._world.robot.circumscribed_radius
+        return np.clip(1.0 - away / self._shaping.reach, 0.0, 1.0).astype(np.float64)
 
     def _begin(self, which: NDArray[np.bool_]) -> Features:
         """Put some worlds on their levels, each on its own."""
