@@ -156,4 +156,4 @@ class Frames:
     def stacked(self) -> Features:
         """Return ``(worlds, frames * size)``, the newest frame first, in a new array."""
         chosen = self._history[:: self._spacing]
-        return chosen.transpose(1, 0, 2).reshape(chosen.shape[1], -1)
+        return np.concatenate(list(chosen), axis=1)

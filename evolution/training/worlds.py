@@ -112,7 +112,8 @@ class EncodedWorlds:
     def _nearness(self, scan: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return how near the walls are in every world: 1 where the robot touches one, 0 beyond the reach."""
         away = scan.min(axis=1) - self._world.robot.circumscribed_radius
-        return np.clip(1.0 - away / self._shaping.reach, 0.0, 1.0).astype(np.float64)
+        near: NDArray[np.float64] = np.clip(1.0 - away / self._shaping.reach, 0.0, 1.0).astype(np.float64)
+        return near
 
     def _begin(self, which: NDArray[np.bool_]) -> Features:
         """Put some worlds on their levels, each on its own."""
