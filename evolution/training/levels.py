@@ -131,10 +131,11 @@ class ReplayedLevels:
 
     def next(self, progress: float) -> Scenario:
         """Return a kept level or a new map."""
+        replays = self._levels and self._rng.random() < self._settings.probability
+        number = int(self._rng.choice(len(self._levels), p=self.probabilities())) if replays else None
         self._episodes += 1
-        if not self._levels or self._rng.random() >= self._settings.probability:
+        if number is None:
             return self._fresh.next(progress)
-        number = int(self._rng.choice(len(self._levels), p=self.probabilities()))
         self._played[number] = self._episodes
         return self._levels[number]
 

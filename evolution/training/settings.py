@@ -148,6 +148,13 @@ class TrainSettings(Settings):
                 raise ConfigError(f"expected at most as many fewest as most obstacles, got {stage.fewest} {stage.most}")
         return value
 
+    @field_validator("world")
+    @classmethod
+    def _without_maps(cls, value: EnvConfig) -> EnvConfig:
+        if value.maps is not None:
+            raise ConfigError("world.maps: expected none, the maps are given apart")
+        return value
+
     @model_validator(mode="after")
     def _observes_what_it_encodes(self) -> Self:
         if self.world.observation != self.encoding.keys or self.world.action != "normalized":
