@@ -97,12 +97,7 @@ class ModelCard(Settings):
         return config.replace(**changes)
 
     def differences(self, config: EnvConfig) -> list[str]:
-        """Say how a world differs from the one of the training, and what is done about it.
-
-        Raises:
-            ConfigError: If the model cannot drive there.
-        """
-        self.repeats_in(config)
+        """Say how a world differs from the one of the training, and what is done about it."""
         own, found = self.world, []
         if own.robot != config.robot:
             found.append(

@@ -63,11 +63,13 @@ def run(args: argparse.Namespace) -> int:
     """Drive and print."""
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
+    controllers, settings = options.controllers_of(args), options.drive_settings(args)
+    options.note_models(controllers, settings)
     with WorkBar("driving") as bar:
         result = bench(
             args.maps,
-            options.controllers_of(args),
-            settings=options.drive_settings(args),
+            controllers,
+            settings=settings,
             start=args.start,
             goal=args.goal,
             unknown_map=args.unknown_map,

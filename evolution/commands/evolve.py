@@ -65,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
         experiment = experiment_of(RunDir.open(args.resume).config)
     else:
         experiment = _experiment(args)
+    options.note_models(experiment.controllers, experiment.run)  # type: ignore[arg-type]
     with WorkBar("evolving", experiment.search.evaluations) as bar:
         found = evolve(
             experiment,

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterable
 from typing import Any
 
+from controllers.model_card import read_card
 from controllers.nav2_params import PlannerPlugin, preset_of
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
+from evolution.commands.progress import note
 from evolution.driving import EXECUTORS, ControllerSpec, DriveSettings, available_cores, with_parameters
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
@@ -189,6 +192,18 @@ def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
     if not all(names):
         raise ConfigError(f"--controllers: expected names separated by commas, got {text!r}")
     return controllers_from(names)
+
+
+def note_models(specs: Iterable[ControllerSpec], settings: DriveSettings) -> None:
+    """Say how the world differs from the one that each trained model knows, and what is done about it.
+
+    Raises:
+        ConfigError: If a model's file cannot be read.
+    """
+    for spec in specs:
+        card = read_card(spec.registered_name) if spec.registered_name.endswith(".zip") else None
+        for difference in [] if card is None else card.differences(settings.environment):
+            note(f"{spec.name}: {difference}")
 
 
 def workers_of(args: argparse.Namespace) -> int:
