@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 from controllers.model_card import read_card
 from controllers.nav2_params import PlannerPlugin, preset_of
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
 from evolution.commands.progress import note
-from evolution.driving import EXECUTORS, ControllerSpec, DriveSettings, available_cores, with_parameters
+from evolution.driving import (
+    EXECUTORS,
+    ControllerSpec,
+    DriveSettings,
+    available_cores,
+    try_controllers,
+    with_parameters,
+)
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -194,16 +201,19 @@ def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
     return controllers_from(names)
 
 
-def note_models(specs: Iterable[ControllerSpec], settings: DriveSettings) -> None:
+def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> None:
     """Say how the world differs from the one that each trained model knows, and what is done about it.
 
     Raises:
-        ConfigError: If a model's file cannot be read.
+        ConfigError: If a controller cannot drive there; nothing is said then.
     """
-    for spec in specs:
-        card = read_card(spec.registered_name) if spec.registered_name.endswith(".zip") else None
-        for difference in [] if card is None else card.differences(settings.environment):
-            note(f"{spec.name}: {difference}")
+    models = {spec.name: spec.registered_name for spec in specs if spec.registered_name.endswith(".zip")}
+    cards = {name: card for name, path in models.items() if (card := read_card(path)) is not None}
+    if cards:
+        try_controllers(specs, settings)
+    for name, card in cards.items():
+        for difference in card.differences(settings.environment):
+            note(f"{name}: {difference}")
 
 
 def workers_of(args: argparse.Namespace) -> int:
