@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from gymnasium import spaces
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.errors import ConfigError
 
@@ -46,3 +46,29 @@ def to_command(action: ArrayLike, config: EnvConfig) -> tuple[float, float]:
         return v, w
     robot = config.robot
     return v * (robot.max_linear_velocity if v > 0 else robot.max_reverse_velocity), w * robot.max_angular_velocity
+
+
+def to_commands(actions: ArrayLike, config: EnvConfig, wanted: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return what the actions of many worlds command, ``(n, 2)``, as :func:`to_command` does for one.
+
+    Args:
+        actions: ``(n, 2)``.
+        config: Of all worlds.
+        wanted: ``(n,)`` whose actions count; the others' may be anything.
+
+    Raises:
+        ConfigError: If the actions are not two finite numbers for every world.
+    """
+    try:
+        commands = np.array(actions, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ConfigError(f"actions: expected two numbers for every world, got {actions!r:.80}") from None
+    if commands.shape != (len(wanted), 2):
+        raise ConfigError(f"actions: expected shape {(len(wanted), 2)}, got {commands.shape}")
+    if not np.isfinite(commands).all() and not np.isfinite(commands[wanted]).all():
+        raise ConfigError(f"actions: expected finite numbers, got {commands[wanted].tolist()!r:.80}")
+    if config.action == "normalized":
+        robot = config.robot
+        commands[:, 0] *= np.where(commands[:, 0] > 0, robot.max_linear_velocity, robot.max_reverse_velocity)
+        commands[:, 1] *= robot.max_angular_velocity
+    return commands

@@ -176,6 +176,17 @@ class EnvConfig(Settings):
         return self.lidar.mounted(self.robot.lidar if self.noise.lidar_mount == "robot" else LidarMount())
 
     @property
+    def physics_may_rest(self) -> bool:
+        """Whether Box2D may rest where no wall is within reach: it may where nothing happens after the first touch."""
+        return self.collision_ends_episode
+
+    @property
+    def scans_exactly(self) -> bool:
+        """Whether every observation has a scan of its own, in which no beam is changed."""
+        noise, lidar = self.noise, self.mounted_lidar
+        return not (noise.scan or noise.scan_relative or noise.scan_dropout or lidar.range_min or lidar.scan_rate)
+
+    @property
     def max_steps(self) -> int:
         """Control steps until the time limit."""
         return math.ceil(self.time_limit * self.control_hz - 1e-9)

@@ -22,7 +22,8 @@ from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Scenario
 from gym_mapbench.scenario_source import ScenarioSource
 from gym_mapbench.simulation import Simulation
-from gym_mapbench.task import REWARD_TERMS, Task
+from gym_mapbench.task import Task
+from gym_mapbench.worlds import Worlds
 
 Observation = dict[str, NDArray[Any]]
 
@@ -65,8 +66,9 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self._source = ScenarioSource(self.config, scenarios)
         self._late_ticks = self.config.late_ticks
         self._prompt_ticks = self.config.ticks - self._late_ticks
-        self._task: Task | None = None
+        self.task: Task | None = None
         self._window: Window | None = None
+        self._worlds = Worlds()
 
     @property
     def robot(self) -> RobotSpec:
@@ -87,21 +89,23 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             NoPathError: If ``path`` is observed and there is none.
         """
         super().reset(seed=seed)
-        self._task = None
+        self.task = None
         self.scenario = self._source.choose(options or {}, self.np_random)
         check_clearance(self.scenario, self.robot)
         config, noise, streams = self.config, self.config.noise, Streams.spawn(self.np_random)
         start = draw_start(self.scenario, self.robot, noise, streams.start)
-        self._simulation = Simulation(self.scenario.map, self.robot, start, config.physics_hz)
-        self._observer = Observer(config, self.scenario, start, streams)
+        self.simulation = Simulation(
+            self.scenario.map, self.robot, start, config.physics_hz, rests=config.physics_may_rest, worlds=self._worlds
+        )
+        self.observer = Observer(config, self.scenario, start, streams)
         gains = noise.actuation_v, noise.actuation_w
         self._actuation = Wander(gains, noise.actuation_time_constant, 1.0 / config.control_hz, streams.actuation)
-        self._command = 0.0, 0.0
+        self._worlds.commands[0] = 0.0
         self._trail = [start]
-        self._task = Task(self.config, self.scenario, start)
+        self.task = Task(config, self.scenario, start, self._worlds)
         if self.render_mode == "human":
             self.render()
-        return self._observe(), self._info(self._task, False, dict.fromkeys(REWARD_TERMS, 0.0))
+        return self._observe(), self._info(self.task, False)
 
     def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control period.
@@ -113,17 +117,22 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             ConfigError: If the action is anything else.
             gymnasium.error.ResetNeeded: If no episode is running.
         """
-        task = self._task
+        task = self.task
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
-        contact = self._drive(to_command(action, self.config))
-        terms = task.step(self._simulation.pose, contact)
-        observation, info = self._observe(), self._info(task, contact, terms)
+        contact = self._drive(*to_command(action, self.config))
+        task.step(self.simulation.pose, contact)
+        self.picture()
+        outcome = task.outcome
+        observation, info = self._observe(), self._info(task, contact)
+        return observation, task.reward, outcome in ("goal", "collision"), outcome == "timeout", info
+
+    def picture(self) -> None:
+        """Add the present state to what is rendered, if anything is; :meth:`step` does."""
         if self.render_mode is not None:
-            self._trail.append(self._simulation.pose)
+            self._trail.append(self.simulation.pose)
             if self.render_mode == "human":
                 self.render()
-        return observation, sum(terms.values()), task.outcome in ("goal", "collision"), task.outcome == "timeout", info
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the present state: ``(height, width, 3)`` uint8 for ``rgb_array``, a window for ``human``.
@@ -131,7 +140,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         Raises:
             gymnasium.error.ResetNeeded: Before the first reset.
         """
-        if self._task is None:
+        if self.task is None:
             raise ResetNeeded("render: no episode has begun; call reset first")
         if self.render_mode is None:
             return None
@@ -144,13 +153,13 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
 
     def snapshot(self) -> Snapshot:
         """Return what a picture of the present state needs."""
-        sensor, scan = self._observer.beams(self._simulation.pose) or (None, None)
+        sensor, scan = self.observer.beams(self.simulation.pose) or (None, None)
         return Snapshot(
             scenario=self.scenario,
             robot=self.robot,
-            pose=self._simulation.pose,
+            pose=self.simulation.pose,
             trail=np.array(self._trail)[:, :2],
-            path=self._observer.path,
+            path=self.observer.path,
             scan=scan,
             sensor=sensor,
         )
@@ -161,22 +170,28 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             self._window.close()
             self._window = None
 
-    def _drive(self, command: tuple[float, float]) -> bool:
-        """Drive for one control period, at first still by the previous command; return whether a wall was touched."""
+    def carried_out(self, v: float, w: float) -> tuple[float, float]:
+        """Return a command (m/s, rad/s) as the motors carry it out in this control period; call it once in each."""
         gain_v, gain_w = self._actuation.advance()
-        before, self._command = self._command, (command[0] * (1 + gain_v), command[1] * (1 + gain_w))
-        contact = self._late_ticks > 0 and self._simulation.advance(*before, self._late_ticks)
-        return self._simulation.advance(*self._command, self._prompt_ticks) or contact
+        return v * (1 + gain_v), w * (1 + gain_w)
+
+    def _drive(self, v: float, w: float) -> bool:
+        """Drive for one control period, at first still by the previous command; return whether a wall was touched."""
+        command = self.carried_out(v, w)
+        before_v, before_w = self._worlds.commands[0].tolist()
+        self._worlds.commands[0] = command
+        contact = self._late_ticks > 0 and self.simulation.advance(before_v, before_w, self._late_ticks)
+        return self.simulation.advance(*command, self._prompt_ticks) or contact
 
     def _observe(self) -> Observation:
-        return self._observer.observe(self._simulation.pose, self._simulation.velocity)
+        return self.observer.observe(self.simulation.pose, self.simulation.velocity)
 
-    def _info(self, task: Task, contact: bool, terms: dict[str, float]) -> dict[str, Any]:
+    def _info(self, task: Task, contact: bool) -> dict[str, Any]:
         return {
             "time": task.time,
             "outcome": task.outcome,
             "contact": contact,
-            "pose": np.array(self._simulation.pose),
-            "velocity": np.array(self._simulation.velocity),
-            "reward_terms": terms,
+            "pose": np.array(self.simulation.pose),
+            "velocity": np.array(self.simulation.velocity),
+            "reward_terms": task.terms,
         }

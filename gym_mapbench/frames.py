@@ -10,16 +10,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_mapbench.kernels.geometry import compose as compose_kernel
+from gym_mapbench.kernels.jit import plain
 from gym_mapbench.scenario import Pose, wrap_angle
 
+_compose = plain(compose_kernel)
 IDENTITY = Pose(0.0, 0.0, 0.0)
 
 
 def compose(frame: Pose, pose: Pose) -> Pose:
     """Transform ``pose`` from ``frame`` into the frame in which ``frame`` itself is given; m, rad in (-pi, pi]."""
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    x, y = frame.x + (cos * pose.x - sin * pose.y), frame.y + (sin * pose.x + cos * pose.y)
-    return Pose(x, y, wrap_angle(frame.yaw + pose.yaw))
+    return Pose(*_compose(*frame, *pose))
 
 
 def inverse(frame: Pose) -> Pose:

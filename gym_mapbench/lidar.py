@@ -98,7 +98,7 @@ class Lidar:
 
     def __init__(self, settings: LidarSettings, grid: GridMap) -> None:
         self._settings = settings
-        self._beams = _directions(settings)
+        self._beams = directions(settings)
         self._walls = grid.framed
         self._resolution = grid.resolution
         self._origin = grid.origin
@@ -130,7 +130,7 @@ def _mounted(settings: LidarSettings, mount: LidarMount) -> LidarSettings:
 
 
 @functools.lru_cache(maxsize=8)
-def _directions(settings: LidarSettings) -> NDArray[np.float64]:
+def directions(settings: LidarSettings) -> NDArray[np.float64]:
     """``(beams, 2)`` cosine and sine of every beam's angle; cached, as every episode begins with a new Lidar."""
     directions: NDArray[np.float64] = np.stack([np.cos(settings.angles), np.sin(settings.angles)], axis=1)
     directions.flags.writeable = False

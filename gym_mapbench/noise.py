@@ -105,6 +105,17 @@ class NoiseSettings(Settings):
         """Whether wheel odometry counts wrongly."""
         return bool(self.odometry_distance or self.odometry_turn or self.odometry_veer)
 
+    @property
+    def knows_its_state(self) -> bool:
+        """Whether ``pose``, ``odom`` and ``velocity`` are observed as they are."""
+        wrong = self.pose_xy or self.pose_yaw or self.odometry_v or self.odometry_w
+        return not (wrong or self.drifts or self.odom_frame == "random")
+
+    @property
+    def actuates_wrongly(self) -> bool:
+        """Whether commands are carried out with errors."""
+        return bool(self.actuation_v or self.actuation_w)
+
 
 _LEVELS: dict[str, NoiseSettings] = {
     "none": NoiseSettings(),

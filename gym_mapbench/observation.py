@@ -17,17 +17,21 @@ from numpy.typing import NDArray
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import NO_INFORMATION, Costmap, CostmapParams, InflationLayer, build_static_costmap
 from gym_mapbench.groups import PathWindow
+from gym_mapbench.kernels import geometry
+from gym_mapbench.kernels.jit import plain
 from gym_mapbench.kernels.path import see_path
 from gym_mapbench.lidar import Lidar
 from gym_mapbench.localisation import Localisation, Odometry
 from gym_mapbench.noise import Streams, disturb_ranges, disturb_velocity
 from gym_mapbench.planners.navfn import NavfnPlanner
-from gym_mapbench.scenario import Pose, Scenario, wrap_angle
+from gym_mapbench.scenario import Pose, Scenario
 
 FAR = 1e8
 """Bound of every coordinate, m; beyond what maps in UTM coordinates hold. The spaces must be finite."""
 FAST = 1e3
 """Bound of every speed, m/s and rad/s."""
+
+_seen_from = plain(geometry.in_robot_frame)
 
 
 def observation_space(config: EnvConfig) -> spaces.Dict:
@@ -116,13 +120,17 @@ class Observer:
 
     def observe(self, pose: Pose, velocity: tuple[float, float]) -> dict[str, NDArray[Any]]:
         """Return one observation, noise included, of a true pose and velocity; call it once a control step."""
+        moment = self.know(pose, velocity)
+        return {key: CONTENTS[key](self, moment) for key in self._keys}
+
+    def know(self, pose: Pose, velocity: tuple[float, float]) -> Moment:
+        """Return what odometry and localisation make of a true pose and velocity; call it once a control step."""
         noise = self._config.noise
         odom = self._odometry.advance(pose)
         estimate = self._localisation.advance(pose, odom)
         counted = self._odometry.measure(velocity)
         measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._streams.velocity)
-        moment = Moment(pose, estimate, odom, measured)
-        return {key: CONTENTS[key](self, moment) for key in self._keys}
+        return Moment(pose, estimate, odom, measured)
 
     def beams(self, pose: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
         """Return where the beams start, and ``(beams, 2)`` world angle (rad) and range (m) of each, without noise.
@@ -163,10 +171,7 @@ CONTENTS: dict[str, Callable[[Observer, Moment], NDArray[Any]]] = {
 
 def in_robot_frame(goal: Pose, pose: Pose) -> NDArray[np.float32]:
     """Return ``(3,)`` x, y (m) and yaw (rad) of a goal, seen from a pose."""
-    dx, dy = goal.x - pose.x, goal.y - pose.y
-    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-    yaw = wrap_angle(goal.yaw - pose.yaw)
-    return np.array([cos * dx + sin * dy, cos * dy - sin * dx, yaw], dtype=np.float32)
+    return np.array(_seen_from(*goal, *pose), dtype=np.float32)
 
 
 class PathView:

@@ -12,6 +12,10 @@ import numpy as np
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.kernels.geometry import wrap_angle as wrap_angle_kernel
+from gym_mapbench.kernels.jit import plain
+
+_wrap = plain(wrap_angle_kernel)
 
 
 class Pose(NamedTuple):
@@ -97,6 +101,5 @@ def _pose_on(grid: GridMap, what: str, pose: Pose) -> Pose:
 
 def wrap_angle(angle: float) -> float:
     """Wrap an angle to (-pi, pi]; one that lies there is returned unchanged, so that saved poses keep their digest."""
-    if -np.pi < angle <= np.pi:
-        return float(angle)
-    return float(-((-angle + np.pi) % (2 * np.pi) - np.pi))
+    wrapped: float = _wrap(angle)
+    return wrapped

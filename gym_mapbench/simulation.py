@@ -1,9 +1,9 @@
 """The physics: a differential-drive robot among the walls of a grid map, in Box2D.
 
 Box2D computes in float32, controllers are compared in float64. While nothing touches the robot its
-motion is the float64 midpoint step of :meth:`Simulation.advance`, and the body follows that pose,
+motion is the float64 midpoint step of :mod:`gym_mapbench.kernels.motion`, and the body follows that pose,
 set anew before every control step, so that it is never more than a few float32 roundings away.
-As soon as a contact touches, the pose is what Box2D makes of it.
+As soon as a contact touches, the pose is what Box2D makes of it. Box2D may rest where no wall is within reach.
 
 Lengths inside Box2D are metres times :data:`SCALE`: its fixed tolerances (5 mm of permitted
 overlap, 15 mm at the first touch) shrink to 0.13 mm and 0.38 mm. Coordinates count from the map's
@@ -14,13 +14,18 @@ from __future__ import annotations
 
 import math
 import warnings
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.kernels import motion
+from gym_mapbench.kernels.jit import plain
+from gym_mapbench.kernels.motion import drive_body
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, wrap_angle
+from gym_mapbench.worlds import Worlds, drive_of, ground_of
 
 with warnings.catch_warnings():
     # Its SWIG types make Python warn; where warnings are errors, Box2D would crash the interpreter here.
@@ -44,6 +49,8 @@ SKIN = 0.02
 VELOCITY_ITERATIONS = 6
 POSITION_ITERATIONS = 2
 
+_clip, _approach, _midpoint_velocity = plain(motion.clip), plain(motion.approach), plain(motion.midpoint_velocity)
+
 
 class Simulation:
     """One robot on one map, from a start pose on.
@@ -56,33 +63,40 @@ class Simulation:
         robot: Shape and limits of the robot.
         start: Where it stands, at rest.
         physics_hz: Ticks per second.
+        rests: Whether Box2D rests while no wall is within reach. Nothing changes up to the first touch; after it, which
+            of several walls touched at once Box2D solves first depends on where the body has been all along.
+        worlds: The one world in which it is written how the robot moves; its own where None.
     """
 
-    def __init__(self, grid: GridMap, robot: RobotSpec, start: Pose, physics_hz: float) -> None:
-        self.x, self.y, self.yaw = start
-        self._robot = robot
-        self._tick = 1.0 / physics_hz
-        self._wheel_v = self._wheel_w = 0.0
-        self._origin_x, self._origin_y = grid.origin
-        self._touch = _Touch() if robot.footprint is None else _SeamlessTouch(grid)
-        self._world = b2World(gravity=(0, 0), doSleep=False, contactListener=self._touch)
-        _build_walls(self._world.CreateStaticBody(), grid)
-        self._body = _build_robot(self._world, robot)
-        self._follow()
+    def __init__(
+        self,
+        grid: GridMap,
+        robot: RobotSpec,
+        start: Pose,
+        physics_hz: float,
+        *,
+        rests: bool = False,
+        worlds: Worlds | None = None,
+    ) -> None:
+        self.rests = rests
+        self._worlds = Worlds() if worlds is None else worlds
+        self._worlds.grounds[0] = ground_of(grid)
+        self._worlds.bodies[0] = (*start, 0.0, 0.0, 0.0, 0.0, False)
+        self._grid, self._robot = grid, robot
+        self._walls = grid.framed.reshape(-1)
+        self._drive = drive_of(robot, physics_hz)
+        self._engine: _Engine | None = None
 
     @property
     def pose(self) -> Pose:
         """True pose: m, rad in (-pi, pi]."""
-        return Pose(self.x, self.y, self.yaw)
+        return Pose(*self._worlds.bodies.item(0)[:3])
 
     @property
     def velocity(self) -> tuple[float, float]:
         """True forward speed (m/s) and turn rate (rad/s) of the body; the wheels' where nothing touches it."""
-        if not self._touch.count:
-            return self._wheel_v, self._wheel_w
-        velocity = self._body.linearVelocity
-        forward = velocity.x * math.cos(self.yaw) + velocity.y * math.sin(self.yaw)
-        return forward / SCALE, self._body.angularVelocity
+        v, w = self._worlds.bodies.item(0)[5:7]
+        return v, w
 
     def advance(self, v: float, w: float, ticks: int) -> bool:
         """Drive ``ticks`` physics steps towards a command.
@@ -98,54 +112,90 @@ class Simulation:
         Returns:
             Whether the robot touched a wall in any of them.
         """
-        robot, dt = self._robot, self._tick
-        v = min(max(v, -robot.max_reverse_velocity), robot.max_linear_velocity)
-        w = min(max(w, -robot.max_angular_velocity), robot.max_angular_velocity)
-        dv, dw = robot.max_linear_acceleration * dt, robot.max_angular_acceleration * dt
+        worlds = self._worlds
+        if self.rests and drive_body(worlds.bodies, 0, v, w, ticks, self._drive, worlds.grounds, self._walls):
+            return False
+        return self.advance_among_walls(v, w, ticks)
+
+    def advance_among_walls(self, v: float, w: float, ticks: int) -> bool:
+        """Do what :meth:`advance` does where a wall is within reach."""
+        self._engine = self._engine or _Engine(self._grid, self._robot)
+        body, contact = self._engine.advance(self._worlds.bodies.item(0), v, w, ticks, self._drive.item(0))
+        self._worlds.bodies[0] = body
+        return contact
+
+
+class _Engine:
+    """Box2D's world: the walls of a map, and the robot."""
+
+    def __init__(self, grid: GridMap, robot: RobotSpec) -> None:
+        self._origin_x, self._origin_y = grid.origin
+        self._touch = _Touch() if robot.footprint is None else _SeamlessTouch(grid)
+        self._world = b2World(gravity=(0, 0), doSleep=False, contactListener=self._touch)
+        _build_walls(self._world.CreateStaticBody(), grid)
+        self._body = _build_robot(self._world, robot)
+
+    def advance(
+        self, body: tuple[Any, ...], v: float, w: float, ticks: int, drive: tuple[float, ...]
+    ) -> tuple[tuple[Any, ...], bool]:
+        """Drive ``ticks`` physics steps towards a command.
+
+        Args:
+            body: BODY before.
+            v: Commanded forward speed, m/s.
+            w: Commanded turn rate, rad/s.
+            ticks: Number of physics steps.
+            drive: DRIVE.
+
+        Returns:
+            BODY afterwards, and whether a wall was touched.
+        """
+        self._x, self._y, self._yaw, wheel_v, wheel_w, *_ = body
+        tick, forward, reverse, turn, dv, dw, _ = drive
+        v, w = _clip(v, -reverse, forward), _clip(w, -turn, turn)
         if not self._touch.count:
             self._follow()
         contact = False
         for _ in range(ticks):
-            self._wheel_v = _approach(self._wheel_v, v, dv)
-            self._wheel_w = _approach(self._wheel_w, w, dw)
-            contact |= self._step(dt)
-        if not -math.pi < self.yaw <= math.pi:
-            self.yaw = wrap_angle(self.yaw)
-        return contact
+            wheel_v, wheel_w = _approach(wheel_v, v, dv), _approach(wheel_w, w, dw)
+            contact |= self._step(wheel_v, wheel_w, tick)
+        self._yaw = wrap_angle(self._yaw)
+        touching = self._touch.count > 0
+        speeds = self._velocity() if touching else (wheel_v, wheel_w)
+        return (self._x, self._y, self._yaw, wheel_v, wheel_w, *speeds, touching), contact
 
-    def _step(self, dt: float) -> bool:
+    def _step(self, v: float, w: float, tick: float) -> bool:
         """Move by one tick with the wheels' speeds; return whether a wall was touched."""
-        v, w, body, touch = self._wheel_v, self._wheel_w, self._body, self._touch
-        heading = self.yaw + w * dt / 2
-        vx, vy = v * math.cos(heading), v * math.sin(heading)
+        body, touch = self._body, self._touch
+        vx, vy = _midpoint_velocity(self._yaw, v, w, tick)
         body.linearVelocity = vx * SCALE, vy * SCALE
         body.angularVelocity = w
-        self._world.Step(dt, VELOCITY_ITERATIONS, POSITION_ITERATIONS)
+        self._world.Step(tick, VELOCITY_ITERATIONS, POSITION_ITERATIONS)
         if touch.count or touch.begun:
             touch.begun = False
             self._take_over()
             return True
-        self.x += vx * dt
-        self.y += vy * dt
-        self.yaw += w * dt
+        self._x += vx * tick
+        self._y += vy * tick
+        self._yaw += w * tick
         return False
 
     def _follow(self) -> None:
         """Set the body to the float64 pose."""
-        self._body.transform = ((self.x - self._origin_x) * SCALE, (self.y - self._origin_y) * SCALE), self.yaw
+        self._body.transform = ((self._x - self._origin_x) * SCALE, (self._y - self._origin_y) * SCALE), self._yaw
 
     def _take_over(self) -> None:
         """Take the pose from the body."""
         position = self._body.position
-        self.x = self._origin_x + position.x / SCALE
-        self.y = self._origin_y + position.y / SCALE
-        self.yaw = self._body.angle
+        self._x = self._origin_x + position.x / SCALE
+        self._y = self._origin_y + position.y / SCALE
+        self._yaw = self._body.angle
 
-
-def _approach(speed: float, target: float, change: float) -> float:
-    """Move a speed towards its target by at most ``change``; comparing takes a quarter of the time of ``min``."""
-    error = target - speed
-    return speed + (change if error > change else -change if error < -change else error)
+    def _velocity(self) -> tuple[float, float]:
+        """Forward speed (m/s) and turn rate (rad/s) of the body."""
+        velocity = self._body.linearVelocity
+        forward = velocity.x * math.cos(self._yaw) + velocity.y * math.sin(self._yaw)
+        return forward / SCALE, self._body.angularVelocity
 
 
 class _Touch(b2ContactListener):  # type: ignore[misc]

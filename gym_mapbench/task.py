@@ -11,66 +11,18 @@ from numpy.typing import NDArray
 
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import CostmapParams
-from gym_mapbench.groups import RewardSettings
 from gym_mapbench.kernels.distance import geodesic_distance, squared_distance
-from gym_mapbench.kernels.field import fill_unreached, interpolate
+from gym_mapbench.kernels.field import distance_at, fill_unreached
+from gym_mapbench.kernels.task import RULES, RUNNING, TASK, judge
 from gym_mapbench.robot import RobotSpec
-from gym_mapbench.scenario import Pose, Scenario, wrap_angle
+from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.worlds import Records, Worlds, ground_of
 
 StepOutcome = Literal["running", "goal", "collision", "timeout"]
+OUTCOMES: tuple[StepOutcome, ...] = ("running", "goal", "collision", "timeout")
+"""How an episode stands, in the order of the numbers in :mod:`gym_mapbench.kernels.task`."""
 REWARD_TERMS = ("progress", "time", "collision", "goal")
-
-
-def reward_terms(
-    weights: RewardSettings, progress: float, seconds: float, touched: bool, arrived: bool
-) -> dict[str, float]:
-    """Return every term of the reward of one step; the reward is their sum.
-
-    Args:
-        weights: Weight of every term.
-        progress: By how much the geodesic distance to the goal shrank, m.
-        seconds: Simulated length of the step, s.
-        touched: Whether a contact began.
-        arrived: Whether the goal was reached for the first time.
-    """
-    return {
-        "progress": weights.progress * progress,
-        "time": -weights.time * seconds,
-        "collision": -weights.collision if touched else 0.0,
-        "goal": weights.goal if arrived else 0.0,
-    }
-
-
-def decide_outcome(collision: bool, goal: bool, out_of_time: bool) -> StepOutcome:
-    """Return how the episode stands; touching a wall on the way into the goal is a collision."""
-    if collision:
-        return "collision"
-    if goal:
-        return "goal"
-    return "timeout" if out_of_time else "running"
-
-
-class GoalCheck:
-    """Whether the goal is reached, as Nav2's stateful SimpleGoalChecker decides it.
-
-    Args:
-        goal: Where to go.
-        xy_tolerance: Distance at which the position counts as reached, from then on, m.
-        yaw_tolerance: Error of the heading at which the goal is reached, rad.
-    """
-
-    def __init__(self, goal: Pose, xy_tolerance: float, yaw_tolerance: float) -> None:
-        self._goal = goal
-        self._xy_tolerance = xy_tolerance
-        self._yaw_tolerance = yaw_tolerance
-        self._position_reached = False
-
-    def reached(self, pose: Pose) -> bool:
-        """Return whether the robot is at the goal."""
-        if not self._position_reached:
-            dx, dy = self._goal.x - pose.x, self._goal.y - pose.y
-            self._position_reached = dx * dx + dy * dy <= self._xy_tolerance * self._xy_tolerance
-        return self._position_reached and abs(wrap_angle(self._goal.yaw - pose.yaw)) <= self._yaw_tolerance
+NO_FIELD = np.zeros((0, 0))
 
 
 class DistanceToGoal:
@@ -82,6 +34,10 @@ class DistanceToGoal:
     Args:
         scenario: Map and task.
         robot: Its shape.
+
+    Attributes:
+        solvable: Whether start and goal are connected.
+        cells: ``(rows, cols)`` distance at the cells' centres, in cells.
     """
 
     def __init__(self, scenario: Scenario, robot: RobotSpec) -> None:
@@ -90,15 +46,13 @@ class DistanceToGoal:
         distance = geodesic_distance(~open_cells(scenario, robot), *(cell or (0, 0)))
         self.solvable = math.isfinite(distance[grid.world_to_cell(scenario.start.x, scenario.start.y) or (0, 0)])
         fill_unreached(distance)
-        self._cells = distance
+        self.cells: NDArray[np.float64] = distance
         self._resolution = grid.resolution
         self._origin = grid.origin
 
     def at(self, x: float, y: float) -> float:
         """Return the distance from a point on the map, m."""
-        column = (x - self._origin[0]) / self._resolution - 0.5
-        line = (y - self._origin[1]) / self._resolution - 0.5
-        return float(interpolate(self._cells, line, column)) * self._resolution
+        return float(distance_at(self.cells, self._resolution, *self._origin, x, y))
 
 
 @functools.lru_cache(maxsize=8)
@@ -125,6 +79,17 @@ def inscribed_radius(robot: RobotSpec) -> float:
     return CostmapParams().make_footprint(robot).inscribed_radius
 
 
+def rules_of(config: EnvConfig) -> Records:
+    """Return the ``(1,)`` RULES of a configuration."""
+    weights = config.reward
+    rules = (
+        *(config.xy_goal_tolerance, config.yaw_goal_tolerance, 1.0 / config.control_hz, config.max_steps),
+        *(config.collision_ends_episode, config.goal_ends_episode),
+        *(weights.progress, weights.time, weights.collision, weights.goal),
+    )
+    return np.array([rules], RULES)
+
+
 class Task:
     """Follows one episode: its clock, its outcome, and the reward of every step.
 
@@ -132,54 +97,55 @@ class Task:
         config: Limits, tolerances and weights.
         scenario: Map, start and goal.
         start: Where the robot really starts.
+        worlds: The one world in which it is written how the episode stands; its own where None.
+
+    Attributes:
+        field: ``(rows, cols)`` distances to the goal, cells; empty where progress has no weight.
     """
 
-    def __init__(self, config: EnvConfig, scenario: Scenario, start: Pose) -> None:
-        self.outcome: StepOutcome = "running"
-        self._config = config
-        self._steps = 0
-        self._max_steps = config.max_steps
-        self._goal = GoalCheck(scenario.goal, config.xy_goal_tolerance, config.yaw_goal_tolerance)
-        self._field = distance_to_goal(scenario, config.robot) if config.reward.progress else None
-        self._distance = self._measure(start)
-        self._touching = self._arrived = False
+    def __init__(self, config: EnvConfig, scenario: Scenario, start: Pose, worlds: Worlds | None = None) -> None:
+        self._worlds = Worlds() if worlds is None else worlds
+        self._control_hz = config.control_hz
+        self._rules = rules_of(config)
+        self.field, distance = NO_FIELD, 0.0
+        if config.reward.progress:
+            to_goal = distance_to_goal(scenario, config.robot)
+            self.field, distance = to_goal.cells, to_goal.at(start.x, start.y)
+        self._worlds.grounds[0] = ground_of(scenario.map)
+        self._worlds.tasks[0] = np.zeros((), TASK)
+        for name, value in zip(("goal_x", "goal_y", "goal_yaw", "distance"), (*scenario.goal, distance), strict=True):
+            self._worlds.tasks[name] = value
+
+    @property
+    def outcome(self) -> StepOutcome:
+        """How the episode stands."""
+        return OUTCOMES[int(self._worlds.tasks["outcome"][0])]
 
     @property
     def over(self) -> bool:
         """Whether the episode has ended."""
-        return self.outcome != "running"
+        return bool(self._worlds.tasks["outcome"][0] != RUNNING)
 
     @property
     def time(self) -> float:
         """Simulated seconds since the start."""
-        return self._steps / self._config.control_hz
+        return int(self._worlds.tasks["steps"][0]) / self._control_hz
 
-    def step(self, pose: Pose, contact: bool) -> dict[str, float]:
-        """Judge one control step; return the terms of its reward.
+    @property
+    def reward(self) -> float:
+        """Reward of the last step."""
+        return float(self._worlds.tasks["reward"][0])
+
+    @property
+    def terms(self) -> dict[str, float]:
+        """Terms of it."""
+        return {name: float(self._worlds.tasks[name][0]) for name in REWARD_TERMS}
+
+    def step(self, pose: Pose, contact: bool) -> None:
+        """Judge one control step.
 
         Args:
             pose: True pose after the step.
             contact: Whether a wall was touched during the step.
         """
-        config = self._config
-        self._steps += 1
-        at_goal = self._goal.reached(pose)
-        self.outcome = decide_outcome(
-            contact and config.collision_ends_episode,
-            at_goal and config.goal_ends_episode,
-            self._steps >= self._max_steps,
-        )
-        distance = self._measure(pose)
-        terms = reward_terms(
-            config.reward,
-            progress=self._distance - distance,
-            seconds=1.0 / config.control_hz,
-            touched=contact and not self._touching,
-            arrived=at_goal and not self._arrived,
-        )
-        self._distance, self._touching, self._arrived = distance, contact, at_goal or self._arrived
-        return terms
-
-    def _measure(self, pose: Pose) -> float:
-        """Geodesic distance to the goal, m; 0 everywhere where progress has no weight."""
-        return 0.0 if self._field is None else self._field.at(pose.x, pose.y)
+        judge(self._worlds.tasks, 0, self._rules, *pose, contact, self._worlds.grounds, self.field)

@@ -10,39 +10,65 @@ from hypothesis import strategies as st
 
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.groups import RewardSettings
+from gym_mapbench.kernels.task import decide_outcome
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, Scenario
-from gym_mapbench.task import DistanceToGoal, GoalCheck, Task, decide_outcome, open_cells, reward_terms
+from gym_mapbench.task import OUTCOMES, DistanceToGoal, Task, open_cells
 from tests.worlds import ROOM, ROOM_GOAL, ROOM_START
 
 SMALL = RobotSpec(radius=0.05)
 SCENARIO = Scenario(GridMap.from_rows(ROOM, 0.1), Pose(*ROOM_START), Pose(*ROOM_GOAL))
 
 
+def judged(task, pose, contact=False):
+    """Judge a step; return the terms of its reward."""
+    task.step(pose, contact)
+    assert task.reward == pytest.approx(sum(task.terms.values()), abs=1e-12)
+    return task.terms
+
+
 def test_outcomes_by_precedence():
-    assert decide_outcome(False, False, False) == "running"
-    assert decide_outcome(True, True, True) == "collision"
-    assert decide_outcome(False, True, True) == "goal"
-    assert decide_outcome(False, False, True) == "timeout"
+    def outcome(*ends):
+        return OUTCOMES[decide_outcome(*ends)]
+
+    assert outcome(False, False, False) == "running"
+    assert outcome(True, True, True) == "collision"
+    assert outcome(False, True, True) == "goal"
+    assert outcome(False, False, True) == "timeout"
 
 
 def test_reward_terms_by_hand():
-    weights = RewardSettings(progress=2.0, time=0.1, collision=5.0, goal=7.0)
-    assert reward_terms(weights, 0.5, 0.05, touched=False, arrived=False) == pytest.approx(
-        {"progress": 1.0, "time": -0.005, "collision": 0.0, "goal": 0.0}
+    config = EnvConfig(reward={"progress": 2.0, "time": 0.1, "collision": 5.0, "goal": 7.0})
+    task = Task(config, SCENARIO, SCENARIO.start)
+    x, y, yaw = SCENARIO.start
+    assert judged(task, Pose(x + 0.3, y + 0.3, yaw)) == pytest.approx(
+        {"progress": 0.6 * math.sqrt(2), "time": -0.005, "collision": 0.0, "goal": 0.0}
     )
-    assert reward_terms(weights, -0.5, 0.05, touched=True, arrived=True) == pytest.approx(
-        {"progress": -1.0, "time": -0.005, "collision": -5.0, "goal": 7.0}
+    assert judged(task, SCENARIO.start, contact=True) == pytest.approx(
+        {"progress": -0.6 * math.sqrt(2), "time": -0.005, "collision": -5.0, "goal": 0.0}
+    )
+    assert judged(task, SCENARIO.goal, contact=True) == pytest.approx(
+        {"progress": 2.8 * math.sqrt(2), "time": -0.005, "collision": 0.0, "goal": 7.0}
     )
 
 
 def test_a_position_once_reached_stays_reached():
-    check = GoalCheck(Pose(1.0, 1.0, math.pi), 0.25, 0.25)
-    assert not check.reached(Pose(1.3, 1.0, math.pi))
-    assert not check.reached(Pose(1.25, 1.0, 0.0))
-    assert not check.reached(Pose(1.5, 1.0, math.pi - 0.26))
-    assert check.reached(Pose(1.5, 1.0, -math.pi + 0.24))
+    x, y, yaw = SCENARIO.goal
+
+    def ends(*poses):
+        task = Task(EnvConfig(), SCENARIO, SCENARIO.start)
+        for pose in poses:
+            task.step(pose, False)
+        return task.outcome == "goal"
+
+    assert not ends(Pose(x + 0.3, y, yaw))
+    assert not ends(Pose(x + 0.25, y, yaw - 1.0))
+    assert not ends(Pose(x + 0.25, y, yaw - 1.0), Pose(x + 0.5, y, yaw - 0.26))
+    assert ends(Pose(x + 0.25, y, yaw - 1.0), Pose(x + 0.5, y, yaw + 0.24))
+    opposite = Scenario(SCENARIO.map, SCENARIO.start, Pose(x, y, math.pi))
+    task = Task(EnvConfig(), opposite, SCENARIO.start)
+    task.step(Pose(x, y, -math.pi + 0.24), False)
+    assert task.outcome == "goal"
 
 
 def dijkstra(free, row, col):
@@ -111,7 +137,7 @@ def test_progress_adds_up_to_the_distance():
     config = EnvConfig(reward={"time": 0.0})
     task = Task(config, SCENARIO, SCENARIO.start)
     points = np.linspace(SCENARIO.start[:2], SCENARIO.goal[:2], 50)[1:]
-    total = sum(task.step(Pose(x, y, 0.0), False)["progress"] for x, y in points)
+    total = sum(judged(task, Pose(x, y, 0.0))["progress"] for x, y in points)
     assert total == pytest.approx(1.4 * math.sqrt(2), abs=1e-6)
 
 
@@ -120,8 +146,8 @@ def test_every_contact_and_the_goal_count_once():
     task = Task(config, SCENARIO, SCENARIO.start)
     at_start, at_goal = SCENARIO.start, SCENARIO.goal
     contacts = [True, True, False, True, False]
-    assert [task.step(at_start, contact)["collision"] for contact in contacts] == [-10, 0, 0, -10, 0]
-    assert [task.step(at_goal, False)["goal"] for _ in range(3)] == [10, 0, 0]
+    assert [judged(task, at_start, contact)["collision"] for contact in contacts] == [-10, 0, 0, -10, 0]
+    assert [judged(task, at_goal)["goal"] for _ in range(3)] == [10, 0, 0]
     assert task.outcome == "running"
     assert not task.over
 
@@ -139,5 +165,5 @@ def test_the_clock_runs_in_control_steps():
 
 def test_without_weight_on_progress_no_field_is_computed():
     task = Task(EnvConfig(reward={"progress": 0.0}), SCENARIO, SCENARIO.start)
-    assert task._field is None
-    assert task.step(SCENARIO.goal, False)["progress"] == 0.0
+    assert task.field.size == 0
+    assert judged(task, SCENARIO.goal)["progress"] == 0.0

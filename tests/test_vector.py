@@ -3,15 +3,17 @@ from __future__ import annotations
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import gym_mapbench  # noqa: F401, registers the env
 from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.groups import OBSERVATION_KEYS
 from gym_mapbench.scenario import MapSet
 from gym_mapbench.vector import MapBenchVectorEnv
 from tests.test_env import SCENARIO
-from tests.worlds import ROOM_OPTIONS
+from tests.worlds import ROOM, ROOM_OPTIONS
 
 SHORT = {**ROOM_OPTIONS, "time_limit": 0.2}
 
@@ -30,17 +32,66 @@ def test_make_vec_takes_the_vector_entry_point():
     envs.close()
 
 
-def test_every_world_is_the_single_env_of_its_seed():
-    options = {"noise": "nominal", "collision_ends_episode": False}
-    envs = MapBenchVectorEnv(3, **options)
-    singles = [MapBenchEnv(**options) for _ in range(3)]
-    together, _ = envs.reset(seed=5)
-    alone = [env.reset(seed=5 + i)[0] for i, env in enumerate(singles)]
-    for _ in range(10):
-        for key in together:
-            assert (together[key] == np.stack([one[key] for one in alone])).all()
-        together, *_ = envs.step(np.tile(np.float32([0.4, 0.5]), (3, 1)))
-        alone = [env.step(np.float32([0.4, 0.5]))[0] for env in singles]
+def assert_same(one, other, where=""):
+    """Nothing differs: keys, types, shapes, bits."""
+    assert type(one) is type(other), where
+    if isinstance(one, dict):
+        assert set(one) == set(other), where
+        for key in one:
+            assert_same(one[key], other[key], f"{where}/{key}")
+    elif isinstance(one, tuple) or (isinstance(one, np.ndarray) and one.dtype == object):
+        assert len(one) == len(other), where
+        for index, (first, second) in enumerate(zip(one, other, strict=True)):
+            assert_same(first, second, f"{where}[{index}]")
+    elif isinstance(one, np.ndarray):
+        assert (one.dtype, one.shape) == (other.dtype, other.shape), where
+        assert one.tobytes() == other.tobytes() or (one == other).all(), where
+    else:
+        assert one == other, where
+
+
+OPTIONS = {
+    "default": {},
+    "normalised": {"action": "normalized"},
+    "nominal": {"noise": "nominal"},
+    "rough": {"noise": "rough", "collision_ends_episode": False},
+    "jackal": {"robot": "jackal", "collision_ends_episode": False},
+    "no progress": {"reward": {"progress": 0.0}},
+    "mounted scanner": {"lidar": {"beams": 16, "x": -0.06, "yaw": 0.3, "range_min": 0.12}},
+    "slow scanner": {"lidar": {"beams": 16, "scan_rate": 5}},
+    "late": {"noise": {"latency": 1.0}},
+    "odom frame": {"noise": {"odom_frame": "random"}},
+    "families": {"family": ["doors", "pillars"], "shapes": {"size": 150}},
+    "maps of two sizes": {**ROOM_OPTIONS, "maps": [ROOM, ROOM[:1] + ROOM[1:2] * 25 + ROOM[-1:]]},
+}
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+@pytest.mark.parametrize("name", OPTIONS)
+def test_every_world_is_the_single_env_of_its_seed(name, mode):
+    options = {
+        **{"observation": OBSERVATION_KEYS, "lidar": {"beams": 16}, "costmap": {"cells": 9}},
+        **{"time_limit": 3.0, "xy_goal_tolerance": 0.5, "shapes": {"size": 80}},
+        **OPTIONS[name],
+    }
+    alone = SyncVectorEnv([lambda: MapBenchEnv(**options)] * 4, autoreset_mode=mode)
+    together = MapBenchVectorEnv(4, autoreset_mode=mode, **options)
+    assert (alone.observation_space, alone.action_space) == (together.observation_space, together.action_space)
+    assert alone.metadata == together.metadata
+    assert_same(alone.reset(seed=5), together.reset(seed=5))
+    together.action_space.seed(5)
+    ended = np.zeros(4, bool)
+    for count in range(150):
+        if count % 15 == 0:
+            actions = together.action_space.sample()
+        expected = alone.step(actions)
+        assert_same(expected, together.step(actions), f"step {count} ")
+        over = expected[2] | expected[3]
+        ended |= over
+        if over.any() and mode is AutoresetMode.DISABLED:
+            resets = [envs.reset(options={"reset_mask": over.copy()}) for envs in (alone, together)]
+            assert_same(*resets, f"reset {count} ")
+    assert ended.all()
 
 
 def test_next_step_resets_on_the_step_after_the_end():
@@ -88,6 +139,39 @@ def test_observations_are_not_overwritten():
     kept = {key: value.copy() for key, value in first.items()}
     envs.step(np.ones((2, 2), np.float32))
     assert all((first[key] == kept[key]).all() for key in first)
+
+
+def test_worlds_without_an_episode_are_not_stepped():
+    envs = MapBenchVectorEnv(2, autoreset_mode="Disabled", **SHORT)
+    actions = np.zeros((2, 2))
+    with pytest.raises(ResetNeeded, match="call reset first"):
+        envs.step(actions)
+    envs.reset()
+    for _ in range(4):
+        envs.step(actions)
+    with pytest.raises(ResetNeeded, match="call reset first"):
+        envs.step(actions)
+
+
+@pytest.mark.parametrize(
+    "actions", [np.zeros((3, 2)), np.zeros(2), "go", None, [[0.0, np.nan], [0.0, 0.0]], [[0.0], [0.0, 1.0]]]
+)
+def test_bad_actions_are_one_clear_line(actions):
+    envs = MapBenchVectorEnv(2, **ROOM_OPTIONS)
+    envs.reset()
+    with pytest.raises(ConfigError, match="actions: expected") as caught:
+        envs.step(actions)
+    assert "\n" not in str(caught.value)
+
+
+def test_worlds_are_rendered():
+    envs = MapBenchVectorEnv(2, render_mode="rgb_array", **SHORT)
+    envs.reset()
+    before = envs.render()
+    envs.step(np.full((2, 2), 0.3))
+    after = envs.render()
+    assert len(before) == len(after) == 2
+    assert (before[0] != after[0]).any()
 
 
 @pytest.mark.parametrize(

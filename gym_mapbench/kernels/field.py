@@ -63,3 +63,20 @@ def interpolate(field, line, column):
     below = field[row, col] * (1.0 - s) + field[row, right] * s
     above = field[up, col] * (1.0 - s) + field[up, right] * s
     return below * (1.0 - t) + above * t
+
+
+@kernel
+def distance_at(field, resolution, origin_x, origin_y, x, y):
+    """Value at a world position of a field in cells, in m.
+
+    Args:
+        field: ``(rows, cols)`` values at the cell centres, cells.
+        resolution: Side of a cell, m.
+        origin_x: World x of the map's lower-left corner, m.
+        origin_y: World y of the same corner, m.
+        x: Position, m.
+        y: Position, m.
+    """
+    column = (x - origin_x) / resolution - 0.5
+    line = (y - origin_y) / resolution - 0.5
+    return interpolate(field, line, column) * resolution

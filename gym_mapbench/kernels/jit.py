@@ -21,3 +21,8 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile ``function`` into its callers; for scalar arithmetic inside loops that have to be vectorised."""
     compiled = numba.njit(inline="always", error_model="numpy", nogil=True)(function)
     return cast(Callable[..., Any], compiled)
+
+
+def plain(compiled: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the Python function that a kernel was compiled from: the same formula and bits, for single calls."""
+    return cast(Callable[..., Any], compiled.py_func)  # type: ignore[attr-defined]

@@ -1,0 +1,56 @@
+"""What the robots of many worlds observe; rows of worlds that are not ``seen`` are left as they are."""
+
+from __future__ import annotations
+
+from gym_mapbench.kernels.geometry import compose, in_robot_frame
+from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.kernels.raycast import cast_rays
+
+
+@kernel
+def read_bodies(bodies, poses, velocities):
+    """Write the true poses ``(n, 3)`` m, rad, and velocities ``(n, 2)`` m/s, rad/s, of ``(n,)`` BODY."""
+    for i in range(len(bodies)):
+        body = bodies[i]
+        poses[i, 0], poses[i, 1], poses[i, 2] = body.x, body.y, body.yaw
+        velocities[i, 0], velocities[i, 1] = body.v, body.w
+
+
+@kernel
+def see_goals(tasks, seen, poses, goals):
+    """Write the goals ``(n, 3)`` of ``(n,)`` TASK as seen from ``(n, 3)`` poses."""
+    for i in range(len(tasks)):
+        if seen[i]:
+            task = tasks[i]
+            ahead, left, turn = in_robot_frame(
+                task.goal_x, task.goal_y, task.goal_yaw, poses[i, 0], poses[i, 1], poses[i, 2]
+            )
+            goals[i, 0], goals[i, 1], goals[i, 2] = ahead, left, turn
+
+
+@kernel
+def scan_worlds(bodies, seen, grounds, walls, place, beams, range_max, ranges):
+    """Write the distances to the first walls.
+
+    Args:
+        bodies: ``(n,)`` BODY.
+        seen: ``(n,)`` bool.
+        grounds: ``(n,)`` GROUND.
+        walls: ``(n, cells)`` bool, each row the map in a frame of walls, flat.
+        place: ``(3,)`` pose of the scanner on the robot, m, rad.
+        beams: ``(beams, 2)`` cosine and sine of every beam's angle.
+        range_max: Distance where nothing is hit, m.
+        ranges: ``(n, beams)`` out, m.
+    """
+    centred = place[0] == 0.0 and place[1] == 0.0 and place[2] == 0.0
+    for i in range(len(bodies)):
+        if seen[i]:
+            body, ground = bodies[i], grounds[i]
+            x, y, yaw = body.x, body.y, body.yaw
+            if not centred:
+                x, y, yaw = compose(x, y, yaw, place[0], place[1], place[2])
+            rows, width = ground.rows + 2, ground.cols + 2
+            framed = walls[i, : rows * width].reshape((rows, width))
+            cast_rays(
+                framed, ground.resolution, ground.origin_x, ground.origin_y, x, y, yaw, beams, range_max, ranges[i]
+            )
