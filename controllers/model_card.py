@@ -141,6 +141,8 @@ def read_card(path: str | Path) -> ModelCard | None:
                 document = json.loads(file.read(MAX_CARD_BYTES))
     except FileNotFoundError:
         raise ConfigError(f"{path} does not exist") from None
-    except (OSError, ValueError, RecursionError, zipfile.BadZipFile) as error:
+    except (OSError, zipfile.BadZipFile) as error:
+        raise ConfigError(f"{path} is not a Stable-Baselines3 model ({error})") from None
+    except (ValueError, RecursionError) as error:
         raise ConfigError(f"{path}: its card {CARD} cannot be read ({error})") from None
     return ModelCard.from_mapping(document, f"{path}: {CARD}")

@@ -32,6 +32,11 @@ def test_heavy_modules_stay_out(module):
     assert not set(HEAVY) & set(loaded)
 
 
+def test_learning_is_loaded_by_those_who_train():
+    loaded = run("import sys, evolution.api, evolution.cli; print(*sys.modules)").split()
+    assert not {"torch", "stable_baselines3"} & set(loaded)
+
+
 def test_no_pygame_anywhere():
     code = (
         "import sys, gymnasium, gym_mapbench; env = gymnasium.make('MapBench-v0', render_mode='rgb_array'); "
