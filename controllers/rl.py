@@ -16,8 +16,7 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from controllers.base import Context, Observation
-from controllers.model_card import ModelCard, read_card
-from controllers.trained import TrainedPolicy
+from controllers.learned import ModelCard, TrainedPolicy, read_card
 from gym_mapbench.action import to_command
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from controllers.model_card import read_card
+from controllers.learned import read_card
 from controllers.nav2_params import PlannerPlugin, preset_of
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
 from evolution.commands.progress import note

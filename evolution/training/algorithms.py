@@ -8,7 +8,7 @@ import inspect
 from pathlib import Path
 from typing import Any
 
-from controllers.model_card import ModelCard, Normalization, write_card
+from controllers.learned import ModelCard, Normalization, write_card
 from evolution.files import write_bytes
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import ConfigError, RunError, unknown_name

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.encoding import EncodingSettings, Features
+from controllers.learned import EncodingSettings, Features
 from evolution.statistics import wilson_interval
 from evolution.training.worlds import EncodedWorlds
 from gym_mapbench.config import EnvConfig

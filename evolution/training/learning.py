@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.encoding import Features
+from controllers.learned import Features
 from evolution.training.algorithms import (
     check_hyperparameters,
     load_model,

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, JsonValue, field_validator, model_validator
 
-from controllers.encoding import EncodingSettings
+from controllers.learned import EncodingSettings
 from controllers.parameters import overlay
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
@@ -165,7 +165,7 @@ class TrainSettings(Settings):
     @model_validator(mode="after")
     def _sees_walls(self) -> Self:
         if self.shaping.proximity and "scan" not in self.encoding.keys:
-            raise ConfigError("shaping.proximity: expected a scan among encoding.keys, got none")
+            raise ConfigError("shaping.proximity: expected a feature of the scan in encoding.features, got none")
         return self
 
     @property

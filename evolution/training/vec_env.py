@@ -11,7 +11,7 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
-from controllers.encoding import Features
+from controllers.learned import Features
 from evolution.training.levels import Levels
 from evolution.training.settings import TrainSettings
 from evolution.training.worlds import EncodedWorlds, Step

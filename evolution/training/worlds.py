@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 import gym_mapbench  # noqa: F401, registers MapBench-v0
-from controllers.encoding import Encoder, EncodingSettings, Features, Frames
+from controllers.learned import Encoder, EncodingSettings, Features, Frames
 from evolution.training.settings import ShapingSettings
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.scenario import Scenario

@@ -8,11 +8,11 @@ import zipfile
 import numpy as np
 import pytest
 
-from controllers.encoding import EncodingSettings
-from controllers.model_card import CARD, ModelCard, Normalization, read_card, write_card
+from controllers.learned.encoding import EncodingSettings
+from controllers.learned.model_card import CARD, ModelCard, Normalization, read_card, write_card
+from controllers.learned.trained import TrainedPolicy
 from controllers.registry import make_controller
 from controllers.rl import as_controller
-from controllers.trained import TrainedPolicy
 from evolution.driving import environment_for, run_episode
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -186,4 +186,4 @@ def test_the_card_is_json_that_a_stranger_can_read(tmp_path):
     with zipfile.ZipFile(tmp_path / "m.zip") as archive:
         document = json.loads(archive.read(CARD))
     assert document["world"]["control_hz"] == 5.0
-    assert document["encoding"]["keys"] == ["goal", "velocity", "scan"]
+    assert document["encoding"]["features"] == ["goal", "velocity", "scan"]

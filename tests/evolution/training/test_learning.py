@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-from controllers.model_card import read_card
+from controllers.learned.model_card import read_card
 from evolution import bench, load, train
 from evolution.training import TRAINING, Training, train_settings
 from evolution.training.evaluation import judge
@@ -137,7 +137,7 @@ class TestJudge:
     world = EnvConfig(control_hz=5.0, time_limit=20.0, action="normalized", observation=("goal",))
 
     def judged(self, act, maps):
-        settings = train_settings("ppo", {"encoding": {"keys": ["goal"]}, "shaping": {"proximity": 0.0}})
+        settings = train_settings("ppo", {"encoding": {"features": ["goal"]}, "shaping": {"proximity": 0.0}})
         return judge(act, self.world, settings.encoding, maps, 0)
 
     def test_every_map_is_driven_once(self):

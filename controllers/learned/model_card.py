@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from controllers.encoding import Encoder, EncodingSettings, Features
+from controllers.learned.encoding import Encoder, EncodingSettings, Features
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.settings import Settings

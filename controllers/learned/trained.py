@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from controllers.base import Context, Observation
-from controllers.encoding import Encoder, Frames
-from controllers.model_card import ModelCard
+from controllers.learned.encoding import Encoder, Frames
+from controllers.learned.model_card import ModelCard
 from gym_mapbench.action import to_command
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -48,7 +48,7 @@ class TrainedPolicy:
     def reset(self, context: Context) -> None:
         """Forget what was seen."""
         card = self.card
-        self._world = card.world.replace(robot=context.robot, action="normalized")
+        self._world = card.world.replace(robot=context.robot, lidar=context.lidar, action="normalized")
         self._encoder = Encoder(card.encoding, self._world)
         self._frames = Frames(1, self._encoder.size, card.encoding)
         self._repeats = round(1.0 / context.control_period / card.world.control_hz)

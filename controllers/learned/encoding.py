@@ -13,40 +13,61 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
+from controllers.learned.kernels import free_arcs
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings
 
 Features = NDArray[np.float32]
 
+SURE = 1e-6
+"""Share of the scanner's range that a reading must be below it, to be one."""
+
 
 class EncodingSettings(Settings):
     """How observations become the input of a network.
 
     Args:
-        keys: What the network sees, in this order: of ``velocity goal scan path costmap``, what is given in the
-            robot's own frame.
+        features: What the network sees, in this order: of ``velocity goal scan arcs path costmap``, all of it in the
+            robot's own frame. ``arcs`` is what the scan means for driving: how far the robot could drive along arcs,
+            forwards and backwards, until it touches something, with each of the ``margins`` around it.
         frames: How many observations it sees at once, the newest first.
         frame_spacing: Decisions between two of them.
         reach: Distance at which the distance to the goal, and the coordinates of path points, are clipped, m.
         near: Distance that is encoded as -1 in scans, m; shorter ones, too. Scans are encoded by their logarithm, so
             that a centimetre counts more the nearer a wall is.
+        curvatures: Of the arcs to either side, 1/m; 0 is straight ahead.
+        margins: Room around the robot, m.
+        arc_reach: Longest arc, m.
     """
 
-    keys: tuple[str, ...] = ("goal", "velocity", "scan")
+    features: tuple[str, ...] = ("goal", "velocity", "scan")
     frames: Annotated[int, Field(ge=1, le=100)] = 1
     frame_spacing: Annotated[int, Field(ge=1, le=1000)] = 1
     reach: Annotated[float, Field(gt=0)] = 10.0
     near: Annotated[float, Field(gt=0)] = 0.2
+    curvatures: tuple[Annotated[float, Field(ge=0)], ...] = (0.0, 0.3, 0.7, 1.2, 2.0, 3.5, 7.0)
+    margins: tuple[Annotated[float, Field(ge=0)], ...] = (0.02, 0.12)
+    arc_reach: Annotated[float, Field(gt=0)] = 3.0
 
-    @field_validator("keys")
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the observation that the features are made of, each once."""
+        return tuple(dict.fromkeys(SOURCES.get(name, name) for name in self.features))
+
+    @property
+    def arcs(self) -> NDArray[np.float64]:
+        """Curvatures of all arcs, from the right to the left, 1/m."""
+        return np.array(sorted({sign * value for value in self.curvatures for sign in (-1.0, 1.0)}))
+
+    @field_validator("features")
     @classmethod
     def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        for key in value:
-            if key not in FEATURES:
-                raise unknown_name("observation key of a network", key, FEATURES)
+        for name in value:
+            if name not in FEATURES:
+                raise unknown_name("feature", name, FEATURES)
         if not value or len(set(value)) < len(value):
-            raise ConfigError(f"expected at least one key, each once, got {value}")
+            raise ConfigError(f"expected at least one feature, each once, got {value}")
         return value
 
 
@@ -65,11 +86,11 @@ class Encoder:
     @property
     def size(self) -> int:
         """Entries of one frame."""
-        return sum(SIZES[key](self.config) for key in self.settings.keys)
+        return sum(SIZES[name](self) for name in self.settings.features)
 
     def encode(self, observation: Mapping[str, NDArray[Any]]) -> Features:
         """Return ``(worlds, size)`` float32 within [-1, 1] of the observations of several worlds."""
-        parts = [FEATURES[key](self, observation[key]) for key in self.settings.keys]
+        parts = [FEATURES[name](self, observation[SOURCES.get(name, name)]) for name in self.settings.features]
         features: Features = np.concatenate(parts, axis=1, dtype=np.float32)
         np.clip(features, -1.0, 1.0, out=features)
         return features
@@ -98,6 +119,21 @@ def _encode_scan(encoder: Encoder, scan: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(2.0 / whole * np.log(np.maximum(scan, near) / near) - 1.0)
 
 
+def _encode_arcs(encoder: Encoder, scan: NDArray[Any]) -> NDArray[Any]:
+    """Free lengths, from 0 m at -1 to ``arc_reach`` at 1; squares roots, as the next centimetres count most."""
+    settings, config = encoder.settings, encoder.config
+    lidar, curvatures = config.mounted_lidar, settings.arcs
+    place = lidar.place
+    angles = lidar.angles + place.yaw
+    beams = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    free = np.empty((len(settings.margins), len(scan), 2, len(curvatures)))
+    for margin, lengths in zip(settings.margins, free, strict=True):
+        radius = config.robot.circumscribed_radius + margin
+        seen = lidar.range_max * (1.0 - SURE)
+        free_arcs(scan, beams, place.x, place.y, seen, radius, curvatures, settings.arc_reach, lengths)
+    return 2.0 * np.sqrt(free / settings.arc_reach).transpose(1, 0, 2, 3).reshape(len(scan), -1) - 1.0
+
+
 def _encode_path(encoder: Encoder, path: NDArray[Any]) -> NDArray[Any]:
     """Coordinates as shares of the length of the window."""
     window = encoder.config.path
@@ -112,16 +148,20 @@ FEATURES: dict[str, Callable[[Encoder, NDArray[Any]], NDArray[Any]]] = {
     "velocity": _encode_velocity,
     "goal": _encode_goal,
     "scan": _encode_scan,
+    "arcs": _encode_arcs,
     "path": _encode_path,
     "costmap": _encode_costmap,
 }
-SIZES: dict[str, Callable[[EnvConfig], int]] = {
-    "velocity": lambda config: 2,
-    "goal": lambda config: 6,
-    "scan": lambda config: config.lidar.beams,
-    "path": lambda config: 2 * config.path.points,
-    "costmap": lambda config: config.costmap.cells**2,
+SIZES: dict[str, Callable[[Encoder], int]] = {
+    "velocity": lambda encoder: 2,
+    "goal": lambda encoder: 6,
+    "scan": lambda encoder: encoder.config.lidar.beams,
+    "arcs": lambda encoder: 2 * len(encoder.settings.arcs) * len(encoder.settings.margins),
+    "path": lambda encoder: 2 * encoder.config.path.points,
+    "costmap": lambda encoder: encoder.config.costmap.cells**2,
 }
+SOURCES = {"arcs": "scan"}
+"""The key of the observation that a feature is made of, where it has another name."""
 
 
 class Frames:
