@@ -126,12 +126,11 @@ def _encode_arcs(encoder: Encoder, scan: NDArray[Any]) -> NDArray[Any]:
     place = lidar.place
     angles = lidar.angles + place.yaw
     beams = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    free = np.empty((len(settings.margins), len(scan), 2, len(curvatures)))
-    for margin, lengths in zip(settings.margins, free, strict=True):
-        radius = config.robot.circumscribed_radius + margin
-        seen = lidar.range_max * (1.0 - SURE)
-        free_arcs(scan, beams, place.x, place.y, seen, radius, curvatures, settings.arc_reach, lengths)
-    return 2.0 * np.sqrt(free / settings.arc_reach).transpose(1, 0, 2, 3).reshape(len(scan), -1) - 1.0
+    radii = config.robot.circumscribed_radius + np.array(settings.margins)
+    free = np.empty((len(scan), len(radii), 2, len(curvatures)))
+    seen = lidar.range_max * (1.0 - SURE)
+    free_arcs(scan, beams, place.x, place.y, seen, radii, curvatures, settings.arc_reach, free)
+    return 2.0 * np.sqrt(np.maximum(free, 0.0) / settings.arc_reach).reshape(len(scan), -1) - 1.0
 
 
 def _encode_path(encoder: Encoder, path: NDArray[Any]) -> NDArray[Any]:

@@ -6,13 +6,14 @@ import math
 
 from gym_mapbench.kernels.jit import kernel
 
+FULL_TURN = 2.0 * math.pi
 STRAIGHT = 1e-6
 """Curvature below which an arc is a straight line, 1/m."""
 
 
 @kernel
-def free_arcs(scans, beams, x, y, seen, radius, curvatures, reach, free):
-    """Write the length that a disc can drive along every arc until it touches a point of the scan.
+def free_arcs(scans, beams, x, y, seen, radii, curvatures, reach, free):
+    """Write the length that discs can drive along every arc until they touch a point of the scan.
 
     Args:
         scans: ``(worlds, n)`` ranges, m.
@@ -20,47 +21,51 @@ def free_arcs(scans, beams, x, y, seen, radius, curvatures, reach, free):
         x: Place of the scanner in the robot's frame, m.
         y: The same, m to the left.
         seen: Ranges from here on are no reading, m; neither is 0.
-        radius: Of the disc, m.
+        radii: ``(discs,)`` m.
         curvatures: ``(arcs,)`` of the arcs, 1/m; positive ones turn left when driven forwards.
         reach: Longest length, m.
-        free: ``(worlds, 2, arcs)`` out, m: forwards and backwards; 0 where the disc covers a point already.
+        free: ``(worlds, discs, 2, arcs)`` out, m: forwards and backwards.
     """
     for world in range(len(scans)):
         free[world] = reach
         for i in range(len(beams)):
             distance = scans[world, i]
-            if distance <= 0.0 or distance >= seen:
-                continue
-            along, aside = x + distance * beams[i, 0], y + distance * beams[i, 1]
-            for k in range(len(curvatures)):
-                free[world, 0, k] = min(free[world, 0, k], free_length(along, aside, radius, curvatures[k], reach))
-                # Backwards is forwards in the mirror: the arc stays on the same side.
-                free[world, 1, k] = min(free[world, 1, k], free_length(-along, aside, radius, curvatures[k], reach))
+            if 0.0 < distance < seen:
+                along, aside = x + distance * beams[i, 0], y + distance * beams[i, 1]
+                for disc in range(len(radii)):
+                    block_arcs(along, aside, radii[disc], curvatures, free[world, disc])
 
 
 @kernel
-def free_length(along, aside, radius, curvature, reach):
-    """Length of an arc from the origin, along x at first, until a disc on it touches a point; ``reach`` if never.
+def block_arcs(along, aside, radius, curvatures, free):
+    """Shorten the arcs on which a disc meets a point.
 
     Args:
         along: x of the point, m.
         aside: y of the point, m.
         radius: Of the disc, m.
-        curvature: Of the arc, 1/m.
-        reach: Longest length, m.
+        curvatures: ``(arcs,)`` 1/m.
+        free: ``(2, arcs)`` free lengths forwards and backwards, m, in and out.
     """
-    if along * along + aside * aside <= radius * radius:
-        return 0.0 if along > 0.0 else reach
-    if abs(curvature) < STRAIGHT:
-        if along <= 0.0 or abs(aside) >= radius:
-            return reach
-        return min(reach, along - math.sqrt(radius * radius - aside * aside))
-    turning = 1.0 / abs(curvature)
-    side = aside if curvature > 0.0 else -aside
-    from_centre = math.hypot(along, side - turning)
-    if abs(from_centre - turning) >= radius or from_centre == 0.0:
-        return reach
-    bearing = math.atan2(along, turning - side) % (2.0 * math.pi)
-    share = (turning * turning + from_centre * from_centre - radius * radius) / (2.0 * turning * from_centre)
-    angle = bearing - math.acos(min(1.0, max(-1.0, share)))
-    return min(reach, turning * (angle if angle >= 0.0 else angle + 2.0 * math.pi))
+    square = along * along + aside * aside
+    if square <= radius * radius:
+        free[0 if along > 0.0 else 1] = 0.0  # covered: only the way out of it is free
+        return
+    for k in range(len(curvatures)):
+        if abs(curvatures[k]) < STRAIGHT:
+            if abs(aside) < radius:
+                way = 0 if along > 0.0 else 1
+                free[way, k] = min(free[way, k], abs(along) - math.sqrt(radius * radius - aside * aside))
+            continue
+        turning = 1.0 / abs(curvatures[k])
+        inwards = aside if curvatures[k] > 0.0 else -aside
+        away = square - 2.0 * turning * inwards + turning * turning  # squared distance from the arc's centre
+        outer = turning + radius
+        if away >= outer * outer or (turning > radius and away <= (turning - radius) * (turning - radius)):
+            continue
+        bearing = math.atan2(along, turning - inwards) % FULL_TURN
+        share = (turning * turning + away - radius * radius) / (2.0 * turning * math.sqrt(away))
+        early = math.acos(max(-1.0, min(1.0, share)))
+        # Backwards is forwards in the mirror: the centre stays on the same side.
+        free[0, k] = min(free[0, k], turning * (bearing - early))
+        free[1, k] = min(free[1, k], turning * (FULL_TURN - bearing - early))

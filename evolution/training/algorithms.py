@@ -8,12 +8,25 @@ import inspect
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from controllers.learned import ModelCard, Normalization, write_card
 from evolution.files import write_bytes
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import ConfigError, RunError, unknown_name
 
-OURS = ("policy", "env", "learning_rate", "policy_kwargs", "seed", "device", "verbose", "tensorboard_log", "self")
+OURS = (
+    "policy",
+    "env",
+    "learning_rate",
+    "policy_kwargs",
+    "seed",
+    "device",
+    "verbose",
+    "tensorboard_log",
+    "self",
+    "action_noise",
+)
 """Arguments of an algorithm that follow from other settings."""
 
 
@@ -58,6 +71,7 @@ def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:
     network = settings.network
     shape = {"net_arch": list(network.hidden), "activation_fn": activations[network.activation]}
     check_hyperparameters(settings)
+    explored = {"action_noise": _noise(settings.action_noise)} if settings.action_noise else {}
     try:
         return _class_of(settings)(
             "MlpPolicy",
@@ -67,6 +81,7 @@ def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:
             seed=settings.seed,
             device="cpu",
             tensorboard_log=None if logs is None else str(logs),
+            **explored,
             **settings.hyperparameters,
         )
     except (TypeError, ValueError, AssertionError) as error:
@@ -124,6 +139,12 @@ def card_of(settings: TrainSettings, statistics: Any, **training: Any) -> ModelC
 def tensorboard_is_installed() -> bool:
     """Whether TensorBoard's files can be written."""
     return importlib.util.find_spec("tensorboard") is not None
+
+
+def _noise(deviation: float) -> Any:
+    from stable_baselines3.common.noise import NormalActionNoise
+
+    return NormalActionNoise(np.zeros(2), np.full(2, deviation))
 
 
 def _class_of(settings: TrainSettings) -> Any:

@@ -110,6 +110,7 @@ class TrainSettings(Settings):
         shaping: What is taken off the reward besides.
         network: The networks.
         learning_rate: At the beginning and at the end; in between it changes linearly.
+        action_noise: Deviation of the noise on actions by which SAC and TD3 explore; TD3 does not explore without it.
         normalize_rewards: Whether rewards are divided by the running deviation of the return (VecNormalize).
         normalize_observations: Whether the encoded observations are normalised by running statistics, too.
         hyperparameters: Further arguments of the algorithm in Stable-Baselines3, under its names.
@@ -130,6 +131,7 @@ class TrainSettings(Settings):
     shaping: ShapingSettings = ShapingSettings()
     network: NetworkSettings = NetworkSettings()
     learning_rate: tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]] = (3e-4, 3e-4)
+    action_noise: Annotated[float, Field(ge=0, le=2)] = 0.0
     normalize_rewards: bool = False
     normalize_observations: bool = False
     hyperparameters: dict[str, JsonValue] = Field(default_factory=dict)
@@ -168,6 +170,12 @@ class TrainSettings(Settings):
             raise ConfigError("shaping.proximity: expected a feature of the scan in encoding.features, got none")
         return self
 
+    @model_validator(mode="after")
+    def _explores_by_itself(self) -> Self:
+        if self.action_noise and self.algorithm == "ppo":
+            raise ConfigError(f"action_noise: expected 0, as ppo draws its actions, got {self.action_noise:g}")
+        return self
+
     @property
     def judged_world(self) -> EnvConfig:
         """The world of the evaluation."""
@@ -181,14 +189,18 @@ def algorithm_names() -> tuple[str, ...]:
 
 
 def load_algorithm(name: str) -> dict[str, Any]:
-    """Return the hyperparameters of an algorithm as the package has them.
+    """Return the settings of an algorithm as the package has them: what is common to all, overlaid by its own.
 
     Raises:
         ConfigError: If there is no such algorithm.
     """
     if name not in algorithm_names():
         raise unknown_name("algorithm", name, algorithm_names())
-    with resources.as_file(resources.files(__package__).joinpath("algorithms", f"{name}.yaml")) as path:
+    return overlay(_own_file("common.yaml"), _own_file("algorithms", f"{name}.yaml"))
+
+
+def _own_file(*parts: str) -> dict[str, Any]:
+    with resources.as_file(resources.files(__package__).joinpath(*parts)) as path:
         document: dict[str, Any] = read_yaml(path)
     return document
 

@@ -109,13 +109,13 @@ def plain_free_length(point, radius, curvature, reach, backwards):
 )
 def test_free_arcs_end_where_the_disc_meets_the_point(distance, angle, curvature, backwards):
     point = distance * math.cos(angle), distance * math.sin(angle)
-    free = np.empty((1, 2, 1))
+    free = np.empty((1, 1, 2, 1))
     beams = np.array([[math.cos(angle), math.sin(angle)]])
-    free_arcs(np.array([[distance]]), beams, 0.0, 0.0, 3.5, 0.25, np.array([curvature]), 2.5, free)
+    free_arcs(np.array([[distance]]), beams, 0.0, 0.0, 3.5, np.array([0.25]), np.array([curvature]), 2.5, free)
     expected = plain_free_length(point, 0.25, curvature, 2.5, backwards)
     grazing = plain_free_length(point, 0.248, curvature, 2.5, backwards)
     if abs(expected - grazing) < 0.02:  # where the disc only grazes the point, a rounding decides
-        assert free[0, int(backwards), 0] == pytest.approx(expected, abs=0.002)
+        assert free[0, 0, int(backwards), 0] == pytest.approx(expected, abs=0.002)
 
 
 def test_beams_without_a_reading_are_no_obstacle_and_covered_points_leave_the_way_back():
