@@ -92,7 +92,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self.task = None
         self.scenario = self._source.choose(options or {}, self.np_random)
         check_clearance(self.scenario, self.robot)
-        config, noise, streams = self.config, self.config.noise, Streams.spawn(self.np_random)
+        config, noise = self.config, self.config.noise
+        streams = Streams.spawn(self.np_random, noise)
         start = draw_start(self.scenario, self.robot, noise, streams.start)
         self.simulation = Simulation(
             self.scenario.map, self.robot, start, config.physics_hz, rests=config.physics_may_rest, worlds=self._worlds

@@ -106,6 +106,12 @@ class NoiseSettings(Settings):
         return bool(self.odometry_distance or self.odometry_turn or self.odometry_veer)
 
     @property
+    def draws(self) -> bool:
+        """Whether anything is drawn at random."""
+        deviations = (getattr(self, name) for name in _DEVIATIONS)
+        return any(deviations) or self.odom_frame == "random"
+
+    @property
     def knows_its_state(self) -> bool:
         """Whether ``pose``, ``odom`` and ``velocity`` are observed as they are."""
         wrong = self.pose_xy or self.pose_yaw or self.odometry_v or self.odometry_w
@@ -117,6 +123,11 @@ class NoiseSettings(Settings):
         return bool(self.actuation_v or self.actuation_w)
 
 
+_DEVIATIONS = (
+    *("start_xy", "start_yaw", "pose_xy", "pose_yaw", "odometry_v", "odometry_w"),
+    *("odometry_distance", "odometry_turn", "odometry_veer", "actuation_v", "actuation_w"),
+    *("scan", "scan_relative", "scan_dropout"),
+)
 _LEVELS: dict[str, NoiseSettings] = {
     "none": NoiseSettings(),
     # A TurtleBot3 that is well looked after.
@@ -213,9 +224,13 @@ class Streams(NamedTuple):
     dropout: np.random.Generator
 
     @classmethod
-    def spawn(cls, rng: np.random.Generator) -> Streams:
-        """Make them from the env's generator, whose own numbers are not used up."""
-        return cls(*rng.spawn(len(cls._fields)))
+    def spawn(cls, rng: np.random.Generator, noise: NoiseSettings) -> Streams:
+        """Make them from the env's generator, whose own numbers are not used up.
+
+        Where nothing is drawn they are the generator itself, for making them takes as long as several steps.
+        """
+        count = len(cls._fields)
+        return cls(*(rng.spawn(count) if noise.draws else [rng] * count))
 
 
 class Wander:

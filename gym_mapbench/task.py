@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.kernels.caution import weighted_distance
-from gym_mapbench.kernels.distance import geodesic_distance, squared_distance
+from gym_mapbench.kernels.distance import geodesic_distance, squared_distance, within
 from gym_mapbench.kernels.field import distance_at, fill_unreached
 from gym_mapbench.kernels.task import RULES, RUNNING, TASK, judge
 from gym_mapbench.robot import RobotSpec
@@ -93,7 +93,7 @@ def open_cells(scenario: Scenario, robot: RobotSpec) -> NDArray[np.bool_]:
     """Return the cells ``(rows, cols)`` where Nav2's costmap sees no collision, and those around start and goal."""
     grid = scenario.map
     radius = inscribed_radius(robot) / grid.resolution
-    free: NDArray[np.bool_] = squared_distance(grid.occupancy) > radius * radius
+    free: NDArray[np.bool_] = ~within(grid.occupancy, radius)
     for pose in (scenario.start, scenario.goal):
         row, col = grid.world_to_cell(pose.x, pose.y) or (0, 0)
         around = slice(max(0, row - 1), row + 2), slice(max(0, col - 1), col + 2)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,7 +12,7 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from gym_mapbench.kernels.distance import geodesic_distance, squared_distance
+from gym_mapbench.kernels.distance import geodesic_distance, squared_distance, within
 
 GRIDS = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=16))
 
@@ -40,6 +42,12 @@ def test_squared_distance_is_exact(occupied):
         assert np.array_equal(squared, np.rint(distance_transform_edt(~occupied) ** 2))
     else:
         assert np.isinf(squared).all()
+
+
+@given(GRIDS, st.floats(0.0, 20.0) | st.integers(0, 9).map(math.sqrt))
+@settings(max_examples=100)
+def test_within_compares_the_squared_distance(occupied, radius):
+    assert np.array_equal(within(occupied, radius), squared_distance(occupied) <= radius * radius)
 
 
 @given(GRIDS, st.data())

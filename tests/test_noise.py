@@ -264,10 +264,17 @@ class TestStreams:
 
     def test_they_are_other_ones_in_every_episode_and_leave_the_env_alone(self):
         generator = rng()
-        first, second = Streams.spawn(generator), Streams.spawn(generator)
+        first, second = (Streams.spawn(generator, NOISES["nominal"]) for _ in range(2))
         values = [stream.random() for stream in (*first, *second)]
         assert len(set(values)) == len(values)
         assert generator.random() == rng().random()
+
+    def test_every_noise_that_draws_has_them(self):
+        still = {"update_min_d", "update_min_a", "pose_time_constant", "actuation_time_constant", "latency"}
+        for name in NoiseSettings.model_fields.keys() - still - {"odom_frame", "lidar_mount"}:
+            assert NoiseSettings(**{name: 0.1}).draws, name
+        assert NoiseSettings(odom_frame="random").draws
+        assert not NoiseSettings(**dict.fromkeys(still, 0.1), lidar_mount="robot").draws
 
 
 class TestActuation:

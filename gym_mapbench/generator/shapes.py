@@ -16,12 +16,16 @@ from pydantic import Field, model_validator
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator.ranges import CellRange, NumberRange, draw_count
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.kernels import shapes as kernels
+from gym_mapbench.kernels.jit import plain
+from gym_mapbench.kernels.shapes import occupy, scatter
 from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
 
 Cells = NDArray[np.bool_]
 Probability = Annotated[float, Field(ge=0, le=1)]
 
+_draw_shape, _draw_position = plain(kernels.draw_shape), plain(kernels.draw_position)
 TASK_YAW = 3 * math.pi / 4
 """Heading of start and goal: from the lower right to the upper left."""
 
@@ -73,23 +77,26 @@ class ShapeSettings(Settings):
         """Probabilities of circle, square and wall."""
         return self.circle_probability, self.square_probability, self.wall_probability
 
+    @property
+    def sizes(self) -> tuple[tuple[int, int], ...]:
+        """Ranges of a circle's radius, a square's side, and a wall's length and thickness, cells."""
+        return self.circle_radius, self.square_side, self.wall_length, self.wall_thickness
+
 
 def draw_shape(rng: np.random.Generator, settings: ShapeSettings) -> Cells:
     """Draw kind, size and orientation of one obstacle; return its ``(height, width)`` bool stamp."""
-    kind = rng.random()
-    if kind < settings.circle_probability:
-        return disc(draw_count(rng, settings.circle_radius))
-    if kind < settings.circle_probability + settings.square_probability:
-        side = draw_count(rng, settings.square_side)
-        return np.ones((side, side), dtype=np.bool_)
-    wall = np.ones((draw_count(rng, settings.wall_thickness), draw_count(rng, settings.wall_length)), dtype=np.bool_)
-    return wall if rng.integers(2) else wall.T
+    height, width, is_round = _draw_shape(rng, settings.probabilities, settings.sizes)
+    cells = np.zeros((height, width), dtype=np.bool_)
+    occupy(cells, 0, 0, height, width, is_round)
+    return cells
 
 
 def disc(radius: int) -> Cells:
     """Return the ``(2 * radius + 1,) * 2`` stamp of the cells within ``radius`` cells of its middle."""
-    offset = np.arange(-radius, radius + 1)
-    return np.asarray(offset[:, None] ** 2 + offset**2 <= radius**2)
+    side = 2 * radius + 1
+    cells = np.zeros((side, side), dtype=np.bool_)
+    occupy(cells, 0, 0, side, side, True)
+    return cells
 
 
 def draw_position(rng: np.random.Generator, shape: tuple[int, int], area: tuple[int, int]) -> tuple[int, int]:
@@ -97,8 +104,8 @@ def draw_position(rng: np.random.Generator, shape: tuple[int, int], area: tuple[
 
     A stamp larger than the area is placed at 0 and sticks out.
     """
-    row, col = (int(rng.integers(max(1, whole - part + 1))) for part, whole in zip(shape, area, strict=True))
-    return row, col
+    row, col = _draw_position(rng, *shape, *area)
+    return int(row), int(col)
 
 
 def stamp(cells: Cells, shape: Cells, row: int, col: int) -> None:
@@ -113,9 +120,7 @@ def sample_map(rng: np.random.Generator, settings: ShapeSettings) -> Cells:
     """Draw the ``(size, size)`` occupancy of one map, with its border, and start and goal areas cleared."""
     cells = np.zeros((settings.size, settings.size), dtype=np.bool_)
     inside = interior(cells, settings.border)
-    for _ in range(draw_count(rng, settings.n_obstacles)):
-        shape = draw_shape(rng, settings)
-        stamp(inside, shape, *draw_position(rng, (shape.shape[0], shape.shape[1]), inside.shape))
+    scatter(rng, inside, draw_count(rng, settings.n_obstacles), settings.probabilities, settings.sizes)
     return clear_and_border(cells, settings)
 
 

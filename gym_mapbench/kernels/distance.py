@@ -14,8 +14,6 @@ import numpy as np
 from gym_mapbench.kernels.jit import kernel
 
 DIAGONAL = math.sqrt(2.0)
-BUCKETS = 3  # a step of 1 or sqrt(2) reaches the next bucket or the one after
-STEP_ROW, STEP_COL = (0, -1, 0, 1, -1, -1, 1, 1), (-1, 0, 1, 0, -1, 1, 1, -1)
 BLOCKED = -1.0
 
 
@@ -84,6 +82,42 @@ def _read_envelope(height, vertex, border, squared):
 
 
 @kernel
+def within(occupied, radius):
+    """Whether an occupied cell's centre is at most ``radius`` (cells) from a cell's, ``(rows, cols)`` bool.
+
+    Row by row of the disc: for small radii far quicker than :func:`squared_distance`, with the same result.
+    """
+    rows, cols = occupied.shape
+    reach = int(radius)
+    along = _distance_along_rows(occupied, reach + 1)
+    near = np.zeros((rows, cols), np.bool_)
+    for offset in range(-reach, reach + 1):
+        half = 0
+        while (half + 1) * (half + 1) + offset * offset <= radius * radius:
+            half += 1
+        for row in range(max(0, -offset), min(rows, rows - offset)):
+            for col in range(cols):
+                near[row, col] |= along[row + offset, col] <= np.int32(half)
+    return near
+
+
+@kernel
+def _distance_along_rows(occupied, most):
+    """Distance ``(rows, cols)`` int32, at most ``most``, to the nearest occupied cell of the same row, cells."""
+    rows, cols = occupied.shape
+    distance = np.empty((rows, cols), np.int32)
+    for row in range(rows):
+        run = most
+        for col in range(cols):
+            run = 0 if occupied[row, col] else min(run + 1, most)
+            distance[row, col] = run
+        for col in range(cols - 1, -1, -1):
+            run = min(run + 1, most, distance[row, col])
+            distance[row, col] = run
+    return distance
+
+
+@kernel
 def geodesic_distance(blocked, row, col):
     """Length ``(rows, cols)`` float64, cells, of the shortest 8-connected path from one cell; inf where there is none.
 
@@ -110,34 +144,62 @@ def geodesic_distance(blocked, row, col):
 
 @kernel
 def _spread(distance, width, start):
-    """Work off bucket after bucket; a cell that was listed again nearer is passed over in the later bucket."""
-    listed = np.empty((BUCKETS, len(distance)), np.int32)
-    counts = np.zeros(BUCKETS, np.int64)
-    listed[0, 0], counts[0] = start, 1
-    whole = 0
-    while counts.sum() > 0:
-        bucket = whole % BUCKETS
-        for i in range(counts[bucket]):
-            cell = listed[bucket, i]
-            here = distance[cell]
-            if here < whole:
-                continue
-            for side in range(8):
-                near = cell + STEP_ROW[side] * width + STEP_COL[side]
-                length = here + (1.0 if side < 4 else DIAGONAL)
-                before = distance[near]
-                if length >= before or (side >= 4 and _cuts_corner(distance, cell, width, side)):
-                    continue
-                distance[near] = length
-                if before == np.inf or int(before) != int(length):
-                    later = int(length) % BUCKETS
-                    listed[later, counts[later]] = near
-                    counts[later] += 1
-        counts[bucket] = 0
-        whole += 1
+    """Work off bucket after bucket: of the cells whose distances have the same whole part, none shortens another.
+
+    Steps lead into the next bucket or the one after it. A cell that was listed again nearer is passed over later.
+    """
+    cells = len(distance)
+    bucket, following, after = np.empty(cells, np.int32), np.empty(cells, np.int32), np.empty(cells, np.int32)
+    bucket[0] = start
+    count, n_following, n_after, whole = 1, 0, 0, 0.0
+    while count + n_following + n_after > 0:
+        for i in range(count):
+            cell = np.uint64(bucket[i])  # unsigned, for numba would otherwise check for negative indices
+            if distance[cell] >= whole:
+                n_following, n_after = _leave(distance, width, cell, whole, following, n_following, after, n_after)
+        bucket, following, after = following, after, bucket
+        count, n_following, n_after, whole = n_following, n_after, 0, whole + 1.0
 
 
 @kernel
-def _cuts_corner(distance, cell, width, side):
-    """Whether one of the cells beside a diagonal step is blocked."""
-    return distance[cell + STEP_ROW[side] * width] == BLOCKED or distance[cell + STEP_COL[side]] == BLOCKED
+def _leave(distance, width, cell, whole, following, n_following, after, n_after):
+    """Shorten the ways to the neighbours of a cell, and list them in their buckets, unless these have them already.
+
+    Args:
+        distance: ``(cells,)`` in and out.
+        width: Cells of a row.
+        cell: Whose neighbours.
+        whole: Whole part of its distance.
+        following: Cells of the next bucket, in and out.
+        n_following: How many they are.
+        after: Cells of the bucket after it, in and out.
+        n_after: How many they are.
+
+    Returns:
+        How many cells both buckets have now.
+    """
+    one, row = np.uint64(1), np.uint64(width)
+    straight, diagonal = distance[cell] + 1.0, distance[cell] + DIAGONAL
+    left, right, below, above = distance[cell - one], distance[cell + one], distance[cell - row], distance[cell + row]
+    for near, before in ((cell - one, left), (cell + one, right), (cell - row, below), (cell + row, above)):
+        if before > straight:
+            distance[near] = straight
+            if before >= whole + 2.0:
+                following[n_following] = near
+                n_following += 1
+    for near, along, across in (
+        (cell - row - one, below, left),
+        (cell - row + one, below, right),
+        (cell + row - one, above, left),
+        (cell + row + one, above, right),
+    ):
+        before = distance[near]
+        if before > diagonal and along != BLOCKED and across != BLOCKED:
+            distance[near] = diagonal
+            if diagonal >= whole + 2.0 and before >= whole + 3.0:
+                after[n_after] = near
+                n_after += 1
+            elif diagonal < whole + 2.0 <= before:
+                following[n_following] = near
+                n_following += 1
+    return n_following, n_after

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from gym_mapbench.kernels.jit import kernel
 
 DIAGONAL = math.sqrt(2.0)
@@ -19,30 +21,32 @@ def fill_unreached(distance):
         distance: ``(rows, cols)`` float64, cells.
     """
     rows, cols = distance.shape
-    unreached = distance == math.inf
+    framed = np.full((rows + 2, cols + 2), np.inf)  # a frame makes bounds checks unnecessary
+    framed[1:-1, 1:-1] = distance
     for row in range(rows):
-        for col in range(cols):
-            if unreached[row, col]:
-                distance[row, col] = min(distance[row, col], through(distance, row, col, -1))
+        fill_row(distance[row], framed[row], framed[row + 1], -1)
     for row in range(rows - 1, -1, -1):
-        for col in range(cols - 1, -1, -1):
-            if unreached[row, col]:
-                distance[row, col] = min(distance[row, col], through(distance, row, col, 1))
+        fill_row(distance[row], framed[row + 2], framed[row + 1], 1)
+    distance[:] = framed[1:-1, 1:-1]
 
 
 @kernel
-def through(distance, row, col, side):
-    """Shortest way over the next cell in this row or the three in the row on this side (-1 below, 1 above)."""
-    rows, cols = distance.shape
-    best = math.inf
-    if 0 <= col + side < cols:
-        best = distance[row, col + side] + 1.0
-    if 0 <= row + side < rows:
-        best = min(best, distance[row + side, col] + 1.0)
-        for other in (col - 1, col + 1):
-            if 0 <= other < cols:
-                best = min(best, distance[row + side, other] + DIAGONAL)
-    return best
+def fill_row(reached, beside, here, side):
+    """Shorten the unreached cells of a row over the next cell in it, and the three in the row before.
+
+    Args:
+        reached: ``(cols,)`` inf where a cell is unreached.
+        beside: ``(cols + 2,)`` the row before, framed.
+        here: ``(cols + 2,)`` the row, framed, in and out.
+        side: Where the next cell is: -1 to the left, 1 to the right.
+    """
+    cols = len(reached)
+    for i in range(cols):
+        col = i if side < 0 else cols - 1 - i
+        if reached[col] == np.inf:
+            diagonal = min(beside[col], beside[col + 2]) + DIAGONAL
+            straight = min(here[col + 1 + side], beside[col + 1]) + 1.0
+            here[col + 1] = min(here[col + 1], straight, diagonal)
 
 
 @kernel

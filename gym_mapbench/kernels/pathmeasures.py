@@ -10,9 +10,10 @@ import math
 
 import numpy as np
 
-from gym_mapbench.kernels.distance import DIAGONAL, STEP_COL, STEP_ROW
+from gym_mapbench.kernels.distance import DIAGONAL
 from gym_mapbench.kernels.jit import kernel
 
+STEP_ROW, STEP_COL = (0, -1, 0, 1, -1, -1, 1, 1), (-1, 0, 1, 0, -1, 1, 1, -1)
 # Clockwise, every 22.5 degrees; those between axis and diagonal are knight's moves.
 FAN_ROW = (0, 1, 1, 2, 1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1)
 FAN_COL = (1, 2, 1, 1, 0, -1, -1, -2, -1, -2, -1, -1, 0, 1, 1, 2)
