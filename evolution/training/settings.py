@@ -34,18 +34,21 @@ class Stage(Settings):
 
 
 class ShapingSettings(Settings):
-    """What is taken off the reward in training besides the env's own terms, so that the robot keeps away from walls.
-
-    The way whose progress is rewarded is the shortest one, which grazes every corner.
+    """What training adds to the env's own reward and ends; the evaluation does without.
 
     Args:
         proximity: Taken off per second where the robot touches a wall, in proportion less further away.
         reach: Distance between the robot's outline and the nearest wall in the scan from which on nothing is taken off,
             m.
+        stall_time: Seconds without coming closer to the goal after which an episode ends; 0 for never. A policy that
+            has learned to stand still before obstacles learns nothing more there.
+        stall: Taken off when an episode ends so.
     """
 
     proximity: Annotated[float, Field(ge=0)] = 0.0
     reach: Annotated[float, Field(gt=0)] = 0.3
+    stall_time: Annotated[float, Field(ge=0)] = 0.0
+    stall: Annotated[float, Field(ge=0)] = 0.0
 
 
 class ReplaySettings(Settings):
@@ -168,6 +171,8 @@ class TrainSettings(Settings):
     def _sees_walls(self) -> Self:
         if self.shaping.proximity and "scan" not in self.encoding.keys:
             raise ConfigError("shaping.proximity: expected a feature of the scan in encoding.features, got none")
+        if self.shaping.stall_time and not self.world.reward.progress:
+            raise ConfigError("shaping.stall_time: expected a reward for progress, by which it is noticed, got none")
         return self
 
     @model_validator(mode="after")

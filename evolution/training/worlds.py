@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 import gym_mapbench  # noqa: F401, registers MapBench-v0
 from controllers.learned import Encoder, EncodingSettings, Features, Frames
 from evolution.training.settings import ShapingSettings
+from evolution.training.shaping import Shaping
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.scenario import Scenario
 
@@ -29,7 +30,8 @@ class Step:
         rewards: ``(worlds,)``.
         ended: ``(worlds,)`` whether an episode has ended.
         truncated: ``(worlds,)`` whether it has ended by its time limit only.
-        outcomes: By the number of the world, the map and the outcome of every episode that has ended.
+        outcomes: By the number of the world, the map and the outcome of every episode that has ended; ``stalled`` where
+            the shaping has ended it.
     """
 
     features: Features
@@ -48,7 +50,7 @@ class EncodedWorlds:
         encoding: How observations become the networks' input.
         next_level: Called for the map of every new episode.
         seed: Root of the worlds' own randomness, such as noise.
-        shaping: What is taken off the rewards.
+        shaping: What is added to the env's rewards and ends.
     """
 
     def __init__(
@@ -70,8 +72,8 @@ class EncodedWorlds:
         )
         self._encoder = Encoder(encoding, world)
         self._frames = Frames(count, self._encoder.size, encoding)
-        self._world = world
-        self._shaping = shaping
+        self._shaping = Shaping(shaping, world, count)
+        self._stall = shaping.stall if shaping.stall_time else 0.0
         self._next_level = next_level
         self._seed: int | None = seed
         self._levels: list[Scenario] = []
@@ -92,11 +94,12 @@ class EncodedWorlds:
     def step(self, actions: NDArray[Any]) -> Step:
         """Drive all worlds for one decision."""
         observation, rewards, terminated, truncated, info = self.worlds.step(np.clip(actions, -1.0, 1.0))
-        if self._shaping.proximity:
-            rewards = rewards - self._shaping.proximity / self._world.control_hz * self._nearness(observation["scan"])
-        ended = terminated | truncated
+        stalled = self._shaping.stalled(info["reward_terms"]["progress"]) & ~terminated & ~truncated
+        rewards = rewards - self._shaping.taken_off(observation) - self._stall * stalled
+        ended = terminated | truncated | stalled
         features = self._frames.push(self._encoder.encode(observation))
-        outcomes = {int(i): (self._levels[i], str(info["outcome"][i])) for i in np.flatnonzero(ended)}
+        how = np.where(stalled, "stalled", info["outcome"])
+        outcomes = {int(i): (self._levels[i], str(how[i])) for i in np.flatnonzero(ended)}
         return Step(features, rewards, ended, truncated & ~terminated, outcomes)
 
     def begin_again(self, ended: NDArray[np.bool_]) -> Features:
@@ -109,16 +112,11 @@ class EncodedWorlds:
         """Close all worlds."""
         self.worlds.close()
 
-    def _nearness(self, scan: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Return how near the walls are in every world: 1 where the robot touches one, 0 beyond the reach."""
-        away = scan.min(axis=1) - self._world.robot.circumscribed_radius
-        near: NDArray[np.float64] = np.clip(1.0 - away / self._shaping.reach, 0.0, 1.0).astype(np.float64)
-        return near
-
     def _begin(self, which: NDArray[np.bool_]) -> Features:
         """Put some worlds on their levels, each on its own."""
         for number in np.flatnonzero(which):
             mask = np.zeros(self.count, dtype=np.bool_)
             mask[number] = True
             observation, _ = self.worlds.reset(options={"reset_mask": mask, "scenario": self._levels[number]})
+        self._shaping.begin(which)
         return self._frames.begin(self._encoder.encode(observation), which)

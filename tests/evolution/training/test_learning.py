@@ -192,6 +192,24 @@ def test_nearness_to_walls_is_taken_off():
     assert rewards[0.0] - rewards[2.0] == pytest.approx(2.0 / 5.0 * (1 - 0.23 / 0.5), abs=1e-5)
 
 
+def test_who_comes_no_closer_for_too_long_is_stopped():
+    corridor = GridMap.from_rows(["#" * 80, *["#" + "." * 78 + "#"] * 20, "#" * 80])
+    level = Scenario(corridor, Pose(1.0, 0.5), Pose(3.0, 0.5))
+    changes = {"shaping": {"proximity": 0.0, "stall_time": 1.0, "stall": 3.0}, "world": {"reward": {"time": 0.0}}}
+    settings = train_settings("ppo", {**SMALL, **changes})
+    worlds = EncodedWorlds(2, settings.world, settings.encoding, lambda: level, 0, settings.shaping)
+    worlds.reset()
+    for step in range(1, 6):
+        assert step == 1 or not done.ended.any()
+        done = worlds.step(np.array([[1.0, 0.0], [0.0, 0.0]]))
+    assert done.ended.tolist() == [False, True]
+    assert done.outcomes == {1: (level, "stalled")}
+    assert not done.truncated.any()
+    assert done.rewards[1] == pytest.approx(-3.0)
+    worlds.begin_again(done.ended)
+    assert not worlds.step(np.zeros((2, 2))).ended.any()
+
+
 class TestRefused:
     def test_a_directory_that_holds_something(self, tmp_path):
         (tmp_path / "other.txt").write_text("mine")
