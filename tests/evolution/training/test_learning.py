@@ -199,9 +199,9 @@ def test_who_comes_no_closer_for_too_long_is_stopped():
     settings = train_settings("ppo", {**SMALL, **changes})
     worlds = EncodedWorlds(2, settings.world, settings.encoding, lambda: level, 0, settings.shaping)
     worlds.reset()
-    for step in range(1, 6):
-        assert step == 1 or not done.ended.any()
-        done = worlds.step(np.array([[1.0, 0.0], [0.0, 0.0]]))
+    steps = [worlds.step(np.array([[1.0, 0.0], [0.0, 0.0]])) for _ in range(5)]
+    assert not any(step.ended.any() for step in steps[:-1])
+    done = steps[-1]
     assert done.ended.tolist() == [False, True]
     assert done.outcomes == {1: (level, "stalled")}
     assert not done.truncated.any()
