@@ -5,12 +5,15 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import inspect
+import warnings
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
+from gymnasium.spaces import Box
 
-from controllers.learned import ModelCard, Normalization, write_card
+from controllers.learned import Encoder, ModelCard, Normalization, write_card
 from evolution.files import write_bytes
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import ConfigError, RunError, unknown_name
@@ -42,6 +45,30 @@ def stable_baselines3() -> Any:
         raise ConfigError("training needs stable-baselines3 (pip install gym-mapbench[rl])") from None
 
 
+class Blank(gymnasium.Env[Any, Any]):
+    """Nothing but the spaces of a training.
+
+    Args:
+        settings: The training.
+    """
+
+    def __init__(self, settings: TrainSettings) -> None:
+        inputs = settings.encoding.frames * Encoder(settings.encoding, settings.world).size
+        self.observation_space = Box(-1.0, 1.0, (inputs,), np.float32)
+        self.action_space = Box(-1.0, 1.0, (2,), np.float32)
+
+
+def check_model(settings: TrainSettings) -> None:
+    """Make a model for nothing, so that what cannot be used is reported before a directory is made.
+
+    Raises:
+        ConfigError: If a hyperparameter cannot be used, or Stable-Baselines3 is not installed.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about sizes that only fit the number of worlds that there will be
+        make_model(settings, Blank(settings), None)
+
+
 def check_hyperparameters(settings: TrainSettings) -> None:
     """Refuse hyperparameters that the algorithm does not have.
 
@@ -65,12 +92,12 @@ def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:
     Raises:
         ConfigError: If a hyperparameter cannot be used.
     """
+    check_hyperparameters(settings)
     from torch import nn
 
     activations = {"tanh": nn.Tanh, "relu": nn.ReLU, "elu": nn.ELU}
     network = settings.network
     shape = {"net_arch": list(network.hidden), "activation_fn": activations[network.activation]}
-    check_hyperparameters(settings)
     explored = {"action_noise": _noise(settings.action_noise)} if settings.action_noise else {}
     try:
         return _class_of(settings)(

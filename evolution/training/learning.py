@@ -12,12 +12,21 @@ from numpy.typing import NDArray
 
 from controllers.learned import Features
 from evolution.training.algorithms import (
-    check_hyperparameters,
+    check_model,
     load_model,
     make_model,
     tensorboard_is_installed,
 )
-from evolution.training.directory import BUFFER, LATEST, LOGS, STATISTICS, Training, TrainingDir, load_training
+from evolution.training.directory import (
+    BUFFER,
+    LATEST,
+    LOGS,
+    STATISTICS,
+    TRAINING,
+    Training,
+    TrainingDir,
+    load_training,
+)
 from evolution.training.evaluation import Judgement, judge
 from evolution.training.levels import GivenLevels, Levels, RandomLevels, ReplayedLevels
 from evolution.training.record import Recorder, TrainProgress
@@ -45,7 +54,7 @@ def begin_training(
     Raises:
         ConfigError: If something cannot be used; nothing is made then.
     """
-    check_hyperparameters(settings)
+    check_model(settings)
     return TrainingDir.create(path, settings, maps, curriculum)
 
 
@@ -60,8 +69,7 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
         The training, as :func:`~evolution.training.directory.load_training` reads it.
 
     Raises:
-        ConfigError: If a hyperparameter cannot be used.
-        RunError: If the directory is damaged or cannot be written.
+        RunError: If the directory is damaged, cannot be written, or was written by another version of this package.
         KeyboardInterrupt: If Ctrl-C was pressed; the model is kept and can be continued.
     """
     from evolution.training.callback import Companion, Interruption
@@ -70,8 +78,9 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
     settings, state = directory.settings, directory.state
     if state is not None and state["finished"]:
         return load_training(directory.path)
+    TRAINING.check_same(directory.path, directory.config, {}, {})
     maps, curriculum = directory.read_maps()
-    worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum))
+    worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, 0 if state is None else state["steps"]))
     lessons, statistics = _normalized(settings, worlds, directory.path if state else None)
     model = _model(settings, directory, lessons, resumed=state is not None)
     recorder = Recorder(directory, settings, statistics, directory.read_curve(), state)
@@ -90,9 +99,11 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
     return load_training(directory.path)
 
 
-def make_levels(settings: TrainSettings, maps: Sequence[Scenario], curriculum: Sequence[Scenario]) -> Levels:
-    """Return what gives every episode its map."""
-    fresh_rng, replay_rng = (np.random.default_rng((settings.seed, stream)) for stream in range(2))
+def make_levels(
+    settings: TrainSettings, maps: Sequence[Scenario], curriculum: Sequence[Scenario], done: int = 0
+) -> Levels:
+    """Return what gives every episode its map; after ``done`` steps, others than at the beginning."""
+    fresh_rng, replay_rng = (np.random.default_rng((settings.seed, done, stream)) for stream in range(2))
     fresh: Levels = RandomLevels(settings.world, settings.obstacles, settings.anywhere, settings.reuse, fresh_rng)
     if maps:
         fresh = GivenLevels(split(maps)[0], fresh_rng)

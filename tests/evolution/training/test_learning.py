@@ -245,6 +245,7 @@ class TestRefused:
     def test_a_hyperparameter_of_the_wrong_kind(self, tmp_path):
         with pytest.raises(ConfigError, match="hyperparameters of ppo: cannot be used"):
             train("ppo", config=small(hyperparameters={"n_steps": "many"}), out=tmp_path / "run")
+        assert not (tmp_path / "run").exists()
 
     def test_without_stable_baselines3(self, tmp_path, monkeypatch):
         monkeypatch.setitem(sys.modules, "stable_baselines3", None)
