@@ -43,12 +43,15 @@ class ShapingSettings(Settings):
         stall_time: Seconds without coming closer to the goal after which an episode ends; 0 for never. A policy that
             has learned to stand still before obstacles learns nothing more there.
         stall: Taken off when an episode ends so.
+        reverse: Taken off per metre driven backwards. With a scanner that sees all around, a policy may else learn to
+            drive backwards all the time, at the lower speed that the robot has there.
     """
 
     proximity: Annotated[float, Field(ge=0)] = 0.0
     reach: Annotated[float, Field(gt=0)] = 0.3
     stall_time: Annotated[float, Field(ge=0)] = 0.0
     stall: Annotated[float, Field(ge=0)] = 0.0
+    reverse: Annotated[float, Field(ge=0)] = 0.0
 
 
 class ReplaySettings(Settings):
@@ -171,6 +174,8 @@ class TrainSettings(Settings):
     def _sees_walls(self) -> Self:
         if self.shaping.proximity and "scan" not in self.encoding.keys:
             raise ConfigError("shaping.proximity: expected a feature of the scan in encoding.features, got none")
+        if self.shaping.reverse and "velocity" not in self.encoding.keys:
+            raise ConfigError("shaping.reverse: expected velocity among encoding.features, got none")
         if self.shaping.stall_time and not self.world.reward.progress:
             raise ConfigError("shaping.stall_time: expected a reward for progress, by which it is noticed, got none")
         return self

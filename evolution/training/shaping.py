@@ -36,13 +36,16 @@ class Shaping:
         for values in (self._gained, self._most, self._waiting):
             values[which] = 0
 
-    def taken_off(self, observation: Mapping[str, NDArray[Any]]) -> NDArray[np.float64] | float:
-        """Return what the walls nearby cost in this step: the whole where the robot touches one."""
-        settings, world = self._settings, self._world
-        if not settings.proximity:
-            return 0.0
-        room = observation["scan"].min(axis=1) - world.robot.circumscribed_radius
-        return np.asarray(settings.proximity / world.control_hz * np.clip(1.0 - room / settings.reach, 0.0, 1.0))
+    def taken_off(self, observation: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+        """Return what this step costs: walls nearby, the whole where the robot touches one, and driving backwards."""
+        settings, seconds = self._settings, 1.0 / self._world.control_hz
+        costs = np.zeros(len(self._gained))
+        if settings.proximity:
+            room = observation["scan"].min(axis=1) - self._world.robot.circumscribed_radius
+            costs += settings.proximity * seconds * np.clip(1.0 - room / settings.reach, 0.0, 1.0)
+        if settings.reverse:
+            costs += settings.reverse * seconds * np.maximum(-observation["velocity"][:, 0], 0.0)
+        return costs
 
     def stalled(self, progress: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which robots have come no closer to the goal for too long.

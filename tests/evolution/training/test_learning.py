@@ -183,13 +183,28 @@ def test_nearness_to_walls_is_taken_off():
     level = Scenario(corridor, Pose(1.0, 0.5), Pose(3.0, 0.5))
     rewards = {}
     for proximity in (0.0, 2.0):
-        changes = {"shaping": {"proximity": proximity, "reach": 0.5}, "world": {"lidar": {"beams": 4}}}
+        changes = {
+            "shaping": {"proximity": proximity, "reach": 0.5, "stall_time": 0.0},
+            "world": {"lidar": {"beams": 4}},
+        }
         settings = train_settings("ppo", {**SMALL, **changes})
         worlds = EncodedWorlds(1, settings.world, settings.encoding, lambda: level, 0, settings.shaping)
         worlds.reset()
         rewards[proximity] = worlds.step(np.zeros((1, 2))).rewards[0]
     # The lower wall ends at y = 0.05 m: 0.45 m from the centre, 0.23 m from the outline, of 0.5 m.
     assert rewards[0.0] - rewards[2.0] == pytest.approx(2.0 / 5.0 * (1 - 0.23 / 0.5), abs=1e-5)
+
+
+def test_driving_backwards_is_taken_off():
+    rewards = {}
+    for reverse in (0.0, 2.0):
+        settings = train_settings("ppo", {**SMALL, "shaping": {"reverse": reverse, "proximity": 0.0}})
+        room = Scenario(rooms(1)[0].map, *(Pose(*pose) for pose in ((6.95, 0.55, 2.36), (0.55, 6.95, 2.36))))
+        worlds = EncodedWorlds(2, settings.world, settings.encoding, lambda room=room: room, 0, settings.shaping)
+        worlds.reset()
+        rewards[reverse] = worlds.step(np.array([[-0.2, 0.0], [0.2, 0.0]])).rewards
+    # 0.2 of the 0.35 m/s that it can drive backwards, reached within the step, for 0.2 s.
+    assert rewards[0.0] - rewards[2.0] == pytest.approx([2.0 * 0.07 * 0.2, 0.0], abs=1e-6)
 
 
 def test_who_comes_no_closer_for_too_long_is_stopped():
