@@ -28,6 +28,7 @@ from controllers.rotation_shim.controller import RotationShimFollower
 from controllers.rpp.controller import RppFollower
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.registry import Registry, accepted_keywords, must_be_callable
+from gym_mapbench.trust import was_asked_for
 
 PRIMARIES: dict[str, Callable[[Any], PathFollower]] = {
     "dwb": DwbFollower,
@@ -76,9 +77,9 @@ def make_controller(
             or a file is bad.
         PluginError: If a third party's callable fails.
     """
-    if name.endswith(".zip"):
-        return _load_model(name, label, nav2_params)
     navigation = navigation or load_preset(preset)
+    if name.endswith(".zip") and name not in navigation.controllers:
+        return _load_model(name, label, nav2_params)
     if name in FOLLOWERS or name in navigation.controllers:
         follower = _make_follower(name, navigation.controller(name), nav2_params)
         return Navigator(follower, navigation, label or name)
@@ -88,6 +89,7 @@ def make_controller(
 def _load_model(spec: str, label: str | None, params: Mapping[str, Any]) -> Controller:
     """Load ``path/to/model.zip`` or ``NAME=path/to/model.zip``."""
     name, _, path = spec.rpartition("=")
+    was_asked_for(path)
     if params:
         raise ConfigError(f"{spec}: a model takes no parameters, got {', '.join(params)}")
     return load_sb3(path, label or name or Path(path).stem)

@@ -5,9 +5,7 @@ Stable-Baselines3 models are objects with ``predict``; :func:`load_sb3` reads on
 
 from __future__ import annotations
 
-import json
 import math
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -17,6 +15,7 @@ from gymnasium.spaces import Box
 
 from controllers.base import Context, Observation
 from controllers.learned import ModelCard, TrainedPolicy, read_card
+from controllers.model_files import model_data
 from gym_mapbench.action import to_command
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -191,7 +190,10 @@ def _is_normalized(space: Any) -> bool:
 
 def _sb3_algorithm(path: Path, name: str) -> str:
     """Return the name of the algorithm that can load a model file: TD3 for DDPG too, which is a TD3 with one critic."""
-    data = _sb3_data(path, name)
+    try:
+        data = model_data(path)
+    except ConfigError as error:
+        raise ConfigError(f"{name}: {error}") from None
     policy = data.get("policy_class")
     module = str(policy.get("__module__", "")) if isinstance(policy, dict) else ""
     known = {
@@ -202,17 +204,3 @@ def _sb3_algorithm(path: Path, name: str) -> str:
     if module not in known:
         raise ConfigError(f"{name}: expected {path} to hold an A2C, DDPG, PPO, SAC or TD3 model, got {module or '?'}")
     return known[module]
-
-
-def _sb3_data(path: Path, name: str) -> dict[str, Any]:
-    """Read the attributes of the model in a Stable-Baselines3 file."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            data: Any = json.loads(archive.read("data"))
-    except FileNotFoundError:
-        raise ConfigError(f"{name}: {path} does not exist") from None
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-        raise ConfigError(f"{name}: {path} is not a Stable-Baselines3 model ({error})") from None
-    if not isinstance(data, dict):
-        raise ConfigError(f"{name}: {path} is not a Stable-Baselines3 model")
-    return data

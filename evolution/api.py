@@ -11,16 +11,18 @@ and from a notebook.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
 from controllers.nav2_params.presets import overlay
+from evolution.benchmark import BENCHMARK, Benchmark, again_in, barn_settings, begin_benchmark, load_barn, read_bench
 from evolution.benchmark import PREFIX as BARN
-from evolution.benchmark import Benchmark, barn_settings, begin_benchmark, load_barn, read_bench
 from evolution.benchmark import bench as drive_all
 from evolution.driving import (
+    WAIT_SECONDS,
     ControllerSpec,
     DriveSettings,
     Evaluator,
@@ -35,9 +37,10 @@ from evolution.driving import (
     with_parameters,
 )
 from evolution.pictures import write_run_figures
-from evolution.runs import RUN, LoadedRun, RunDir, load_run, reached_maps
+from evolution.runs import RUN, LoadedRun, RunDir, load_run, reached_maps, rescuing
 from evolution.search import (
     DEFAULT_CONTROLLERS,
+    DEFAULT_PRESET,
     Experiment,
     Progress,
     check_experiment,
@@ -89,16 +92,17 @@ def bench(
     maps: Maps | Sequence[Maps],
     controllers: Controllers | None = None,
     *,
-    params: str | Nav2Params = "thesis",
+    params: str | Nav2Params | None = None,
     settings: DriveSettings | None = None,
     start: PoseLike | None = None,
     goal: PoseLike | None = None,
     unknown_map: bool = False,
     repeats: int = 1,
-    seed: int = 0,
+    seed: int | None = None,
     metrics: Sequence[str] = (),
     workers: int | None = None,
     executor: str = "processes",
+    wait_s: float = WAIT_SECONDS,
     out: str | Path | None = None,
     resume: bool = False,
     on_run: OnRun | None = None,
@@ -108,18 +112,21 @@ def bench(
 
     Args:
         maps: One or several; ``barn:DIR`` must be the only one and is driven by BARN's rules.
-        controllers: Who drives; if None, the controllers of the parameter file, or DWB, MPPI and RPP without one.
+        controllers: Who drives; if None, the controllers of the parameter file, without one those of the run whose
+            maps are driven, else DWB, MPPI and RPP.
         params: Nav2's parameters: a preset's name, a ``nav2_params.yaml`` (which also describes the robot), or what
-            ``read_nav2_params`` returned for one.
+            ``read_nav2_params`` returned for one; if None, those of the run whose maps are driven, else ``thesis``.
+            Such a run's world is kept, too, where ``environment`` does not change it.
         settings: World and navigation in one value, instead of ``params`` and ``environment``.
         start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the files.
         goal: The same for the goal.
         unknown_map: Whether Nav2's costmaps know only what the sensors have shown of the map so far.
         repeats: Runs of each controller on each map, each with a seed of its own.
-        seed: Root of all randomness.
+        seed: Root of all randomness; if None, 0, or one that the search of the run whose maps are driven did not have.
         metrics: What is measured besides the project's own metrics, by name.
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`).
+        wait_s: How long to wait for another process that has locked the results, s.
         out: New directory that keeps every result as it comes, and ``bench.json`` and ``bench.csv`` at the end;
             nothing is written if None.
         resume: Whether to continue a benchmark that was begun in ``out``; its results are as if uninterrupted.
@@ -138,34 +145,38 @@ def bench(
         raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
     items = _items(maps)
     scenarios = load_all(items, start, goal)
-    read = _read(params)
-    settings = settings or _settings(params, read, environment)
+    read, run = _read(params), run_of(items)
+    settings = settings or _settings(params, read, environment, run)
     settings = settings.replace(unknown_map=unknown_map or settings.unknown_map)
     settings = barn_settings(settings) if barn_source(items) else settings
     check_room(scenarios, settings)
-    own = DEFAULT_CONTROLLERS if read is None else read.own_controllers
-    specs = _specs(own if controllers is None else controllers)
+    specs = _specs(_own_controllers(read, run) if controllers is None else controllers)
     try_controllers(specs, settings)
-    plan = JobPlan(specs, settings, seed, repeats, tuple(metrics))
+    root = (0 if run is None else run.config["search"]["seed"] + 1) if seed is None else seed
+    plan = JobPlan(specs, settings, root, repeats, tuple(metrics))
     kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
     cores = workers or available_cores()
     with (
-        ResultStore(kept) as store,
+        ResultStore(kept, wait_s=wait_s) as store,
+        nullcontext() if kept is None else rescuing(BENCHMARK, kept.parent, store),
         Evaluator(run_job, store, workers=cores, warm_up=warm_up, executor=executor) as evaluator,
     ):
         result = drive_all(scenarios, plan, evaluator, on_run)
-    if out is not None:
-        result.save(Path(out))
+        if run is not None:
+            result = replace(result, again=again_in(result.rows, run))
+        if kept is not None:
+            result.save(kept.parent)
     return result
 
 
 def evolve(
-    experiment: str | Path | Mapping[str, Any] | Experiment = "thesis",
+    experiment: str | Path | Mapping[str, Any] | Experiment = DEFAULT_PRESET,
     *,
     out: str | Path | None = None,
     resume: str | Path | None = None,
     workers: int | None = None,
     executor: str = "processes",
+    wait_s: float = WAIT_SECONDS,
     on_generation: Callable[[Progress], None] | None = None,
     on_run: OnRun | None = None,
     **search: Any,
@@ -174,12 +185,13 @@ def evolve(
 
     Args:
         experiment: A preset's name, a YAML file with the sections ``search``, ``controllers`` and ``run``, the same as
-            a mapping, or an experiment. What a file or a mapping leaves out is taken from the preset ``thesis``.
+            a mapping, or an experiment. What a file or a mapping leaves out is taken from the preset ``robust``.
         out: New directory of the run; ``runs/FITNESS-popN-seedN`` if None.
         resume: Directory of a run to continue, with exactly the result it would have had uninterrupted;
             ``experiment``, ``out`` and ``search`` cannot be given beside it.
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, by name.
+        wait_s: How long to wait for another process that has locked the results, s.
         on_generation: Called after each generation.
         on_run: Called after each run with its job, its result, and how many are left.
         search: Options of the search that replace those of the experiment, e.g. ``evaluations=100, seed=3``.
@@ -199,7 +211,8 @@ def evolve(
         rundir = RunDir.open(resume)
         wanted = experiment_of(rundir.config)
     with (
-        ResultStore(rundir.store_path) as store,
+        ResultStore(rundir.store_path, wait_s=wait_s) as store,
+        rescuing(RUN, rundir.path, store),
         Evaluator(
             run_job, store, workers=workers or available_cores(), warm_up=warm_up, executor=executor
         ) as evaluator,
@@ -219,6 +232,7 @@ def study(
     runs: int | None = None,
     workers: int | None = None,
     executor: str = "processes",
+    wait_s: float = WAIT_SECONDS,
     on_progress: Callable[[StudyProgress], None] | None = None,
     on_run: OnRun | None = None,
 ) -> StudyResults | SweepResults:
@@ -232,6 +246,7 @@ def study(
         runs: Number of seeds (in a sweep, of maps) to run now; all if None.
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, by name.
+        wait_s: How long to wait for another process that has locked the results, s.
         on_progress: Called after each generation and each search of a study; a sweep has neither.
         on_run: Called after each run of a sweep with its job, its result, and how many are left.
 
@@ -247,6 +262,7 @@ def study(
         "resume": resume,
         "only": only,
         "workers": workers or available_cores(),
+        "wait_s": wait_s,
         "engine": replace(NAV2, executor=executor),
     }
     if isinstance(wanted, SweepSettings):
@@ -335,7 +351,7 @@ def load_all(maps: Sequence[Maps], start: PoseLike | None = None, goal: PoseLike
     return [scenario for item in maps for scenario in _scenarios(item, start, goal)]
 
 
-def compose(preset: str = "thesis", config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:
+def compose(preset: str = DEFAULT_PRESET, config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:
     """Return the document of an experiment: a preset, overlaid by ``config``, then by options of the search."""
     return overlay(overlay(load_preset(preset), config or {}), {"search": search})
 
@@ -375,18 +391,47 @@ def _begin(
     return RunDir.create(out or default, wanted), wanted
 
 
-def _read(params: str | Nav2Params) -> Nav2Params | None:
+def run_of(maps: Sequence[Maps]) -> LoadedRun | None:
+    """Return the run whose best maps are driven: of a single run directory or loaded run, else None."""
+    if len(maps) == 1 and isinstance(maps[0], LoadedRun):
+        return maps[0]
+    if len(maps) == 1 and isinstance(maps[0], str | Path) and RUN.holds(maps[0]):
+        return load_run(maps[0])
+    return None
+
+
+def _read(params: str | Nav2Params | None) -> Nav2Params | None:
     """Read a parameter file; None for a preset."""
-    if isinstance(params, Nav2Params):
+    if params is None or isinstance(params, Nav2Params):
         return params
     return None if params in PRESETS else read_nav2_params(params)
 
 
-def _settings(params: str | Nav2Params, read: Nav2Params | None, environment: Mapping[str, Any]) -> DriveSettings:
+def _own_controllers(read: Nav2Params | None, run: LoadedRun | None) -> Controllers:
+    """Return who drives where nobody said."""
+    if read is not None:
+        return read.own_controllers
+    return DEFAULT_CONTROLLERS if run is None else experiment_of(run.config).controllers
+
+
+def _settings(
+    params: str | Nav2Params | None, read: Nav2Params | None, environment: Mapping[str, Any], run: LoadedRun | None
+) -> DriveSettings:
+    base = world_of(run)
+    base = base.replace(environment=base.environment.replace(**environment))
     if read is None:
-        return DriveSettings(navigation=params, environment=EnvConfig.build(**environment))
-    settings = with_parameters(DriveSettings(navigation=read.navigation), read)
+        return base if params is None else base.replace(navigation=params)
+    settings = with_parameters(base.replace(navigation=read.navigation), read)
     return settings.replace(environment=settings.environment.replace(**environment))
+
+
+def world_of(run: LoadedRun | None) -> DriveSettings:
+    """Return the world that a run was searched in; the thesis' without one."""
+    if run is None:
+        return DriveSettings(navigation="thesis", environment=EnvConfig.build())
+    settings = experiment_of(run.config).run
+    assert isinstance(settings, DriveSettings)  # what experiment_of reads
+    return settings
 
 
 def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Iterable[Scenario]:

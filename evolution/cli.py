@@ -8,8 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from evolution.commands import COMMANDS
-from gym_mapbench.errors import MapBenchError
+from evolution.commands import COMMANDS, load_command
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -47,8 +46,12 @@ class Parser(argparse.ArgumentParser):
         raise SystemExit(USAGE_ERROR)
 
 
-def build_parser() -> Parser:
-    """Build the parser of the command and of all its subcommands."""
+def build_parser(chosen: str | None = None) -> Parser:
+    """Build the parser of the command and of its subcommands.
+
+    Args:
+        chosen: The only subcommand whose options are needed, so that the help does not wait for imports; None for all.
+    """
     parser = Parser(
         prog="mapbench",
         description=DESCRIPTION,
@@ -57,16 +60,24 @@ def build_parser() -> Parser:
         allow_abbrev=False,
     )
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
-    for command in COMMANDS:
-        command.add_parser(subparsers)
+    for name, summary in COMMANDS.items():
+        if chosen in (None, name):
+            load_command(name).add_parser(subparsers)
+        else:
+            subparsers.add_parser(name, help=summary)
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code (0 done, 2 wrong input, 130 interrupted)."""
-    args = build_parser().parse_args(argv)
+    given = sys.argv[1:] if argv is None else argv
+    args = build_parser(given[0] if given else "").parse_args(given)
+    from gym_mapbench.errors import MapBenchError  # after the help, which does not wait for gymnasium
+    from gym_mapbench.trust import allow_code
+
     try:
-        code: int = args.run(args)
+        with allow_code(getattr(args, "allow_code", False)):
+            code: int = args.run(args)
     except MapBenchError as error:
         print(f"mapbench {args.command}: {error}", file=sys.stderr)
         return USAGE_ERROR

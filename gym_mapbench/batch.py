@@ -1,7 +1,7 @@
 """Many worlds driven, judged and observed together: one kernel for all of them, wherever no world needs its own care.
 
-What is written here is what the single env does, by the same kernels: where something is random, or Box2D is needed,
-the objects of the single env do it, world by world.
+What is written here is what the single env does, by the same kernels. Where something is drawn, or Box2D is needed, the
+objects of the single env do it, world by world.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gym_mapbench.kernels.motion import drive_bodies
 from gym_mapbench.kernels.observation import read_bodies, scan_worlds, see_goals
 from gym_mapbench.kernels.task import judge_worlds
 from gym_mapbench.lidar import directions
-from gym_mapbench.observation import CONTENTS, Moment
+from gym_mapbench.observation import CONTENTS, Moment, report_scan
 from gym_mapbench.scenario import Pose
 from gym_mapbench.task import OUTCOMES, REWARD_TERMS, rules_of
 from gym_mapbench.worlds import Worlds, drive_of
@@ -41,7 +41,11 @@ class Batch:
         self._count = len(worlds.bodies)
         self._drive = drive_of(config.robot, config.physics_hz)
         self._rules = rules_of(config)
-        self._lidar = config.mounted_lidar
+        self._lidar = lidar = config.mounted_lidar
+        self._scanner = np.array(lidar.place), directions(lidar), lidar.range_max
+        self._scans_exactly = config.noise.scans_exactly and not lidar.range_min
+        self._late_ticks = config.late_ticks
+        self._prompt_ticks = config.ticks - config.late_ticks
         self._walls = np.ones((self._count, 0), np.bool_)
         self._fields = np.zeros((self._count, 0))
         self.envs: Sequence[MapBenchEnv] = ()
@@ -66,9 +70,9 @@ class Batch:
                 commands[i] = self.envs[i].carried_out(*commands[i].tolist())
         before = self._worlds.commands.copy()
         np.copyto(self._worlds.commands, commands, where=running[:, None])
-        late = self._config.late_ticks
-        contacts = self._advance(before, late, running) if late else np.zeros(self._count, np.bool_)
-        return contacts | self._advance(commands, self._config.ticks - late, running)
+        if not self._late_ticks:
+            return self._advance(commands, self._prompt_ticks, running)
+        return self._advance(before, self._late_ticks, running) | self._advance(commands, self._prompt_ticks, running)
 
     def _advance(self, commands: NDArray[np.float64], ticks: int, running: Mask) -> Mask:
         """Advance by some ticks: with Box2D where a wall is within reach."""
@@ -101,23 +105,19 @@ class Batch:
                 rows[:] = states[key]
             elif key == "goal":
                 see_goals(self._worlds.tasks, running, estimates, rows)
-            elif key == "scan" and self._config.scans_exactly:
+            elif key == "scan" and self._lidar.scan_rate is None:
                 self._scan(rows, running)
             else:
                 self._look(key, rows, running, (poses, estimates, odoms, velocities))
 
     def _scan(self, ranges: NDArray[np.float32], running: Mask) -> None:
-        worlds, lidar = self._worlds, self._lidar
-        scan_worlds(
-            worlds.bodies,
-            running,
-            worlds.grounds,
-            _frozen(self._walls),
-            np.array(lidar.place),
-            directions(lidar),
-            lidar.range_max,
-            ranges,
-        )
+        worlds = self._worlds
+        scan_worlds(worlds.bodies, running, worlds.grounds, _frozen(self._walls), *self._scanner, ranges)
+        if not self._scans_exactly and running.any():
+            chosen = np.flatnonzero(running)
+            drawn = zip(*(self.envs[i].observer.draw_scan_noise() for i in chosen.tolist()), strict=True)
+            normals, lost = (None if rows[0] is None else np.stack(rows) for rows in drawn)
+            ranges[chosen] = report_scan(self._config.noise, self._lidar, ranges[chosen], normals, lost)
 
     def _look(self, key: str, rows: NDArray[Any], running: Mask, states: tuple[NDArray[np.float64], ...]) -> None:
         """Observe a key world by world."""

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import FamilySpecs, ShapeSettings, default_task
 from gym_mapbench.gridmap import GridMap
@@ -18,7 +19,8 @@ from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.noise import NoiseSettings, make_noise
 from gym_mapbench.robot import LidarMount, RobotSpec, make_robot
 from gym_mapbench.scenario import MapSet, Pose, Scenario
-from gym_mapbench.settings import Settings, read_yaml
+from gym_mapbench.settings import Settings
+from gym_mapbench.trust import refuse_code
 
 ROW_CHARACTERS = frozenset("#.? ")
 MAX_TICK_TRAVEL = 0.05
@@ -90,10 +92,12 @@ class EnvConfig(Settings):
         """Build from a config, a mapping or a YAML file, with ``options`` on top.
 
         Raises:
-            ConfigError: On an unknown key, a bad value, or an unreadable file.
+            ConfigError: On an unknown key, a bad value, or a file that cannot be read or names code.
         """
         if isinstance(config, str | Path):
-            return cls.from_mapping(read_yaml(config), str(config)).replace(**options)
+            document = read_yaml(config)
+            refuse_code(document, config)
+            return cls.from_mapping(document, str(config)).replace(**options)
         if isinstance(config, EnvConfig):
             return config.replace(**options)
         return cls.from_mapping({} if config is None else config, "config").replace(**options)
@@ -179,12 +183,6 @@ class EnvConfig(Settings):
     def physics_may_rest(self) -> bool:
         """Whether Box2D may rest where no wall is within reach: it may where nothing happens after the first touch."""
         return self.collision_ends_episode
-
-    @property
-    def scans_exactly(self) -> bool:
-        """Whether every observation has a scan of its own, in which no beam is changed."""
-        noise, lidar = self.noise, self.mounted_lidar
-        return not (noise.scan or noise.scan_relative or noise.scan_dropout or lidar.range_min or lidar.scan_rate)
 
     @property
     def max_steps(self) -> int:

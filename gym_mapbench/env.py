@@ -19,7 +19,7 @@ from gym_mapbench.noise import Streams, Wander
 from gym_mapbench.observation import Observer, observation_space
 from gym_mapbench.render import Snapshot, Window, draw
 from gym_mapbench.robot import RobotSpec
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.scenario import Pose, Scenario
 from gym_mapbench.scenario_source import ScenarioSource
 from gym_mapbench.simulation import Simulation
 from gym_mapbench.task import Task
@@ -106,7 +106,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self.task = Task(config, self.scenario, start, self._worlds)
         if self.render_mode == "human":
             self.render()
-        return self._observe(), self._info(self.task, False)
+        pose, velocity = self.simulation.pose, self.simulation.velocity
+        return self.observer.observe(pose, velocity), _info(self.task, False, pose, velocity)
 
     def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control period.
@@ -122,10 +123,11 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
         contact = self._drive(*to_command(action, self.config))
-        task.step(self.simulation.pose, contact)
+        pose, velocity = self.simulation.pose, self.simulation.velocity
+        task.step(pose, contact)
         self.picture()
         outcome = task.outcome
-        observation, info = self._observe(), self._info(task, contact)
+        observation, info = self.observer.observe(pose, velocity), _info(task, contact, pose, velocity)
         return observation, task.reward, outcome in ("goal", "collision"), outcome == "timeout", info
 
     def picture(self) -> None:
@@ -184,15 +186,13 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         contact = self._late_ticks > 0 and self.simulation.advance(before_v, before_w, self._late_ticks)
         return self.simulation.advance(*command, self._prompt_ticks) or contact
 
-    def _observe(self) -> Observation:
-        return self.observer.observe(self.simulation.pose, self.simulation.velocity)
 
-    def _info(self, task: Task, contact: bool) -> dict[str, Any]:
-        return {
-            "time": task.time,
-            "outcome": task.outcome,
-            "contact": contact,
-            "pose": np.array(self.simulation.pose),
-            "velocity": np.array(self.simulation.velocity),
-            "reward_terms": task.terms,
-        }
+def _info(task: Task, contact: bool, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
+    return {
+        "time": task.time,
+        "outcome": task.outcome,
+        "contact": contact,
+        "pose": np.array(pose),
+        "velocity": np.array(velocity),
+        "reward_terms": task.terms,
+    }

@@ -21,8 +21,18 @@ NEAR = 0.6
 """Similarity, 0 to 1, from which on a name counts as a misspelling of another."""
 
 
+MAX_LENGTH = 2000
+"""Longest text of an error; the middle of a longer one is left out."""
+
+
 class MapBenchError(Exception):
-    """Base of every error this project raises on purpose."""
+    """Base of every error this project raises on purpose; its text is one line, whatever came from a file."""
+
+    def __str__(self) -> str:
+        text = super().__str__()
+        if not text.isprintable():
+            text = "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in text)
+        return text if len(text) <= MAX_LENGTH else f"{text[: MAX_LENGTH - 500]} ... {text[-400:]}"
 
 
 class ConfigError(MapBenchError, ValueError):

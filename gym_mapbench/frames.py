@@ -10,7 +10,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.kernels.geometry import compose as compose_kernel
+from gym_mapbench.kernels.frames import compose as compose_kernel
+from gym_mapbench.kernels.frames import move_path
 from gym_mapbench.kernels.jit import plain
 from gym_mapbench.scenario import Pose, wrap_angle
 
@@ -46,9 +47,5 @@ def relate(here: Pose, there: Pose) -> Pose:
 
 def transform_path(frame: Pose, path: NDArray[np.float64]) -> NDArray[np.float64]:
     """Transform every pose of ``path``, ``(n, 3)`` x, y in m and yaw in rad, as :func:`compose` does; a new array."""
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    moved = np.empty((len(path), 3))
-    moved[:, 0] = frame.x + (cos * path[:, 0] - sin * path[:, 1])
-    moved[:, 1] = frame.y + (sin * path[:, 0] + cos * path[:, 1])
-    moved[:, 2] = -(np.mod(-(frame.yaw + path[:, 2]) + np.pi, 2 * np.pi) - np.pi)
+    moved: NDArray[np.float64] = move_path(*frame, path)
     return moved

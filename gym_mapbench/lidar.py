@@ -83,6 +83,16 @@ class LidarSettings(Settings):
         place = self.place
         return robot if place == IDENTITY else compose(robot, place)
 
+    def report(self, ranges: NDArray[np.float32], lost: NDArray[np.bool_] | None) -> NDArray[np.float32]:
+        """Return measured ``(..., beams)`` ranges, m; ``no_range`` where a beam is lost or hits something too near."""
+        range_min = self.range_min
+        if not range_min and lost is None:
+            return ranges
+        unread = ranges < np.float32(range_min or 0.0)
+        if lost is not None:
+            unread |= lost
+        return np.where(unread, np.float32(self.no_range), ranges)
+
     def mounted(self, mount: LidarMount) -> LidarSettings:
         """Return the scanner with what is None filled in from ``mount``."""
         return _mounted(self, mount)
@@ -109,16 +119,6 @@ class Lidar:
         sensor, range_max = self._settings.sensor_pose(pose), self._settings.range_max
         cast_rays(self._walls, self._resolution, *self._origin, *sensor, self._beams, range_max, ranges)
         return ranges
-
-    def report(self, ranges: NDArray[np.float32], lost: NDArray[np.bool_] | None) -> NDArray[np.float32]:
-        """Return ``(beams,)`` measured ranges, m, with ``no_range`` where a beam is lost or hits something too near."""
-        range_min = self._settings.range_min
-        if not range_min and lost is None:
-            return ranges
-        unread = ranges < np.float32(range_min or 0.0)
-        if lost is not None:
-            unread |= lost
-        return np.where(unread, np.float32(self._settings.no_range), ranges)
 
 
 @functools.lru_cache(maxsize=8)

@@ -7,8 +7,9 @@ on or off (common random numbers).
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -25,6 +26,8 @@ Metres = Annotated[float, Field(ge=0, le=1)]
 Radians = Annotated[float, Field(ge=0, le=math.pi)]
 Seconds = Annotated[float, Field(ge=0, le=3600)]
 Speed = Annotated[float, Field(ge=0, le=1)]
+
+NORMALS_AT_ONCE = 256
 
 
 class NoiseSettings(Settings):
@@ -116,6 +119,11 @@ class NoiseSettings(Settings):
         """Whether ``pose``, ``odom`` and ``velocity`` are observed as they are."""
         wrong = self.pose_xy or self.pose_yaw or self.odometry_v or self.odometry_w
         return not (wrong or self.drifts or self.odom_frame == "random")
+
+    @property
+    def scans_exactly(self) -> bool:
+        """Whether no range is disturbed and no beam is lost."""
+        return not (self.scan or self.scan_relative or self.scan_dropout)
 
     @property
     def actuates_wrongly(self) -> bool:
@@ -233,6 +241,26 @@ class Streams(NamedTuple):
         return cls(*(rng.spawn(count) if noise.draws else [rng] * count))
 
 
+class Normals:
+    """Standard normals of a generator, drawn many at once: the same numbers as one by one, at a tenth of the time.
+
+    Args:
+        rng: The generator; nobody else draws from it.
+    """
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._drawn: Iterator[float] = iter(())
+
+    def draw(self, count: int) -> list[float]:
+        """Return the next numbers."""
+        drawn = list(itertools.islice(self._drawn, count))
+        while len(drawn) < count:
+            self._drawn = iter(self._rng.standard_normal(NORMALS_AT_ONCE).tolist())
+            drawn += itertools.islice(self._drawn, count - len(drawn))
+        return drawn
+
+
 class Wander:
     """An error that wanders around 0: an Ornstein-Uhlenbeck process that begins in its stationary distribution.
 
@@ -247,21 +275,18 @@ class Wander:
         self, deviations: tuple[float, ...], time_constant: float, period: float, rng: np.random.Generator
     ) -> None:
         self.is_on = any(deviations)
-        self._deviations = np.array(deviations)
+        self._deviations = deviations
         self._kept = math.exp(-period / time_constant) if time_constant else 0.0
         self._fresh = math.sqrt(1.0 - self._kept**2)
-        self._rng = rng
-        if self.is_on:
-            self._next = rng.standard_normal(len(deviations))
+        self._normals = Normals(rng)
+        self._next = self._normals.draw(len(deviations)) if self.is_on else [0.0] * len(deviations)
 
     def advance(self) -> list[float]:
         """Return the error of this moment and move on to the next."""
-        if not self.is_on:
-            return [0.0] * len(self._deviations)
-        now = self._next
-        self._next = self._kept * now + self._fresh * self._rng.standard_normal(len(now))
-        error: list[float] = (self._deviations * now).tolist()
-        return error
+        now, kept, fresh = self._next, self._kept, self._fresh
+        if self.is_on:
+            self._next = [kept * old + fresh * new for old, new in zip(now, self._normals.draw(len(now)), strict=True)]
+        return [deviation * value for deviation, value in zip(self._deviations, now, strict=True)]
 
 
 def disturb_pose(pose: Pose, xy: float, yaw: float, rng: np.random.Generator) -> Pose:
@@ -272,30 +297,26 @@ def disturb_pose(pose: Pose, xy: float, yaw: float, rng: np.random.Generator) ->
     return Pose(float(pose.x + xy * dx), float(pose.y + xy * dy), wrap_angle(pose.yaw + yaw * turn))
 
 
-def disturb_velocity(
-    velocity: tuple[float, float], v: float, w: float, rng: np.random.Generator
-) -> tuple[float, float]:
+def disturb_velocity(velocity: tuple[float, float], v: float, w: float, normals: Normals) -> tuple[float, float]:
     """Add normal noise to speed and turn rate; nothing is drawn where both deviations are 0."""
     if not (v or w):
         return velocity
-    dv, dw = rng.standard_normal(2)
-    return float(velocity[0] + v * dv), float(velocity[1] + w * dw)
+    dv, dw = normals.draw(2)
+    return velocity[0] + v * dv, velocity[1] + w * dw
 
 
 def disturb_ranges(
-    ranges: NDArray[np.float32], deviation: float, relative: float, range_max: float, rng: np.random.Generator
+    ranges: NDArray[np.float32], deviation: float, relative: float, range_max: float, normals: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Add normal noise to ranges that hit something; nothing is drawn where both deviations are 0.
+    """Add normal noise to ranges that hit something.
 
     Args:
-        ranges: ``(beams,)`` m, ``range_max`` where nothing was hit.
+        ranges: ``(..., beams)`` m, ``range_max`` where nothing was hit.
         deviation: Standard deviation, m.
         relative: The same as a share of the range; the squares of both add up.
         range_max: Largest range, m; the result stays between 0 and this.
-        rng: Generator that the noise is drawn from.
+        normals: Standard normal numbers of the same shape.
     """
-    if not (deviation or relative):
-        return ranges
     spread = np.hypot(np.float32(deviation), np.float32(relative) * ranges) if relative else np.float32(deviation)
-    noisy = ranges + spread * rng.standard_normal(len(ranges), dtype=np.float32)
+    noisy = ranges + spread * normals
     return np.where(ranges < range_max, np.clip(noisy, 0.0, np.float32(range_max)), ranges)

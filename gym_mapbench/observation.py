@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import NO_INFORMATION, Costmap, CostmapParams, InflationLayer, build_static_costmap
 from gym_mapbench.groups import PathWindow
-from gym_mapbench.kernels import geometry
+from gym_mapbench.kernels import frames
 from gym_mapbench.kernels.jit import plain
 from gym_mapbench.kernels.path import see_path
-from gym_mapbench.lidar import Lidar
+from gym_mapbench.lidar import Lidar, LidarSettings
 from gym_mapbench.localisation import Localisation, Odometry
-from gym_mapbench.noise import Streams, disturb_ranges, disturb_velocity
+from gym_mapbench.noise import NoiseSettings, Normals, Streams, disturb_ranges, disturb_velocity
 from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.scenario import Pose, Scenario
 
@@ -31,7 +31,7 @@ FAR = 1e8
 FAST = 1e3
 """Bound of every speed, m/s and rad/s."""
 
-_seen_from = plain(geometry.in_robot_frame)
+_seen_from = plain(frames.in_robot_frame)
 
 
 def observation_space(config: EnvConfig) -> spaces.Dict:
@@ -101,13 +101,15 @@ class Observer:
     def __init__(self, config: EnvConfig, scenario: Scenario, start: Pose, streams: Streams) -> None:
         self._config = config
         self._streams = streams
+        self._velocity_normals = Normals(streams.velocity)
         self._odometry = Odometry(config.noise, start, streams.odom_frame, streams.odometry)
         self._localisation = Localisation(config.noise, 1.0 / config.control_hz, streams.localisation)
         self.goal = scenario.goal
         self._keys = config.observation
         self.path: NDArray[np.float64] | None = None
         if "scan" in self._keys:
-            self._lidar = Lidar(config.mounted_lidar, scenario.map)
+            self._mounted = config.mounted_lidar
+            self._lidar = Lidar(self._mounted, scenario.map)
             rate = config.lidar.scan_rate
             self._observations_per_scan = 1 if rate is None else max(1, round(config.control_hz / rate))
             self._observations = 0
@@ -129,7 +131,7 @@ class Observer:
         odom = self._odometry.advance(pose)
         estimate = self._localisation.advance(pose, odom)
         counted = self._odometry.measure(velocity)
-        measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._streams.velocity)
+        measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._velocity_normals)
         return Moment(pose, estimate, odom, measured)
 
     def beams(self, pose: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
@@ -139,9 +141,8 @@ class Observer:
         """
         if "scan" not in self._keys:
             return None
-        lidar = self._config.mounted_lidar
-        sensor = lidar.sensor_pose(pose)
-        return sensor, np.stack([sensor.yaw + lidar.angles, self._lidar.scan(pose)], axis=1)
+        sensor = self._mounted.sensor_pose(pose)
+        return sensor, np.stack([sensor.yaw + self._mounted.angles, self._lidar.scan(pose)], axis=1)
 
     def scan_or_hold(self, pose: Pose) -> NDArray[np.float32]:
         """Return a new scan if the scanner has one by now, or else the last one again, in a new array."""
@@ -152,10 +153,28 @@ class Observer:
 
     def _scan(self, pose: Pose) -> NDArray[np.float32]:
         """Measure: noise on every range, then the beams that are lost or too near."""
-        noise, streams, range_max = self._config.noise, self._streams, self._config.lidar.range_max
-        ranges = disturb_ranges(self._lidar.scan(pose), noise.scan, noise.scan_relative, range_max, streams.scan)
-        lost = streams.dropout.random(len(ranges)) < noise.scan_dropout if noise.scan_dropout else None
-        return self._lidar.report(ranges, lost)
+        return report_scan(self._config.noise, self._mounted, self._lidar.scan(pose), *self.draw_scan_noise())
+
+    def draw_scan_noise(self) -> tuple[NDArray[np.float32] | None, NDArray[np.bool_] | None]:
+        """Draw ``(beams,)`` standard normal numbers, and which beams are lost; None where that noise is off."""
+        noise, streams, beams = self._config.noise, self._streams, self._mounted.beams
+        blurs = noise.scan or noise.scan_relative
+        normals = streams.scan.standard_normal(beams, dtype=np.float32) if blurs else None
+        lost = streams.dropout.random(beams) < noise.scan_dropout if noise.scan_dropout else None
+        return normals, lost
+
+
+def report_scan(
+    noise: NoiseSettings,
+    lidar: LidarSettings,
+    ranges: NDArray[np.float32],
+    normals: NDArray[np.float32] | None,
+    lost: NDArray[np.bool_] | None,
+) -> NDArray[np.float32]:
+    """Return ``(..., beams)`` ranges as a scanner reports them, with what was drawn in ``draw_scan_noise``."""
+    if normals is not None:
+        ranges = disturb_ranges(ranges, noise.scan, noise.scan_relative, lidar.range_max, normals)
+    return lidar.report(ranges, lost)
 
 
 CONTENTS: dict[str, Callable[[Observer, Moment], NDArray[Any]]] = {

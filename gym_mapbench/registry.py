@@ -7,7 +7,8 @@ A name is looked for in this order:
 3. entry points of installed packages, in the group ``gym_mapbench.<plural>``.
 
 The second form needs no packaging, is plain text in every configuration file, and means the same in every worker
-process. It runs the code of the module, so a file that names one is as trustworthy as a program.
+process. It runs the code of the module, so a file that names one is refused unless the user allows it
+(:mod:`gym_mapbench.trust`).
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from __future__ import annotations
 import importlib
 import inspect
 import os
-import re
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -25,11 +25,9 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from gym_mapbench.errors import ConfigError, MapBenchError, PluginError, nearest_name, unknown_name
+from gym_mapbench.trust import MODULE_ATTRIBUTE, was_asked_for
 
 T = TypeVar("T")
-
-MODULE_ATTRIBUTE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
-"""``module:attribute``, both may contain dots."""
 
 
 def as_it_is(entry: Any) -> Any:
@@ -171,6 +169,7 @@ class Registry(Generic[T]):
 
     def _load(self, name: str, value: str) -> Any:
         """Import what ``module:attribute`` stands for."""
+        was_asked_for(name)
         try:
             return load_attribute(value)
         except ConfigError as error:

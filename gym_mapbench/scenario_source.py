@@ -93,7 +93,7 @@ def draw_scenario(config: EnvConfig, rng: np.random.Generator) -> Scenario:
     Raises:
         ConfigError: If none of 1000 maps can be solved, or a family has none for this robot.
     """
-    shapes = config.shapes.replace(resolution=config.resolution or config.shapes.resolution)
+    shapes = config.shapes if config.resolution is None else config.shapes.replace(resolution=config.resolution)
     for _ in range(MAX_DRAWS):
         scenario = config.make_scenario(_draw_grid(config, shapes, rng), "random")
         if distance_to_goal(scenario, config.robot).solvable:

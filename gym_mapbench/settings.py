@@ -6,19 +6,22 @@ that names the key, what was expected and what came.
 
 from __future__ import annotations
 
-import re
 import reprlib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, Self
 
-import yaml
-from pydantic import BaseModel, ConfigDict, ValidationError, ValidatorFunctionWrapHandler, field_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import ErrorDetails
 
 from gym_mapbench.errors import ConfigError, nearest_name
-
-MAX_YAML_BYTES = 4_000_000
 
 
 class Settings(BaseModel):
@@ -35,6 +38,16 @@ class Settings(BaseModel):
             super().__init__(**values)
         except ValidationError as error:
             raise ConfigError(_describe(error, type(self))) from None
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _keys_are_names(cls, values: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
+        """Refuse a mapping from Python with keys that no option can have."""
+        if isinstance(values, Mapping):
+            for key in values:
+                if not isinstance(key, str):
+                    raise ConfigError(f"expected names as keys, got {_short(key)}")
+        return validate(values)
 
     @field_validator("*", mode="wrap")
     @classmethod
@@ -68,66 +81,6 @@ def _refuse_conversion(came: object, made: object) -> None:
         raise ConfigError(f"expected true or false, got {_short(came)}")
     elif isinstance(made, (int, float)) and isinstance(came, (str, bool)) and not isinstance(made, bool):
         raise ConfigError(f"expected a number, got {_short(came)}")
-
-
-class _Loader(yaml.SafeLoader):
-    """Reads ``1e-3`` as a number, as ROS does; YAML 1.1 requires a dot in it."""
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d+|\d*\.\d+|\d+\.)[eE][-+]?\d+$"), list("-+.0123456789")
-)
-
-
-def read_yaml(path: str | Path) -> Any:
-    """Read one YAML document with the safe loader.
-
-    Raises:
-        ConfigError: If the file is missing, too large, or not YAML.
-    """
-    return parse_yaml(read_text(path), path)[0]
-
-
-def parse_yaml(text: str, where: str | Path) -> tuple[Any, yaml.Node | None]:
-    """Read one YAML document with the safe loader.
-
-    Args:
-        text: The document.
-        where: Its file; opens every error message.
-
-    Returns:
-        What it holds, and its nodes, which know their lines; None if it is empty.
-
-    Raises:
-        ConfigError: If it is not YAML.
-    """
-    try:
-        loader = _Loader(text)
-        node = loader.get_single_node()
-        return (None if node is None else loader.construct_document(node)), node
-    # PyYAML's safe constructors let every one of these through on an ill-formed scalar.
-    except (yaml.YAMLError, ValueError, TypeError, AttributeError, LookupError, RecursionError) as error:
-        reason = " ".join(str(error).split())[:200]
-        raise ConfigError(f"{where}: not a YAML file ({reason})") from None
-
-
-def read_text(path: str | Path) -> str:
-    """Read a text file that is not too large for PyYAML.
-
-    Raises:
-        ConfigError: If it is missing, too large, or not text.
-    """
-    path = Path(path)
-    try:
-        size = path.stat().st_size
-        text = path.read_text(encoding="utf-8") if size <= MAX_YAML_BYTES else ""
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
-    except ValueError:
-        raise ConfigError(f"{str(path)!r}: expected a text file") from None
-    if size > MAX_YAML_BYTES:
-        raise ConfigError(f"{path}: expected at most {MAX_YAML_BYTES} bytes of YAML, got {size}")
-    return text
 
 
 def _describe(error: ValidationError, settings: type[BaseModel]) -> str:

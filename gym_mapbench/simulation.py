@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels import motion
 from gym_mapbench.kernels.jit import plain
-from gym_mapbench.kernels.motion import drive_body
+from gym_mapbench.kernels.motion import MARGIN, drive_body
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, wrap_angle
 from gym_mapbench.worlds import Worlds, drive_of, ground_of
@@ -49,6 +49,9 @@ SKIN = 0.02
 VELOCITY_ITERATIONS = 6
 POSITION_ITERATIONS = 2
 
+SPARE = 0.5
+"""How far beyond the robot's reach walls are built where Box2D rests and begins anew, m."""
+
 _clip, _approach, _midpoint_velocity = plain(motion.clip), plain(motion.approach), plain(motion.midpoint_velocity)
 
 
@@ -63,8 +66,9 @@ class Simulation:
         robot: Shape and limits of the robot.
         start: Where it stands, at rest.
         physics_hz: Ticks per second.
-        rests: Whether Box2D rests while no wall is within reach. Nothing changes up to the first touch; after it, which
-            of several walls touched at once Box2D solves first depends on where the body has been all along.
+        rests: Whether Box2D rests while no wall is within reach, and knows only the walls nearby. Nothing changes up to
+            the first touch; after it, which of several walls touched at once Box2D solves first depends on where the
+            body has been all along.
         worlds: The one world in which it is written how the robot moves; its own where None.
     """
 
@@ -119,21 +123,37 @@ class Simulation:
 
     def advance_among_walls(self, v: float, w: float, ticks: int) -> bool:
         """Do what :meth:`advance` does where a wall is within reach."""
-        self._engine = self._engine or _Engine(self._grid, self._robot)
-        body, contact = self._engine.advance(self._worlds.bodies.item(0), v, w, ticks, self._drive.item(0))
-        self._worlds.bodies[0] = body
+        before, drive = self._worlds.bodies.item(0), self._drive.item(0)
+        tick, forward, reverse, *_, radius = drive
+        reach = radius + max(forward, reverse) * ticks * tick + MARGIN
+        if self._engine is None or not self._engine.covers(before[0], before[1], reach):
+            area = (before[0], before[1], reach + SPARE) if self.rests else None
+            self._engine = _Engine(self._grid, self._robot, area)
+        after, contact = self._engine.advance(before, v, w, ticks, drive)
+        self._worlds.bodies[0] = after
         return contact
 
 
 class _Engine:
-    """Box2D's world: the walls of a map, and the robot."""
+    """Box2D's world: the walls of a map, and the robot.
 
-    def __init__(self, grid: GridMap, robot: RobotSpec) -> None:
+    Args:
+        grid: The map.
+        robot: Its shape.
+        area: Only walls in a square are built, given by its centre x, y and half its side, m; None for all.
+    """
+
+    def __init__(self, grid: GridMap, robot: RobotSpec, area: tuple[float, float, float] | None) -> None:
+        self._area = area
         self._origin_x, self._origin_y = grid.origin
         self._touch = _Touch() if robot.footprint is None else _SeamlessTouch(grid)
         self._world = b2World(gravity=(0, 0), doSleep=False, contactListener=self._touch)
-        _build_walls(self._world.CreateStaticBody(), grid)
+        _build_walls(self._world.CreateStaticBody(), grid, area)
         self._body = _build_robot(self._world, robot)
+
+    def covers(self, x: float, y: float, reach: float) -> bool:
+        """Whether all walls within ``reach`` (m) of a position are built."""
+        return self._area is None or max(abs(x - self._area[0]), abs(y - self._area[1])) + reach <= self._area[2]
 
     def advance(
         self, body: tuple[Any, ...], v: float, w: float, ticks: int, drive: tuple[float, ...]
@@ -248,12 +268,19 @@ class _SeamlessTouch(_Touch):
         return bool(self._occupied[min(max(row, 0), rows - 1), min(max(col, 0), cols - 1)])
 
 
-def _build_walls(body: b2Body, grid: GridMap) -> None:
-    """Add merged rectangles and the map's edge as fixtures of one body; shape and definition are reused (4x faster)."""
+def _build_walls(body: b2Body, grid: GridMap, area: tuple[float, float, float] | None) -> None:
+    """Add merged rectangles and the map's edge as fixtures of one body; shape and definition are reused (4x faster).
+
+    Args:
+        body: What they are added to.
+        grid: The map.
+        area: As for :class:`_Engine`.
+    """
     shape = b2PolygonShape()
     shape.radius = 0.0
     definition = b2FixtureDef(shape=shape, friction=0.0)
-    row, col, height, width = grid.rectangles.T
+    rectangles = grid.rectangles if area is None else _rectangles_in(grid, *area)
+    row, col, height, width = rectangles.T
     half = 0.5 * grid.resolution * SCALE
     boxes = np.stack([width, height, 2 * col + width, 2 * row + height], axis=1) * half
     rows, cols = (2 * half * cells for cells in grid.shape)
@@ -267,6 +294,16 @@ def _build_walls(body: b2Body, grid: GridMap) -> None:
     ]:
         shape.SetAsBox(half_x, half_y, (x, y), 0.0)
         body.CreateFixture(definition)
+
+
+def _rectangles_in(grid: GridMap, x: float, y: float, half: float) -> NDArray[np.int64]:
+    """Return the map's rectangles of walls that meet a square, ``(n, 4)`` as in :attr:`GridMap.rectangles`."""
+    column, line = (x - grid.origin[0]) / grid.resolution, (y - grid.origin[1]) / grid.resolution
+    half /= grid.resolution
+    row, col, height, width = grid.rectangles.T
+    across = (col <= column + half) & (col + width >= column - half)
+    nearby: NDArray[np.int64] = grid.rectangles[across & (row <= line + half) & (row + height >= line - half)]
+    return nearby
 
 
 def _build_robot(world: b2World, robot: RobotSpec) -> b2Body:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from copy import deepcopy
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -31,8 +30,9 @@ class MapBenchVectorEnv(SyncVectorEnv):
 
     World ``i`` of ``reset(seed=s)`` is the world of a single env's ``reset(seed=s + i)``, and all that happens in it
     is, to the last bit, what happens there. Spaces, autoreset and the form of ``infos`` are those of Gymnasium's
-    SyncVectorEnv. Motion, reward, goal, velocity and noise-free scans of all worlds come from one kernel each;
-    Box2D, noise, ``path`` and ``costmap`` are taken care of world by world.
+    SyncVectorEnv. Motion, reward, goal and scans of all worlds come from one kernel each. World by world come Box2D,
+    where walls are within reach or an episode goes on after a touch, what is drawn as noise, ``path``, ``costmap``, and
+    scans of a scanner with a ``scan_rate``.
 
     Args:
         num_envs: Number of worlds.
@@ -67,6 +67,7 @@ class MapBenchVectorEnv(SyncVectorEnv):
         super().__init__(members, copy=True, autoreset_mode=_read_mode(autoreset_mode))
         self._members = cast(list[_World], self.envs)
         self._batch.envs = self._members
+        self._all: Mask = np.ones(num_envs, np.bool_)
         self._begun = False
         self._last: Observation = {}
 
@@ -83,7 +84,7 @@ class MapBenchVectorEnv(SyncVectorEnv):
         kept: list[Any] = [{key: rows[i] for key, rows in self._last.items()} for i in range(self.num_envs)]
         self._env_obs = kept
         result: tuple[Observation, dict[str, Any]] = super().reset(seed=seed, options=options)
-        self._last = deepcopy(result[0])
+        self._last = _copied(result[0])
         self._begun = True
         return result
 
@@ -120,8 +121,8 @@ class MapBenchVectorEnv(SyncVectorEnv):
         if self.autoreset_mode is AutoresetMode.SAME_STEP and outcomes.any():
             infos = self._final_infos(outcomes != RUNNING, observations)
             self._begin(outcomes != RUNNING, observations)
-        self._last = deepcopy(observations)
-        infos |= _masked(self._batch.infos(), np.ones(self.num_envs, np.bool_))
+        self._last = _copied(observations)
+        infos |= _masked(self._batch.infos(), self._all)
         return observations, rewards, (outcomes == GOAL) | (outcomes == COLLISION), outcomes == TIMEOUT, infos
 
     def _begin(self, chosen: Mask, observations: Observation) -> None:
@@ -136,7 +137,9 @@ class MapBenchVectorEnv(SyncVectorEnv):
         last = np.full(self.num_envs, None, dtype=object)
         for i in np.flatnonzero(ended).tolist():
             last[i] = {key: observations[key][i].copy() for key in self.config.observation}
-        info = _masked(self._batch.infos(), ended)
+        info = self._batch.infos()
+        _blank(info, ~ended)
+        info = _masked(info, ended)
         return {"final_obs": last, "_final_obs": ended.copy(), "final_info": info, "_final_info": ended.copy()}
 
 
@@ -166,17 +169,23 @@ def _read_mode(mode: AutoresetMode | str) -> AutoresetMode:
         raise ConfigError(f"autoreset_mode: expected one of {names}, got {mode!r}") from None
 
 
+def _copied(observations: Observation) -> Observation:
+    return {key: rows.copy() for key, rows in observations.items()}
+
+
 def _masked(infos: dict[str, Any], known: Mask) -> dict[str, Any]:
     """Return infos as Gymnasium's vector envs give them: every key with a mask of the worlds that it is known of."""
     masked: dict[str, Any] = {}
     for key, value in infos.items():
-        masked[key] = _masked(value, known) if isinstance(value, dict) else _blanked(value, known)
+        masked[key] = _masked(value, known) if isinstance(value, dict) else value
         masked[f"_{key}"] = known.copy()
     return masked
 
 
-def _blanked(values: NDArray[Any], known: Mask) -> NDArray[Any]:
-    """Return the values with 0, False or None where nothing is known."""
-    if not known.all():
-        values[~known] = None if values.dtype == object else 0
-    return values
+def _blank(infos: dict[str, Any], unknown: Mask) -> None:
+    """Write 0, False or None where nothing is known."""
+    for value in infos.values():
+        if isinstance(value, dict):
+            _blank(value, unknown)
+        else:
+            value[unknown] = None if value.dtype == object else 0

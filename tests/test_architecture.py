@@ -37,6 +37,15 @@ def test_learning_is_loaded_by_those_who_train():
     assert not {"torch", "stable_baselines3"} & set(loaded)
 
 
+@pytest.mark.parametrize("arguments", [["--help"], [], ["bnch"]])
+def test_the_help_waits_for_no_imports(arguments):
+    code = "import atexit, sys; atexit.register(lambda: print(*sys.modules)); import evolution.cli; evolution.cli.main("
+    code += f"{arguments})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == (0 if arguments == ["--help"] else 2)
+    assert not {"numpy", "gymnasium", "numba"} & set(done.stdout.split())
+
+
 def test_no_pygame_anywhere():
     code = (
         "import sys, gymnasium, gym_mapbench; env = gymnasium.make('MapBench-v0', render_mode='rgb_array'); "

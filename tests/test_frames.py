@@ -50,3 +50,12 @@ def test_a_path_is_moved_pose_by_pose(frame, poses):
     moved = transform_path(frame, np.array(poses))
     for one, pose in zip(moved.tolist(), poses, strict=True):
         assert_same(Pose(*one), compose(frame, pose))
+
+
+@given(POSES, st.integers(0, 2**31))
+def test_a_path_is_moved_to_the_same_bits_as_by_numpy(frame, seed):
+    path = np.random.default_rng(seed).uniform(-math.pi, math.pi, (50, 3))
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    x, y = frame.x + (cos * path[:, 0] - sin * path[:, 1]), frame.y + (sin * path[:, 0] + cos * path[:, 1])
+    yaw = -(np.mod(-(frame.yaw + path[:, 2]) + np.pi, 2 * np.pi) - np.pi)
+    assert transform_path(frame, path).tolist() == np.stack([x, y, yaw], axis=1).tolist()

@@ -14,7 +14,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.frames import compose, relate
 from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.localisation import Localisation, Odometry
-from gym_mapbench.noise import NOISES, NoiseSettings, Streams, Wander, disturb_ranges
+from gym_mapbench.noise import NOISES, NoiseSettings, Normals, Streams, Wander, disturb_ranges
 from gym_mapbench.scenario import Pose, wrap_angle
 from tests.worlds import ROOM_OPTIONS
 
@@ -81,6 +81,14 @@ class TestSettings:
         with pytest.raises(ConfigError, match=message) as caught:
             EnvConfig(noise=noise)
         assert "\n" not in str(caught.value)
+
+
+def test_normals_are_those_of_the_generator_whatever_is_asked_for_at_once():
+    normals, drawn = Normals(rng()), []
+    for count in (1, 3, 0, 2, 300, 257, 5):
+        drawn += normals.draw(count)
+    one_by_one = rng()
+    assert drawn == [one_by_one.standard_normal() for _ in drawn]
 
 
 class TestWander:
@@ -210,13 +218,20 @@ class TestScan:
     def test_spread_is_absolute_relative_or_both(self):
         ranges = np.full(20_000, 2.0, dtype=np.float32)
         for deviation, relative, expected in ((0.03, 0.0, 0.03), (0.0, 0.02, 0.04), (0.03, 0.02, 0.05)):
-            noisy = disturb_ranges(ranges, deviation, relative, 3.5, rng())
+            noisy = disturb_ranges(
+                ranges, deviation, relative, 3.5, rng().standard_normal(len(ranges), dtype=np.float32)
+            )
             assert noisy.dtype == np.float32
             assert noisy.std() == pytest.approx(expected, rel=0.03)
 
     def test_what_hits_nothing_stays_as_it_is(self):
         ranges = np.array([3.5, 3.4999, 0.001], dtype=np.float32)
-        noisy = np.array([disturb_ranges(ranges, 0.1, 0.0, 3.5, rng(seed)) for seed in range(50)])
+        noisy = np.array(
+            [
+                disturb_ranges(ranges, 0.1, 0.0, 3.5, rng(seed).standard_normal(len(ranges), dtype=np.float32))
+                for seed in range(50)
+            ]
+        )
         assert (noisy[:, 0] == 3.5).all()
         assert noisy.min() == 0.0
         assert noisy.max() == 3.5

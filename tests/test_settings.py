@@ -6,8 +6,9 @@ import pickle
 import numpy as np
 import pytest
 
+from gym_mapbench.documents import MAX_YAML_BYTES, read_yaml
 from gym_mapbench.errors import ConfigError, nearest_name
-from gym_mapbench.settings import MAX_YAML_BYTES, Settings, read_yaml
+from gym_mapbench.settings import Settings
 
 
 class Inner(Settings):
@@ -138,7 +139,7 @@ def test_yaml_files(tmp_path):
     with pytest.raises(ConfigError, match=r"a\.yaml: not a YAML file"):
         read_yaml(path)
     path.write_bytes(b"\xff\xfe\x00width")
-    with pytest.raises(ConfigError, match=r"a\.yaml.: expected a text file"):
+    with pytest.raises(ConfigError, match=r"a\.yaml: expected a text file"):
         read_yaml(path)
     path.write_text("!!python/object/apply:os.getcwd []\n")
     with pytest.raises(ConfigError, match=r"a\.yaml: not a YAML file"):

@@ -103,7 +103,7 @@ def test_walls_are_near_where_geometry_says(seed, reach):
     worlds = Worlds()
     worlds.grounds[0] = ground_of(grid)
     clearance = measure_clearance(grid, RobotSpec(radius=reach), [pose])[0]
-    assert is_clear(grid.framed.reshape(-1), worlds.grounds[0], pose.x, pose.y, reach) == (clearance > 0)
+    assert is_clear(grid.framed.reshape(-1), worlds.grounds, 0, pose.x, pose.y, reach) == (clearance > 0)
 
 
 @needs_oracle

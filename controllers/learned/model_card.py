@@ -14,7 +14,10 @@ import numpy as np
 from pydantic import Field
 
 from controllers.learned.encoding import Encoder, EncodingSettings, Features
+from controllers.model_files import MAX_MODEL_BYTES
+from gym_mapbench.bounded import open_zip
 from gym_mapbench.config import EnvConfig
+from gym_mapbench.documents import parse_json
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.settings import Settings
 
@@ -131,18 +134,12 @@ def read_card(path: str | Path) -> ModelCard | None:
     """Read the card of a model file; None if it has none. Nothing of the file is run.
 
     Raises:
-        ConfigError: If the file is no zip, or its card is damaged or of another version.
+        ConfigError: If the file is no zip or a suspicious one, or its card is damaged or of another version.
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            if CARD not in archive.namelist():
-                return None
-            with archive.open(CARD) as file:
-                document = json.loads(file.read(MAX_CARD_BYTES))
-    except FileNotFoundError:
-        raise ConfigError(f"{path} does not exist") from None
-    except (OSError, zipfile.BadZipFile) as error:
-        raise ConfigError(f"{path} is not a Stable-Baselines3 model ({error})") from None
-    except (ValueError, RecursionError) as error:
-        raise ConfigError(f"{path}: its card {CARD} cannot be read ({error})") from None
-    return ModelCard.from_mapping(document, f"{path}: {CARD}")
+    with open_zip(path, MAX_MODEL_BYTES, ConfigError) as archive:
+        if CARD not in archive.namelist():
+            return None
+        if (size := archive.getinfo(CARD).file_size) > MAX_CARD_BYTES:
+            raise ConfigError(f"{path}: {CARD}: expected at most {MAX_CARD_BYTES} bytes, got {size}")
+        text = archive.read(CARD).decode("utf-8")
+    return ModelCard.from_mapping(parse_json(text, f"{path}: {CARD}", ConfigError), f"{path}: {CARD}")

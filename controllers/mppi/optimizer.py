@@ -12,26 +12,11 @@ from numpy.typing import NDArray
 
 from controllers.base import STOP, ControllerAbort, ControllerError, FollowerSetup, Twist
 from controllers.mppi.critic_params import WeightedParams
-from controllers.mppi.kernels.align import score_align
-from controllers.mppi.kernels.bearings import score_last_bearings, sweep_bearings
-from controllers.mppi.kernels.controls import (
-    ALIGNED,
-    BEARINGS,
-    CELLS,
-    CLOSENESS,
-    COLLECTED_ROWS,
-    DEADBANDS,
-    EXCESS,
-    TURNING,
-    add_too_tight,
-    score_deadband,
-    score_turning,
-)
-from controllers.mppi.kernels.critics import CRITICS, judge
-from controllers.mppi.kernels.cycle import begin, finish, prepare
-from controllers.mppi.kernels.points import sweep
+from controllers.mppi.kernels.controls import COLLECTED_ROWS
+from controllers.mppi.kernels.critics import CRITICS
+from controllers.mppi.kernels.cycle import begin
+from controllers.mppi.kernels.iteration import iterate
 from controllers.mppi.kernels.update import send, smooth
-from controllers.mppi.kernels.walk import walk_cost, walk_obstacles
 from controllers.mppi.noise import Layout, Noise, NoiseSource
 from controllers.mppi.params import MppiParams
 from controllers.mppi.records import CALL, make_tuning
@@ -43,7 +28,6 @@ SAME_PERIOD = 1e-6
 HISTORY = 4
 
 Array = NDArray[np.float32]
-Rollout = tuple[int, Array, Array, Array, Array]
 
 
 class Optimizer:
@@ -79,7 +63,6 @@ class Optimizer:
         self._corners = np.array(setup.footprint.corners, dtype=np.float64)
         self.critics = tuple(name for name in params.critics if params.critic(name).enabled)
         self._rows = np.array([CRITICS[name] for name in self.critics], dtype=np.int64)
-        self._scan, self._repels = CELLS in self._rows, CLOSENESS in self._rows
         self._factors = np.array([_factor(name, params) for name in self.critics])
         self._powers = np.array([params.critic(name).cost_power for name in self.critics], dtype=np.int64)
         layout = Layout(params.batch_size, params.time_steps)
@@ -89,13 +72,11 @@ class Optimizer:
         samples = (layout.blocks, params.time_steps, layout.samples) if self._is_jazzy else (0, 0, 0)
         self._limited = np.zeros((2, *samples), dtype=np.float32)
         self._collected = np.zeros((COLLECTED_ROWS, *shape), dtype=np.float32)
-        self._looked = _looked_at(params) if self._scan else np.full(params.time_steps, -1)
+        self._looked = _looked_at(params) if "CostCritic" in self.critics else np.full(params.time_steps, -1)
         self._keep = _kept_steps(params)
         axes = 3 if params.PathAlignCritic.use_path_orientations else 2
         self._kept = np.zeros((axes, self._keep.max() + 1, *shape), dtype=np.float32)
         self._speeds = _speeds(params)
-        self._aligned = len(range(0, params.time_steps, params.PathAlignCritic.trajectory_point_step))
-        self._defects = bool(params.PathAlignCritic.humble_search)
         self.v, self.w = np.zeros((2, params.time_steps), dtype=np.float32)
         self._history_v, self._history_w = np.zeros((2, HISTORY), dtype=np.float32)
         self.set_speed_limit(0.0)
@@ -172,49 +153,11 @@ class Optimizer:
 
     def _iterate(self, points: Array, valid: NDArray[np.bool_], costs: NDArray[np.uint8]) -> None:
         """Roll out, score and update once."""
-        tuning, call, params = self._tuning, self._call, self._params
-        rollout, efforts, grid, scale, window, measure, look = prepare(
-            tuning, call, self._scan, costs, tuple(self._noise), self.v, self.w, self._limited
-        )
-        sweep(
-            call, params.model_dt, rollout, efforts, self._speeds, self._keep, self._kept, self._looked, grid,
-            scale, window, measure, look, params.GoalAngleCritic.symmetric_yaw_tolerance, self._collected,
+        iterate(
+            self._tuning, self._call, self._rows, self._factors, self._powers, points, valid, costs, self._corners,
+            *self._noise, self.v, self.w, *self._speeds, self._keep, self._kept, self._looked, self._limited,
+            self._collected, self.critic_costs, self.total,
         )  # fmt: skip
-        self._walk(rollout, costs)
-        rows = judge(tuning, call, self._rows, points, valid, self._kept, self._collected)
-        self._look_closer(rollout, points, valid, rows)
-        finish(tuning, rollout, self._collected, rows, self._factors, self._powers, self.critic_costs, self.total)
-
-    def _walk(self, rollout: Rollout, costs: NDArray[np.uint8]) -> None:
-        """Follow trajectories point by point where footprints or the Obstacles critic ask for it."""
-        params, where = self._params, (rollout, costs, self._corners)
-        if self._scan and params.CostCritic.consider_footprint:
-            near = self._is_near(params.CostCritic.near_goal_distance)
-            walk_cost(self._tuning, self._call, *where, near, self._collected)
-        if self._repels:
-            near = self._is_near(params.ObstaclesCritic.near_goal_distance)
-            walk_obstacles(self._tuning, self._call, *where, near, self._collected)
-
-    def _look_closer(self, rollout: Rollout, points: Array, valid: NDArray[np.bool_], rows: NDArray[np.int64]) -> None:
-        """Let those critics score that apply and need a pass of their own over the trajectories."""
-        tuning, call, collected = self._tuning, self._call, self._collected
-        for row in rows.tolist():
-            if row == ALIGNED:
-                score_align(call, points, valid, self._kept, self._aligned, self._defects, collected)
-            elif row == BEARINGS and self._is_jazzy:
-                score_last_bearings(tuning, call, self._kept, collected)
-            elif row == BEARINGS:
-                sweep_bearings(tuning, call, rollout, collected)
-            elif row == TURNING:
-                score_turning(call, rollout, collected)
-            elif row == DEADBANDS:
-                score_deadband(tuning, call, rollout, collected)
-            elif row == EXCESS and self._params.motion_model == "Ackermann":
-                add_too_tight(tuning, call, rollout, collected)
-
-    def _is_near(self, distance: float) -> bool:
-        """Whether the robot is nearer than ``distance`` (m) to the goal."""
-        return bool(self._call["squared_distance"][0] < distance * distance)
 
     def smooth(self) -> None:
         """Apply the Savitzky-Golay filter to the control sequence."""
@@ -222,8 +165,7 @@ class Optimizer:
 
     def send(self) -> Twist:
         """Return the next command and move the control sequence on by a period."""
-        v, w = send(self.v, self._history_v, self._shifts), send(self.w, self._history_w, self._shifts)
-        self._sent = Twist(v, w)
+        self._sent = Twist(*send(self.v, self.w, self._history_v, self._history_w, self._shifts))
         return self._sent
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import yaml
 
 from controllers.nav2_params.controller_keys import OLD_CRITICS
-from controllers.nav2_params.document import PARAMETERS, refuse_bomb
+from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.migration_rules import (
     EXCHANGED,
     OVERTAKEN,
@@ -33,8 +33,8 @@ from controllers.nav2_params.plugins import CONTROLLERS, Plugin, controller_kind
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.releases import Release
+from gym_mapbench.documents import parse_yaml, read_document_text
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.settings import parse_yaml, read_text
 
 
 @dataclass(frozen=True)
@@ -67,10 +67,9 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
     Raises:
         ConfigError: If the file cannot be read, is not a parameter file, or mixes the distributions.
     """
-    text = read_text(path)
+    text = read_document_text(path)
     values, root = parse_yaml(text, path)
     try:
-        refuse_bomb(values)
         nodes = all_nodes(values)
         known = source or recognise(nodes).release
     except ConfigError as error:

@@ -6,6 +6,7 @@ presets ``thesis`` (Humble) and ``jazzy``.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
@@ -270,8 +271,8 @@ class NavigationParams(Settings):
     @classmethod
     def _of_the_release(cls, values: Any) -> Any:
         """Fill in what depends on the release."""
-        release = values.get("release", "humble")
-        if release not in RELEASES:
+        release = values.get("release", "humble") if isinstance(values, Mapping) else None
+        if not isinstance(release, str) or release not in RELEASES:
             return values
         navfn, costmap = PlannerPlugin(params={"release": release}), CostmapParams(release=release)
         defaults = {"planner": navfn, "bt": default_tree(release), "local_costmap": costmap, "global_costmap": costmap}

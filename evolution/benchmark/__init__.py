@@ -6,6 +6,7 @@ well two sets of times agree.
 
 from __future__ import annotations
 
+from evolution.benchmark.again import again_in, again_sentence
 from evolution.benchmark.barn import (
     PREFIX,
     BarnScore,
@@ -16,14 +17,17 @@ from evolution.benchmark.barn import (
     score_runs,
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
-from evolution.benchmark.directory import begin_benchmark
+from evolution.benchmark.directory import BENCHMARK, begin_benchmark
 from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
 
 __all__ = [
+    "BENCHMARK",
     "PREFIX",
     "BarnScore",
     "Benchmark",
     "Comparison",
+    "again_in",
+    "again_sentence",
     "barn_settings",
     "begin_benchmark",
     "bench",

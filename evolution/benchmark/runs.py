@@ -15,6 +15,7 @@ from pydantic import FiniteFloat
 from evolution.benchmark.directory import BENCHMARK
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
 from evolution.files import Document, Row, Table, Tabled, check_rows, read_json, write_text
+from evolution.runs import DrivenAgain
 from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.scenario import Scenario
@@ -40,10 +41,13 @@ class Benchmark(Tabled):
         rows: One row per run, JSON-able: map, controller, repeat, seed, outcome, time (s), length (m), reason, and
             every measure by name.
         metrics: Measures that were asked for; they are in the summary, too.
+        again: The same runs as those of a map set that a search found, if the maps are its best set and the
+            controllers those of the search; else None.
     """
 
     rows: tuple[Row, ...]
     metrics: tuple[str, ...] = ()
+    again: DrivenAgain | None = None
 
     def table(self, name: str = "summary") -> Table:
         """Return a table.
@@ -69,8 +73,12 @@ class Benchmark(Tabled):
         return [f"{name}/{controller}: {reason or outcome}" for (name, controller, outcome), reason in found.items()]
 
     def to_json(self) -> str:
-        """Return one object with ``runs``, as text."""
-        return json.dumps({"runs": list(self.rows)}, indent=1, allow_nan=False) + "\n"
+        """Return one object with ``runs``, and for the best set of a search with ``map_set``, as text."""
+        document: Row = {"runs": list(self.rows)}
+        if self.again is not None:
+            fitness, orders = [one.total for one in self.again.singles], list(self.again.orders)
+            document["map_set"] = {"fitness": fitness, "order_kept": orders}
+        return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
     def save(self, directory: Path) -> None:
         """Write ``bench.json`` and ``bench.csv``.

@@ -1,19 +1,26 @@
-"""The subcommands of ``mapbench``, one file each, in the order of the help."""
+"""The subcommands of ``mapbench``, one file each, whose ``add_parser`` adds its options."""
 
 from __future__ import annotations
 
-from evolution.commands import (
-    bench,
-    drive,
-    evolve,
-    export,
-    import_results,
-    maps,
-    params,
-    report,
-    study,
-    train,
-    validate,
-)
+from importlib import import_module
+from types import ModuleType
 
-COMMANDS = (evolve, study, report, bench, train, drive, maps, params, export, import_results, validate)
+COMMANDS = {
+    "evolve": "Search for sets of maps that tell controllers apart.",
+    "study": "Run many searches and baselines, drive what they found again, and compare.",
+    "report": "Write one HTML page about a run or a study, or a film of a replay.",
+    "bench": "Drive every controller on every map and compare.",
+    "train": "Train a policy with Stable-Baselines3 (pip install gym-mapbench[rl]).",
+    "drive": "Drive once and watch.",
+    "maps": "Measure maps, convert them, check their tasks, or draw new ones.",
+    "params": "Check a nav2_params.yaml, or convert it.",
+    "export": "Write maps for ROS 2, Gazebo and other programs.",
+    "import-results": "Compare times measured in Gazebo and Nav2 with ours.",
+    "validate": "Compare costmaps, layers, plans, commands and runs with recorded Nav2 results.",
+}
+"""What each command does, in the order of the help."""
+
+
+def load_command(name: str) -> ModuleType:
+    """Import the module of a command, and with it all that the command needs."""
+    return import_module(f"{__name__}.{name.replace('-', '_')}")

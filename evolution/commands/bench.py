@@ -6,13 +6,16 @@ import argparse
 from collections.abc import Sequence
 from statistics import fmean
 
-from evolution.api import barn_source, bench
-from evolution.benchmark import BarnScore, correlation_with, reference_of, score_runs
+from evolution.api import barn_source, bench, run_of, world_of
+from evolution.benchmark import BarnScore, again_sentence, correlation_with, reference_of, score_runs
 from evolution.commands import options
-from evolution.commands.progress import WorkBar, console, errors, print_table
+from evolution.commands.progress import WorkBar, console, errors, only_results_on_stdout, print_table
+from evolution.driving import ControllerSpec
+from evolution.runs import LoadedRun
+from evolution.search import experiment_of
 from gym_mapbench.errors import ConfigError
 
-EXAMPLES = """  mapbench bench runs/first --repeats 5
+EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
   mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
   mapbench bench a.yaml b.yaml --controllers dwb,rpp --format json > results.json
   mapbench bench maps/*.yaml --out results              each result is kept as it comes; after an interruption:
@@ -25,7 +28,7 @@ KNOWN_MAP = """  Here the global costmap knows the whole map from the start, unl
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
-    parser = options.example_parser(subparsers, "bench", "Drive every controller on every map and compare.", EXAMPLES)
+    parser = options.example_parser(subparsers, "bench", EXAMPLES)
     parser.add_argument(
         "maps", nargs="+", metavar="MAP", help="map_server yaml, map-set file, run directory, .scen, barn:DIR, ..."
     )
@@ -63,9 +66,10 @@ def run(args: argparse.Namespace) -> int:
     """Drive and print."""
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
-    controllers, settings = options.controllers_of(args), options.drive_settings(args)
+    searched = run_of(args.maps)
+    controllers, settings = _controllers(args, searched), options.drive_settings(args, world_of(searched))
     options.note_models(controllers, settings)
-    with WorkBar("driving") as bar:
+    with only_results_on_stdout(), WorkBar("driving") as bar:
         result = bench(
             args.maps,
             controllers,
@@ -74,17 +78,19 @@ def run(args: argparse.Namespace) -> int:
             goal=args.goal,
             unknown_map=args.unknown_map,
             repeats=args.repeats,
-            seed=args.seed or 0,
+            seed=args.seed,
             metrics=args.metric,
             workers=args.workers,
             executor=args.executor,
+            wait_s=args.wait,
             out=args.out,
             resume=args.resume,
             on_run=bar.advance,
         )
     if args.format == "table":
         print_table(result.table())
-        for line in result.failures:
+        again = [again_sentence(result.again, searched)] if result.again and searched else []
+        for line in [*result.failures, *again]:
             console.print(line, highlight=False, markup=False, soft_wrap=True)
     else:
         print(result.to_json() if args.format == "json" else result.table("runs").to_csv(), end="")
@@ -93,6 +99,14 @@ def run(args: argparse.Namespace) -> int:
         if not args.unknown_map:
             errors.print(KNOWN_MAP, highlight=False)
     return 0
+
+
+def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequence[ControllerSpec]:
+    """Return who drives: those that were named, else those of the run whose maps are driven, else the usual ones."""
+    named = options.named_controllers(args)
+    if named or searched is None:
+        return named or options.controllers_of(args)
+    return experiment_of(searched.config).controllers
 
 
 def _print_barn(scores: Sequence[BarnScore], source: str) -> None:

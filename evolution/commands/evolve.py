@@ -7,31 +7,42 @@ from typing import Any
 
 from evolution.api import compose, evolve
 from evolution.commands import options
-from evolution.commands.progress import WorkBar, console, note, print_table
-from evolution.runs import LoadedRun, RunDir
-from evolution.search import FITNESSES, METRIC_NAMES, Experiment, experiment_of, preset_names, read_document
+from evolution.commands.progress import SearchBar, console, note, print_table
+from evolution.runs import LoadedRun, RunDir, confirmed_sentence
+from evolution.search import (
+    DEFAULT_PRESET,
+    FITNESSES,
+    METRIC_NAMES,
+    Experiment,
+    experiment_of,
+    preset_names,
+    read_document,
+)
 from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench evolve --preset quick --out runs/first
-  mapbench evolve --fitness cluster --pop-size 40 --evaluations 600 --seed 3
-  mapbench evolve --family doors,pillars,shapes --noise nominal
+  mapbench evolve --preset thesis --fitness cluster --pop-size 40 --evaluations 600 --seed 3
+  mapbench evolve --preset thesis                  the thesis' own search: no noise, nothing confirmed
+  mapbench evolve --fitness roles --family doors,pillars,shapes --runs 2000
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
-SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "maps_per_set", "repeats", "metric", "failures", "seed")
+BESIDE_RESUME = "--workers, --executor, --wait and --allow-code"
+SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", "repeats", "metric", "failures", "seed")
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
-    parser = options.example_parser(
-        subparsers, "evolve", "Search for sets of maps that tell controllers apart.", EXAMPLES
-    )
+    parser = options.example_parser(subparsers, "evolve", EXAMPLES)
     search = parser.add_argument_group("the search")
-    search.add_argument("--preset", help=f"options to start from: {', '.join(preset_names())} (default thesis)")
+    search.add_argument(
+        "--preset", help=f"options to start from: {', '.join(preset_names())} (default {DEFAULT_PRESET})"
+    )
     search.add_argument("--config", metavar="FILE", help="YAML with the sections search, controllers, run")
     search.add_argument("--fitness", metavar="NAME", help=options.names_in(FITNESSES))
     search.add_argument("--pop-size", type=options.positive, metavar="N", help="map sets in the population")
     search.add_argument("--evaluations", type=options.positive, metavar="N", help="map sets evaluated in total")
+    search.add_argument("--runs", type=options.positive, metavar="N", help="runs of controllers in total")
     search.add_argument("--maps-per-set", type=options.positive, metavar="N", help="maps in a map set")
     search.add_argument("--repeats", type=options.positive, metavar="R", help="runs of each controller on each map")
     search.add_argument(
@@ -45,7 +56,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="a map with a failed run has no value (exclude), or that run counts as the time limit (censor) or twice "
         "the time limit (par2)",
     )
-    options.add_family_option(search, "random shapes, as in the thesis")
+    options.add_family_option(search, "those of the preset")
     options.add_controllers_option(parser)
     options.add_drive_options(parser)
     options.add_work_options(parser)
@@ -53,7 +64,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--resume",
         metavar="DIR",
-        help="continue the run in this directory; only --workers and --executor may be given beside it",
+        help=f"continue the run in this directory; of other options, only {BESIDE_RESUME} may be given",
     )
     parser.set_defaults(run=run)
 
@@ -66,17 +77,20 @@ def run(args: argparse.Namespace) -> int:
     else:
         experiment = _experiment(args)
     options.note_models(experiment.controllers, experiment.run)  # type: ignore[arg-type]
-    with WorkBar("evolving", experiment.search.evaluations) as bar:
+    with SearchBar(experiment.search) as bar:
         found = evolve(
             experiment,
             out=args.out,
             resume=args.resume,
             workers=args.workers,
             executor=args.executor,
+            wait_s=args.wait,
             on_generation=bar.on_generation,
             on_run=bar.on_run,
         )
     print_table(found.table())
+    for line in confirmed_sentence(found.best_results, found.config["search"]):
+        console.print(line, highlight=False)
     console.print(f"Look at {found.path / 'figures'} and {found.path / 'README.txt'};")
     console.print(f"drive the maps again with: mapbench bench {found.path} --repeats 5")
     _print_errors(found)
@@ -85,12 +99,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_others(args: argparse.Namespace) -> None:
     """Refuse options beside ``--resume``: a run is continued with the options it was begun with."""
-    other = ("resume", "workers", "executor", "run", "command")
+    other = ("resume", "workers", "executor", "wait", "allow_code", "run", "command")
     given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:
-        raise ConfigError(
-            f"--resume: expected no other option than --workers and --executor, got --{given[0].replace('_', '-')}"
-        )
+        option = given[0].replace("_", "-")
+        raise ConfigError(f"--resume: expected no other option than {BESIDE_RESUME}, got --{option}")
 
 
 def _experiment(args: argparse.Namespace) -> Experiment:
@@ -99,7 +112,7 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     given: dict[str, Any] = {name: getattr(args, name) for name in SEARCH_OPTIONS if getattr(args, name) is not None}
     if args.family is not None:
         given["families"] = list(args.family)
-    document = compose(args.preset or "thesis", config, **given)
+    document = compose(args.preset or DEFAULT_PRESET, config, **given)
     named = options.named_controllers(args)
     if named and (args.controllers is not None or "controllers" not in config):
         document["controllers"] = [spec.model_dump() for spec in named]

@@ -28,7 +28,7 @@ EXAMPLES = """  mapbench export runs/first --format gazebo --out bundle
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
-    parser = options.example_parser(subparsers, "export", "Write maps for ROS 2, Gazebo and other programs.", EXAMPLES)
+    parser = options.example_parser(subparsers, "export", EXAMPLES)
     parser.add_argument("source", metavar="RUN_OR_MAPSET", help="run directory, map-set file, or any map")
     parser.add_argument("--format", required=True, metavar="NAME", help=f"one of gazebo, {', '.join(WRITTEN)}")
     parser.add_argument("--out", required=True, metavar="DIR", help="a new or empty directory")

@@ -20,9 +20,7 @@ EXAMPLES = """  mapbench import-results bundle/results.csv --ours runs/first
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
-    parser = options.example_parser(
-        subparsers, "import-results", "Compare times measured in Gazebo and Nav2 with ours.", EXAMPLES
-    )
+    parser = options.example_parser(subparsers, "import-results", EXAMPLES)
     parser.add_argument("csv", metavar="CSV", help="the results that the exported bundle's runner wrote")
     parser.add_argument(
         "--ours",

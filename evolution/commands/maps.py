@@ -27,8 +27,7 @@ EXAMPLES = """  mapbench maps info office.yaml --start 1,1,0 --goal 8,6,0
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand and its own subcommands."""
-    summary = "Measure maps, convert them, check their tasks, or draw new ones."
-    parser = options.example_parser(subparsers, "maps", summary, EXAMPLES)
+    parser = options.example_parser(subparsers, "maps", EXAMPLES)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION", parser_class=type(parser))
     _add_info(actions)
     _add_convert(actions)

@@ -9,10 +9,12 @@ from typing import Any
 
 from controllers.learned import read_card
 from controllers.nav2_params import PlannerPlugin, preset_of
+from evolution.commands import COMMANDS
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
 from evolution.commands.progress import note
 from evolution.driving import (
     EXECUTORS,
+    WAIT_SECONDS,
     ControllerSpec,
     DriveSettings,
     available_cores,
@@ -31,17 +33,25 @@ from gym_mapbench.scenario import Pose
 
 
 def example_parser(
-    subparsers: argparse._SubParsersAction[argparse.ArgumentParser], name: str, summary: str, examples: str
+    subparsers: argparse._SubParsersAction[argparse.ArgumentParser], name: str, examples: str
 ) -> argparse.ArgumentParser:
     """Add a subcommand whose help ends with examples."""
-    return subparsers.add_parser(
+    parser = subparsers.add_parser(
         name,
-        help=summary,
-        description=summary,
+        help=COMMANDS[name],
+        description=COMMANDS[name],
         epilog="examples:\n" + examples,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
+    parser.add_argument(
+        "--allow-code",
+        action="store_true",
+        help="run the code that files name: an experiment, a study or a directory of results that names "
+        "module:attribute or a model.zip is a program, and is refused without this option; names on the command line "
+        "are always accepted",
+    )
+    return parser
 
 
 def add_drive_options(parser: argparse.ArgumentParser) -> None:
@@ -93,20 +103,28 @@ def add_controllers_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--controllers",
         metavar="A,B,..",
-        help="names, NAME=KIND to compare one kind twice, or NAME=model.zip (default: the controller_plugins of the "
-        f"--params file; without a file, {','.join(DEFAULT_CONTROLLERS)})",
+        help="names, NAME=KIND to compare one kind twice, or NAME=model.zip, which runs code in that file, so name "
+        "only files that you trust (default: the controller_plugins of the --params file; without a file, "
+        f"{','.join(DEFAULT_CONTROLLERS)})",
     )
 
 
 def add_work_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--seed``, ``--workers`` and ``--executor``."""
+    """Add ``--seed``, ``--workers``, ``--wait`` and ``--executor``."""
     parser.add_argument("--seed", type=non_negative, metavar="N", help="root of all randomness (default 0)")
     add_workers_options(parser)
 
 
 def add_workers_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--workers`` and ``--executor``."""
+    """Add ``--workers``, ``--wait`` and ``--executor``."""
     parser.add_argument("--workers", type=positive, metavar="N", help="worker processes (default: all cores)")
+    parser.add_argument(
+        "--wait",
+        type=seconds,
+        default=WAIT_SECONDS,
+        metavar="S",
+        help=f"seconds to wait for another process that has locked the results (default {WAIT_SECONDS:g})",
+    )
     parser.add_argument(
         "--executor", default="processes", metavar="NAME", help=f"what runs are driven on: {names_in(EXECUTORS)}"
     )
@@ -165,6 +183,11 @@ def positive_number(text: str) -> float:
     if not 0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"expected a finite number above 0, got {text!r}")
     return value
+
+
+def seconds(text: str) -> float:
+    """Read a finite number of seconds, 0 or more."""
+    return 0.0 if text.strip() == "0" else positive_number(text)
 
 
 def pose(text: str) -> Pose:

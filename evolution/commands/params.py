@@ -23,7 +23,7 @@ EXAMPLES = """  mapbench params check nav2_params.yaml
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand and its two actions."""
-    parser = options.example_parser(subparsers, "params", "Check a nav2_params.yaml, or convert it.", EXAMPLES)
+    parser = options.example_parser(subparsers, "params", EXAMPLES)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     check = actions.add_parser("check", help="say what a file means here, without driving", allow_abbrev=False)
     check.add_argument("params", metavar="FILE")

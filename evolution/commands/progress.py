@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from types import TracebackType
 from typing import Self
 
@@ -14,6 +18,7 @@ from rich.table import Table as Grid
 
 from evolution.driving import Job, RunResult
 from evolution.files import Table
+from evolution.search import EvolveSettings
 from evolution.search import Progress as Generation
 
 PIPE_WIDTH = 160
@@ -24,6 +29,22 @@ errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
 def note(text: str) -> None:
     """Print a message on standard error, apart from the results; it is wrapped on a terminal only."""
     errors.print(text, highlight=False, markup=False, soft_wrap=not errors.is_terminal)
+
+
+@contextmanager
+def only_results_on_stdout() -> Iterator[None]:
+    """Send what code of users prints, from C as well, to standard error while the ``with`` block lasts."""
+    sys.stdout.flush()
+    stdout = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        if os.name == "posix":
+            ctypes.CDLL(None).fflush(None)  # what C has not printed yet
+        os.dup2(stdout, 1)
+        os.close(stdout)
 
 
 def print_table(table: Table) -> None:
@@ -79,7 +100,7 @@ class Bar:
 
 
 class WorkBar(Bar):
-    """A bar over evaluations of a search or runs of a benchmark.
+    """A bar over the runs of a benchmark.
 
     Args:
         what: Shown before the bar.
@@ -91,26 +112,41 @@ class WorkBar(Bar):
         state = TextColumn("{task.fields[state]}")
         super().__init__(what, total, TextColumn("{task.completed:.0f}/{task.total:.0f}"), state, TimeRemainingColumn())
 
-    def on_generation(self, generation: Generation) -> None:
-        """Show one generation of a search."""
-        row = generation.row
-        state = f"gen {row['generation']}, best {row['best']:.3f}, {self.speed.rate:.1f} runs/s"
-        self.bar.update(self.task, completed=row["evaluations"], state=state)
-        if not errors.is_terminal:
-            replayed = " (replayed)" if generation.replayed else ""
-            print(
-                f"generation {row['generation']}: {row['evaluations']} evaluations, best {row['best']:.4f}, "
-                f"mean {row['mean']:.4f}, {generation.driven} runs in {generation.seconds:.1f} s{replayed}",
-                flush=True,
-            )
-
-    def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
-        """Count one driven run of a search."""
-        self.speed.runs += 1
-
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a benchmark."""
         self.speed.runs += 1
         self.bar.update(self.task, total=self.speed.runs + left)
         state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed.rate:.1f} runs/s"
         self.bar.update(self.task, advance=1, state=state)
+
+
+class SearchBar(WorkBar):
+    """A bar over the runs of a search, or over its evaluations where its runs are not limited.
+
+    Args:
+        search: Options of the search.
+    """
+
+    def __init__(self, search: EvolveSettings) -> None:
+        super().__init__("evolving", search.runs or search.evaluations)
+        self.search = search
+        self.asked = 0
+
+    def on_generation(self, generation: Generation) -> None:
+        """Show one generation of a search."""
+        row, runs = generation.row, self.search.runs
+        self.asked += generation.driven + generation.reused
+        state = f"gen {row['generation']}, best {row['best']:.3f}, {self.speed.rate:.1f} runs/s"
+        self.bar.update(self.task, completed=self.asked if runs else row["evaluations"], state=state)
+        if not errors.is_terminal:
+            replayed = " (replayed)" if generation.replayed else ""
+            print(
+                f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, best fitness "
+                f"{row['best']:.4f}, {100 * row['mean_success_rate']:.0f} % of the population's runs at the goal, "
+                f"{generation.seconds:.1f} s{replayed}",
+                flush=True,
+            )
+
+    def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
+        """Count one driven run of a search."""
+        self.speed.runs += 1

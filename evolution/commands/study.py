@@ -38,9 +38,7 @@ EXAMPLES = """  mapbench study quick                             a few minutes, 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
-    parser = options.example_parser(
-        subparsers, "study", "Run many searches and baselines, drive what they found again, and compare.", EXAMPLES
-    )
+    parser = options.example_parser(subparsers, "study", EXAMPLES)
     parser.add_argument(
         "study",
         metavar="FILE|NAME",
@@ -67,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
             runs=args.runs,
             workers=args.workers,
             executor=args.executor,
+            wait_s=args.wait,
             on_progress=bar.show,
             on_run=bar.advance,
         )

@@ -25,9 +25,7 @@ RANDOM = "random"
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
-    parser = options.example_parser(
-        subparsers, "train", "Train a policy with Stable-Baselines3 (pip install gym-mapbench[rl]).", EXAMPLES
-    )
+    parser = options.example_parser(subparsers, "train", EXAMPLES)
     parser.add_argument(
         "--algo", metavar="NAME", help=f"{', '.join(algorithm_names())} (default: that of --config, or ppo)"
     )

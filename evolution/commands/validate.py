@@ -37,12 +37,7 @@ UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, o
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
-    parser = options.example_parser(
-        subparsers,
-        "validate",
-        "Compare costmaps, layers, plans, commands and runs with recorded Nav2 results.",
-        EXAMPLES,
-    )
+    parser = options.example_parser(subparsers, "validate", EXAMPLES)
     parser.add_argument("directory", metavar="DIR", help="directory of recorded results")
     parser.add_argument("--format", choices=("table", "json"), default="table")
     parser.add_argument("--units-only", action="store_true", help="compare single calls only, no whole runs")

@@ -24,7 +24,7 @@ from evolution.driving.jobs import (
 from evolution.driving.launching import available_cores
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.seeds import derive_seed
-from evolution.driving.store import ResultStore
+from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import warm_up
 from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers, with_parameters
 
@@ -33,6 +33,7 @@ __all__ = [
     "RESULT_FIELDS",
     "RUN_COLUMNS",
     "TIME",
+    "WAIT_SECONDS",
     "ControllerSpec",
     "Crew",
     "DriveSettings",

@@ -12,21 +12,24 @@ import queue
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
+from contextlib import suppress
 from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
-from pebble import ProcessExpired
-
-from evolution.driving.executors import EXECUTORS, Crew, RunJob, WarmUp, WarmUpError, attempt, error_result, one_line
+from evolution.driving.executors import EXECUTORS, Crew, RunJob, WarmUp, attempt, error_result, one_line
 from evolution.driving.jobs import Job, JobPlan, RunResult, SetResults
+from evolution.driving.processes import WorkerDiedError
+from evolution.driving.serving import NotStartedError
 from evolution.driving.store import ResultStore
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.scenario import MapSet
 
 OnRun = Callable[[Job, RunResult, int], None]
 
-POOL_CHECK_SECONDS = 1.0
+CTRL_C_SECONDS = 0.5
+"""How long Ctrl-C may go unnoticed: where another thread receives the signal, it does not wake one that waits."""
+
 MAX_DEAD_POOLS = 3
 
 
@@ -147,7 +150,7 @@ class Evaluator:
                 yield job, replace(result, attempts=attempts[job.key], seed=job.seed)
             dead_pools = 0 if answered else dead_pools + 1
             if dead_pools == MAX_DEAD_POOLS:
-                raise RunError("workers die before their first run (is run_job importable?)")
+                raise RunError("workers die before their first run")
 
     def _round(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, RunResult]]:
         """Try every job once; jobs that a broken executor lost yield nothing."""
@@ -162,7 +165,7 @@ class Evaluator:
             job_of[scheduled] = job
             scheduled.add_done_callback(finished.put)
         answered = 0
-        for future in _as_they_end(finished, len(job_of), executor):
+        for future in _as_they_end(finished, len(job_of)):
             answered += 1
             yield job_of[future], self._result_of(future)
         if answered < len(jobs):
@@ -173,40 +176,28 @@ class Evaluator:
         error = future.exception()
         if error is None:
             return future.result()
-        if isinstance(error, WarmUpError):
+        if isinstance(error, NotStartedError):
             raise RunError(f"workers cannot start: {error}") from None
         if isinstance(error, TimeoutError):
             return error_result(f"no answer within {self.timeout_s:g} s")
-        if isinstance(error, ProcessExpired):
-            return error_result(f"the worker died (exit code {error.exitcode})")
+        if isinstance(error, WorkerDiedError):
+            return error_result(str(error))
         return error_result(one_line(error))
 
     def _running(self) -> Executor:
-        if self._executor is not None and not _alive(self._executor):
-            self.close()
         if self._executor is None:
             with EXECUTORS.blamed(self.executor):
                 self._executor = self._make(Crew.of(self.workers, self.timeout_s, self.run_job, self.warm_up))
         return self._executor
 
 
-def _alive(executor: Executor) -> bool:
-    """Whether submitted jobs still end; those of a plain executor always do, if only with ``BrokenExecutor``."""
-    return bool(getattr(executor, "alive", True))
-
-
-def _as_they_end(
-    finished: queue.SimpleQueue[Future[RunResult]], count: int, executor: Executor
-) -> Iterator[Future[RunResult]]:
+def _as_they_end(finished: queue.SimpleQueue[Future[RunResult]], count: int) -> Iterator[Future[RunResult]]:
     """Yield ``count`` futures as they end, fewer if the executor breaks."""
     for _ in range(count):
         future = None
         while future is None:
-            try:
-                future = finished.get(timeout=POOL_CHECK_SECONDS)
-            except queue.Empty:
-                if not _alive(executor):
-                    return
+            with suppress(queue.Empty):
+                future = finished.get(timeout=CTRL_C_SECONDS)
         if isinstance(future.exception(), BrokenExecutor):
             return
         yield future

@@ -11,24 +11,19 @@ its pool, whose unfinished runs are then tried again in a new one.
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import threading
 from collections.abc import Callable
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeVar
-
-from pebble import ProcessPool
 
 from evolution.driving.jobs import Job, RunResult
 from evolution.driving.launching import worker_context
+from evolution.driving.processes import Processes
+from evolution.driving.serving import NotStartedError, belong_to_parent
 from gym_mapbench.registry import Registry, must_be_callable
 
 RunJob = Callable[[Job], RunResult]
 WarmUp = Callable[[], object]
-T = TypeVar("T")
 
 MAX_REASON = 300
 
@@ -57,45 +52,15 @@ class Crew:
         return cls(workers, timeout_s, partial(start_worker, warm_up), modules)
 
 
-class Processes(Executor):
-    """Worker processes of this machine, one job each at a time; a job that takes too long is killed with its process.
-
-    Args:
-        crew: The workers that are asked for.
-    """
-
-    def __init__(self, crew: Crew) -> None:
-        self._timeout_s = crew.timeout_s
-        self._pool = ProcessPool(crew.workers, initializer=crew.prepare, context=worker_context(crew.modules))
-
-    @property
-    def alive(self) -> bool:
-        """Whether jobs that were submitted will still end."""
-        return bool(self._pool.active)
-
-    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
-        """Run ``fn`` in a worker; the future gets a ``TimeoutError`` or a ``ProcessExpired`` where it is lost.
-
-        Raises:
-            RuntimeError: If no worker can be started.
-        """
-        future: Future[T] = self._pool.schedule(fn, args, kwargs, timeout=self._timeout_s)
-        return future
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Stop all workers at once, busy or not."""
-        self._pool.stop()  # type: ignore[no-untyped-call]
-        self._pool.join()
+def _processes(crew: Crew) -> Executor:
+    """Make worker processes of this machine."""
+    return Processes(crew.workers, crew.timeout_s, crew.prepare, worker_context(crew.modules))
 
 
 EXECUTORS: Registry[Callable[[Crew], Executor]] = Registry(
-    "executor", "executors", {"processes": Processes}, check=must_be_callable
+    "executor", "executors", {"processes": _processes}, check=must_be_callable
 )
 """Factories that make an executor for a :class:`Crew`, by name."""
-
-
-class WarmUpError(Exception):
-    """A worker's warm-up failed: nothing can be driven there."""
 
 
 _warm_up_failure: list[str] = []
@@ -103,8 +68,8 @@ _warm_up_failure: list[str] = []
 
 
 def start_worker(warm_up: WarmUp | None) -> None:
-    """Prepare a new worker: make it end with its parent, and load its kernels."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    """Prepare a new worker: make it end with its parent and leave standard output alone, and load its kernels."""
+    belong_to_parent()
     try:
         if warm_up is not None:
             warm_up()
@@ -112,18 +77,10 @@ def start_worker(warm_up: WarmUp | None) -> None:
         _warm_up_failure.append(one_line(error))
 
 
-def _end_with_parent() -> None:
-    """Exit with the parent: a parent that is killed cannot stop a worker that hangs."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
 def attempt(run_job: RunJob, job: Job) -> RunResult:
     """Drive a job in a worker; an exception of the controller becomes an ``error`` result."""
     if _warm_up_failure:
-        raise WarmUpError(_warm_up_failure[0])
+        raise NotStartedError(_warm_up_failure[0])
     try:
         result = run_job(job)
     except (Exception, SystemExit) as error:

@@ -28,10 +28,10 @@ from gym_mapbench.settings import Settings
 TIME = "time"
 """Name of the simulated seconds until the end, which may be compared like a metric."""
 
-RESULT_FIELDS = ("outcome", "time_s", "path_length_m", "reason", "attempts")
+RESULT_FIELDS = ("outcome", "time_s", "path_length_m", "reason")
 """The fields of a result that the same seed reproduces, without the metrics and the seed itself."""
 
-RUN_COLUMNS = frozenset({"generation", "map", "controller", "repeat", "seed", "noise_seed", *RESULT_FIELDS})
+RUN_COLUMNS = frozenset({"generation", "map", "controller", "repeat", "seed", "noise_seed", "attempts", *RESULT_FIELDS})
 """The columns of a table of runs besides the metrics."""
 
 
@@ -81,7 +81,8 @@ class RunResult:
         time_s: Simulated seconds until the end.
         path_length_m: Driven distance, m.
         reason: One line on why it did not reach the goal; empty if it did.
-        attempts: How often the run was tried.
+        attempts: How often the run was tried; a worker that something else has killed makes it differ, so that it stays
+            out of reproducible files, like ``timings``.
         metrics: Further measures by name; the same for the same seed.
         timings: Wall-clock measures by name; they differ between runs and stay out of reproducible files.
         seed: Seed of the run.
@@ -187,8 +188,8 @@ class JobPlan:
     def jobs(self, scenario: Scenario) -> list[Job]:
         """Return the jobs of one scenario, controller by controller, repeat by repeat."""
         return [
-            self._job(scenario, spec, setup, repeat)
-            for spec, setup in zip(self.controllers, self._setups, strict=True)
+            self.job(scenario, number, repeat)
+            for number in range(len(self.controllers))
             for repeat in range(self.repeats)
         ]
 
@@ -201,7 +202,15 @@ class JobPlan:
             for spec in self.controllers
         )
 
-    def _job(self, scenario: Scenario, spec: ControllerSpec, setup: str, repeat: int) -> Job:
+    def job(self, scenario: Scenario, number: int, repeat: int) -> Job:
+        """Return one job of a scenario.
+
+        Args:
+            scenario: Map, start and goal.
+            number: Position of the controller.
+            repeat: Number of the repetition, from 0; it may be beyond :attr:`repeats`.
+        """
+        spec, setup = self.controllers[number], self._setups[number]
         seed = derive_seed(self.root_seed, scenario.map.digest, spec.name, repeat)
         noise_seed = derive_seed(self.root_seed, scenario.map.digest, ALL_CONTROLLERS, repeat)
         key = digest_of([setup, scenario.digest, seed, noise_seed, repeat])

@@ -15,14 +15,17 @@ from controllers.navigator import Navigator
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.episode import Episode, Event, Outcome
+from gym_mapbench.groups import RewardSettings
 from gym_mapbench.scenario import Scenario
+
+Floats = NDArray[np.float64]
 
 
 def environment_for(config: EnvConfig, controller: Controller, *, own_goal_check: bool = True) -> MapBenchEnv:
     """Build the env a controller needs: what it observes, in SI units, and who decides that the goal is reached.
 
-    A controller with a ``scan_rate`` gets its scans at that rate; those in between are not computed. One with ``fit``
-    says itself which sensors it needs.
+    A controller with a ``scan_rate`` gets its scans at that rate; those in between are not computed. Nor is the
+    progress that the env would reward. One with ``fit`` says itself which sensors it needs.
 
     Args:
         config: The env without regard to the controller.
@@ -33,7 +36,11 @@ def environment_for(config: EnvConfig, controller: Controller, *, own_goal_check
     fit = getattr(controller, "fit", None)
     if fit is not None:
         config = fit(config)
-    changes: dict[str, Any] = {"observation": tuple(controller.observation_keys), "action": "physical"}
+    changes: dict[str, Any] = {
+        "observation": tuple(controller.observation_keys),
+        "action": "physical",
+        "reward": RewardSettings(progress=0.0),
+    }
     if own_goal_check and getattr(controller, "decides_goal", False):
         changes["goal_ends_episode"] = False
     scan_rate = getattr(controller, "scan_rate", None)
@@ -72,16 +79,17 @@ def run_episode(
     log = _Log(info)
     while info["outcome"] == "running":
         began = time.perf_counter()
-        command = controller.act(observation)
+        answer = controller.act(observation)
         log.controller_seconds += time.perf_counter() - began
         if getattr(controller, "status", "running") != "running":
             break
         if watch is not None:
             watch(controller)
-        observation, _, _, _, info = env.step(np.asarray(command, dtype=np.float64))
+        command = np.array(answer, dtype=np.float64)
+        observation, _, _, _, info = env.step(command)
         log.add(command, info)
     outcome, reason = _outcome(controller, info)
-    trajectory, events = np.array(log.states), _events(controller, log)
+    trajectory, events = log.trajectory, _events(controller, log)
     if outcome != "goal":
         explanation = controller.explain() if isinstance(controller, Navigator) else ""
         reason = f"{reason}; {diagnose(trajectory, context.control_period, events, explanation)}"
@@ -94,7 +102,7 @@ def run_episode(
         time=float(info["time"]),
         control_period=context.control_period,
         trajectory=trajectory,
-        commands=np.array(log.commands, dtype=np.float64).reshape(-1, 2),
+        commands=_rows(log.commands, 2),
         path=np.asarray(getattr(controller, "first_path", np.empty((0, 3)))),
         first_contact_time=log.first_contact_time,
         events=events,
@@ -120,8 +128,9 @@ class _Log:
     """What is written down while a run goes on."""
 
     def __init__(self, info: dict[str, Any]) -> None:
-        self.states: list[tuple[float, ...]] = [(*info["pose"], *info["velocity"])]
-        self.commands: list[NDArray[np.float64] | tuple[float, float]] = []
+        self.poses: list[Floats] = [info["pose"]]
+        self.velocities: list[Floats] = [info["velocity"]]
+        self.commands: list[Floats] = []
         self.contacts: list[float] = []
         self.touching = False
         self.controller_seconds = 0.0
@@ -130,12 +139,22 @@ class _Log:
     def first_contact_time(self) -> float | None:
         return self.contacts[0] if self.contacts else None
 
-    def add(self, command: NDArray[np.float64] | tuple[float, float], info: dict[str, Any]) -> None:
+    @property
+    def trajectory(self) -> Floats:
+        return np.hstack([_rows(self.poses, 3), _rows(self.velocities, 2)])
+
+    def add(self, command: Floats, info: dict[str, Any]) -> None:
         self.commands.append(command)
-        self.states.append((*info["pose"], *info["velocity"]))
+        self.poses.append(info["pose"])
+        self.velocities.append(info["velocity"])
         if info["contact"] and not self.touching:
             self.contacts.append(float(info["time"]))
         self.touching = bool(info["contact"])
+
+
+def _rows(recorded: list[Floats], width: int) -> Floats:
+    """Stack the recorded arrays; of single numbers, NumPy would look at each."""
+    return np.concatenate([np.empty(0), *recorded]).reshape(-1, width)
 
 
 def _outcome(controller: Controller, info: dict[str, Any]) -> tuple[Outcome, str]:

@@ -7,6 +7,7 @@ order of the rows means nothing: outputs are written in an order of their own.
 
 from __future__ import annotations
 
+import contextlib
 import sqlite3
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -15,10 +16,12 @@ from types import TracebackType
 from typing import Self
 
 from evolution.driving.jobs import RunResult
+from evolution.driving.locks import holders_of
 from gym_mapbench.errors import RunError
 
 SCHEMA_VERSION = 1
-BUSY_SECONDS = 60.0
+LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+WAIT_SECONDS = 10.0
 KEYS_PER_QUERY = 500
 
 
@@ -27,15 +30,17 @@ class ResultStore:
 
     Args:
         path: The file, created if it does not exist; None keeps everything in memory.
+        wait_s: How long to wait, each time, for another process that has locked the file.
 
     Raises:
-        RunError: If the file cannot be opened or is not a result store of this version.
+        RunError: If the file cannot be opened, stays locked, or is not a result store of this version.
     """
 
-    def __init__(self, path: str | Path | None = None) -> None:
+    def __init__(self, path: str | Path | None = None, *, wait_s: float = WAIT_SECONDS) -> None:
         self.path = None if path is None else Path(path)
+        self._wait_s = wait_s
         with self._errors("cannot be opened"):
-            self._database = sqlite3.connect(self.path or ":memory:", timeout=BUSY_SECONDS, isolation_level=None)
+            self._database = sqlite3.connect(self.path or ":memory:", timeout=wait_s, isolation_level=None)
         try:
             with self._errors("not a result store"):
                 self._prepare()
@@ -49,7 +54,15 @@ class ResultStore:
         try:
             yield
         except sqlite3.Error as error:
+            if self.path is not None and getattr(error, "sqlite_errorcode", 0) & 0xFF in LOCKED:
+                raise RunError(self._locked(self.path)) from None
             raise RunError(f"{self.path or 'result store'}: {what} ({error})") from None
+
+    def _locked(self, path: Path) -> str:
+        """Say who has locked the file."""
+        files = [path.with_name(path.name + end) for end in ("", "-shm", "-wal")]
+        holders = ", ".join(holders_of(files)) or "another process"
+        return f"{path}: locked by {holders} for {self._wait_s:g} s; try again, or wait longer with --wait"
 
     def _prepare(self) -> None:
         """Check the version, or create the table of a new file."""
@@ -92,6 +105,15 @@ class ResultStore:
     def __len__(self) -> int:
         (count,) = self._database.execute("SELECT COUNT(*) FROM results").fetchone()
         return int(count)
+
+    def copy_to(self, path: Path) -> None:
+        """Write all results to another file, also if the store's own file was deleted meanwhile.
+
+        Raises:
+            RunError: If it cannot be written.
+        """
+        with self._errors("cannot be copied"), contextlib.closing(sqlite3.connect(path)) as target:
+            self._database.backup(target)
 
     def close(self) -> None:
         """Close the file; the store cannot be used afterwards."""

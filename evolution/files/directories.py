@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evolution.files.plain import make_directory, read_json, write_json
+from evolution.files.plain import WriteError, make_directory, read_json, write_json
 from evolution.files.versions import refuse_version, versions
 from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.trust import refuse_code
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ class DirectoryKind:
 
         Raises:
             RunError: If it is not of this kind, or of another format.
+            ConfigError: If it names code.
         """
         if not self.holds(path):
             raise RunError(f"{path}: not a {self.what} directory (no {self.mark})")
@@ -70,7 +72,13 @@ class DirectoryKind:
         if config.get("format") != self.format or config.get("format_version") != self.format_version:
             found = f"{config.get('format')} {config.get('format_version')}"
             raise RunError(f"{path / self.mark}: expected {self.format} {self.format_version}, got {found}")
+        refuse_code(config, path / self.mark)
         return config
+
+    def check_there(self, path: Path) -> None:
+        """Raise ``WriteError`` if a directory was deleted or moved since it was created or opened."""
+        if not self.holds(path):
+            raise WriteError(f"{path}: was deleted or moved while it was being filled")
 
     def check_same(self, path: Path, config: Mapping[str, Any], was: object, wanted: object) -> None:
         """Refuse to continue a directory with options other than those it was begun with.

@@ -7,19 +7,23 @@ import io
 import json
 import os
 import re
-import zipfile
-import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gym_mapbench.bounded import open_zip, read_text
+from gym_mapbench.documents import parse_json
 from gym_mapbench.errors import RunError
 from gym_mapbench.gridmap import GridMap
 
 Row = dict[str, Any]
 """A line of a table, by column."""
+
+
+MAX_BYTES = 2_000_000_000
+"""Largest file of results that is read; a million runs take half of it."""
 
 
 class WriteError(RunError):
@@ -34,7 +38,8 @@ def write_bytes(path: Path, content: bytes) -> None:
     """
     partial = path.with_name(f".{path.name}.partial")
     try:
-        partial.write_bytes(content)
+        with open(partial, "wb", opener=_no_link) as file:
+            file.write(content)
         os.replace(partial, path)
     except OSError as error:
         raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
@@ -47,10 +52,15 @@ def append_line(path: Path, text: str) -> None:
         WriteError: If it cannot be written.
     """
     try:
-        with path.open("a", encoding="utf-8") as file:
+        with open(path, "a", encoding="utf-8", opener=_no_link) as file:
             file.write(text + "\n")
     except OSError as error:
         raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _no_link(path: str, flags: int) -> int:
+    """Open a file; a link, which may lead out of the directory that is written, is an error."""
+    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -69,23 +79,35 @@ def read_json(path: Path) -> dict[str, Any]:
     Raises:
         RunError: If it is missing or something else.
     """
-    try:
-        document = json.loads(_read_text(path))
-    except (ValueError, RecursionError) as error:
-        raise _unreadable(path, error) from None
+    document = parse_json(_read_text(path), path, RunError)
     if not isinstance(document, dict):
         raise RunError(f"{path}: expected a JSON object, got {type(document).__name__}")
     return document
 
 
 def csv_of(rows: Sequence[Row]) -> str:
-    """Return a table as CSV text; columns are in order of their first use, and empty where a row has no value."""
+    """Return a table as CSV text; columns are in order of their first use, and empty where a row has no value.
+
+    A text that a spreadsheet would take for a formula begins with an apostrophe, which :func:`read_csv` takes off.
+    """
     columns = list(dict.fromkeys(name for row in rows for name in row))
     text = io.StringIO()
-    writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([_harmless(name) for name in columns])
+    writer.writerows([_harmless(row.get(name, "")) for name in columns] for row in rows)
     return text.getvalue()
+
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "'")
+"""How texts begin that spreadsheets do not show as they are."""
+
+
+def _harmless(value: Any) -> Any:
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
+
+
+def _as_written(text: str) -> str:
+    return text[1:] if text.startswith("'") else text
 
 
 TEXT_COLUMN = re.compile(r"map(_\d+|_set)?|best_map_set|world|controller|outcome|reason")
@@ -98,9 +120,9 @@ def read_csv(path: Path) -> list[Row]:
         RunError: If the file is missing or holds something else.
     """
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            return [{name: _parse(name, text) for name, text in row.items()} for row in csv.DictReader(file)]
-    except (OSError, ValueError, TypeError, csv.Error) as error:
+        table = csv.DictReader(io.StringIO(_read_text(path), newline=""))
+        return [{_as_written(name): _parse(name, text) for name, text in row.items()} for row in table]
+    except (ValueError, TypeError, AttributeError, csv.Error) as error:
         raise _unreadable(path, error) from None
 
 
@@ -121,16 +143,18 @@ def read_npz(path: Path, resolution: float) -> dict[str, GridMap]:
     Raises:
         RunError: If it is missing or holds something else.
     """
+    with open_zip(path, MAX_BYTES, RunError):
+        pass
     try:
-        with np.load(io.BytesIO(path.read_bytes())) as arrays:
+        with np.load(path) as arrays:
             return {digest: GridMap(arrays[digest], resolution) for digest in arrays.files}
-    except (OSError, ValueError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
+    except Exception as error:  # numpy and zipfile raise many kinds on damaged bytes
         raise _unreadable(path, error) from None
 
 
 def _parse(column: str, text: str) -> Any:
     if TEXT_COLUMN.fullmatch(column):
-        return text
+        return _as_written(text)
     if text == "":
         return None
     return int(text) if re.fullmatch(r"-?\d+", text) else float(text)
@@ -146,16 +170,13 @@ def read_json_lines(path: Path) -> list[Row]:
     for line in _read_text(path).splitlines() if path.is_file() else []:
         try:
             rows.append(json.loads(line))
-        except ValueError:
+        except (ValueError, RecursionError):
             break
     return rows
 
 
 def _read_text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise _unreadable(path, error) from None
+    return read_text(path, MAX_BYTES, RunError)
 
 
 def _unreadable(path: Path, error: Exception) -> RunError:

@@ -71,30 +71,46 @@ def draw_map(axes: Axes, scenario: Scenario) -> None:
     axes.set_ylabel("y, m")
 
 
-def draw_trajectories(axes: Axes, episodes: Sequence[Episode], names: Sequence[str]) -> None:
-    """Draw the driven paths of several controllers; crosses mark recoveries."""
+def draw_trajectories(
+    axes: Axes, episodes: Sequence[Episode], names: Sequence[str], spreads: Mapping[str, str] | None = None
+) -> None:
+    """Draw the driven paths of several controllers; crosses mark recoveries.
+
+    Args:
+        axes: Where to draw.
+        episodes: What was driven.
+        names: All controllers, which fixes their colours.
+        spreads: By controller, words about its other runs.
+    """
     for episode in episodes:
         colour = colour_of(names, episode.controller)
         label = f"{episode.controller}: {episode.time:.1f} s"
         label += "" if episode.success else f" ({episode.outcome})"
+        label += f" ({spreads[episode.controller]})" if spreads and episode.controller in spreads else ""
         axes.plot(*episode.trajectory[:, :2].T, color=colour, linewidth=1.6, label=label, zorder=3)
         steps = [round(event.time / episode.control_period) for event in episode.events if event.kind in RECOVERY_KINDS]
         where = episode.trajectory[np.minimum(steps, len(episode.trajectory) - 1).astype(int), :2]
         axes.plot(*where.T, "x", color=colour, markersize=6, zorder=5)
 
 
-def map_set_figure(groups: Sequence[Sequence[Episode]], titles: Sequence[str], names: Sequence[str]) -> Figure:
+def map_set_figure(
+    groups: Sequence[Sequence[Episode]],
+    titles: Sequence[str],
+    names: Sequence[str],
+    spreads: Sequence[Mapping[str, str]] = (),
+) -> Figure:
     """Figures 5.3 and 5.5: the maps of one set side by side, every controller's trajectory on them.
 
     Args:
         groups: For each map the episodes on it (all of the same scenario).
         titles: One title per map, with its reading.
         names: All controllers, which fixes their colours.
+        spreads: For each map, by controller, words about its other runs.
     """
     figure, columns = new_figure(len(groups), width=4.6 * len(groups), height=4.9 + 0.22 * len(names))
-    for axes, episodes, title in zip(columns, groups, titles, strict=True):
+    for axes, episodes, title, spread in zip(columns, groups, titles, spreads or [{}] * len(groups), strict=True):
         draw_map(axes, episodes[0].scenario)
-        draw_trajectories(axes, episodes, names)
+        draw_trajectories(axes, episodes, names, spread)
         axes.set_title(title, fontsize=10)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=8, frameon=False)
     return figure

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from evolution.driving import Job, drive
 from evolution.pictures.plots import convergence_figure, lorenz_figure, map_set_figure, save_figure, times_figure
-from evolution.runs import LoadedRun
+from evolution.runs import LoadedRun, typical_repeat
 from evolution.search import FITNESSES, Experiment, experiment_of
 from gym_mapbench.episode import Episode
 
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FIGURES = "figures"
+MOST = (10, 90)
+"""Percentiles between which the times of most runs lie."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +30,14 @@ class DrivenMap:
     Args:
         name: Name of the map.
         reading: Its reading, in words.
-        episodes: The first repeat of every controller.
+        spreads: By controller, between which times its runs on the map took, in words; none if it drove only once.
+        episodes: One repeat of every controller, the one nearest to their median times.
     """
 
     name: str
     reading: str
     episodes: tuple[Episode, ...]
+    spreads: Mapping[str, str] = field(default_factory=dict)
 
 
 def drive_best(
@@ -51,15 +57,28 @@ def drive_best(
     plan = read_experiment(run.config, str(run.path)).plan
     driven = []
     for scenario, entry in zip(run.best, run.best_results["maps"], strict=True):
-        failed = {name for name, runs in entry["runs"].items() if runs[0]["outcome"] == "error"}
-        jobs = [job for job in plan.jobs(scenario) if job.repeat == 0 and job.controller.name not in failed]
-        driven.append(DrivenMap(entry["name"], _reading(run, entry["reading"]), tuple(drive(job) for job in jobs)))
+        failed = {name for name, runs in entry["runs"].items() if not runs or runs[0]["outcome"] == "error"}
+        repeat = typical_repeat(entry)
+        jobs = [plan.job(scenario, number, repeat) for number, name in enumerate(plan.names) if name not in failed]
+        episodes = tuple(drive(job) for job in jobs)
+        spreads = {name: _spread(runs) for name, runs in entry["runs"].items() if len(runs) > 1}
+        driven.append(DrivenMap(entry["name"], _reading(run, entry["reading"]), episodes, spreads))
     return driven
+
+
+def _spread(runs: Sequence[Mapping[str, Any]]) -> str:
+    """Say between which times most runs took, and how many did not reach the goal."""
+    times = [one["time_s"] for one in runs if one["outcome"] == "goal"]
+    failed = f"{len(runs) - len(times)} of {len(runs)} failed" if len(times) < len(runs) else ""
+    if not times:
+        return failed
+    low, high = np.percentile(times, MOST)
+    return f"{low:.0f} to {high:.0f} s in {len(runs)} drives" + (f", {failed}" if failed else "")
 
 
 def write_run_figures(run: LoadedRun, maps: Sequence[DrivenMap] | None = None) -> list[Path]:
     """Draw convergence, best maps with trajectories, times and Lorenz curves into ``figures/``."""
-    folder = run.path / FIGURES
+    folder = run.figures or run.path / FIGURES
     maps = drive_best(run) if maps is None else maps
     evaluations = [row["evaluations"] for row in run.generations]
     best = [row["best"] for row in run.generations]
@@ -76,7 +95,8 @@ def best_maps_figure(maps: Sequence[DrivenMap], controllers: Sequence[str]) -> F
     """Draw the maps of a set with all trajectories; None if nothing was driven."""
     shown = [driven for driven in maps if driven.episodes]
     titles = [f"{driven.name}: {driven.reading}" for driven in shown]
-    return map_set_figure([driven.episodes for driven in shown], titles, controllers) if shown else None
+    spreads = [driven.spreads for driven in shown]
+    return map_set_figure([driven.episodes for driven in shown], titles, controllers, spreads) if shown else None
 
 
 def solved_lorenz_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:

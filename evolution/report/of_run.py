@@ -13,7 +13,7 @@ from evolution.pictures import DrivenMap
 from evolution.report.page import Attachment, Report
 from evolution.report.replays import ReplayedMap
 from evolution.report.sections import sections_of
-from evolution.runs import LoadedRun, errors_in, results_in
+from evolution.runs import LoadedRun, confirmed_sentence, errors_in, results_in, typical_repeat
 from evolution.search import SECTIONS
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
 
@@ -48,11 +48,11 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap], sections: Iterabl
 
 def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
     """Report replays that do not end as the search recorded, because the code, a library or the machine has changed."""
-    recorded = {entry["name"]: entry["runs"] for entry in run.best_results["maps"]}
+    recorded = {entry["name"]: entry for entry in run.best_results["maps"]}
     lines = []
     for one in driven:
         for episode in one.episodes:
-            was = recorded[one.name][episode.controller][0]
+            was = recorded[one.name]["runs"][episode.controller][typical_repeat(recorded[one.name])]
             if (episode.outcome, episode.time) != (was["outcome"], was["time_s"]):
                 lines.append(
                     f"The replay of {episode.controller} on {one.name} ends with {episode.outcome} after "
@@ -69,10 +69,14 @@ def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[ReplayedM
 
 def _verdict(run: LoadedRun) -> list[str]:
     """Say in words what fitness was reached, and what each map shows."""
+    maps = [_map_sentence(entry) for entry in _by_reading(run)]
+    if run.best_results.get("confirmation"):
+        return [*confirmed_sentence(run.best_results, run.config["search"]), *maps]
     first, last = run.generations[0]["best"], run.generations[-1]["best"]
     improved = f"improved the best fitness from {first:.2f} to {last:.2f}"
     outcome = improved if last < first else f"found nothing better than its first population, fitness {last:.2f}"
-    return [f"The search {outcome} (lower is better).", *[_map_sentence(entry) for entry in _by_reading(run)]]
+    held = confirmed_sentence(run.best_results, run.config["search"])
+    return [f"The search {outcome} (lower is better).", *held, *maps]
 
 
 def _by_reading(run: LoadedRun) -> list[dict[str, Any]]:

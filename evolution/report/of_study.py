@@ -26,6 +26,7 @@ from evolution.studies import (
     map_rows,
     measure_rows,
     pair_rows,
+    promise_rows,
     rank_rows,
     study_names,
     summary_rows,
@@ -77,6 +78,21 @@ FRESH = {
     "solved": "seeds with all maps solved",
     "order_kept": "order kept on these",
     "fresh_success_rate": "success on fresh seeds",
+}
+PROMISES = {
+    "configuration": "configuration",
+    "n": "n",
+    "claimed": "claimed (median)",
+    "fresh": "fresh (median)",
+    "fresh_low": "from",
+    "fresh_high": "to",
+    "off": "off by (median)",
+    "kept": "off by 0.5 at most",
+    "goals": "goals",
+    "order": "order kept",
+    "roles": "all roles filled",
+    "a12": "A12",
+    "p_value": "p",
 }
 MAPS = {
     "map": "map",
@@ -158,6 +174,14 @@ def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table
             "the maps' readings, on the seeds on which all controllers solved all maps."
         )
         tables.append(table_of("Fresh minus seen", FRESH, rows, note))
+    if rows := promise_rows(results):
+        note = (
+            "What the searches said of their best sets, and their median fitness on fresh seeds with the 95 % interval "
+            "of the median over runs. The order counts over all fresh drives. Roles are filled if one map has all "
+            "controllers within a factor of 1.2, one two groups further apart than that, and so on. A12 and p compare "
+            "with the first configuration of the same fitness, navigation and fresh noise."
+        )
+        tables.append(table_of("Promised and kept", PROMISES, rows, note))
     tables += [table for best in best_sets if best.run.fresh is not None for table in _best_set_tables(best.run)]
     if results.runs:
         note = (

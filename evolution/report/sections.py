@@ -74,7 +74,7 @@ def _section(name: str, run: LoadedRun) -> Section | None:
 
 def figures_of(run: LoadedRun) -> list[Attachment]:
     """The run's figures that exist, as pictures inside the page."""
-    folder = run.path / FIGURES
+    folder = run.figures or run.path / FIGURES
     return [
         picture(caption, (folder / f"{name}.png").read_bytes())
         for name, caption in CAPTIONS.items()

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from evolution.files import write_text
-from evolution.pictures import drive_best, write_run_figures
+from evolution.pictures import FIGURES, drive_best, write_run_figures
 from evolution.report.of_run import report_of_run
 from evolution.report.of_study import report_of_study
 from evolution.report.page import Report, render_page
@@ -42,7 +45,8 @@ def write_report(
 
     Args:
         path: Directory of a run or of a study, finished or not.
-        out: The file; ``report.html`` in the directory if None, which is written anew every time.
+        out: The file; nothing is then written into the directory. If None, ``report.html`` in the directory, which is
+            written anew every time, like the figures and tables beside it.
         engine: How the best maps are driven again.
         analysis: For a study, its comparisons, if they are there already.
         sections: For a run, names of sections to show in addition to those on every page.
@@ -69,25 +73,29 @@ def write_report(
         raise ConfigError(f"{target}: exists already; nothing is overwritten")
     if not target.parent.is_dir():
         raise ConfigError(f"{target}: there is no directory {target.parent}")
-    if is_study(path):
-        report = _study_report(analysis or analyse(load_results(path, engine)), engine, on_step)
-    else:
-        report = _run_report(path, engine, sections, on_step)
+    with nullcontext(path) if out is None else TemporaryDirectory() as drawn:
+        if is_study(path):
+            report = _study_report(analysis or analyse(load_results(path, engine)), Path(drawn), engine, on_step)
+        else:
+            report = _run_report(path, Path(drawn), engine, sections, on_step)
     write_text(target, render_page(report))
     return target
 
 
-def _run_report(path: Path, engine: Engine, sections: Sequence[str], on_step: Callable[[str], object]) -> Report:
-    run = load_run(path)
+def _run_report(
+    path: Path, drawn: Path, engine: Engine, sections: Sequence[str], on_step: Callable[[str], object]
+) -> Report:
+    run = replace(load_run(path), figures=drawn / FIGURES)
     on_step("driving the best map set again for the replays")
     driven = drive_best(run, engine.read_experiment, engine.drive)
     write_run_figures(run, driven)
     return report_of_run(run, driven, sections)
 
 
-def _study_report(analysis: StudyAnalysis, engine: Engine, on_step: Callable[[str], object]) -> Report:
+def _study_report(analysis: StudyAnalysis, drawn: Path, engine: Engine, on_step: Callable[[str], object]) -> Report:
     results = analysis.results
-    write_tables(results, analysis)
+    elsewhere = replace(results, path=drawn)
+    write_tables(elsewhere, analysis)
     on_step(f"driving the best map set of {len(results.by_configuration)} configurations again for the replays")
     best_sets = drive_best_sets(results, engine)
-    return report_of_study(results, best_sets, write_study_figures(results, best_sets, analysis), analysis)
+    return report_of_study(results, best_sets, write_study_figures(elsewhere, best_sets, analysis), analysis)

@@ -41,7 +41,7 @@ from evolution.runs.documents import (
     check_results,
 )
 from evolution.runs.results import named, results_document
-from evolution.search import Evaluation, Experiment, Record
+from evolution.search import Confirmation, Evaluation, Experiment, Record
 from gym_mapbench.errors import MapBenchError, RunError
 from gym_mapbench.mapio.bundle import BEST_MAP_SET, bundle_document, read_bundle
 from gym_mapbench.mapio.tasked_map import group_scenarios
@@ -62,7 +62,7 @@ runs.csv            one line per driven run, at its first use: map, controller, 
 maps/NNNN.npz       maps first seen in generation NNNN, by digest: boolean arrays [row, col],
                     True where there is a wall, row 0 at the bottom (numpy.load)
 best_map_set.json   the best map set so far, as text
-best_results.json   its fitness, and every run on it
+best_results.json   its fitness, and every run on it; once it is confirmed, what it is worth on new seeds
 checkpoint.json     where the search stands
 timing.jsonl        wall-clock seconds of each generation
 results.sqlite      every result by the key of its run (SQLite, table "results")
@@ -136,6 +136,13 @@ class RunDir:
         """Names of the compared controllers, in order."""
         return controllers_in(self.config)
 
+    @property
+    def repeats(self) -> int | None:
+        """Runs of every controller on every map; None where the search drives some maps more or less often."""
+        search = self.config["search"]
+        uneven = search.get("drive_last") or search.get("archive") or search.get("confirmation")
+        return None if uneven else int(search["repeats"])
+
     def check_files(self) -> None:
         """Refuse a run that lacks one of the files that not every reader opens.
 
@@ -167,14 +174,14 @@ class RunDir:
         check_rows(RunRow, rows, self.path / RUNS)
         maps = [f"map_{number}" for number in range(1, search["maps_per_set"] + 1)]
         wanted = [row[name] for row in individuals if row["generation"] <= self.generation for name in maps]
-        check_driven(rows, wanted, self.controllers, search["repeats"], self.path / RUNS)
+        check_driven(rows, wanted, self.controllers, self.repeats, self.path / RUNS)
         return rows
 
     def read_best_results(self) -> Mapping[str, Any]:
         """Read ``best_results.json``; raises ``RunError`` if it is missing or damaged."""
         path, search = self.path / BEST_RESULTS, self.config["search"]
         results = read_json(path)
-        check_results(results, path, self.controllers, search["maps_per_set"], search["repeats"])
+        check_results(results, path, self.controllers, search["maps_per_set"], self.repeats)
         return results
 
     def read_best(self, digest: str) -> MapSet:
@@ -220,8 +227,15 @@ class RunDir:
         wanted = experiment.document()
         RUN.check_same(self.path, self.config, {key: self.config.get(key) for key in wanted}, wanted)
 
-    def write_generation(self, record: Record, best: Evaluation, checkpoint: Mapping[str, Any]) -> None:
-        """Write everything known after a generation; the checkpoint last."""
+    def write_generation(
+        self,
+        record: Record,
+        best: Evaluation,
+        checkpoint: Mapping[str, Any],
+        confirmation: Confirmation | None = None,
+    ) -> None:
+        """Write everything known after a generation, or after the confirmation; the checkpoint last."""
+        RUN.check_there(self.path)
         generation = int(checkpoint["generation"])
         make_directory(self.path / MAPS)
         write_text(self.path / README, README_TEXT)
@@ -230,7 +244,8 @@ class RunDir:
         write_text(self.path / INDIVIDUALS, csv_of(record.individuals))
         write_text(self.path / RUNS, csv_of(list(record.runs.values())))
         write_json(self.path / BEST_MAP_SET, bundle_document(group_scenarios(named(best.map_set))))
-        write_json(self.path / BEST_RESULTS, results_document(best, record.plan.names, checkpoint["cluster_scale"]))
+        results = results_document(best, record.plan.names, checkpoint["cluster_scale"], confirmation)
+        write_json(self.path / BEST_RESULTS, results)
         self.write_checkpoint(checkpoint)
 
     def write_checkpoint(self, checkpoint: Mapping[str, Any]) -> None:

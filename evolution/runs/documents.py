@@ -17,6 +17,9 @@ from gym_mapbench.errors import RunError
 Count = Annotated[int, Field(ge=1)]
 
 
+Bounds = Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)]
+
+
 class ShapeOptions(Document):
     """The option of the maps that is used: the side of a cell, m."""
 
@@ -68,7 +71,7 @@ class RecordedRun(Document):
     time_s: FiniteFloat
     path_length_m: FiniteFloat
     reason: str
-    attempts: int
+    attempts: int = 1  # earlier versions wrote it
     metrics: dict[str, float]
 
 
@@ -82,6 +85,20 @@ class MapEntry(Document):
     runs: dict[str, list[RecordedRun]]
 
 
+class ConfirmedResults(Document):
+    """What a confirmed set is worth on new seeds: the fields of :class:`~evolution.search.Confirmation`."""
+
+    seeds: Count
+    fitness: FiniteFloat
+    interval: Bounds
+    fitness_par2: FiniteFloat | None
+    order_kept: FiniteFloat
+    goals: int
+    runs: Count
+    goals_interval: Bounds
+    candidates: Count
+
+
 class MapSetResults(Document):
     """``best_results.json``, and every re-evaluation."""
 
@@ -90,6 +107,7 @@ class MapSetResults(Document):
     success_rate: FiniteFloat
     cluster_scale: FiniteFloat | None
     maps: list[MapEntry]
+    confirmation: ConfirmedResults | None = None
 
 
 class GenerationRow(Document):
@@ -123,7 +141,6 @@ class RunRow(Document):
     time_s: float
     path_length_m: float
     reason: str
-    attempts: int
 
 
 class TimingRow(Document):
@@ -134,7 +151,7 @@ class TimingRow(Document):
 
 
 def check_driven(
-    rows: Sequence[Row], maps: Collection[str], controllers: Collection[str], repeats: int, path: Path
+    rows: Sequence[Row], maps: Collection[str], controllers: Collection[str], repeats: int | None, path: Path
 ) -> None:
     """Refuse a table of runs that is incomplete.
 
@@ -142,12 +159,16 @@ def check_driven(
         rows: Its lines.
         maps: Digests of maps that must have been driven; other maps in the table must be complete, too.
         controllers: Names of the controllers that drove.
-        repeats: Runs of each controller on each map.
+        repeats: Runs of each controller on each map; None if each map was driven at least once by some controller.
         path: Its file.
 
     Raises:
         RunError: Naming the first map and controller with another number of runs.
     """
+    if repeats is None:
+        if missing := set(maps) - {row["map"] for row in rows}:
+            raise RunError(f"{path}: expected runs on map {min(missing)}, got none")
+        return
     driven = Counter((row["map"], row["controller"]) for row in rows)
     for digest in dict.fromkeys([*maps, *(row["map"] for row in rows)]):
         for name in controllers:
@@ -156,7 +177,7 @@ def check_driven(
 
 
 def check_results(
-    document: Mapping[str, Any], path: Path, controllers: Collection[str], maps: int, repeats: int
+    document: Mapping[str, Any], path: Path, controllers: Collection[str], maps: int, repeats: int | None
 ) -> None:
     """Refuse results of a map set that are incomplete.
 
@@ -165,7 +186,7 @@ def check_results(
         path: The file it was read from.
         controllers: Names of the controllers that drove.
         maps: Number of maps.
-        repeats: Runs of each controller on each map.
+        repeats: Runs of each controller on each map; None for any number.
 
     Raises:
         RunError: Naming the first thing that is missing or wrong.
@@ -179,5 +200,5 @@ def check_results(
                 came = ", ".join(entry[what]) or "none"
                 raise RunError(f"{path}: {entry['name']}: {what}: expected {', '.join(controllers)}, got {came}")
         for name, runs in entry["runs"].items():
-            if len(runs) != repeats:
+            if repeats is not None and len(runs) != repeats:
                 raise RunError(f"{path}: {entry['name']}: expected {repeats} runs of {name}, got {len(runs)}")

@@ -33,6 +33,7 @@ class LoadedRun(Tabled):
         best: The best map set.
         best_results: ``best_results.json``.
         timing: ``timing.jsonl``; a half-written last line is left out.
+        figures: Directory of its figures, if it is not the one in ``path``.
     """
 
     path: Path
@@ -44,6 +45,7 @@ class LoadedRun(Tabled):
     best: MapSet
     best_results: Mapping[str, Any]
     timing: list[Row]
+    figures: Path | None = None
 
     def table(self, name: str = "best") -> Table:
         """Return a table.
@@ -136,7 +138,7 @@ def driven_maps(run: LoadedRun, until: int | None = None) -> dict[str, MapResult
     for row in run.runs:
         if until is None or row["generation"] <= until:
             found.setdefault(row["map"], {}).setdefault(row["controller"], []).append(_result(row))
-    return {digest: tuple(tuple(of_map[name]) for name in run.controllers) for digest, of_map in found.items()}
+    return {digest: tuple(tuple(of_map.get(name, ())) for name in run.controllers) for digest, of_map in found.items()}
 
 
 def reached_maps(run: LoadedRun) -> list[Scenario]:
@@ -154,5 +156,7 @@ def _result(row: Mapping[str, Any]) -> RunResult:
 
 def _time_or_outcome(runs: Sequence[Mapping[str, Any]]) -> float | str:
     """Return the mean time of one controller's runs on one map, s, or how the first that failed ended."""
+    if not runs:
+        return "not driven"
     failed = [run["outcome"] for run in runs if run["outcome"] != "goal"]
     return str(failed[0]) if failed else fmean(run["time_s"] for run in runs)

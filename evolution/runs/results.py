@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
+
+import numpy as np
 
 from evolution.driving import RunResult
 from evolution.files import Row
-from evolution.search import Evaluation, MapResults, result_fields
+from evolution.search import Confirmation, Evaluation, MapResults, result_fields
 from gym_mapbench.scenario import MapSet
 
 
@@ -17,17 +19,26 @@ def named(map_set: MapSet) -> MapSet:
     return MapSet(tuple(replace(scenario, name=f"map_{i}") for i, scenario in enumerate(map_set, start=1)))
 
 
-def results_document(evaluation: Evaluation, controllers: Sequence[str], cluster_scale: float | None) -> Row:
-    """Return the JSON-able results of a map set: its fitness, and per map and controller every run."""
+def results_document(
+    evaluation: Evaluation,
+    controllers: Sequence[str],
+    cluster_scale: float | None,
+    confirmation: Confirmation | None = None,
+) -> Row:
+    """Return the JSON-able results of a map set: its fitness, and per map and controller every run.
+
+    The fitness of a confirmed set is the one on new seeds; readings and values are those it was chosen by.
+    """
     fitness = evaluation.fitness
     columns = zip(evaluation.map_set, fitness.readings, fitness.values, evaluation.results, strict=True)
     return {
         "map_set": evaluation.map_set.digest,
-        "fitness": fitness.total,
+        "fitness": fitness.total if confirmation is None else confirmation.fitness,
         "success_rate": fitness.success_rate,
         "timeouts": fitness.timeouts,
         "pattern": fitness.pattern,
         "cluster_scale": cluster_scale,
+        **({} if confirmation is None else {"confirmation": asdict(confirmation)}),
         "maps": [
             {
                 "name": f"map_{number}",
@@ -46,6 +57,42 @@ def _runs_of_map(of_map: Sequence[Sequence[RunResult]], controllers: Sequence[st
         name: [{"seed": result.seed, **result_fields(result), "metrics": dict(result.metrics)} for result in results]
         for name, results in zip(controllers, of_map, strict=True)
     }
+
+
+def confirmed_sentence(results: Mapping[str, Any], search: Mapping[str, Any]) -> list[str]:
+    """Say what a confirmed set is worth, or that none could be confirmed; nothing if that was not asked for.
+
+    Args:
+        results: ``best_results.json``.
+        search: Options of the search.
+    """
+    if not search.get("confirmation"):
+        return []
+    found = results.get("confirmation")
+    if found is None:
+        return ["No set is confirmed." if results["success_rate"] == 1.0 else "No set was solved by all controllers."]
+    (low, high), (least, most) = found["interval"], found["goals_interval"]
+    return [
+        f"Driven with {found['seeds']} new seeds that chose nothing, the set has fitness {found['fitness']:.2f} "
+        f"(95 % of single drives {low:.2f} to {high:.2f}); its maps keep their order in "
+        f"{100 * found['order_kept']:.0f} % of the drives, and {found['goals']} of {found['runs']} runs reach the goal "
+        f"({100 * least:.0f} to {100 * most:.0f} %)."
+    ]
+
+
+def typical_repeat(entry: Mapping[str, Any]) -> int:
+    """Return the repeat of a map whose times are nearest to their medians, as ratios; the first where one failed.
+
+    Args:
+        entry: A map in ``best_results.json``.
+    """
+    times = [[one["time_s"] for one in runs if one["outcome"] == "goal"] for runs in entry["runs"].values()]
+    repeats = max(map(len, entry["runs"].values()))
+    if min(map(len, times)) < max(repeats, 1):
+        return 0
+    table = np.array(times)
+    distances = np.abs(np.log(table / np.median(table, axis=1, keepdims=True))).sum(axis=0)
+    return int(np.argmin(distances))
 
 
 def results_in(document: Mapping[str, Any], controllers: tuple[str, ...]) -> tuple[MapResults, ...]:

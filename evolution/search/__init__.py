@@ -6,9 +6,11 @@ In: an :class:`Experiment` (options, controllers, world) and an evaluator that d
 
 from __future__ import annotations
 
+from evolution.search.confirmation import Confirmation
 from evolution.search.exact import MAX_MAPS, MapResults, best_set
 from evolution.search.experiments import (
     DEFAULT_CONTROLLERS,
+    DEFAULT_PRESET,
     SECTIONS,
     check_experiment,
     controllers_from,
@@ -17,22 +19,25 @@ from evolution.search.experiments import (
     preset_names,
     read_document,
 )
-from evolution.search.fitness import Fitness, FitnessBreakdown, calibrate_scale
+from evolution.search.fitness import Fitness, FitnessBreakdown, calibrate_scale, order_of
 from evolution.search.loop import EvolveResult, Progress, Recorder, evolve
-from evolution.search.operators.changes import OPERATORS, Edit, Operator
+from evolution.search.operators.changes import OPERATORS
+from evolution.search.operators.edits import Edit, Operator
 from evolution.search.operators.sampling import scenario_on
 from evolution.search.patterns import FITNESSES, Pattern, gini
 from evolution.search.problem import Evaluation
-from evolution.search.record import Record, result_fields
+from evolution.search.record import Record, result_fields, runs_on
 from evolution.search.settings import METRIC_NAMES, EvolveSettings, Experiment, FitnessName, MutationSettings
 
 __all__ = [
     "DEFAULT_CONTROLLERS",
+    "DEFAULT_PRESET",
     "FITNESSES",
     "MAX_MAPS",
     "METRIC_NAMES",
     "OPERATORS",
     "SECTIONS",
+    "Confirmation",
     "Edit",
     "Evaluation",
     "EvolveResult",
@@ -56,8 +61,10 @@ __all__ = [
     "experiment_of",
     "gini",
     "load_preset",
+    "order_of",
     "preset_names",
     "read_document",
     "result_fields",
+    "runs_on",
     "scenario_on",
 ]

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations_with_replacement
+from typing import NamedTuple
 
 import numpy as np
 
@@ -57,22 +58,36 @@ def best_set(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> Nam
 
 def pools_of(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> list[Pool]:
     """Sort maps into pools, as seen by a set of ``size`` maps."""
-    members: dict[tuple[float, float, bool], list[tuple[float, str]]] = {}
+    members: dict[tuple[float, float, bool], list[_Member]] = {}
     for name, results in maps.items():
         one = fitness((results,))
-        reading = one.readings[0]
+        reading, values = one.readings[0], one.values[0] or ()
         key = one.success_rate, one.timeouts, reading is None
-        members.setdefault(key, []).append((0.0 if reading is None else reading, name))
-    options = fitness.settings
-    return [
-        Pool(
-            maps=tuple(name for _, name in sorted(some)),
-            readings=None if unread else np.array(sorted(reading for reading, _ in some)),
-            cost=options.base_cost * (1.0 - success_rate) / size + options.timeout_cost * timeouts,
-            share=success_rate / size,
-        )
-        for (success_rate, timeouts, unread), some in members.items()
-    ]
+        spread = fitness.spread_of(results)
+        members.setdefault(key, []).append(_Member(0.0 if reading is None else reading, name, values, spread))
+    return [_pool(sorted(some), key, fitness, size) for key, some in members.items()]
+
+
+class _Member(NamedTuple):
+    """A map of a pool; sorted by its reading."""
+
+    reading: float
+    name: str
+    values: tuple[float, ...]
+    spread: float
+
+
+def _pool(some: Sequence[_Member], key: tuple[float, float, bool], fitness: Fitness, size: int) -> Pool:
+    """Make the pool of some maps in their order; ``key`` is what they have in common."""
+    (success_rate, timeouts, unread), options = key, fitness.settings
+    return Pool(
+        maps=tuple(one.name for one in some),
+        readings=None if unread else np.array([one.reading for one in some]),
+        spreads=np.array([one.spread for one in some]),
+        times=() if unread else tuple(one.values for one in some),
+        cost=options.base_cost * (1.0 - success_rate) / size + options.timeout_cost * timeouts,
+        share=success_rate / size,
+    )
 
 
 def _choices(pools: Sequence[Pool], size: int) -> Iterator[tuple[Pool, ...]]:

@@ -10,15 +10,20 @@ from typing import Any
 
 import numpy as np
 
+from controllers.nav2_params.presets import overlay
 from evolution.driving import ControllerSpec, DriveSettings, check_room, try_controllers
 from evolution.search.operators.sampling import scenario_on
 from evolution.search.settings import Experiment
+from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_from
 from gym_mapbench.scenario import Scenario
-from gym_mapbench.settings import read_yaml
+from gym_mapbench.trust import refuse_code
 
 SECTIONS = ("search", "controllers", "run")
+DEFAULT_PRESET = "robust"
+"""The search that is begun where nobody names another: it confirms what it finds."""
+
 DEFAULT_CONTROLLERS = ("dwb", "mppi", "rpp")
 
 
@@ -29,7 +34,7 @@ def preset_names() -> tuple[str, ...]:
 
 
 def load_preset(name: str) -> dict[str, Any]:
-    """Return the document of a preset.
+    """Return the document of a preset, over the one that it names as its ``base``.
 
     Raises:
         ConfigError: If there is no such preset.
@@ -37,14 +42,16 @@ def load_preset(name: str) -> dict[str, Any]:
     if name not in preset_names():
         raise unknown_name("preset", name, preset_names())
     with resources.as_file(resources.files("evolution.search").joinpath("presets", f"{name}.yaml")) as path:
-        return read_document(path)
+        document = read_yaml(path)
+    base = document.pop("base", None)
+    return dict(document) if base is None else overlay(load_preset(base), document)
 
 
 def read_document(path: str | Path) -> dict[str, Any]:
     """Read an experiment's YAML: sections ``search``, ``controllers``, ``run``, each of them optional.
 
     Raises:
-        ConfigError: If the file or a section cannot be used.
+        ConfigError: If the file or a section cannot be used, or it names code.
     """
     document = read_yaml(path)
     if not isinstance(document, Mapping):
@@ -52,6 +59,7 @@ def read_document(path: str | Path) -> dict[str, Any]:
     for name in document:
         if name not in SECTIONS:
             raise ConfigError(f"{path}: {unknown_name('section', name, SECTIONS)}")
+    refuse_code(document, path)
     return dict(document)
 
 
@@ -65,9 +73,16 @@ def experiment_of(document: Mapping[str, Any], where: str = "experiment") -> Exp
     whole = {
         "search": document.get("search", {}),
         "controllers": controllers,
-        "run": {"navigation": "thesis", **document.get("run", {})},
+        "run": {"navigation": "thesis", **_section(document, "run", where)},
     }
     return Experiment.from_document(whole, DriveSettings, where)
+
+
+def _section(document: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any]:
+    section = document.get(name, {})
+    if not isinstance(section, Mapping):
+        raise ConfigError(f"{where}: {name}: expected a mapping of options, got {type(section).__name__}")
+    return section
 
 
 def controllers_from(entries: object) -> tuple[ControllerSpec, ...]:

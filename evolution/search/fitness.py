@@ -37,6 +37,34 @@ def calibrate_scale(times_of_maps: Sequence[Times]) -> float:
     return scale
 
 
+def repeats_of(of_map: Sequence[Sequence[RunResult]]) -> int:
+    """Return how often a map was driven: by the controller that drove it most."""
+    return max(map(len, of_map))
+
+
+def is_solved(of_map: Sequence[Sequence[RunResult]]) -> bool:
+    """Whether all controllers reached the goal whenever the map was driven, and none was left out."""
+    repeats = repeats_of(of_map)
+    return all(len(runs) == repeats and all(run.success for run in runs) for runs in of_map)
+
+
+def order_of(readings: Sequence[float | None]) -> tuple[int, ...] | None:
+    """Return the places of the maps in order of their readings, the smallest first; None if a map has no reading."""
+    known = [reading for reading in readings if reading is not None]
+    return tuple(int(place) for place in np.argsort(known, kind="stable")) if len(known) == len(readings) else None
+
+
+def _cautious(readings: Sequence[float | None], spreads: Sequence[float]) -> list[float]:
+    """Return the readings there are; the smallest is raised, and the largest lowered, by the spread of its map."""
+    read = [(reading, spread) for reading, spread in zip(readings, spreads, strict=True) if reading is not None]
+    order = sorted(range(len(read)), key=lambda place: read[place][0])
+    counted = [reading for reading, _ in read]
+    if len(read) > 1:
+        counted[order[0]] += read[order[0]][1]
+        counted[order[-1]] -= read[order[-1]][1]
+    return counted
+
+
 @dataclass(frozen=True)
 class FitnessBreakdown:
     """The fitness of one map set and its parts.
@@ -107,37 +135,58 @@ class Fitness:
     def __call__(self, results: SetResults) -> FitnessBreakdown:
         """Judge one map set.
 
+        Args:
+            results: ``results[map][controller][repeat]``. Maps may have been driven differently often; a controller
+                with fewer runs on a map than another has failed the missing ones.
+
         Raises:
             ConfigError: If the scale is not known yet.
             PluginError: If a third-party fitness fails, or returns anything but finite numbers.
         """
         options = self.settings
+        planned = sum(len(of_map) * repeats_of(of_map) for of_map in results)
         runs = [run for of_map in results for of_controller in of_map for run in of_controller]
-        repeats = len(results[0][0])
-        success_rate = sum(run.success for run in runs) / len(runs)
-        timeouts = sum(run.outcome in options.timeout_outcomes for run in runs) / repeats
+        success_rate = sum(run.success for run in runs) / planned
+        timeouts = sum(self._timeouts(of_map) / repeats_of(of_map) for of_map in results)
         values = tuple(self.values_of(of_map) for of_map in results)
-        readings, pattern = self._pattern_of(values)
+        readings, pattern = self._pattern_of(values, [self.spread_of(of_map) for of_map in results])
         total = options.base_cost * (1.0 - success_rate) + options.timeout_cost * timeouts
         total -= options.pattern_weight * pattern * success_rate
         return FitnessBreakdown(total, success_rate, timeouts, pattern, readings, values)
 
     def values_of(self, of_map: Sequence[Sequence[RunResult]]) -> tuple[float, ...] | None:
         """Aggregate ``of_map[controller][repeat]`` to one value per controller; None if the map is excluded."""
-        if self.settings.failures == "exclude" and not all(run.success for runs in of_map for run in runs):
+        if self.settings.failures == "exclude" and not is_solved(of_map):
             return None
         aggregate = AGGREGATES[self.settings.aggregate]
         return tuple(aggregate([self._value(run) for run in runs]) for runs in of_map)
 
-    def _pattern_of(self, values: Sequence[Times | None]) -> tuple[tuple[float | None, ...], float]:
+    def spread_of(self, of_map: Sequence[Sequence[RunResult]]) -> float:
+        """Return by how much an extreme reading of a map counts as less extreme.
+
+        That is ``caution`` times the standard deviation of the readings of its repeats, 0 for a single one or a map
+        that was not always solved.
+        """
+        repeats = repeats_of(of_map)
+        if not self.settings.caution or repeats == 1 or not is_solved(of_map):
+            return 0.0
+        singles = [[self._value(runs[repeat]) for runs in of_map] for repeat in range(repeats)]
+        return self.settings.caution * float(np.std([self.kind.read(times) for times in singles], ddof=1))
+
+    def _pattern_of(
+        self, values: Sequence[Times | None], spreads: Sequence[float]
+    ) -> tuple[tuple[float | None, ...], float]:
         """Read the maps that have values, and judge their readings."""
         with FITNESSES.blamed(self.settings.fitness):
             readings = tuple(None if times is None else float(self.kind.read(times)) for times in values)
-            read = [reading for reading in readings if reading is not None]
+            read = _cautious(readings, spreads)
             pattern = float(self.kind.judge(read, [times for times in values if times is not None]))
         if not np.isfinite([*read, pattern]).all():
             raise PluginError(f"fitness {self.settings.fitness!r}: expected finite numbers, got {read} and {pattern}")
         return readings, pattern
+
+    def _timeouts(self, of_map: Sequence[Sequence[RunResult]]) -> int:
+        return sum(run.outcome in self.settings.timeout_outcomes for runs in of_map for run in runs)
 
     def _value(self, run: RunResult) -> float:
         if run.success:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
@@ -20,14 +20,21 @@ from pymoo.algorithms.soo.nonconvex.ga import GA
 
 from evolution.driving import Evaluator, OnRun
 from evolution.files import Row
+from evolution.search.archive import Archive
+from evolution.search.budget import Budget
+from evolution.search.confirmation import Confirmation, confirm
+from evolution.search.elite import find_elite
 from evolution.search.fitness import Fitness
+from evolution.search.operators.credit import Trial
+from evolution.search.operators.mutation import MapMutation, Mutator
 from evolution.search.operators.sampling import DrawMap
-from evolution.search.problem import Evaluation, MapSetProblem, ask, make_algorithm
+from evolution.search.problem import Evaluation, MapSetProblem, ask, make_algorithm, rejudge
 from evolution.search.record import Record, best_of
 from evolution.search.settings import Experiment
 from gym_mapbench.errors import RunError
 from gym_mapbench.generator import draw_map as draw_from_families
 from gym_mapbench.generator import sample_map
+from gym_mapbench.scenario import MapSet
 
 
 @dataclass(frozen=True)
@@ -70,8 +77,14 @@ class Recorder(Protocol):
         """Raise ``ConfigError`` if another experiment was begun here."""
         ...
 
-    def write_generation(self, record: Record, best: Evaluation, checkpoint: Mapping[str, Any]) -> None:
-        """Write everything known after a generation."""
+    def write_generation(
+        self,
+        record: Record,
+        best: Evaluation,
+        checkpoint: Mapping[str, Any],
+        confirmation: Confirmation | None = None,
+    ) -> None:
+        """Write everything known after a generation, or after the confirmation."""
         ...
 
     def write_checkpoint(self, checkpoint: Mapping[str, Any]) -> None:
@@ -92,12 +105,15 @@ class EvolveResult:
         population: The last population, as selection left it.
         fitness: The fitness as used, with its cluster scale.
         record: All generations, individuals and runs.
+        confirmation: What the best map set is worth on new seeds; None if that was not asked for, or too few maps were
+            solved by all controllers.
     """
 
     best: Evaluation
     population: tuple[Evaluation, ...]
     fitness: Fitness
     record: Record
+    confirmation: Confirmation | None = None
 
 
 def evolve(
@@ -151,32 +167,45 @@ class _Search:
     ) -> None:
         if recorder is not None:
             recorder.check_experiment(experiment)
-        plan = experiment.plan
         self.settings = experiment.search
         self.evaluator = evaluator
         self.recorder = recorder
         self.expected = None if recorder is None else recorder.checkpoint
+        self.archive = Archive(evaluator, experiment.plan, experiment.search.drive_last, on_run)
+        self.budget = Budget(experiment.search, self.archive)
         self.problem = MapSetProblem(
-            lambda map_sets: evaluator.evaluate(map_sets, plan, on_run),
-            fitness or Fitness.of(experiment.search, experiment.run.time_limit),
+            self.archive.evaluate, fitness or Fitness.of(experiment.search, experiment.run.time_limit)
         )
         self.rng = np.random.default_rng(experiment.search.seed)
-        self.algorithm: GA = make_algorithm(experiment.search, self.problem, self.rng, draw_map or _drawer(experiment))
-        self.record = Record(plan)
+        self.mutation = MapMutation(
+            Mutator(self.settings.shapes, self.settings.mutation, self.settings.families, experiment.run.robot),
+            self._role_of if self.settings.mutation.adaptive else None,
+        )
+        self.algorithm: GA = make_algorithm(
+            experiment.search, self.problem, self.rng, self.mutation, draw_map or _drawer(experiment)
+        )
+        self.record = Record(experiment.plan)
         self.generation = 0
+        self.confirmed: Evaluation | None = None
+        self.confirmation: Confirmation | None = None
 
     def step(self, on_generation: Callable[[Progress], None] | None) -> bool:
         """Go through one generation; False if there is nothing left to do."""
         began, driven, reused = time.perf_counter(), self.evaluator.driven, self.evaluator.reused
-        if not self.algorithm.has_next() or (offspring := ask(self.algorithm, self.settings.evaluations)) is None:
+        most = self.budget.sets(self.algorithm.evaluator.n_eval, first=self.generation == 0)
+        if not self.algorithm.has_next() or (offspring := ask(self.algorithm, most)) is None:
             self._finish()
             return False
         asked = time.perf_counter()
         self.algorithm.evaluator.eval(self.problem, offspring)
-        evaluated = time.perf_counter()
         self.algorithm.tell(infills=offspring)
+        self.mutation.judge(self._gain)
+        if self.settings.archive:
+            elite = find_elite(self.archive, self.problem.fitness, self.settings, self.budget)
+            rejudge(self.algorithm, [self.archive.map_set(elite)] if elite else [])
+        evaluated = time.perf_counter()
         self.generation += 1
-        self.record.add(self.generation, offspring.get("evaluation"), self.population)
+        self.record.add(self.generation, offspring.get("evaluation"), self.population, self.archive.take_new())
         replayed = self._save()
         progress = Progress(
             row=self.record.generations[-1],
@@ -193,11 +222,30 @@ class _Search:
         return True
 
     def result(self) -> EvolveResult:
-        return EvolveResult(best_of(self.population), self.population, self.problem.fitness, self.record)
+        return EvolveResult(self.best, self.population, self.problem.fitness, self.record, self.confirmation)
 
     @property
     def population(self) -> tuple[Evaluation, ...]:
         return tuple(self.algorithm.pop.get("evaluation"))
+
+    @property
+    def best(self) -> Evaluation:
+        """The confirmed set once there is one, else the fittest of the population."""
+        return self.confirmed or best_of(self.population)
+
+    def _gain(self, trial: Trial) -> float:
+        """Return by how much a mutation made its set fitter, by what is known now; a whole pattern at most."""
+        after = {one.X[0].digest: one for one in self.algorithm.pop}.get(trial.after)
+        if after is None:  # duplicates are not evaluated, and the worst offspring do not survive
+            return 0.0
+        before = self.problem.fitness(self.archive.results_of(trial.before))
+        return min(before.total - float(after.get("evaluation").fitness.total), self.settings.pattern_weight)
+
+    def _role_of(self, map_set: MapSet, place: int) -> int:
+        """Return the rank of a map's reading in its set; maps without one come last."""
+        found = [self.problem.fitness((self.archive.results(one.map.digest),)).readings[0] for one in map_set]
+        readings = [np.inf if reading is None else reading for reading in found]
+        return sorted(range(len(readings)), key=readings.__getitem__).index(place)
 
     def _save(self) -> bool:
         """Write the generation; in a replay, check it against the checkpoint instead and return True."""
@@ -207,7 +255,7 @@ class _Search:
             if self.generation == self.expected["generation"]:
                 self._check_replay(self.expected)
             return True
-        self.recorder.write_generation(self.record, best_of(self.population), self._checkpoint(finished=False))
+        self.recorder.write_generation(self.record, self.best, self._checkpoint(finished=False))
         return False
 
     def _checkpoint(self, finished: bool) -> dict[str, Any]:
@@ -233,8 +281,26 @@ class _Search:
             )
 
     def _finish(self) -> None:
-        if self.recorder is not None:
+        """Confirm the best set, if that is asked for, and write what there is."""
+        if self.settings.confirmation is not None:
+            self._confirm()
+            self.record.add_runs(self.generation, self.archive.take_new())
+            if self.recorder is not None:
+                checkpoint = self._checkpoint(finished=True)
+                self.recorder.write_generation(self.record, self.best, checkpoint, self.confirmation)
+        elif self.recorder is not None:
             self.recorder.write_checkpoint(self._checkpoint(finished=True))
+
+    def _confirm(self) -> None:
+        """Let new seeds decide which set is the best, and what it is worth."""
+        fitness = self.problem.fitness
+        found = confirm(self.archive, fitness, self.settings, self.budget)
+        if found is not None:
+            results = self.archive.results_of(found.map_set)
+            # Readings are those that the set was chosen by: one failure with a later seed does not make a map unread.
+            judged = replace(fitness(results), readings=found.judged.readings, values=found.judged.values)
+            self.confirmed = Evaluation(found.map_set, results, judged)
+            self.confirmation = found.claim
 
     def _note_time(self, progress: Progress) -> None:
         if self.recorder is None or progress.replayed:

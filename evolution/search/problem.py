@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.core.evaluator import Evaluator as JudgeAgain
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
@@ -17,7 +18,7 @@ from evolution.search.operators.crossover import MapCrossover
 from evolution.search.operators.duplicates import MapSetDuplicates
 from evolution.search.operators.mutation import MapMutation
 from evolution.search.operators.repair import MapRepair
-from evolution.search.operators.sampling import Column, DrawMap, MapSampling
+from evolution.search.operators.sampling import Column, DrawMap, MapSampling, as_column
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.generator import sample_map
 from gym_mapbench.scenario import MapSet
@@ -69,7 +70,11 @@ class RandomSearch(GA):  # type: ignore[misc]
 
 
 def make_algorithm(
-    settings: EvolveSettings, problem: MapSetProblem, rng: np.random.Generator, draw_map: DrawMap = sample_map
+    settings: EvolveSettings,
+    problem: MapSetProblem,
+    rng: np.random.Generator,
+    mutation: MapMutation,
+    draw_map: DrawMap = sample_map,
 ) -> GA:
     """Build the algorithm, set up and ready to be asked.
 
@@ -79,13 +84,14 @@ def make_algorithm(
         settings: Options of the search.
         problem: What is solved.
         rng: The search's only source of randomness.
+        mutation: How offspring are changed.
         draw_map: How sampling draws one map.
     """
     algorithm = {"ga": GA, "random": RandomSearch}[settings.algorithm](
         pop_size=settings.pop_size,
         sampling=MapSampling(settings.maps_per_set, settings.shapes, draw_map),
         crossover=MapCrossover(settings.crossover, settings.crossover_probability),
-        mutation=MapMutation(settings.shapes, settings.mutation, settings.families),
+        mutation=mutation,
         repair=MapRepair(settings.shapes),
         eliminate_duplicates=MapSetDuplicates(),
     )
@@ -93,8 +99,29 @@ def make_algorithm(
     return algorithm.setup(problem, termination=("n_eval", settings.evaluations), seed=rng)
 
 
-def ask(algorithm: GA, evaluations: int) -> Population | None:
-    """Return the next individuals, never more than are left of ``evaluations``; None if there is nothing new."""
-    left = evaluations - algorithm.evaluator.n_eval
-    algorithm.n_offsprings = min(algorithm.pop_size, left)
+def ask(algorithm: GA, most: int) -> Population | None:
+    """Return the next individuals, no more than ``most``; None if there is nothing new."""
+    if most < 1:
+        return None
+    algorithm.n_offsprings = min(algorithm.pop_size, most)
     return algorithm.ask()
+
+
+def rejudge(algorithm: GA, joining: Sequence[MapSet]) -> None:
+    """Judge a population by all that is known by now, and let map sets join it; the worst have to leave.
+
+    Args:
+        algorithm: Has the population.
+        joining: Driven sets; those that are in the population already are left out.
+    """
+    known = {individual.X[0].digest for individual in algorithm.pop}
+    new = [map_set for map_set in joining if map_set.digest not in known]
+    everyone = Population.merge(algorithm.pop, Population.new(X=as_column(new))) if new else algorithm.pop
+    JudgeAgain(skip_already_evaluated=False).eval(algorithm.problem, everyone)
+    algorithm.pop = algorithm.survival.do(
+        algorithm.problem,
+        everyone,
+        n_survive=len(algorithm.pop),
+        algorithm=algorithm,
+        random_state=algorithm.random_state,
+    )

@@ -6,7 +6,7 @@ gives the same records.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +15,8 @@ from evolution.driving import RESULT_FIELDS, Job, JobPlan, RunResult
 from evolution.files import Row
 from evolution.search.problem import Evaluation
 from gym_mapbench.gridmap import GridMap
+
+DrivenRun = tuple[Job, RunResult]
 
 
 @dataclass
@@ -33,22 +35,36 @@ class Record:
     """Maps first seen in the last generation, by digest."""
     _known_maps: set[str] = field(default_factory=set)
 
-    def add(self, generation: int, evaluated: Sequence[Evaluation], population: Sequence[Evaluation]) -> None:
-        """Record one generation: the individuals evaluated, and the population after selection."""
+    def add(
+        self,
+        generation: int,
+        evaluated: Sequence[Evaluation],
+        population: Sequence[Evaluation],
+        runs: Iterable[DrivenRun],
+    ) -> None:
+        """Record one generation: the individuals evaluated, the population after selection, and what was driven."""
         start = len(self.individuals)
         self.individuals += [individual_row(generation, start + i, one) for i, one in enumerate(evaluated)]
         self.generations.append(generation_row(generation, len(self.individuals), population))
         self.maps = {scenario.map.digest: scenario.map for one in evaluated for scenario in one.map_set}
         self.maps = {digest: grid for digest, grid in self.maps.items() if digest not in self._known_maps}
         self._known_maps |= set(self.maps)
-        for evaluation in evaluated:
-            self._add_runs(generation, evaluation)
+        self.add_runs(generation, runs)
 
-    def _add_runs(self, generation: int, evaluation: Evaluation) -> None:
-        for scenario, of_map in zip(evaluation.map_set, evaluation.results, strict=True):
-            results = [result for of_controller in of_map for result in of_controller]
-            for job, result in zip(self.plan.jobs(scenario), results, strict=True):
-                self.runs.setdefault(job.key, run_row(generation, job, result))
+    def add_runs(self, generation: int, runs: Iterable[DrivenRun]) -> None:
+        """Record runs, each at its first use."""
+        for job, result in runs:
+            self.runs.setdefault(job.key, run_row(generation, job, result))
+
+
+def runs_on(plan: JobPlan, evaluation: Evaluation) -> list[DrivenRun]:
+    """Return the runs that a map set was judged by."""
+    return [
+        (plan.job(scenario, number, repeat), result)
+        for scenario, of_map in zip(evaluation.map_set, evaluation.results, strict=True)
+        for number, results in enumerate(of_map)
+        for repeat, result in enumerate(results)
+    ]
 
 
 def generation_row(generation: int, evaluations: int, population: Sequence[Evaluation]) -> Row:

@@ -28,7 +28,8 @@ from gym_mapbench.settings import Settings
 Probability = Annotated[float, Field(ge=0, le=1)]
 Weight = Annotated[float, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0)]
-Count = Annotated[int, Field(ge=1)]
+Count = Annotated[int, Field(ge=1, le=10_000)]
+Budget = Annotated[int, Field(ge=1, le=10**9)]
 
 
 def _fitness(name: str) -> str:
@@ -38,6 +39,9 @@ def _fitness(name: str) -> str:
 
 
 FitnessName = Annotated[str, AfterValidator(_fitness)]
+
+TWICE = 2
+"""How often runs are kept back for a changed choice of the set."""
 
 METRIC_NAMES = (TIME, *METRICS.built_in)
 """The quantities that can be compared between controllers, without third-party metrics."""
@@ -56,11 +60,20 @@ class MutationSettings(Settings):
         move_distance: Farthest move along each axis, cells.
         scale_factor: Smallest and largest factor of an obstacle's height and width.
         connectivity: Neighbours of a cell that belong to the same obstacle, 4 (SciPy's default) or 8.
+        maps: Whether ``all`` maps of an individual are mutated, as in the thesis, or ``one``.
+        drivable: Whether a mutation must leave a way that Nav2 can plan; it is drawn anew where it does not, 20 times
+            at most.
+        adaptive: Whether operators that improve sets are used more (:mod:`evolution.search.operators.credit`); only
+            where one map is mutated at a time, so that it is known which change did it.
         operators: Further operators by name, with the probability that each is applied to a chosen obstacle (see
-            :mod:`evolution.search.operators.changes`).
+            :mod:`evolution.search.operators.changes`): ``nudge``, ``near_way``, ``door`` and ``redraw``, which look at
+            the way that Nav2 plans or draw the map anew, or a third party's.
     """
 
     probability: Probability = 0.5
+    maps: Literal["all", "one"] = "all"
+    drivable: bool = False
+    adaptive: bool = False
     shapes_per_map: tuple[Count, Count] = (1, 3)
     move_probability: Probability = 0.25
     scale_probability: Probability = 0.25
@@ -98,6 +111,8 @@ class MutationSettings(Settings):
         if not math.isclose(sum(self.probabilities.values()), 1.0, abs_tol=1e-9):
             chances = ", ".join(f"{name} {chance:g}" for name, chance in self.probabilities.items())
             raise ConfigError(f"probabilities: expected a sum of 1, got {chances}")
+        if self.adaptive and self.maps != "one":
+            raise ConfigError(f"adaptive: expected maps 'one' beside it, got {self.maps!r}")
         return self
 
     @property
@@ -107,19 +122,46 @@ class MutationSettings(Settings):
         return named | self.operators
 
 
+class ConfirmationSettings(Settings):
+    """How the maps that could end in the best set are driven again before one is named.
+
+    Args:
+        seeds: New seeds that every candidate is driven with, which the search has not used; those of the chosen set are
+            driven with as many again.
+        candidates: Maps that are driven with them, at most.
+        claim_seeds: Further new seeds that the chosen set is driven with; they alone say what it is worth.
+        reliability: Share of single drives that reach at least the value by which a set is chosen.
+    """
+
+    seeds: Annotated[int, Field(ge=2)] = 5
+    candidates: Count = 9
+    claim_seeds: Annotated[int, Field(ge=2)] = 10
+    reliability: Annotated[float, Field(gt=0, lt=1)] = 0.9
+
+
 class EvolveSettings(Settings):
     """All options of one search.
 
     Args:
-        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), or a third-party fitness (see
-            :mod:`evolution.search.patterns`).
+        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), ``roles``, ``pairs``, or a third-party fitness
+            (see :mod:`evolution.search.patterns`).
         algorithm: ``ga``, or the baseline ``random``, which samples every generation anew.
         pop_size: Individuals in the population, and offspring per generation.
         evaluations: Individuals evaluated in total, including the first population.
+        runs: Runs of controllers in total, including those of the confirmation; None for no limit. The search ends
+            where either limit is reached.
+        archive: Whether the best set of all maps driven so far joins the population after every generation.
+        elite_seeds: Further runs of each controller, each with a new seed, on the maps of that set before it joins; one
+            more after every generation that a map stays in it, up to four times as many.
+        drive_last: Controllers, by kind, that drive a map only where all others have reached the goal; their missing
+            runs count as failed. Names of controllers that are not compared are ignored.
+        confirmation: How the best maps are driven again before the best set is named; None to trust the search.
         maps_per_set: Maps in an individual.
         seed: Root of all randomness.
         repeats: Runs of each controller on each map.
         aggregate: How the repeats of a controller on a map become one value.
+        caution: Standard deviations of single runs by which the extreme readings of a set count as less extreme, where
+            its maps were driven more than once; for fitnesses that judge by readings.
         metric: Quantity compared between controllers: one of ``METRIC_NAMES``, or a third-party metric.
         failures: How a failed run counts: ``exclude`` (as in the thesis, its map has no value), ``censor`` (as the
             time limit) or ``par2`` (as twice the time limit).
@@ -142,12 +184,18 @@ class EvolveSettings(Settings):
 
     fitness: FitnessName = "gini"
     algorithm: Literal["ga", "random"] = "ga"
-    pop_size: Annotated[int, Field(ge=2)] = 40
-    evaluations: Count = 600
+    pop_size: Annotated[int, Field(ge=2, le=100_000)] = 40
+    evaluations: Budget = 600
+    runs: Budget | None = None
+    archive: bool = False
+    elite_seeds: Annotated[int, Field(ge=0, le=100_000)] = 0
+    drive_last: tuple[str, ...] = ()
+    confirmation: ConfirmationSettings | None = None
     maps_per_set: Count = 3
     seed: Annotated[int, Field(ge=0)] = 0
     repeats: Count = 1
     aggregate: Literal["mean", "median"] = "mean"
+    caution: Weight = 0.0
     metric: str = "time"
     failures: Literal["exclude", "censor", "par2"] = "exclude"
     timeout_outcomes: tuple[Outcome, ...] = ("timeout",)
@@ -176,7 +224,57 @@ class EvolveSettings(Settings):
             raise ConfigError(
                 f"failures: expected 'exclude' with metric {self.metric!r} ({self.failures} counts the time limit)"
             )
+        self._check_archive()
         return self
+
+    def _check_archive(self) -> None:
+        """Refuse options that mean nothing without others."""
+        if self.drive_last and self.failures != "exclude":
+            raise ConfigError(
+                f"drive_last: expected failures 'exclude' beside it, got {self.failures!r}: runs that are left out "
+                "have no time"
+            )
+        if self.elite_seeds and not self.archive:
+            raise ConfigError(f"elite_seeds: expected 0 without archive, got {self.elite_seeds}")
+        if self.confirmation and self.confirmation.candidates < self.maps_per_set:
+            raise ConfigError(
+                f"confirmation.candidates: expected at least maps_per_set ({self.maps_per_set}), got "
+                f"{self.confirmation.candidates}"
+            )
+
+    def check_runs(self, controllers: int) -> None:
+        """Refuse a limit of runs that the first population and the confirmation do not leave room for.
+
+        Raises:
+            ConfigError: Saying how many runs are needed.
+        """
+        if self.runs is None:
+            return
+        first = self.pop_size * self.maps_per_set * controllers * self.repeats
+        needed = first + self.runs_to_confirm(controllers)
+        if self.runs < needed:
+            raise ConfigError(
+                f"runs: expected at least {needed} ({first} for the first population and "
+                f"{needed - first} for the confirmation), got {self.runs}"
+            )
+
+    def runs_to_confirm(self, controllers: int) -> int:
+        """Return the runs that are kept back for the confirmation: the new seeds of the candidates and of the set."""
+        if self.confirmation is None:
+            return 0
+        options = self.confirmation
+        of_set = self.maps_per_set * (TWICE * options.seeds + options.claim_seeds)
+        return controllers * (options.candidates * options.seeds + of_set)
+
+    @property
+    def elite_repeats(self) -> int:
+        """Runs of each controller on a map that comes into the archive's best set."""
+        return self.repeats + self.elite_seeds
+
+    @property
+    def most_elite_repeats(self) -> int:
+        """Runs of each controller on a map that stays there."""
+        return self.repeats + 4 * self.elite_seeds
 
 
 class RunSettingsModel(RunSettings, Protocol):
@@ -193,7 +291,8 @@ class Experiment:
     """Everything that defines one search: its options, the compared controllers, and the world they drive in.
 
     Raises:
-        ConfigError: If there is no controller or a name occurs twice.
+        ConfigError: If there is no controller, a name occurs twice, the fitness means nothing for so few, or the runs
+            allowed are fewer than the least that are needed.
     """
 
     search: EvolveSettings
@@ -203,6 +302,8 @@ class Experiment:
     def __post_init__(self) -> None:
         object.__setattr__(self, "controllers", tuple(self.controllers))
         check_controllers(self.controllers)
+        FITNESSES.get(self.search.fitness).check(self.search, len(self.controllers))
+        self.search.check_runs(len(self.controllers))
 
     @classmethod
     def from_document(cls, document: object, run_type: type[RunSettingsModel], where: str) -> Experiment:

@@ -18,6 +18,7 @@ from evolution.studies.analysis.comparisons import Comparison, StudyAnalysis, an
 from evolution.studies.analysis.figures import BestSet, StudyFigure, drive_best_sets, write_study_figures
 from evolution.studies.analysis.fresh import fresh_rows
 from evolution.studies.analysis.loading import load_results
+from evolution.studies.analysis.promises import promise_rows
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.analysis.tables import (
     map_rows,
@@ -67,6 +68,7 @@ __all__ = [
     "map_rows",
     "measure_rows",
     "pair_rows",
+    "promise_rows",
     "rank_rows",
     "run_study",
     "run_sweep",

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from evolution.driving import Evaluator
-from evolution.runs import CONFIG, LoadedRun, RunDir, driven_maps, load_run
-from evolution.search import Evaluation, Experiment, Fitness, Progress, Record, best_set, evolve, scenario_on
+from evolution.runs import CONFIG, LoadedRun, RunDir, driven_maps, fitness_of, load_run, results_in
+from evolution.search import Evaluation, Experiment, Fitness, Progress, Record, best_set, evolve, runs_on, scenario_on
 from evolution.studies.baselines.path_length import PathLengthFitness, planned
 from evolution.studies.directory import StudyDir
 from evolution.studies.tasks import Task
@@ -31,6 +31,8 @@ def run_task(task: Task, directory: StudyDir, evaluator: Evaluator, on_generatio
     """
     if task.configuration.method == "best_triple":
         choose_best_triple(task, directory)
+    elif task.configuration.method == "again":
+        take_best(task, directory)
     elif task.configuration.method == "path_length":
         search_by_path_length(task, directory, evaluator, on_generation)
     else:
@@ -65,6 +67,18 @@ def choose_best_triple(task: Task, directory: StudyDir) -> None:
         sets = tuple(results[name] for name in names)
         chosen.append((row["evaluations"], Evaluation(_map_set(names, parent, task.experiment), sets, fitness(sets))))
     record_sets(rundir, task.experiment, chosen, fitness.cluster_scale)
+
+
+def take_best(task: Task, directory: StudyDir) -> None:
+    """Record the best set that another run found."""
+    rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
+    if rundir.finished:
+        return
+    parent = load_run(directory.run_path(str(task.configuration.of), task.seed))
+    scale = parent.checkpoint["cluster_scale"]
+    results = results_in(parent.best_results, parent.controllers)
+    best = Evaluation(parent.best, results, fitness_of(task.experiment, scale)(results))
+    record_sets(rundir, task.experiment, [(parent.checkpoint["evaluations"], best)], scale)
 
 
 def search_by_path_length(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
@@ -109,7 +123,7 @@ def record_sets(
     """
     record = Record(experiment.plan)
     for generation, (evaluations, best) in enumerate(chosen, start=1):
-        record.add(generation, [best], [best])
+        record.add(generation, [best], [best], runs_on(experiment.plan, best))
         record.generations[-1]["evaluations"] = evaluations
         checkpoint = {
             "generation": generation,

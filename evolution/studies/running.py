@@ -9,17 +9,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from evolution.driving import Evaluator, Job, OnRun, ResultStore, RunResult
+from evolution.driving import WAIT_SECONDS, Evaluator, Job, OnRun, ResultStore, RunResult
 from evolution.files import WriteError
-from evolution.runs import load_run
+from evolution.runs import load_run, rescuing
 from evolution.search import Progress
 from evolution.studies.analysis.loading import load_results
 from evolution.studies.analysis.results import StudyResults
-from evolution.studies.directory import StudyDir
+from evolution.studies.directory import KIND, StudyDir
 from evolution.studies.engine import NAV2, Engine
 from evolution.studies.methods import opened, run_task
 from evolution.studies.reevaluation import read_reevaluation, reevaluate, write_reevaluation
-from evolution.studies.settings import Configuration, StudySettings
+from evolution.studies.settings import LATER, Configuration, StudySettings
 from evolution.studies.tasks import Task, check_study, make_task, take_from_earlier
 from gym_mapbench.errors import MapBenchError, RunError
 
@@ -61,6 +61,7 @@ def run_study(
     only: Sequence[str] | None = None,
     runs: int | None = None,
     workers: int = 1,
+    wait_s: float = WAIT_SECONDS,
     engine: Engine = NAV2,
     on_progress: OnProgress | None = None,
 ) -> StudyResults:
@@ -77,6 +78,7 @@ def run_study(
         only: Names of the configurations to run now; all if None. The others are missing until they are run.
         runs: Number of seeds to run now; all if None.
         workers: Number of worker processes.
+        wait_s: How long to wait for another process that has locked the results, s.
         engine: How runs are driven.
         on_progress: Called after every generation and every run.
 
@@ -90,15 +92,16 @@ def run_study(
     seeds = settings.seeds[: settings.runs if runs is None else runs]
     directory = _directory(path, settings, resume)
     with (
-        ResultStore(directory.store_path) as store,
+        ResultStore(directory.store_path, wait_s=wait_s) as store,
+        rescuing(KIND, directory.path, store),
         _StudyEvaluator(
             engine.answer_job, store, workers=workers, warm_up=engine.warm_up, executor=engine.executor
         ) as evaluator,
     ):
-        work = len(seeds) * sum(map(work_of, chosen))
+        work = sum(work_of(first) * len(_of(settings, first, seeds)) for first in chosen)
         study = _Study(directory, engine, evaluator, _Meter(evaluator, work, on_progress))
         for first in chosen:
-            study.run(first, seeds)
+            study.run(first, _of(settings, first, seeds))
     return study.results()
 
 
@@ -106,6 +109,11 @@ def _chosen(settings: StudySettings, tasks: Sequence[Task], only: Sequence[str] 
     """Return the first task of each configuration to run, in the study's order."""
     wanted = settings.names if only is None else [settings.configuration(name).name for name in only]
     return [task for task in tasks if task.configuration.name in wanted]
+
+
+def _of(settings: StudySettings, task: Task, seeds: range) -> range:
+    """Return those of some seeds that the configuration of a task is run with."""
+    return seeds[: len(settings.seeds_of(task.configuration))]
 
 
 def _directory(path: str | Path, settings: StudySettings, resume: bool) -> StudyDir:
@@ -181,6 +189,7 @@ class _Study:
     def _run(self, task: Task) -> None:
         """Run one task and re-evaluate what it found."""
         name, seed = task.configuration.name, task.seed
+        KIND.check_there(self.directory.path)
         self._check_parent(task)
         if self.directory.is_finished(name, seed) and self._is_reevaluated(task):
             self.meter.skip(task)
@@ -221,6 +230,7 @@ class _Meter:
         self.finished = 0.0
         self.skipped = 0.0
         self.began = time.perf_counter()
+        self._searched = 0
 
     def skip(self, task: Task, runs: int = 1) -> None:
         """Count ``runs`` runs like ``task`` that are finished already or have failed."""
@@ -229,11 +239,15 @@ class _Meter:
 
     def search(self, task: Task, progress: Progress) -> None:
         """Report a generation of a search."""
-        share = progress.row["evaluations"] / task.experiment.search.evaluations
-        self._report(task, "search", progress.row["best"], self.finished + share * search_work(task))
+        self._searched += progress.driven + progress.reused
+        options = task.experiment.search
+        share = progress.row["evaluations"] / options.evaluations
+        done = share * search_work(task) if options.runs is None else self._searched
+        self._report(task, "search", progress.row["best"], self.finished + done)
 
     def done(self, task: Task, best: float) -> None:
         """Report a finished task."""
+        self._searched = 0
         self.finished += work_of(task)
         self._report(task, "done", best, self.finished)
 
@@ -265,8 +279,9 @@ def work_of(task: Task) -> float:
 def search_work(task: Task) -> float:
     """Return how many runs the search of a task drives at most; a planned path counts as :data:`PLAN_COST`."""
     search, controllers = task.experiment.search, len(task.experiment.controllers)
-    if task.configuration.method == "best_triple":
+    if task.configuration.method in LATER:
         return 0.0
     if task.configuration.method == "path_length":
         return search.evaluations * search.maps_per_set * PLAN_COST
-    return float(search.evaluations * search.maps_per_set * controllers * search.repeats)
+    most = search.evaluations * search.maps_per_set * controllers * search.repeats
+    return float(most if search.runs is None else min(most, search.runs))

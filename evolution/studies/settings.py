@@ -12,9 +12,11 @@ from pydantic import AfterValidator, Field, JsonValue, field_validator, model_va
 
 from controllers.nav2_params.presets import overlay
 from evolution.search import SECTIONS
+from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import Cellular
-from gym_mapbench.settings import Settings, read_yaml
+from gym_mapbench.settings import Settings
+from gym_mapbench.trust import refuse_code
 
 
 def _file_name(name: str) -> str:
@@ -25,8 +27,11 @@ def _file_name(name: str) -> str:
 
 
 Name = Annotated[str, AfterValidator(_file_name)]
-Method = Literal["ga", "random", "cellular", "path_length", "best_triple"]
+Method = Literal["ga", "random", "cellular", "path_length", "best_triple", "again"]
 Document = dict[str, JsonValue]
+
+LATER = ("best_triple", "again")
+"""Methods that drive nothing in a search: they look at what another configuration found."""
 
 SEARCHES = ("ga", "random", "cellular")
 """Methods that drive all the maps they draw."""
@@ -56,9 +61,12 @@ class Configuration(Settings):
         method: ``ga``: the search of the thesis; ``random``: sampling only; ``cellular``: maps of the family
             ``cellular``, BARN's automaton (sampling only, unless ``experiment.search.algorithm`` is ``ga``);
             ``path_length``: a GA whose fitness is the length of the global path; ``best_triple``: the exact best set
-            of all maps that the configuration ``of`` drove.
+            of all maps that the configuration ``of`` drove; ``again``: the best set of the configuration ``of``, to
+            drive it again in another world.
+        runs: Seeds it is run with, the first of the study's; all of them if None.
         experiment: What differs from the study's experiment: sections ``search``, ``controllers``, ``run``.
-        of: Configuration whose maps ``best_triple`` chooses from.
+        of: Configuration whose maps ``best_triple`` chooses from, or whose best set is driven ``again``.
+        fresh_noise: Noise of the re-evaluation; if None, that of the study's.
         pop_size_from: Earlier configurations; the population size of the one with the best mean fitness is used.
         cluster_scale_from: Earlier configurations; the cluster scale is the median gap over their driven maps.
         cellular: Options of the family ``cellular``.
@@ -66,8 +74,10 @@ class Configuration(Settings):
 
     name: Name
     method: Method = "ga"
+    runs: Annotated[int, Field(ge=1)] | None = None
     experiment: Document = Field(default_factory=dict)
     of: str | None = None
+    fresh_noise: str | Document | None = None
     pop_size_from: tuple[str, ...] = ()
     cluster_scale_from: tuple[str, ...] = ()
     cellular: Cellular = Cellular()
@@ -79,9 +89,9 @@ class Configuration(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> Configuration:
-        if (self.method == "best_triple") != (self.of is not None):
-            raise ConfigError(f"of: expected with method best_triple and with no other, got {self.of!r}")
-        if self.method == "best_triple":
+        if (self.method in LATER) != (self.of is not None):
+            raise ConfigError(f"of: expected with method {' or '.join(LATER)} and with no other, got {self.of!r}")
+        if self.method in LATER:
             self._check_judging_only()
         if self.method in ("ga", "random") and "algorithm" in search_of(self.experiment):
             raise ConfigError(f"experiment.search.algorithm: expected none beside method {self.method}")
@@ -94,7 +104,7 @@ class Configuration(Settings):
         if other or self.pop_size_from:
             what = f"experiment.{other[0]}" if other else "pop_size_from"
             raise ConfigError(
-                f"{what}: best_triple judges maps that were driven before; expected only {', '.join(JUDGES)}"
+                f"{what}: {self.method} judges maps that were driven before; expected only {', '.join(JUDGES)}"
             )
 
     @property
@@ -119,7 +129,7 @@ class ReevaluationSettings(Settings):
         noise: Noise of these runs (``none``, ``nominal``, ``rough``, or settings); if None, that of the search.
     """
 
-    seeds: Annotated[int, Field(ge=0)] = 10
+    seeds: Annotated[int, Field(ge=0, le=10_000)] = 10
     noise: str | Document | None = "nominal"
 
 
@@ -158,18 +168,27 @@ class StudySettings(Settings):
             if configuration.name in earlier:
                 raise ConfigError(f"configurations: expected different names, got {configuration.name!r} twice")
             _check_needs(configuration, earlier)
+            _check_runs(configuration, earlier)
             earlier[configuration.name] = configuration
         return self
 
     @property
     def seeds(self) -> range:
-        """Seeds of every configuration's runs."""
+        """Seeds of the configurations' runs, all that there are."""
         return range(self.first_seed, self.first_seed + self.runs)
+
+    def seeds_of(self, configuration: Configuration) -> range:
+        """Return the seeds of one configuration's runs."""
+        return self.seeds[: configuration.runs]
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the configurations, in order."""
         return tuple(configuration.name for configuration in self.configurations)
+
+    def reevaluation_noise(self, configuration: Configuration) -> str | Document | None:
+        """Return the noise with which best sets of a configuration are driven again; None for that of the search."""
+        return self.reevaluation.noise if configuration.fresh_noise is None else configuration.fresh_noise
 
     def configuration(self, name: str) -> Configuration:
         """Return a configuration by name.
@@ -222,6 +241,17 @@ def search_of(document: Mapping[str, Any]) -> Mapping[str, Any]:
     return search
 
 
+def _check_runs(configuration: Configuration, earlier: Mapping[str, Configuration]) -> None:
+    """Refuse more seeds than a configuration has that it builds on.
+
+    Raises:
+        ConfigError: Naming both.
+    """
+    for name in configuration.needs:
+        if (most := earlier[name].runs) is not None and (configuration.runs is None or configuration.runs > most):
+            raise ConfigError(f"{configuration.name}: runs: expected at most {most}, as many as {name} has")
+
+
 def _check_needs(configuration: Configuration, earlier: Mapping[str, Configuration]) -> None:
     """Refuse a configuration that builds on later ones, or on one that drives no maps."""
     for name in configuration.needs:
@@ -251,7 +281,7 @@ def read_definition(name_or_file: str | Path) -> Any:
     """Read the YAML of a study of the package by its name, or of a file.
 
     Raises:
-        ConfigError: If there is none.
+        ConfigError: If there is none, or it names code.
     """
     path = Path(name_or_file)
     if str(name_or_file) in study_names():
@@ -260,7 +290,9 @@ def read_definition(name_or_file: str | Path) -> Any:
             return read_yaml(file)
     if not path.exists() and path.suffix not in (".yaml", ".yml"):
         raise unknown_name("study", name_or_file, study_names())
-    return read_yaml(path)
+    definition = read_yaml(path)
+    refuse_code(definition, path)
+    return definition
 
 
 def _bundled() -> Iterable[str]:

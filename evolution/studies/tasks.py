@@ -57,7 +57,7 @@ def make_task(
     where = _where(settings, configuration)
     experiment = engine.read_experiment(settings.document(configuration, seed, taken), where)
     _check(configuration, experiment, where)
-    return Task(configuration, seed, experiment, _fresh(settings, experiment, engine, where))
+    return Task(configuration, seed, experiment, _fresh(settings, configuration, experiment, engine, where))
 
 
 def check_study(settings: StudySettings, engine: Engine) -> list[Task]:
@@ -101,16 +101,19 @@ def _check(configuration: Configuration, experiment: Experiment, where: str) -> 
         raise ConfigError(f"{where}: path_length drives no maps to calibrate from; expected cluster_scale_from")
 
 
-def _fresh(settings: StudySettings, experiment: Experiment, engine: Engine, where: str) -> Experiment | None:
+def _fresh(
+    settings: StudySettings, configuration: Configuration, experiment: Experiment, engine: Engine, where: str
+) -> Experiment | None:
     """Return the experiment of the re-evaluation: its noise, and seeds that no search used, the same for all runs."""
-    options = settings.reevaluation
+    options, noise = settings.reevaluation, settings.reevaluation_noise(configuration)
     if options.seeds == 0:
         return None
     document = experiment.document()
-    if options.noise is not None:
-        document = overlay(document, {"run": {"environment": {"noise": _complete(options.noise, where)}}})
+    if noise is not None:
+        document = overlay(document, {"run": {"environment": {"noise": _complete(noise, where)}}})
     fresh = engine.read_experiment(document, f"{where}: reevaluation")
-    return replace(fresh, search=fresh.search.replace(seed=MAX_SEED, repeats=options.seeds))
+    every_run = {"drive_last": (), "archive": False, "elite_seeds": 0, "confirmation": None, "runs": None}
+    return replace(fresh, search=fresh.search.replace(seed=MAX_SEED, repeats=options.seeds, **every_run))
 
 
 def _complete(noise: str | dict[str, Any], where: str) -> str | dict[str, Any]:

@@ -12,8 +12,9 @@ from pydantic import Field, JsonValue, field_validator, model_validator
 from controllers.learned import EncodingSettings
 from controllers.parameters import overlay
 from gym_mapbench.config import EnvConfig
+from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.settings import Settings, read_yaml
+from gym_mapbench.settings import Settings
 
 Count = Annotated[int, Field(ge=1)]
 Share = Annotated[float, Field(ge=0, le=1)]

@@ -76,10 +76,4 @@ class Inflation(Layer):
         if not self._params.enabled or self._reach == 0:
             return
         options = self._params.inflate_unknown, self._params.inflate_around_unknown
-        row0, col0, row1, col1 = cells
-        # Obstacles count up to one reach outside the cells, and their waves spread one reach beyond that.
-        first_row, first_col = max(0, row0 - 2 * self._reach), max(0, col0 - 2 * self._reach)
-        around = master[first_row : row1 + 2 * self._reach, first_col : col1 + 2 * self._reach].copy()
-        inner = row0 - first_row, col0 - first_col, row1 - first_row, col1 - first_col
-        inflate(around, self._reach, self._cost_of, *options, *inner)
-        master[row0:row1, col0:col1] = around[inner[0] : inner[2], inner[1] : inner[3]]
+        inflate(master, self._reach, self._cost_of, *options, *cells)

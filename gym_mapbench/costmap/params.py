@@ -8,14 +8,17 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import yaml
 from pydantic import Field, field_validator, model_validator
 
+from gym_mapbench.documents import parse_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.releases import Release
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
+
+MAX_CELLS = 25_000_000
+"""Largest costmap: 5000 x 5000 cells."""
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -195,8 +198,8 @@ class CostmapParams(Settings):
         corners = value
         if isinstance(value, str):
             try:
-                corners = yaml.safe_load(value)
-            except (yaml.YAMLError, RecursionError):
+                corners, _ = parse_yaml(value, "footprint")
+            except ConfigError:
                 raise ConfigError(f"expected corners '[[x, y], ...]' in m, got {value[:80]!r}") from None
         return None if corners in (None, [], ()) else corners
 
@@ -214,6 +217,13 @@ class CostmapParams(Settings):
             if name not in LAYERS:
                 raise unknown_name("costmap layer", name, LAYERS)
         return value
+
+    @model_validator(mode="after")
+    def _of_a_size(self) -> CostmapParams:
+        cells = self.width / self.resolution * self.height / self.resolution
+        if cells > MAX_CELLS:
+            raise ConfigError(f"width, height and resolution: expected at most {MAX_CELLS} cells, got {cells:.3g}")
+        return self
 
     @model_validator(mode="after")
     def _known_combinations(self) -> CostmapParams:

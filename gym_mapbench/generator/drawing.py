@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gym_mapbench.costmap import CostmapParams, build_static_costmap
 from gym_mapbench.errors import ConfigError, NoPathError
@@ -74,7 +75,12 @@ def draw_from(
 
 
 def is_drivable(cells: Cells, shapes: ShapeSettings, robot: RobotSpec) -> bool:
-    """Whether NavFn finds a way from start to goal that it can still follow when lidar noise has narrowed it.
+    """Whether there is a way from start to goal, see :func:`plan_way`."""
+    return plan_way(cells, shapes, robot) is not None
+
+
+def plan_way(cells: Cells, shapes: ShapeSettings, robot: RobotSpec) -> NDArray[np.float64] | None:
+    """Return NavFn's way from start to goal that it can still follow when lidar noise has narrowed it.
 
     Noise marks cells in front of walls: in Nav2's global costmap it closes gaps of 0.45 and 0.50 m to a robot with
     a radius of 0.22 m, which needs 0.45 m without noise, and leaves 0.55 m open. So a cell is kept free on both sides.
@@ -83,6 +89,9 @@ def is_drivable(cells: Cells, shapes: ShapeSettings, robot: RobotSpec) -> bool:
         cells: ``(rows, cols)`` occupancy.
         shapes: Resolution, and the place of start and goal.
         robot: Its shape.
+
+    Returns:
+        ``(n, 2)`` x and y, m; None if there is no way, or NavFn would give up on it.
     """
     grid = GridMap(cells, shapes.resolution)
     params = CostmapParams.example_global()
@@ -93,8 +102,8 @@ def is_drivable(cells: Cells, shapes: ShapeSettings, robot: RobotSpec) -> bool:
             costmap, *default_task(grid, shapes.border + shapes.task_distance)
         )
     except NoPathError:
-        return False
-    return len(path) <= LONGEST_PLAN * 4 * max(grid.shape)
+        return None
+    return path[:, :2] if len(path) <= LONGEST_PLAN * 4 * max(grid.shape) else None
 
 
 def draw_map(

@@ -31,8 +31,10 @@ WeightRange = Annotated[tuple[Weight, Weight], AfterValidator(_ordered)]
 SignedShareRange = Annotated[tuple[SignedShare, SignedShare], AfterValidator(_ordered)]
 ShareRange = Annotated[tuple[Share, Share], AfterValidator(_ordered)]
 CountRange = Annotated[tuple[Count, Count], AfterValidator(_ordered)]
-CellRange = Annotated[tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]], AfterValidator(_ordered)]
-NumberRange = Annotated[tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]], AfterValidator(_ordered)]
+Cells = Annotated[int, Field(ge=1, le=2000)]
+Number = Annotated[int, Field(ge=0, le=100_000)]
+CellRange = Annotated[tuple[Cells, Cells], AfterValidator(_ordered)]
+NumberRange = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
 
 
 def draw(rng: np.random.Generator, bounds: tuple[float, float]) -> float:

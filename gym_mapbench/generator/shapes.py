@@ -49,7 +49,7 @@ class ShapeSettings(Settings):
         cleared_distance: The square cleared around start and goal reaches this many cells to every side.
     """
 
-    size: Annotated[int, Field(ge=5, le=10_000)] = 150
+    size: Annotated[int, Field(ge=5, le=5000)] = 150
     resolution: Annotated[float, Field(gt=0)] = 0.05
     n_obstacles: NumberRange = (15, 40)
     circle_probability: Probability = 0.2

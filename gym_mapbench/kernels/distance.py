@@ -96,9 +96,15 @@ def within(occupied, radius):
         while (half + 1) * (half + 1) + offset * offset <= radius * radius:
             half += 1
         for row in range(max(0, -offset), min(rows, rows - offset)):
-            for col in range(cols):
-                near[row, col] |= along[row + offset, col] <= np.int32(half)
+            mark_below(along[row + offset], np.int32(half), near[row])
     return near
+
+
+@kernel
+def mark_below(values, most, marked):
+    """Mark where values are at most ``most``; a function of rows, for then it is vectorised."""
+    for i in range(len(values)):
+        marked[i] |= values[i] <= most
 
 
 @kernel
@@ -194,7 +200,7 @@ def _leave(distance, width, cell, whole, following, n_following, after, n_after)
         (cell + row + one, above, right),
     ):
         before = distance[near]
-        if before > diagonal and along != BLOCKED and across != BLOCKED:
+        if before > diagonal and min(along, across) != BLOCKED:
             distance[near] = diagonal
             if diagonal >= whole + 2.0 and before >= whole + 3.0:
                 after[n_after] = near

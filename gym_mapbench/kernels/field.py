@@ -21,32 +21,39 @@ def fill_unreached(distance):
         distance: ``(rows, cols)`` float64, cells.
     """
     rows, cols = distance.shape
-    framed = np.full((rows + 2, cols + 2), np.inf)  # a frame makes bounds checks unnecessary
-    framed[1:-1, 1:-1] = distance
+    unreached = distance == np.inf
+    over = np.full(cols, np.inf)
     for row in range(rows):
-        fill_row(distance[row], framed[row], framed[row + 1], -1)
+        if row > 0:
+            step_over(distance[row - 1], over)
+        fill_row(unreached[row], over, distance[row])
+    over[:] = np.inf
     for row in range(rows - 1, -1, -1):
-        fill_row(distance[row], framed[row + 2], framed[row + 1], 1)
-    distance[:] = framed[1:-1, 1:-1]
+        if row < rows - 1:
+            step_over(distance[row + 1], over)
+        fill_row(unreached[row, ::-1], over[::-1], distance[row, ::-1])
 
 
 @kernel
-def fill_row(reached, beside, here, side):
-    """Shorten the unreached cells of a row over the next cell in it, and the three in the row before.
+def step_over(beside, over):
+    """Write the shortest ways ``(cols,)`` into a row over the three nearest cells of the row beside it."""
+    last = len(beside) - 1
+    for col in range(len(beside)):
+        over[col] = beside[col] + 1.0
+    for col in range(last):
+        over[col] = min(over[col], beside[col + 1] + DIAGONAL)
+    for col in range(last):
+        over[col + 1] = min(over[col + 1], beside[col] + DIAGONAL)
 
-    Args:
-        reached: ``(cols,)`` inf where a cell is unreached.
-        beside: ``(cols + 2,)`` the row before, framed.
-        here: ``(cols + 2,)`` the row, framed, in and out.
-        side: Where the next cell is: -1 to the left, 1 to the right.
-    """
-    cols = len(reached)
-    for i in range(cols):
-        col = i if side < 0 else cols - 1 - i
-        if reached[col] == np.inf:
-            diagonal = min(beside[col], beside[col + 2]) + DIAGONAL
-            straight = min(here[col + 1 + side], beside[col + 1]) + 1.0
-            here[col + 1] = min(here[col + 1], straight, diagonal)
+
+@kernel
+def fill_row(unreached, over, distance):
+    """Shorten the ways ``(cols,)`` to the unreached cells of a row, from the row beside it or the cell before."""
+    before = np.inf
+    for col in range(len(distance)):
+        if unreached[col]:
+            distance[col] = min(distance[col], over[col], before + 1.0)
+        before = distance[col]
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Where a point lies on a grid, angles wrapped to one turn, and poses seen from other frames."""
+"""Where a point lies on a grid, and angles wrapped to one turn."""
 
 from __future__ import annotations
 
@@ -38,18 +38,3 @@ def wrap_angle(angle):
     if -math.pi < angle <= math.pi:
         return float(angle)
     return float(-((-angle + math.pi) % TWO_PI - math.pi))
-
-
-@kernel
-def compose(frame_x, frame_y, frame_yaw, x, y, yaw):
-    """Transform a pose from a frame into the one in which the frame itself is given; m, rad in (-pi, pi]."""
-    cos, sin = math.cos(frame_yaw), math.sin(frame_yaw)
-    return frame_x + (cos * x - sin * y), frame_y + (sin * x + cos * y), wrap_angle(frame_yaw + yaw)
-
-
-@kernel
-def in_robot_frame(goal_x, goal_y, goal_yaw, x, y, yaw):
-    """Return x, y (m) and yaw (rad) of a goal, seen from a pose."""
-    dx, dy = goal_x - x, goal_y - y
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    return cos * dx + sin * dy, cos * dy - sin * dx, wrap_angle(goal_yaw - yaw)

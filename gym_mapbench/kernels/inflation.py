@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.kernels.jit import inlined, kernel
 
 OUT_OF_REACH = 2**31 - 1
 INSCRIBED = 253
 LETHAL = 254
 UNKNOWN = 255
-STEP_ROW = (0, -1, 0, 1)
-STEP_COL = (-1, 0, 1, 0)
+END = np.uint32(2**32 - 1)
 
 
 @kernel
@@ -36,13 +35,17 @@ def inflate(costs, reach, cost_of, inflate_unknown, inflate_around_unknown, row0
         row1: Row after the last one.
         col1: Column after the last one.
     """
-    rows, cols = costs.shape
+    # Obstacles count up to one reach outside the cells, and their waves spread one reach beyond that.
+    first_row, first_col = max(0, row0 - 2 * reach), max(0, col0 - 2 * reach)
+    around = costs[first_row : row1 + 2 * reach, first_col : col1 + 2 * reach]
+    row0, col0, row1, col1 = row0 - first_row, col0 - first_col, row1 - first_row, col1 - first_col
+    rows, cols = around.shape
     sources = np.zeros((rows, cols), np.bool_)
     for row in range(max(0, row0 - reach), min(rows, row1 + reach)):
         for col in range(max(0, col0 - reach), min(cols, col1 + reach)):
-            cost = costs[row, col]
+            cost = around[row, col]
             sources[row, col] = cost == LETHAL or (inflate_around_unknown and cost == UNKNOWN)
-    write_inflated(costs, brushfire(sources, reach), cost_of, inflate_unknown, row0, col0, row1, col1)
+    write_inflated(around, brushfire(sources, reach), cost_of, inflate_unknown, row0, col0, row1, col1)
 
 
 @kernel
@@ -62,10 +65,9 @@ def write_inflated(costs, squared, cost_of, inflate_unknown, row0, col0, row1, c
 def brushfire(sources, reach):
     """Squared distance ``(rows, cols)`` int32, cells^2, to the source Nav2 finds; OUT_OF_REACH beyond ``reach``."""
     rows, cols = sources.shape
-    width = cols + 2  # in a frame of cells that count as fixed no bounds need checking
-    best = np.zeros((rows + 2) * width, np.int32)
-    squared = np.full((rows + 2) * width, OUT_OF_REACH, np.int32)
-    origins = np.empty(rows * cols, np.int32)
+    width = cols + 2  # in a frame of cells that no offer beats no bounds need checking
+    squared = np.zeros((rows + 2) * width, np.int32)
+    origins = np.empty(rows * cols, np.uint32)
     count = 0
     for row in range(rows):
         for col in range(cols):
@@ -74,44 +76,53 @@ def brushfire(sources, reach):
                 origins[count] = cell
                 count += 1
             else:
-                best[cell] = OUT_OF_REACH
-    _spread(origins[:count], width, reach * reach, best, squared)
+                squared[cell] = OUT_OF_REACH
+    _spread(origins[:count], np.uint32(width), reach * reach, squared)
     return squared.reshape(rows + 2, width)[1:-1, 1:-1]
 
 
 @kernel
-def _spread(sources, width, farthest, best, squared):
-    """Work off the lists of :func:`brushfire`, nearest first, filling ``squared``.
+def _spread(sources, width, farthest, squared):
+    """Work off the lists of :func:`brushfire`, nearest first, lowering ``squared``.
 
-    ``best`` is the squared distance a cell has been offered, 0 once it is fixed, which no offer beats;
-    ``d_row`` and ``d_col`` say where the offered source lies. List ``q`` runs from ``first[q]`` over
-    ``follower`` to ``last[q]``.
+    ``d_row`` and ``d_col`` say where the source lies that a cell was offered. The list of level ``q`` begins at entry
+    ``heads + q``, follows ``follower`` and ends at ``last[q]``. Its other entries are cells in the order in which they
+    were listed; no cell hears more than four offers. An entry is out of date if its cell has since been offered a
+    nearer source.
     """
-    d_row, d_col = np.zeros(len(best), np.int32), np.zeros(len(best), np.int32)
-    waiting, follower = np.empty(4 * len(best), np.int32), np.empty(4 * len(best), np.int32)
-    first, last = np.full(farthest + 1, -1, np.int32), np.full(farthest + 1, -1, np.int32)
-    end = len(sources)
-    for i in range(end):
-        waiting[i], follower[i] = sources[i], i + 1
-    if end > 0:
-        first[0] = 0
-        follower[end - 1] = -1
+    one, heads = np.uint32(1), 4 * len(squared)  # unsigned indices, for numba would otherwise check for negative ones
+    d_row, d_col = np.zeros(len(squared), np.int32), np.zeros(len(squared), np.int32)
+    waiting, follower = np.empty(heads, np.uint32), np.empty(heads + farthest + 1, np.uint32)
+    last = np.empty(farthest + 1, np.uint32)
+    for q in range(farthest + 1):
+        last[q], follower[heads + q] = heads + q, END
+    end = 0
+    for cell in sources:
+        end = _list(cell, 0, end, waiting, follower, last)
     for level in range(farthest + 1):
-        entry = first[level]
-        while entry >= 0:
+        entry = follower[heads + level]
+        while entry != END:
             cell = waiting[entry]
-            if best[cell] == level:
-                best[cell], squared[cell] = 0, level
-                for side in range(4):  # -x, -y, +x, +y; lists already worked off are not read again
-                    row, col = d_row[cell] + STEP_ROW[side], d_col[cell] + STEP_COL[side]
-                    near, q = cell + STEP_ROW[side] * width + STEP_COL[side], row * row + col * col
-                    if q < best[near] and level <= q <= farthest:
-                        best[near], d_row[near], d_col[near] = q, row, col
-                        waiting[end], follower[end] = near, -1
-                        if first[q] < 0:
-                            first[q] = end
-                        else:
-                            follower[last[q]] = end
-                        last[q] = end
-                        end += 1
+            if squared[cell] == level:
+                row, col = np.int64(d_row[cell]), np.int64(d_col[cell])
+                # In the order -x, -y, +x, +y. Offers nearer than this level are none: their lists are worked off.
+                for near, next_row, next_col, outwards in (
+                    (cell - one, row, col - 1, -col),
+                    (cell - width, row - 1, col, -row),
+                    (cell + one, row, col + 1, col),
+                    (cell + width, row + 1, col, row),
+                ):
+                    offer = level + 2 * outwards + 1
+                    if outwards >= 0 and offer < squared[near] and offer <= farthest:
+                        squared[near], d_row[near], d_col[near] = offer, next_row, next_col
+                        end = _list(near, offer, end, waiting, follower, last)
             entry = follower[entry]
+
+
+@inlined
+def _list(cell, level, end, waiting, follower, last):
+    """Append a cell to the list of a level; return the number of entries."""
+    waiting[end], follower[end] = cell, END
+    follower[last[level]] = end
+    last[level] = end
+    return end + 1

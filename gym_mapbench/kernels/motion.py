@@ -50,10 +50,10 @@ def drive_bodies(bodies, commands, waiting, ticks, drive, grounds, walls):
 @kernel
 def drive_body(bodies, i, v, w, ticks, drive, grounds, walls):
     """Drive one robot if no wall is near; return whether it was driven. Arguments as for :func:`drive_bodies`."""
-    body, can, ground = bodies[i], drive[0], grounds[i]
+    body, can = bodies[i], drive[0]
     v, w = clip(v, -can.reverse, can.forward), clip(w, -can.turn, can.turn)
     travel = max(abs(v), abs(body.wheel_v)) * ticks * can.tick
-    if body.touching or not is_clear(walls, ground, body.x, body.y, can.radius + travel + MARGIN):
+    if body.touching or not is_clear(walls, grounds, i, body.x, body.y, can.radius + travel + MARGIN):
         return False
     for _ in range(ticks):
         body.wheel_v = approach(body.wheel_v, v, can.dv)
@@ -88,8 +88,9 @@ def midpoint_velocity(yaw, v, w, tick):
 
 
 @kernel
-def is_clear(walls, ground, x, y, reach):
-    """Whether all walls, the map's edge among them, are farther than ``reach`` (m) from a point."""
+def is_clear(walls, grounds, i, x, y, reach):
+    """Whether all walls, the map's edge among them, are farther than ``reach`` (m) from a point on map ``i``."""
+    ground = grounds[i]
     width = ground.cols + 2
     column, line = (x - ground.origin_x) / ground.resolution + 1.0, (y - ground.origin_y) / ground.resolution + 1.0
     reach /= ground.resolution

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gym_mapbench.kernels.geometry import compose, in_robot_frame
+from gym_mapbench.kernels.frames import compose, in_robot_frame
 from gym_mapbench.kernels.jit import kernel
 from gym_mapbench.kernels.raycast import cast_rays
 

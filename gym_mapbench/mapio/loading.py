@@ -14,8 +14,9 @@ from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.formats import FORMATS, MapFormat
 from gym_mapbench.mapio.image import DEFAULT_THRESHOLD
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap
-from gym_mapbench.registry import MODULE_ATTRIBUTE, accepted_keywords
+from gym_mapbench.registry import accepted_keywords
 from gym_mapbench.scenario import MapSet, Pose, Scenario
+from gym_mapbench.trust import MODULE_ATTRIBUTE
 
 PoseLike = Pose | Sequence[float]
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import reprlib
 from pathlib import Path
 from typing import Any
 
+from gym_mapbench import bounded
+from gym_mapbench.documents import parse_json, parse_yaml
 from gym_mapbench.errors import ConfigError, MapFormatError
-from gym_mapbench.settings import read_yaml
 
 MAX_MAP_CELLS = 25_000_000
 """Largest map read from a file (5000 x 5000); what a header claims is checked before anything is allocated."""
@@ -27,39 +27,23 @@ MAX_YAML_BYTES = 100_000
 
 
 def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
-    """Read a whole file.
-
-    Raises:
-        MapFormatError: If it cannot be read or is larger than ``limit`` bytes.
-    """
-    try:
-        size = path.stat().st_size
-        if size > limit:
-            raise MapFormatError(f"{path}: expected at most {limit} bytes, got {size}")
-        return path.read_bytes()
-    except OSError as error:
-        raise MapFormatError(f"{path}: cannot be read ({error.strerror})") from None
-    except ValueError:
-        raise MapFormatError(f"{str(path)!r}: not a file name") from None
+    """Read a whole file; raises ``MapFormatError`` if it cannot be read or is larger than ``limit`` bytes."""
+    return bounded.read_bytes(path, limit, MapFormatError)
 
 
 def read_text(path: Path, limit: int = MAX_FILE_BYTES) -> str:
     """Read a whole UTF-8 text file, errors as in :func:`read_bytes`."""
-    try:
-        return read_bytes(path, limit).decode("utf-8")
-    except UnicodeDecodeError:
-        raise MapFormatError(f"{path}: expected a text file, got other bytes") from None
+    return bounded.read_text(path, limit, MapFormatError)
 
 
 def read_yaml_file(path: Path) -> Any:
-    """Read one YAML document with the safe loader.
+    """Read one YAML document.
 
     Raises:
         MapFormatError: If the file cannot be read or is not YAML.
     """
-    read_bytes(path, MAX_YAML_BYTES)
     try:
-        return read_yaml(path)
+        return parse_yaml(read_text(path, MAX_YAML_BYTES), path)[0]
     except ConfigError as error:
         raise MapFormatError(str(error)) from None
 
@@ -70,11 +54,7 @@ def read_json(path: Path, limit: int = MAX_JSON_BYTES) -> Any:
     Raises:
         MapFormatError: If the file cannot be read or is not JSON.
     """
-    text = read_text(path, limit)
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError
-        raise MapFormatError(f"{path}: not a JSON file ({short(str(error))})") from None
+    return parse_json(read_text(path, limit), path, MapFormatError)
 
 
 def check_size(where: object, rows: int, cols: int) -> None:

@@ -136,7 +136,7 @@ def test_missing_model(tmp_path):
 
 def test_not_a_zip(tmp_path):
     (tmp_path / "text.zip").write_text("hello")
-    with pytest.raises(ConfigError, match=r"^x: .*text.zip is not a Stable-Baselines3 model"):
+    with pytest.raises(ConfigError, match=r"^x: .*text.zip: cannot be read as an archive"):
         load_sb3(tmp_path / "text.zip", "x")
 
 

@@ -114,7 +114,7 @@ class TestFile:
     @pytest.mark.parametrize(
         ("text", "message"),
         [
-            ("no json", "its card mapbench.json cannot be read"),
+            ("no json", "mapbench.json: not a JSON file"),
             ("[1]", "expected a mapping"),
             ('{"format_version": 2}', "format_version: expected 1, got 2"),
             ('{"algorithm": "ppo"}', "missing key"),

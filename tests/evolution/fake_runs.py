@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
+import sys
 import time
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import replace
@@ -59,6 +61,40 @@ def drive_slowly(job: Job) -> RunResult:
     return drive(job)
 
 
+def overflow_the_stack() -> None:
+    """Call itself through C until the stack of the process is full."""
+    sys.setrecursionlimit(10**8)
+    call_again = ctypes.CFUNCTYPE(ctypes.c_int)(lambda: call_again())  # noqa: PLW0108 - the name is bound by then
+    call_again()
+
+
+def leave_a_child() -> int:
+    """Leave a copy of this process behind that sleeps; returns its number."""
+    child = os.fork()
+    if child == 0:
+        time.sleep(600)
+    return child
+
+
+def print_everywhere() -> None:
+    """Print from Python, from C, and to the file descriptor."""
+    print("a controller says hello")
+    os.write(1, b"so does its library\n")
+    ctypes.CDLL(None).puts(b"in C")
+
+
+FAULTS = {
+    "exits_at_once": lambda: os._exit(0),
+    "overflows": overflow_the_stack,
+    "leaves_a_child": leave_a_child,
+    "returns_twice": os.fork,
+    "closes_all": lambda: os.closerange(3, 1000),
+    "holds_the_lock": lambda: ctypes.PyDLL(None).sleep(600),
+    "prints": print_everywhere,
+}
+"""What a controller may do to its process, by the controller's name."""
+
+
 def misbehave(job: Job) -> RunResult:
     """As :func:`drive`, but controllers named after a fault show it."""
     name, params = job.controller.name, job.controller.params
@@ -75,6 +111,13 @@ def misbehave(job: Job) -> RunResult:
         if not mark.exists():
             mark.touch()
             os.kill(os.getpid(), signal.SIGKILL)
+    if name == "tells_its_child":
+        Path(str(params["mark"])).write_text(str(leave_a_child()))
+    if name == "leaves_a_child_and_hangs":
+        leave_a_child()
+        time.sleep(600)
+    if name in FAULTS:
+        FAULTS[name]()
     if name == "wrong_type":
         return None  # type: ignore[return-value]
     return drive(job)
@@ -120,3 +163,16 @@ def plain_pool(crew: Crew) -> Executor:
 def no_pool(crew: Crew) -> Executor:
     """Fail to make one."""
     raise OSError("the cluster is closed on Sundays")
+
+
+def die_at_first(starts: Path) -> None:
+    """Kill a new worker before its first run, but the fifth and all after it live; the starts are marked in a file."""
+    with starts.open("a") as file:
+        file.write("x")
+    if len(starts.read_text()) < 5:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+def never(job: Job) -> RunResult:
+    """Never reach the goal."""
+    return replace(drive(job), outcome="timeout")

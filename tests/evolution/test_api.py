@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -10,10 +11,13 @@ import pytest
 
 import evolution
 from evolution import bench, evolve, load, study
+from evolution.api import world_of
+from evolution.cli import main
 from evolution.files import Table
 from evolution.studies import StudyResults
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.noise import read_noise
 from tests.evolution import fake_runs
 
 OFFICE = Path(__file__).resolve().parents[2] / "examples" / "office.yaml"
@@ -116,6 +120,26 @@ def test_evolve_and_continue(tmp_path):
     again = evolve(resume=tmp_path / "run", workers=1)
     assert again.best_results == run.best_results == load(tmp_path / "run").best_results
     assert len(bench(run, "rpp", workers=1).rows) == 1
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_the_maps_of_a_run_are_driven_in_its_world_and_judged_as_a_set(tmp_path, capsys):
+    options = {"pop_size": 2, "evaluations": 4, "runs": 200, "seed": 4, "confirmation": {"candidates": 3}}
+    document = {"controllers": ["rpp", "dwb"], "run": {"environment": {"noise": "rough"}}}
+    run = evolve(document, out=tmp_path / "run", workers=1, **options)
+    again = bench(tmp_path / "run", repeats=3, workers=1, out=tmp_path / "bench")
+    assert {row["controller"] for row in again.rows} == {"rpp", "dwb"}
+    seeds = {result["seed"] for entry in run.best_results["maps"] for runs in entry["runs"].values() for result in runs}
+    assert not seeds & {row["seed"] for row in again.rows}  # new seeds, unless the search's own is asked for
+    assert len(again.again.singles) == 3
+    assert len(again.again.results) == 3
+    written = json.loads((tmp_path / "bench" / "bench.json").read_text())
+    assert written["map_set"]["fitness"] == [one.total for one in again.again.singles]
+    assert bench(tmp_path / "run", "rpp", workers=1).again is None
+    assert world_of(run) == world_of(load(tmp_path / "run"))
+    assert world_of(run).environment.noise == read_noise("rough", "noise")
+    assert main(["bench", str(tmp_path / "run"), "--repeats", "2", "--workers", "1"]) == 0
+    assert "As a map set: fitness" in capsys.readouterr().out
 
 
 def test_studies_are_tables(study_path):

@@ -179,8 +179,14 @@ def smooth(v, w, history_v, history_w, in_place):
 
 
 @kernel
-def send(u, history, shifts):
-    """Return the control that is sent; remember it, and move the sequence on by a period if it ``shifts``."""
+def send(v, w, history_v, history_w, shifts):
+    """Return the controls that are sent; remember them, and move the sequence on by a period if it ``shifts``."""
+    return _send(v, history_v, shifts), _send(w, history_w, shifts)
+
+
+@kernel
+def _send(u, history, shifts):
+    """Do this for one axis."""
     sent = u[1] if shifts else u[0]
     if len(u) >= SHORTEST_FILTERED:
         for i in range(HALF_WINDOW - 1):

@@ -1,4 +1,4 @@
-"""What mutation can do to an obstacle: move, scale, remove or add (thesis, section 4.1.5), or a third-party operator.
+"""What mutation can do to an obstacle: move, scale, remove or add (thesis, section 4.1.5), and further operators.
 
 An operator draws on the inside of a map that is being mutated. A third-party operator is a function
 ``(edit, rng) -> None``, named ``module:attribute`` or registered in :data:`OPERATORS`; the option ``operators`` of
@@ -7,77 +7,16 @@ An operator draws on the inside of a map that is being mutated. A third-party op
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import ndimage
 
+from evolution.search.operators.edits import Edit, Operator
+from evolution.search.operators.informed import door, near_way, nudge, redraw
 from evolution.search.operators.sampling import Cells
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_obstacle, stamp
+from gym_mapbench.generator import draw_obstacle, stamp
 from gym_mapbench.registry import Registry
-
-Labels = NDArray[np.int32]
-
-
-class MutationOptions(Protocol):
-    """The options of mutation that the operators here look at; all of ``MutationSettings`` are there at run time."""
-
-    @property
-    def move_distance(self) -> int:
-        """Farthest move along each axis, cells."""
-        ...
-
-    @property
-    def scale_factor(self) -> tuple[float, float]:
-        """Smallest and largest factor of an obstacle's height and width."""
-        ...
-
-
-@dataclass(frozen=True)
-class Edit:
-    """A map in the middle of a mutation, and the obstacle that was chosen.
-
-    Args:
-        cells: ``(rows, cols)`` True where there is a wall, row 0 at the bottom, without the border; operators draw on
-            it. The obstacles of operators that lift them are taken off already. Start and goal are cleared afterwards.
-        labels: ``(rows, cols)`` number of the obstacle that covered each cell before, 0 where there was none.
-        obstacle: Number of the chosen one; 0 if the map had none.
-        shapes: Options of the maps and of random shapes.
-        settings: Options of mutation.
-        families: Families whose pieces are new obstacles; empty for random shapes.
-    """
-
-    cells: Cells
-    labels: Labels
-    obstacle: int
-    shapes: ShapeSettings
-    settings: MutationOptions
-    families: Sequence[FamilySpec] = ()
-
-    def cut_out(self) -> tuple[Cells, int, int]:
-        """Return the chosen obstacle as a stamp, with the row and col of its lower-left cell."""
-        rows, cols = ndimage.find_objects(self.labels, max_label=self.obstacle)[self.obstacle - 1]
-        return self.labels[rows, cols] == self.obstacle, rows.start, cols.start
-
-
-Change = Callable[[Edit, np.random.Generator], None]
-
-
-@dataclass(frozen=True)
-class Operator:
-    """One thing that mutation can do.
-
-    Args:
-        change: Draws on ``edit.cells``, with no randomness but that of the generator.
-        lifts: Whether the chosen obstacle is taken off the map beforehand.
-    """
-
-    change: Change
-    lifts: bool = False
 
 
 def move(edit: Edit, rng: np.random.Generator) -> None:
@@ -131,6 +70,10 @@ OPERATORS: Registry[Operator] = Registry(
         "scale": Operator(scale, lifts=True),
         "remove": Operator(remove, lifts=True),
         "add": Operator(add),
+        "nudge": Operator(nudge, lifts=True, informed=True),
+        "near_way": Operator(near_way, informed=True),
+        "door": Operator(door, informed=True),
+        "redraw": Operator(redraw, anew=True),
     },
     check=_operator,
 )

@@ -1,4 +1,4 @@
-"""Mutation: some obstacles of every map of a set are changed (thesis, section 4.1.5).
+"""Mutation: some obstacles of maps of a set are changed (thesis, section 4.1.5).
 
 An obstacle is a connected component of the cells inside the border. The obstacles chosen on a
 map are taken off first and put back changed (:mod:`evolution.search.operators.changes`), so that
@@ -7,18 +7,111 @@ they do not cut into each other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pymoo.core.mutation import Mutation
 from scipy import ndimage
 
-from evolution.search.operators.changes import OPERATORS, Edit, Labels
+from evolution.search.operators.changes import OPERATORS
+from evolution.search.operators.credit import Credit, Trial
+from evolution.search.operators.edits import Edit, Labels, Operator
 from evolution.search.operators.sampling import Cells, Column, as_column, scenario_on
 from evolution.search.settings import MutationSettings
-from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, interior
+from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, interior, is_drivable, plan_way
+from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import MapSet
+
+MAX_TRIES = 20
+"""How often a mutation is drawn anew where it must leave a way; after that, the last one stays."""
+NEAR = 3
+"""An informed operator lifts one of this many obstacles that are nearest to the way."""
+
+Changes = list[tuple[int, str]]
+RoleOf = Callable[[MapSet, int], int]
+
+
+@dataclass(frozen=True)
+class Mutator:
+    """Changes maps.
+
+    Args:
+        shapes: Options of the map's border and of random shapes.
+        settings: How obstacles change.
+        families: Families whose pieces are added; random shapes if empty.
+        robot: The robot that drives; informed operators and ``drivable`` need it.
+    """
+
+    shapes: ShapeSettings
+    settings: MutationSettings
+    families: Sequence[FamilySpec] = ()
+    robot: RobotSpec | None = None
+
+    def change(
+        self, cells: Cells, rng: np.random.Generator, chances: Mapping[str, float] | None = None
+    ) -> tuple[Cells, tuple[str, ...]]:
+        """Return a copy of ``(rows, cols)`` cells with some obstacles changed, and the names of the operators.
+
+        The border is taken off before and put back after; start and goal areas are cleared again.
+
+        Args:
+            cells: The map.
+            rng: Source of all randomness.
+            chances: Probabilities of the operators; those of the settings if None.
+        """
+        for _ in range(MAX_TRIES):
+            mutated, names = self._change(cells, rng, chances or self.settings.probabilities)
+            if not self.settings.drivable or is_drivable(mutated, self.shapes, self._robot):
+                break
+        return mutated, names
+
+    def _change(
+        self, cells: Cells, rng: np.random.Generator, chances: Mapping[str, float]
+    ) -> tuple[Cells, tuple[str, ...]]:
+        inside = interior(cells, self.shapes.border)
+        labels, count = label_obstacles(inside, self.settings.connectivity)
+        drawn = draw_changes(count, self.settings, rng, chances)
+        operators = [OPERATORS.get(name) for _, name in drawn]
+        way = None
+        if any(operator.informed for operator in operators):
+            way = plan_way(cells, self.shapes, self._robot)
+            drawn = self._near_way(drawn, operators, labels, way, rng)
+        lifted = [obstacle for (obstacle, _), operator in zip(drawn, operators, strict=True) if operator.lifts]
+        changed = inside & ~np.isin(labels, lifted)
+        for (obstacle, name), operator in zip(drawn, operators, strict=True):
+            with OPERATORS.blamed(name):
+                edit = Edit(
+                    changed, labels, obstacle, self.shapes, self.settings, tuple(self.families), self.robot, way
+                )
+                operator.change(edit, rng)
+        mutated = cells.copy()
+        interior(mutated, self.shapes.border)[:] = changed
+        return clear_and_border(mutated, self.shapes), tuple(name for _, name in drawn)
+
+    def _near_way(
+        self,
+        drawn: Changes,
+        operators: Sequence[Operator],
+        labels: Labels,
+        way: NDArray[np.float64] | None,
+        rng: np.random.Generator,
+    ) -> Changes:
+        """Give informed operators that lift an obstacle one of those nearest to the way."""
+        if way is None or not labels.any():
+            return drawn
+        near = obstacles_near(way / self.shapes.resolution - self.shapes.border - 0.5, labels)[:NEAR]
+        return [
+            (int(rng.choice(near)), name) if operator.informed and operator.lifts else (obstacle, name)
+            for (obstacle, name), operator in zip(drawn, operators, strict=True)
+        ]
+
+    @property
+    def _robot(self) -> RobotSpec:
+        assert self.robot is not None
+        return self.robot
 
 
 def mutate_map(
@@ -28,27 +121,8 @@ def mutate_map(
     rng: np.random.Generator,
     families: Sequence[FamilySpec] = (),
 ) -> Cells:
-    """Return a copy of ``(rows, cols)`` cells with some obstacles changed.
-
-    The border is taken off before and put back after; start and goal areas are cleared again.
-
-    Args:
-        cells: The map.
-        shapes: Options of the map's border and of random shapes.
-        settings: How obstacles change.
-        rng: Source of all randomness.
-        families: Families whose pieces are added; random shapes if empty.
-    """
-    inside = interior(cells, shapes.border)
-    labels, count = label_obstacles(inside, settings.connectivity)
-    changes = [(obstacle, name, OPERATORS.get(name)) for obstacle, name in draw_changes(count, settings, rng)]
-    changed = inside & ~np.isin(labels, [obstacle for obstacle, _, operator in changes if operator.lifts])
-    for obstacle, name, operator in changes:
-        with OPERATORS.blamed(name):
-            operator.change(Edit(changed, labels, obstacle, shapes, settings, tuple(families)), rng)
-    mutated = cells.copy()
-    interior(mutated, shapes.border)[:] = changed
-    return clear_and_border(mutated, shapes)
+    """Return a mutated copy of ``(rows, cols)`` cells, see :class:`Mutator`."""
+    return Mutator(shapes, settings, families).change(cells, rng)[0]
 
 
 def label_obstacles(cells: Cells, connectivity: int = 4) -> tuple[Labels, int]:
@@ -58,49 +132,102 @@ def label_obstacles(cells: Cells, connectivity: int = 4) -> tuple[Labels, int]:
     return np.asarray(labels, dtype=np.int32), int(count)
 
 
-def draw_changes(count: int, settings: MutationSettings, rng: np.random.Generator) -> list[tuple[int, str]]:
-    """Choose some of ``count`` obstacles and an operator for each; a map without obstacles only gets new ones."""
+def obstacles_near(way: NDArray[np.float64], labels: Labels) -> list[int]:
+    """Return the numbers of the obstacles, the nearest to the way first.
+
+    Args:
+        way: ``(n, 2)`` x and y in cells.
+        labels: ``(rows, cols)`` numbers, 0 where free.
+    """
+    free = np.ones(labels.shape, dtype=np.bool_)
+    cols, rows = (np.clip(np.rint(way[:, axis]).astype(int), 0, labels.shape[1 - axis] - 1) for axis in (0, 1))
+    free[rows, cols] = False
+    distances = ndimage.distance_transform_edt(free)
+    numbers = np.unique(labels[labels > 0])
+    nearest = np.asarray(ndimage.minimum(distances, labels, numbers))
+    return [int(number) for number in numbers[np.argsort(nearest, kind="stable")]]
+
+
+def draw_changes(
+    count: int, settings: MutationSettings, rng: np.random.Generator, probabilities: Mapping[str, float] | None = None
+) -> Changes:
+    """Choose some of ``count`` obstacles and an operator for each; a map without obstacles only gets new ones.
+
+    An operator that draws the map anew is the only one.
+
+    Args:
+        count: Number of obstacles.
+        settings: Options of mutation.
+        rng: Source of all randomness.
+        probabilities: Of the operators, by name; those of ``settings`` if None.
+    """
     changes = int(rng.integers(*settings.shapes_per_map, endpoint=True))
     if count == 0:
         return [(0, "add")] * changes
     chosen = rng.choice(count, size=min(changes, count), replace=False) + 1
-    names, chances = zip(*settings.probabilities.items(), strict=True)
+    names, chances = zip(*(probabilities or settings.probabilities).items(), strict=True)
     operators = rng.choice(len(names), size=len(chosen), p=chances)
-    return [(int(obstacle), names[operator]) for obstacle, operator in zip(chosen, operators, strict=True)]
-
-
-def mutate_map_set(
-    map_set: MapSet,
-    shapes: ShapeSettings,
-    settings: MutationSettings,
-    rng: np.random.Generator,
-    families: Sequence[FamilySpec] = (),
-) -> MapSet:
-    """Return a map set of which every map is mutated; arguments as for :func:`mutate_map`."""
-    mutated = (mutate_map(scenario.map.occupancy, shapes, settings, rng, families) for scenario in map_set)
-    return MapSet(tuple(scenario_on(cells, shapes) for cells in mutated))
+    drawn = [(int(obstacle), names[operator]) for obstacle, operator in zip(chosen, operators, strict=True)]
+    return next(([one] for one in drawn if OPERATORS.get(one[1]).anew), drawn)
 
 
 class MapMutation(Mutation):  # type: ignore[misc]
-    """pymoo's view of :func:`mutate_map_set`; an individual is mutated with ``settings.probability``.
+    """pymoo's view of a :class:`Mutator`; an individual is mutated with ``settings.probability``.
 
     Args:
-        shapes: Options of the map's border and of random shapes.
-        settings: How obstacles change.
-        families: Families whose pieces are added; random shapes if empty.
+        mutator: Changes the maps.
+        role_of: Rank of a map's reading in its set, by set and place; operators that improve sets are used more in
+            that role. If None, they are used with their configured probabilities.
+
+    Attributes:
+        credit: What is known of the operators.
+        trials: Mutations since :meth:`judge` was called.
     """
 
-    def __init__(self, shapes: ShapeSettings, settings: MutationSettings, families: Sequence[FamilySpec] = ()) -> None:
+    def __init__(self, mutator: Mutator, role_of: RoleOf | None = None) -> None:
         super().__init__(prob=1.0)
-        self.shapes = shapes
-        self.settings = settings
-        self.families = families
+        self.mutator = mutator
+        self.role_of = role_of
+        self.credit = Credit()
+        self.trials: list[Trial] = []
 
     def _do(self, _problem: Any, X: Column, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
         # p_m is applied here and not by pymoo, which would mutate all individuals and discard most of the work.
-        hit = random_state.random(len(X)) < self.settings.probability
-        sets = [
-            mutate_map_set(map_set, self.shapes, self.settings, random_state, self.families) if mutated else map_set
-            for map_set, mutated in zip(X[:, 0], hit, strict=True)
-        ]
-        return as_column(sets)
+        hit = random_state.random(len(X)) < self.mutator.settings.probability
+        return as_column(
+            [
+                self._mutated(map_set, random_state) if mutated else map_set
+                for map_set, mutated in zip(X[:, 0], hit, strict=True)
+            ]
+        )
+
+    def judge(self, gain: Callable[[Trial], float]) -> None:
+        """Give credit for the mutations since the last call.
+
+        Args:
+            gain: By how much a mutation improved the fitness of its set.
+        """
+        for trial in self.trials:
+            self.credit.add(trial, gain(trial))
+        self.trials = []
+
+    def _mutated(self, map_set: MapSet, rng: np.random.Generator) -> MapSet:
+        """Return the set with all its maps mutated, or with one of them."""
+        shapes = self.mutator.shapes
+        if self.mutator.settings.maps == "all":
+            changed = (self.mutator.change(scenario.map.occupancy, rng)[0] for scenario in map_set)
+            return MapSet(tuple(scenario_on(cells, shapes) for cells in changed))
+        scenarios, chances = list(map_set), self.mutator.settings.probabilities
+        if self.role_of is None:
+            place = int(rng.integers(len(scenarios)))
+        else:
+            roles = [self.role_of(map_set, at) for at in range(len(scenarios))]
+            credit = np.array([self.credit.of(role) for role in roles])
+            place = int(rng.choice(len(scenarios), p=credit / credit.sum()))
+            role, chances = roles[place], self.credit.chances(chances, roles[place])
+        cells, names = self.mutator.change(scenarios[place].map.occupancy, rng, chances)
+        scenarios[place] = scenario_on(cells, shapes)
+        mutated = MapSet(tuple(scenarios))
+        if self.role_of is not None:
+            self.trials.append(Trial(map_set, mutated.digest, role, names))
+        return mutated

@@ -13,7 +13,9 @@ from evolution.search.patterns.cluster import (
     pattern_score,
 )
 from evolution.search.patterns.gini import NO_PATTERN, Gini, gini, gini_fitness
+from evolution.search.patterns.pairs import Pairs, pair_scores
 from evolution.search.patterns.pools import Found, Pool, Readings
+from evolution.search.patterns.roles import Roles, groups, role_scores
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.registry import Registry
 
@@ -23,16 +25,21 @@ __all__ = [
     "Cluster",
     "Found",
     "Gini",
+    "Pairs",
     "Pattern",
     "Pool",
     "Readings",
+    "Roles",
     "Times",
     "cluster_score",
     "gini",
     "gini_fitness",
+    "groups",
+    "pair_scores",
     "pairwise_gaps",
     "partial_pattern_score",
     "pattern_score",
+    "role_scores",
 ]
 
 
@@ -44,6 +51,6 @@ def _pattern(entry: Any) -> type[Pattern]:
 
 
 FITNESSES: Registry[type[Pattern]] = Registry(
-    "fitness", "fitnesses", {"gini": Gini, "cluster": Cluster}, check=_pattern
+    "fitness", "fitnesses", {"gini": Gini, "cluster": Cluster, "roles": Roles, "pairs": Pairs}, check=_pattern
 )
 """The fitnesses by name."""

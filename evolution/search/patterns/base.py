@@ -5,11 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from evolution.search.patterns.pools import Found, Pool
 from gym_mapbench.errors import ConfigError
 
 Times = Sequence[float]
 """One value per controller on one map."""
+
+SHORTEST = 1e-9
+
+
+def log_times(times: Times) -> NDArray[np.float64]:
+    """Return the logarithms of some values; those below 1e-9 are taken for that, as zero has no logarithm."""
+    return np.log(np.maximum(np.asarray(times, dtype=np.float64), SHORTEST))
 
 
 class PatternOptions(Protocol):
@@ -18,6 +28,16 @@ class PatternOptions(Protocol):
     @property
     def fitness(self) -> str:
         """Name of the pattern."""
+        ...
+
+    @property
+    def failures(self) -> str:
+        """How a failed run counts."""
+        ...
+
+    @property
+    def maps_per_set(self) -> int:
+        """Maps in a set."""
         ...
 
     @property
@@ -43,6 +63,8 @@ class Pattern:
         nothing: What :meth:`judge` returns where there is no pattern at all.
         needs_scale: Whether maps cannot be read without a scale, which is calibrated on the first population.
         exact: Whether :meth:`best_of` is implemented.
+        solved_only: Whether a failed run must not count as a time.
+        ordered: Whether a set is meant to keep the order of its maps' readings when it is driven again.
 
     Args:
         settings: Options of the search.
@@ -54,10 +76,24 @@ class Pattern:
     nothing: ClassVar[float] = 0.0
     needs_scale: ClassVar[bool] = False
     exact: ClassVar[bool] = False
+    solved_only: ClassVar[bool] = False
+    ordered: ClassVar[bool] = True
 
     def __init__(self, settings: PatternOptions, scale: float | None = None) -> None:
         self.settings = settings
         self.scale = scale
+
+    @classmethod
+    def check(cls, settings: PatternOptions, controllers: int) -> None:
+        """Refuse a search in which the pattern means nothing; by default, any will do.
+
+        Args:
+            settings: Options of the search.
+            controllers: How many are compared.
+
+        Raises:
+            ConfigError: Naming the option, what is expected, and what was given.
+        """
 
     def read(self, times: Times) -> float:
         """Return the reading of one map.

@@ -9,7 +9,7 @@ from statistics import fmean
 import numpy as np
 
 from evolution.search.patterns.base import Pattern, Times
-from evolution.search.patterns.pools import Found, Pool, orders_of, readings_of
+from evolution.search.patterns.pools import Found, Pool, Readings, orders_of, readings_in
 from gym_mapbench.errors import ConfigError
 
 
@@ -87,21 +87,23 @@ class Cluster(Pattern):
             return None
         best: Found = None
         for order in orders_of(pools):
-            for places in product(*_candidates(order)):
+            readings = readings_in(order)
+            for places in product(*_candidates(readings)):
                 found = list(zip(order, places, strict=True))
                 if len(set(found)) < len(found):
                     continue
-                pattern = partial_pattern_score([float(readings_of(pool)[place]) for pool, place in found])
+                chosen = [float(one[place]) for one, place in zip(readings, places, strict=True)]
+                pattern = partial_pattern_score(chosen)
                 if best is None or pattern > best[0]:
                     best = pattern, found
         return best
 
 
-def _candidates(order: Sequence[Pool]) -> list[list[int]]:
-    """Return for each number 1, 2, ... the places worth trying in its pool."""
+def _candidates(order: Sequence[Readings]) -> list[list[int]]:
+    """Return for each number 1, 2, ... the places worth trying among its readings."""
     if len(order) == 2:
-        return [[0], [len(order[1].maps) - 1]]
+        return [[int(np.argmin(order[0]))], [int(np.argmax(order[1]))]]
     return [
-        [int(place) for place in np.argsort(np.abs(readings_of(pool) - number), kind="stable")[: len(order)]]
-        for number, pool in enumerate(order, start=1)
+        [int(place) for place in np.argsort(np.abs(readings - number), kind="stable")[: len(order)]]
+        for number, readings in enumerate(order, start=1)
     ]

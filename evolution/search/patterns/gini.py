@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evolution.search.patterns.base import Pattern, Times
-from evolution.search.patterns.pools import Found, Pool, Readings, orders_of, readings_of
+from evolution.search.patterns.pools import Found, Pool, Readings, orders_of, readings_in
 
 NO_PATTERN = -1e3
 """What Alg. 2 returns where there is no pattern."""
@@ -70,7 +70,7 @@ class Gini(Pattern):
             return None
         best: Found = None
         for order in orders_of(pools):
-            readings = [readings_of(pool) for pool in order]
+            readings = readings_in(order)
             found = self._best_pair(readings) if len(order) == 2 else self._best_triple(readings)
             if found is not None and (best is None or found[0] > best[0]):
                 best = found[0], list(zip(order, found[1], strict=True))
@@ -79,16 +79,18 @@ class Gini(Pattern):
     def _best_pair(self, readings: Sequence[Readings]) -> tuple[float, tuple[int, ...]] | None:
         """Take the smallest and the largest reading."""
         low, high = readings
-        spread = float(high[-1] - low[0])
-        return (spread, (0, len(high) - 1)) if spread > self.settings.epsilon else None
+        first, last = int(np.argmin(low)), int(np.argmax(high))
+        spread = float(high[last] - low[first])
+        return (spread, (first, last)) if spread > self.settings.epsilon else None
 
     def _best_triple(self, readings: Sequence[Readings]) -> tuple[float, tuple[int, ...]] | None:
         """Try every pair of extremes with the middle reading nearest to their midpoint."""
         low, middle, high = readings
         best, places = -np.inf, None
+        highest = high.max()
         for first, lowest in enumerate(low):
-            if high[-1] - lowest <= best:  # the spread bounds the pattern, and only shrinks from here on
-                break
+            if highest - lowest <= best:  # the spread bounds the pattern
+                continue
             nearest = _nearest(middle, (lowest + high) / 2)
             gaps = middle[nearest] - lowest, high - middle[nearest]
             patterns = high - lowest - self.settings.unevenness_weight * ((gaps[0] - gaps[1]) / 2) ** 2

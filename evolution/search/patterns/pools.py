@@ -19,12 +19,16 @@ class Pool:
     Args:
         maps: Their names, in order of their readings.
         readings: ``(n,)`` their readings, ascending; None where a failure left them without one.
+        spreads: ``(n,)`` by how much each reading counts as less extreme where it is the smallest or largest of a set.
+        times: For each map the values of the controllers that it was read from; empty where there are no readings.
         cost: What one such map adds to the penalties of a set.
         share: What one such map adds to the success rate of a set.
     """
 
     maps: tuple[str, ...]
     readings: Readings | None
+    spreads: Readings
+    times: tuple[tuple[float, ...], ...]
     cost: float
     share: float
 
@@ -38,7 +42,15 @@ def orders_of(pools: Sequence[Pool]) -> list[tuple[Pool, ...]]:
     return list(dict.fromkeys(permutations(pools)))
 
 
-def readings_of(pool: Pool) -> Readings:
-    """Return the readings of a pool that has some."""
-    assert pool.readings is not None
-    return pool.readings
+def readings_in(order: Sequence[Pool]) -> list[Readings]:
+    """Return the readings of pools that have some, as they count at their places in a set.
+
+    The first pool gives the smallest reading of the set and the last the largest: these count as less extreme by the
+    spread of their maps.
+    """
+    found = []
+    for place, pool in enumerate(order):
+        assert pool.readings is not None
+        sign = (place == 0) - (place == len(order) - 1)
+        found.append(pool.readings + sign * pool.spreads)
+    return found

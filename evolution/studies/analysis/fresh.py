@@ -41,7 +41,7 @@ def order_kept(runs: Sequence[StudyRun]) -> tuple[float, float]:
 
 def conditions(run: StudyRun, results: StudyResults) -> str:
     """Say in words how the runs on fresh seeds differ from those of the search."""
-    noise = results.settings.reevaluation.noise
+    noise = results.settings.reevaluation_noise(run.configuration)
     searched = run.experiment.document()["run"]["environment"]["noise"]
     if noise is None or searched == noise:
         return "new seeds"

@@ -91,7 +91,8 @@ class _Reader:
 
     def _read_configuration(self, configuration: Configuration) -> None:
         absent = []
-        for seed in self.directory.settings.seeds:
+        seeds = self.directory.settings.seeds_of(configuration)
+        for seed in seeds:
             path = self.directory.run_path(configuration.name, seed)
             if not path.is_dir():
                 absent.append(seed)
@@ -99,7 +100,7 @@ class _Reader:
             who = f"{configuration.name}, seed {seed}"
             with self._noted(self._repeat(path), who):
                 self._read_run(configuration, seed, who)
-        self.missing += _absent(configuration.name, absent, self.directory.settings.runs)
+        self.missing += _absent(configuration.name, absent, len(seeds))
         self._check_best(configuration)
 
     def _repeat(self, path: Path) -> str:

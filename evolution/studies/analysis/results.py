@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from evolution.files import Row, Table, Tabled
+from evolution.runs import DrivenAgain
 from evolution.search import Experiment
-from evolution.studies.reevaluation import Reevaluation
 from evolution.studies.settings import Configuration, StudySettings
 from gym_mapbench.errors import unknown_name
 
@@ -37,7 +37,7 @@ class StudyRun:
     generations: Sequence[Row]
     seen: Mapping[str, Any]
     timing: Sequence[Row]
-    fresh: Reevaluation | None = None
+    fresh: DrivenAgain | None = None
 
     @property
     def fitness(self) -> float:

@@ -14,6 +14,7 @@ from evolution.files import Row, csv_of, make_directory, write_text
 from evolution.statistics import TestResult, cliffs_delta, vargha_delaney_a12
 from evolution.studies.analysis.comparisons import Comparison, StudyAnalysis, analyse
 from evolution.studies.analysis.fresh import fresh_rows
+from evolution.studies.analysis.promises import promise_rows
 from evolution.studies.analysis.results import StudyResults, StudyRun
 
 TABLES = "tables"
@@ -40,6 +41,7 @@ def write_tables(results: StudyResults, analysis: StudyAnalysis | None = None) -
         "maps": lambda: [row for run in results.runs for row in map_rows(run)],
         "measures": lambda: [row for run in results.runs for row in measure_rows(run)],
         "repeats": lambda: fresh_rows(results),
+        "promises": lambda: promise_rows(results),
     }
     for name, rows in tables.items():
         write_text(folder / f"{name}.csv", csv_of(rows()))

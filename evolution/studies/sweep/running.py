@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from evolution.benchmark import bench_row
-from evolution.driving import Evaluator, Job, OnRun, ResultStore, RunResult, check_room, try_controllers
+from evolution.driving import WAIT_SECONDS, Evaluator, Job, OnRun, ResultStore, RunResult, check_room, try_controllers
 from evolution.files import DirectoryKind, Row, Table, Tabled, csv_of, read_csv, write_text
 from evolution.pictures import effects_figure, save_figure
-from evolution.runs import STORE
+from evolution.runs import STORE, rescuing
 from evolution.studies.engine import NAV2, Engine
 from evolution.studies.sweep.effects import effect_rows
 from evolution.studies.sweep.settings import SweepSettings
@@ -70,6 +70,7 @@ def run_sweep(
     only: Sequence[str] | None = None,
     maps: int | None = None,
     workers: int = 1,
+    wait_s: float = WAIT_SECONDS,
     engine: Engine = NAV2,
     on_run: OnRun | None = None,
 ) -> SweepResults:
@@ -82,6 +83,7 @@ def run_sweep(
         only: Names of the worlds to drive in now, besides the first; all if None.
         maps: Number of maps to drive now; all if None.
         workers: Number of worker processes.
+        wait_s: How long to wait for another process that has locked the results, s.
         engine: How runs are driven.
         on_run: Called after each run with its job, its result, and how many are left.
 
@@ -98,14 +100,16 @@ def run_sweep(
     _begin(path, settings, resume)
     jobs = [(name, job) for name in worlds for scenario in scenarios for job in plans[name].jobs(scenario)]
     with (
-        ResultStore(path / STORE) as store,
+        ResultStore(path / STORE, wait_s=wait_s) as store,
+        rescuing(SWEEP, path, store),
         Evaluator(
             engine.run_job, store, workers=workers, warm_up=engine.warm_up, executor=engine.executor
         ) as evaluator,
     ):
         results = evaluator.run([job for _, job in jobs], on_run)
-    rows = tuple(_row(name, job, result) for (name, job), result in zip(jobs, results, strict=True))
-    return _written(SweepResults(path, settings, rows))
+        rows = tuple(_row(name, job, result) for (name, job), result in zip(jobs, results, strict=True))
+        SWEEP.check_there(path)
+        return _written(SweepResults(path, settings, rows))
 
 
 def read_sweep(path: str | Path) -> SweepSettings:

@@ -31,9 +31,9 @@ class SweepSettings(Settings):
     """
 
     name: Name
-    maps: Annotated[int, Field(ge=1)] = 200
+    maps: Annotated[int, Field(ge=1, le=100_000)] = 200
     seed: Annotated[int, Field(ge=0)] = 0
-    repeats: Annotated[int, Field(ge=1)] = 1
+    repeats: Annotated[int, Field(ge=1, le=10_000)] = 1
     controllers: tuple[str | Document, ...] = DEFAULT_CONTROLLERS
     run: Document = Field(default_factory=dict)
     worlds: dict[Name, Document]

@@ -2,9 +2,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
-import textwrap
 import time
 
 import numpy as np
@@ -101,7 +98,7 @@ def test_workers_that_cannot_start_end_the_run_with_one_line(tmp_path, monkeypat
     monkeypatch.syspath_prepend(tmp_path)
     vanishing = __import__("vanishing")
     (tmp_path / "vanishing.py").write_text("")
-    with Evaluator(vanishing.drive) as evaluator, pytest.raises(RunError, match="workers die before their first run"):
+    with Evaluator(vanishing.drive) as evaluator, pytest.raises(RunError, match=r"workers cannot start: .*drive"):
         evaluator.run(jobs_of(plan_of("any")))
 
 
@@ -124,37 +121,6 @@ def test_ctrl_c_stops_the_workers_and_keeps_what_is_finished():
         assert time.monotonic() - began < 30
         assert len(evaluator.store) == 1
         assert evaluator.run(jobs_of(plan_of("any"))) == done
-
-
-def test_a_killed_parent_takes_hanging_workers_along():
-    script = """
-        import os, sys
-        from tests.evolution.fake_runs import misbehave
-        from tests.evolution.driving.test_evaluator import jobs_of, plan_of
-        from evolution.driving.evaluator import Evaluator
-        import evolution.driving.evaluator as module
-
-        if __name__ == "__main__":
-            def report(*_):
-                [pid] = evaluator._executor._pool._pool_manager.worker_manager.workers
-                print(pid, flush=True)
-            evaluator = Evaluator(misbehave)
-            evaluator.run(jobs_of(plan_of("good")), report)
-            evaluator.run(jobs_of(plan_of("hangs")))
-    """
-    parent = subprocess.Popen([sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True)
-    with parent:
-        assert parent.stdout is not None
-        worker = int(parent.stdout.readline())
-        parent.kill()
-    for _ in range(100):
-        try:
-            os.kill(worker, 0)
-        except ProcessLookupError:
-            return
-        time.sleep(0.1)
-    os.kill(worker, signal.SIGKILL)
-    pytest.fail("the worker outlived its parent")
 
 
 def test_bad_options_are_refused():

@@ -171,7 +171,7 @@ OF_A_REEVALUATION = [
     (without("maps", 0, "runs"), "maps.0.runs: is missing"),
     (with_value(None, "maps", 0, "runs", "dwb", 0, "time_s"), "maps.0.runs.dwb.0.time_s: should be a valid number"),
     (with_value("other", "map_set"), "belongs to another map set than the best one of the run"),
-    ("{", "cannot be read"),
+    ("{", "not a JSON file"),
 ]
 
 

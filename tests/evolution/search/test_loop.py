@@ -22,7 +22,7 @@ from evolution.search.settings import EvolveSettings, Experiment
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.generator import interior, is_drivable, sample_map
 from gym_mapbench.mapio.bundle import read_bundle
-from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings, drive
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings, drive, never
 
 SEARCH = EvolveSettings(pop_size=8, evaluations=44, shapes=SMALL, seed=5)
 EXPERIMENT = Experiment(SEARCH, CONTROLLERS, FakeRunSettings())
@@ -349,3 +349,99 @@ def test_bad_search_options_are_refused():
         Experiment(SEARCH, (CONTROLLERS[0], CONTROLLERS[0]), FakeRunSettings())
     with pytest.raises(ConfigError, match="controllers: expected at least one"):
         Experiment(SEARCH, (), FakeRunSettings())
+
+
+ROBUST = {
+    "archive": True,
+    "elite_seeds": 1,
+    "caution": 1.0,
+    "drive_last": ("mppi",),
+    "runs": 300,
+    "evaluations": 10_000,
+    "pop_size": 6,
+    "confirmation": {"seeds": 2, "candidates": 6, "claim_seeds": 3},
+    "mutation": {"probability": 1.0, "maps": "one", "adaptive": True},
+}
+
+
+@pytest.fixture(scope="module")
+def confirmed(tmp_path_factory):
+    """An uninterrupted run of a search that confirms its best set."""
+    path = tmp_path_factory.mktemp("confirmed") / "run"
+    return path, run(path, with_search(**ROBUST))
+
+
+def test_a_confirmed_search_keeps_to_its_runs_and_says_what_its_set_is_worth(confirmed):
+    path, result = confirmed
+    loaded = load_run(path)
+    assert 200 < len(loaded.runs) <= 300
+    said = loaded.best_results["confirmation"]
+    assert said["seeds"] == 3
+    assert said["runs"] == 3 * 3 * 3
+    assert loaded.best_results["fitness"] == said["fitness"] == result.confirmation.fitness
+    assert loaded.best_results["map_set"] == result.best.map_set.digest
+    counts = {len(runs) for entry in loaded.best_results["maps"] for runs in entry["runs"].values()}
+    assert min(counts) >= 1 + 1 + 2 + 3
+    readings = [entry["reading"] for entry in loaded.best_results["maps"] if entry["reading"] is not None]
+    assert readings == sorted(readings)
+    of_best = [row for row in loaded.runs if row["map"] == loaded.best_results["maps"][0]["map"]]
+    assert {row["repeat"] for row in of_best} == set(range(len(of_best) // 3))
+
+
+def test_a_confirmed_search_gives_the_same_files_whatever_the_workers_and_the_store(tmp_path, confirmed):
+    path, _ = confirmed
+    run(tmp_path / "two", with_search(**ROBUST), workers=2, store=path / STORE)
+    run(tmp_path / "fresh", with_search(**ROBUST), workers=2)
+    assert reproducible_files(tmp_path / "two") == reproducible_files(tmp_path / "fresh") == reproducible_files(path)
+
+
+@pytest.mark.parametrize("runs", [60, 150, 220])
+def test_a_confirmed_search_resumes_to_the_same_bytes(tmp_path, confirmed, runs):
+    class StopError(Exception):
+        """Somebody pulled the plug."""
+
+    driven = []
+
+    def stop(*run):
+        driven.append(run)
+        if len(driven) == runs:
+            raise StopError
+
+    experiment = with_search(**ROBUST)
+    with pytest.raises(StopError):
+        run(tmp_path / "run", experiment, on_run=stop)
+    for _ in range(2):  # the second time it is finished already
+        go_on(RunDir.open(tmp_path / "run"), experiment)
+        assert reproducible_files(tmp_path / "run") == reproducible_files(confirmed[0])
+
+
+def test_every_part_of_the_search_can_be_left_out(tmp_path):
+    parts = {"archive": {"archive": False, "elite_seeds": 0}, "elite": {"elite_seeds": 0}}
+    parts |= {"confirm": {"confirmation": None}, "last": {"drive_last": ()}}
+    parts |= {"one": {"mutation": {}}, "random": {"algorithm": "random"}}
+    digests = set()
+    for name, options in parts.items():
+        result = run(tmp_path / name, with_search(**{**ROBUST, **options}))
+        assert (result.confirmation is None) == (name == "confirm")
+        digests.add(result.best.map_set.digest)
+    assert len(digests) > 3
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"runs": 100}, r"runs: expected at least 153 \(54 for the first population and 99 for the confirmation\)"),
+        ({"archive": False}, "elite_seeds: expected 0 without archive, got 1"),
+        ({"failures": "par2"}, "drive_last: expected failures 'exclude' beside it, got 'par2'"),
+        ({"confirmation": {"candidates": 2}}, r"confirmation.candidates: expected at least maps_per_set \(3\), got 2"),
+    ],
+)
+def test_options_that_cannot_go_together_are_one_line(options, message):
+    with pytest.raises(ConfigError, match=message):
+        with_search(**{**ROBUST, **options})
+
+
+def test_a_search_whose_maps_nobody_solves_says_that_nothing_is_confirmed(tmp_path):
+    result = run(tmp_path / "run", with_search(**ROBUST), run_job=never)
+    assert result.confirmation is None
+    assert "confirmation" not in load_run(tmp_path / "run").best_results

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymoo.core.population import Population
 
-from evolution.search.operators.changes import Edit, move, scale, scale_shape
+from evolution.search.operators.changes import move, scale, scale_shape
 from evolution.search.operators.crossover import CROSSOVERS, MapCrossover, pool_crossover, position_crossover
 from evolution.search.operators.duplicates import MapSetDuplicates
-from evolution.search.operators.mutation import MapMutation, draw_changes, label_obstacles, mutate_map
+from evolution.search.operators.edits import Edit
+from evolution.search.operators.mutation import MapMutation, Mutator, draw_changes, label_obstacles, mutate_map
 from evolution.search.operators.repair import MapRepair, repair_scenario
 from evolution.search.operators.sampling import MapSampling, as_column, sample_map_set, scenario_on
 from evolution.search.settings import MutationSettings
@@ -92,7 +93,9 @@ def test_what_is_added_is_a_piece_of_a_family():
         assert 2 < sides[1] <= 30
     column = as_column([sample_map_set(rng, 2, THESIS)])
     settings = ONLY["add"].replace(probability=1.0)
-    pairs = [MapMutation(THESIS, settings, families)._do(None, column, random_state=rng)[0, 0] for _ in range(2)]
+    pairs = [
+        MapMutation(Mutator(THESIS, settings, families))._do(None, column, random_state=rng)[0, 0] for _ in range(2)
+    ]
     assert pairs[0].digest != pairs[1].digest
 
 
@@ -199,7 +202,7 @@ def test_pymoo_operators_work_on_object_columns():
 def test_individuals_are_mutated_with_p_m(probability):
     sets = small_sets(60)
     population = Population.new("X", as_column(sets))
-    mutation = MapMutation(SMALL, MutationSettings(probability=probability))
+    mutation = MapMutation(Mutator(SMALL, MutationSettings(probability=probability)))
     mutated = mutation.do(OneVariable(), population, random_state=np.random.default_rng(0))
     changed = [after.X[0] is not before for after, before in zip(mutated, sets, strict=True)]
     assert np.mean(changed) == pytest.approx(probability, abs=0.15)
@@ -261,7 +264,7 @@ def test_settings_without_other_operators_are_written_as_ever():
 @pytest.mark.parametrize(
     ("operators", "message"),
     [
-        ({"door": 0.5}, "operators: unknown mutation operator 'door'"),
+        ({"dor": 0.5}, "operators: unknown mutation operator 'dor'"),
         ({"add": 0.5}, "operators: expected other operators, got 'add', which has a probability of its own"),
         ({f"{HERE}:fill": 0.5}, "probabilities: expected a sum of 1, got move 0.25, .*fill 0.5"),
         ({f"{HERE}:HERE": 0.5}, "expected a function"),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from evolution.driving.jobs import RunResult
+from evolution.runs import DrivenAgain, judge
 from evolution.search.fitness import Fitness
 from evolution.search.settings import EvolveSettings, Experiment
 from evolution.studies import Configuration, StudyResults, StudyRun, StudySettings, load_results
@@ -18,7 +19,6 @@ from evolution.studies.analysis.fresh import conditions, fresh_rows, order_kept,
 from evolution.studies.analysis.judges import judges_of, name_of
 from evolution.studies.analysis.tables import map_rows, pair_rows, rank_rows, summary_rows, test_rows, write_tables
 from evolution.studies.analysis.verdict import verdict_of
-from evolution.studies.reevaluation import Reevaluation, judge
 from gym_mapbench.errors import ConfigError
 from tests.evolution.fake_runs import CONTROLLERS
 from tests.evolution.fake_study import ENGINE, FakeEnvironment, FakeWorld
@@ -82,7 +82,7 @@ def made_run(
     if fresh is not None:
         one = GINI(set_of([ALIKE], [TWICE], [FAR]))
         one = type(one)(**{**vars(one), "total": fresh})
-        again = Reevaluation(results, (one,), (one,), readings)
+        again = DrivenAgain(results, (one,), (one,), readings)
     chosen = Configuration(name=name, **(configuration or {}))
     return StudyRun(chosen, seed, Path(name), experiment, generations, document, [], again)
 
@@ -131,12 +131,12 @@ def test_every_fresh_seed_is_judged_alone():
 def test_order_and_curse_by_hand():
     results = set_of([ALIKE, FAR, ALIKE], [TWICE, TWICE, [None, 1, 4]], [FAR, ALIKE, FAR])
     singles = judge(results, GINI, 1)
-    again = Reevaluation(results, singles, singles, (0.0, 0.3, 0.6))
+    again = DrivenAgain(results, singles, singles, (0.0, 0.3, 0.6))
     assert again.orders == (True, False)  # once as seen, once reversed; once a map has no reading
     assert again.order_kept == 0.5
     assert again.success_rate == pytest.approx((1 + 1 + 8 / 9) / 3)
     assert again.fitness == np.median([one.total for one in singles])
-    assert np.isnan(Reevaluation(results, singles, singles, (0.0, None, 0.6)).order_kept)
+    assert np.isnan(DrivenAgain(results, singles, singles, (0.0, None, 0.6)).order_kept)
     run = made_run("a", 0, -8.0, -6.5)
     assert run.winners_curse == pytest.approx(1.5)
     assert np.isnan(made_run("a", 0, -8.0).winners_curse)
@@ -395,12 +395,12 @@ def test_the_order_is_judged_where_all_maps_are_solved():
     results = set_of([ALIKE, FAR, ALIKE], [TWICE, TWICE, [None, 1, 4]], [FAR, ALIKE, FAR])
     singles = judge(results, GINI, 1)
     run = made_run("a", 0, -8.0, -6.0)
-    again = Reevaluation(results, singles, singles, (0.0, 0.3, 0.6))
+    again = DrivenAgain(results, singles, singles, (0.0, 0.3, 0.6))
     driven = type(run)(**{**vars(run), "fresh": again})
     assert order_kept([driven]) == pytest.approx((1 / 2, 2 / 3))  # as seen, reversed, and once not solved
-    unseen = type(run)(**{**vars(run), "fresh": Reevaluation(results, singles, singles, (0.0, None, 0.6))})
+    unseen = type(run)(**{**vars(run), "fresh": DrivenAgain(results, singles, singles, (0.0, None, 0.6))})
     assert order_kept([unseen]) == pytest.approx((np.nan, np.nan), nan_ok=True)
-    never = Reevaluation(results, singles[2:], singles[2:], (0.0, 0.3, 0.6))
+    never = DrivenAgain(results, singles[2:], singles[2:], (0.0, 0.3, 0.6))
     failed = type(run)(**{**vars(run), "fresh": never})
     assert order_kept([failed]) == pytest.approx((np.nan, 0.0), nan_ok=True)
     assert "On no fresh seed were all maps of a set solved" in verdict_of(made_study(failed))[-1]

@@ -367,7 +367,10 @@ def bad_configurations(**second):
         ({"configurations": []}, "configurations: expected at least one"),
         ({"configurations": [{"name": "a/b"}]}, "name: expected up to 60 letters, digits and"),
         ({"configurations": [{"name": "a"}, {"name": "a"}]}, "expected different names, got 'a' twice"),
-        ({"configurations": bad_configurations(method="ga", of="a")}, "expected with method best_triple and with no"),
+        (
+            {"configurations": bad_configurations(method="ga", of="a")},
+            "best_triple or again and with no",
+        ),
         ({"configurations": bad_configurations(method="best_triple")}, "expected with method best_triple"),
         (
             {"configurations": bad_configurations(method="best_triple", of="a", experiment={"controllers": ["dwb"]})},

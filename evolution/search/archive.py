@@ -1,0 +1,142 @@
+"""The archive of a search: every map that was driven, with all its runs.
+
+It stands between the search and the evaluator: it knows which runs a map still lacks, drives costly controllers only
+where they can still matter, and finds the best set of everything driven so far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import product
+
+from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult, SetResults
+from evolution.search.exact import MAX_MAPS, MapResults, Names, best_set
+from evolution.search.fitness import Fitness, is_solved
+from gym_mapbench.scenario import MapSet, Scenario
+
+MAX_EXCHANGES = 100
+
+
+class Archive:
+    """All driven maps by their digest.
+
+    Args:
+        evaluator: Drives the runs.
+        plan: Which runs a map needs.
+        drive_last: Kinds of controllers that drive a map only where all others have reached the goal.
+        on_run: Called after each driven run (see :meth:`Evaluator.run`).
+
+    Attributes:
+        scenarios: The maps with their task, in order of first use.
+        count: Different runs asked for so far, driven or answered by the store.
+    """
+
+    def __init__(
+        self, evaluator: Evaluator, plan: JobPlan, drive_last: Collection[str] = (), on_run: OnRun | None = None
+    ) -> None:
+        self.evaluator = evaluator
+        self.plan = plan
+        self.on_run = on_run
+        self.scenarios: dict[str, Scenario] = {}
+        self.count = 0
+        self._runs: dict[str, list[list[RunResult]]] = {}
+        self._new: list[tuple[Job, RunResult]] = []
+        last = [spec.registered_name in drive_last for spec in plan.controllers]
+        stages = ([n for n, late in enumerate(last) if not late], [n for n, late in enumerate(last) if late])
+        self._stages = [stage for stage in stages if stage]
+
+    def evaluate(self, map_sets: Sequence[MapSet]) -> list[SetResults]:
+        """Drive what is new in these sets as often as the plan says, and return their results."""
+        scenarios = {scenario.map.digest: scenario for map_set in map_sets for scenario in map_set}
+        for digest, scenario in scenarios.items():
+            self.scenarios.setdefault(digest, scenario)
+            self._runs.setdefault(digest, [[] for _ in self.plan.controllers])
+        self.drive(dict.fromkeys(scenarios, self.plan.repeats))
+        return [self.results_of(map_set) for map_set in map_sets]
+
+    def drive(self, repeats: Mapping[str, int], *, everyone: bool = False) -> None:
+        """Drive known maps until each controller has so many runs on them; runs it has already are kept.
+
+        Args:
+            repeats: For each map, by digest, the number of runs.
+            everyone: Whether the costly controllers drive whatever the others did.
+        """
+        for number, stage in enumerate([range(len(self.plan.controllers))] if everyone else self._stages):
+            driven = [digest for digest in repeats if number == 0 or self._solved_by(self._stages[0], digest)]
+            self._drive([job for digest in driven for job in self._missing(digest, stage, repeats[digest])])
+
+    def take_new(self) -> list[tuple[Job, RunResult]]:
+        """Return the runs since the last call, in the order in which they were asked for."""
+        new, self._new = self._new, []
+        return new
+
+    def results(self, digest: str) -> MapResults:
+        """Return the results of one map, ``[controller][repeat]``."""
+        return tuple(map(tuple, self._runs[digest]))
+
+    def results_of(self, map_set: MapSet) -> SetResults:
+        """Return the results of a set whose maps have all been driven."""
+        return tuple(self.results(scenario.map.digest) for scenario in map_set)
+
+    def repeats_of(self, digest: str) -> int:
+        """Return how often a map was driven."""
+        return max(map(len, self._runs[digest]))
+
+    def solved(self, without: Collection[str] = ()) -> dict[str, MapResults]:
+        """Return the maps on which every controller always reached the goal, except for some."""
+        results = {digest: self.results(digest) for digest in self._runs if digest not in without}
+        return {digest: of_map for digest, of_map in results.items() if is_solved(of_map)}
+
+    def map_set(self, names: Iterable[str]) -> MapSet:
+        """Return the set of some maps, named by digest."""
+        return MapSet(tuple(self.scenarios[name] for name in names))
+
+    def best(self, fitness: Fitness, size: int, without: Collection[str] = ()) -> Names:
+        """Return the best set of solved maps; empty if there are fewer than ``size``.
+
+        It is exact for up to three maps and a fitness that knows how, else no single exchange improves it.
+        """
+        maps = self.solved(without)
+        if len(maps) < size:
+            return ()
+        if size <= MAX_MAPS and fitness.kind.exact:
+            return best_set(maps, fitness, size)
+        return best_by_exchange(maps, fitness, size)
+
+    def _drive(self, jobs: Sequence[Job]) -> None:
+        place = {spec.name: number for number, spec in enumerate(self.plan.controllers)}
+        for job, result in zip(jobs, self.evaluator.run(jobs, self.on_run), strict=True):
+            self._runs[job.scenario.map.digest][place[job.controller.name]].append(result)
+            self._new.append((job, result))
+        self.count += len(jobs)
+
+    def _missing(self, digest: str, stage: Iterable[int], repeats: int) -> list[Job]:
+        runs, scenario = self._runs[digest], self.scenarios[digest]
+        return [
+            self.plan.job(scenario, number, repeat) for number in stage for repeat in range(len(runs[number]), repeats)
+        ]
+
+    def _solved_by(self, stage: Iterable[int], digest: str) -> bool:
+        return all(run.success for number in stage for run in self._runs[digest][number])
+
+
+def best_by_exchange(maps: dict[str, MapResults], fitness: Fitness, size: int) -> Names:
+    """Return a set that no exchange of a single map improves, begun with the first maps.
+
+    Args:
+        maps: Results of every map, by name; at least ``size``.
+        fitness: Judges sets.
+        size: Maps in a set.
+    """
+    best = tuple(maps)[:size]
+    least = fitness(tuple(maps[name] for name in best)).total
+    for _ in range(MAX_EXCHANGES):
+        tried = [
+            (*best[:place], name, *best[place + 1 :]) for place, name in product(range(size), maps) if name not in best
+        ]
+        totals = [fitness(tuple(maps[name] for name in names)).total for names in tried]
+        if not totals or min(totals) >= least:
+            break
+        least = min(totals)
+        best = tried[totals.index(least)]
+    return best

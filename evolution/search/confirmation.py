@@ -1,0 +1,291 @@
+"""Confirmation: the maps that could end in the best set are driven with new seeds before a set is named.
+
+A search keeps what went best, luck included. So its best maps are driven again with seeds that it has not used; those
+that fail once are out. Of the rest, the set is chosen by what it can be relied on for: the value that nine in ten
+of its single drives reach, a drive in which the maps are out of order gaining nothing. Its maps are driven with as many
+new seeds again, until the choice stays. What that set is worth is then said by further new seeds, which chose nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, pairwise, product
+from statistics import fmean, median
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evolution.driving import RunResult, SetResults
+from evolution.search.archive import Archive
+from evolution.search.budget import Budget
+from evolution.search.exact import MapResults, Names
+from evolution.search.fitness import Fitness, FitnessBreakdown, is_solved, order_of, repeats_of
+from evolution.search.settings import EvolveSettings
+from evolution.statistics import wilson_interval
+from gym_mapbench.scenario import MapSet
+
+MAX_COMBINATIONS = 1024
+MIDDLE = (2.5, 97.5)
+SHORT_LIST = 40
+"""Sets whose single drives are looked at; they are those that are best by their mean readings and their order."""
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """What the best set is worth on seeds that the search did not use.
+
+    Args:
+        seeds: New seeds on each map.
+        fitness: Median fitness of driving the set once, over all combinations of one new seed for each map.
+        interval: Between which values the middle 95 % of these lie.
+        fitness_par2: The same median, if a failed run counts as twice the time limit.
+        order_kept: Share of the combinations in which the maps' readings are in the order of their means.
+        goals: Runs that reached the goal, with the new seeds.
+        runs: Runs with the new seeds.
+        goals_interval: 95 % interval (Wilson) of the share of goals.
+        candidates: Maps that were driven with the new seeds.
+    """
+
+    seeds: int
+    fitness: float
+    interval: tuple[float, float]
+    fitness_par2: float | None
+    order_kept: float
+    goals: int
+    runs: int
+    goals_interval: tuple[float, float]
+    candidates: int
+
+
+class Confirmed(NamedTuple):
+    """The chosen set.
+
+    Args:
+        map_set: Its maps, in order of their readings.
+        judged: How it was judged when it was chosen.
+        claim: What it is worth on seeds that chose nothing.
+    """
+
+    map_set: MapSet
+    judged: FitnessBreakdown
+    claim: Confirmation
+
+
+def confirm(archive: Archive, fitness: Fitness, settings: EvolveSettings, budget: Budget) -> Confirmed | None:
+    """Drive the maps that could end in the best set with new seeds, choose the set that holds, and drive that again.
+
+    Args:
+        archive: Every driven map.
+        fitness: Judges sets.
+        settings: Options of the search, with a confirmation.
+        budget: Limits the runs.
+
+    Returns:
+        The chosen set; None if fewer maps were solved than a set has.
+    """
+    assert settings.confirmation is not None
+    candidates = _Candidates(archive, fitness, settings, budget)
+    candidates.confirm_best()
+    candidates.confirm_others()
+    if len(candidates.names) < settings.maps_per_set:
+        return None
+    names = candidates.settle()
+    chosen, seeds = archive.map_set(names), settings.confirmation.claim_seeds
+    judged = fitness(archive.results_of(chosen))
+    archive.drive({name: archive.repeats_of(name) + seeds for name in names}, everyone=True)
+    return Confirmed(chosen, judged, claim(archive.results_of(chosen), judged, fitness, seeds, len(candidates.names)))
+
+
+class _Candidates:
+    """The maps that are driven with new seeds."""
+
+    def __init__(self, archive: Archive, fitness: Fitness, settings: EvolveSettings, budget: Budget) -> None:
+        assert settings.confirmation is not None
+        self.archive = archive
+        self.fitness = fitness
+        self.settings = settings
+        self.options = settings.confirmation
+        self.budget = budget
+        self.names: dict[str, None] = {}
+
+    def confirm_best(self) -> None:
+        """Drive the best set until it stays the best."""
+        while self._drive(self.archive.best(self.fitness, self.settings.maps_per_set)):
+            pass
+
+    def confirm_others(self) -> None:
+        """Drive the best sets of the other maps, one after the other."""
+        while self._drive(self.archive.best(self.fitness, self.settings.maps_per_set, without=self.names)):
+            pass
+
+    def settle(self) -> Names:
+        """Return the set that is still chosen after its maps were driven with as many new seeds once more."""
+        settled: set[str] = set()
+        while True:
+            names = choose({name: self.archive.results(name) for name in self.names}, self.fitness, self.settings)
+            new = [name for name in names if name not in settled]
+            if not new or not self._drive_further({name: self.archive.repeats_of(name) for name in new}):
+                return names
+            settled.update(new)
+
+    def _drive(self, names: Names) -> bool:
+        """Drive the maps among these that are new; False if there are none, or no more are wanted."""
+        new = [name for name in names if name not in self.names][: self.options.candidates - len(self.names)]
+        elite = {name: max(self.archive.repeats_of(name), self.settings.elite_repeats) for name in new}
+        if not new or not self._drive_further(elite):
+            return False
+        self.names |= dict.fromkeys(new)
+        return True
+
+    def _drive_further(self, known: Mapping[str, int]) -> bool:
+        """Drive maps until each has so many repeats, and those that were always solved with the new seeds.
+
+        Returns:
+            Whether the runs sufficed, with enough left for the claim; nothing is driven where they do not.
+        """
+        wanted = {name: repeats + self.options.seeds for name, repeats in known.items()}
+        claim_runs = self.budget.controllers * self.settings.maps_per_set * self.options.claim_seeds
+        if self.budget.cost_of(wanted) + claim_runs > self.budget.runs_to_confirm:
+            return False
+        self.archive.drive(known)
+        self.archive.drive({name: wanted[name] for name in wanted if is_solved(self.archive.results(name))})
+        return True
+
+
+def choose(maps: Mapping[str, MapResults], fitness: Fitness, settings: EvolveSettings) -> Names:
+    """Return the set that can be relied on most, its maps in order of their readings; fewest failures come first.
+
+    Args:
+        maps: Results of the candidates, by name.
+        fitness: Judges sets.
+        settings: Options of the search, with a confirmation.
+    """
+    options = settings.confirmation
+    assert options is not None
+    solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
+    if len(solved) >= settings.maps_per_set:
+        maps = solved
+    readings = {name: np.array(readings_of(of_map, fitness)) for name, of_map in maps.items()}
+
+    def roughly(names: Names) -> float:
+        total = fitness(tuple(maps[name] for name in names)).total
+        return min(total, 0.0) * chance_of_order([readings[name] for name in names]) + max(total, 0.0)
+
+    def reliable(names: Names) -> float:
+        results = tuple(maps[name] for name in names)
+        return float(np.quantile(gains_of(results, fitness), options.reliability))
+
+    short_list = sorted(combinations(maps, settings.maps_per_set), key=roughly)[:SHORT_LIST]
+    best = min(short_list, key=reliable)
+    return tuple(sorted(best, key=lambda name: _place(fitness((maps[name],)).readings[0])))
+
+
+def _place(reading: float | None) -> float:
+    """Return what maps are sorted by: those without a reading come last."""
+    return np.inf if reading is None else reading
+
+
+def gains_of(results: SetResults, fitness: Fitness) -> list[float]:
+    """Return the fitness of each combination of single drives; at least 0 where the maps are out of order."""
+    drives = [fitness(one) for one in combined(results)]
+    return [
+        drive.total if kept else max(drive.total, 0.0)
+        for drive, kept in zip(drives, in_order(drives, fitness(results), fitness), strict=True)
+    ]
+
+
+def chance_of_order(readings: Sequence[NDArray[np.float64]]) -> float:
+    """Return how likely single drives are to keep the order of the mean readings, if maps do not depend on each other.
+
+    Args:
+        readings: For each map the readings of single drives.
+    """
+    if not all(len(one) for one in readings):
+        return 0.0
+    ordered = sorted(readings, key=np.mean)
+    return float(np.prod([(below[:, None] < above[None, :]).mean() for below, above in pairwise(ordered)]))
+
+
+def readings_of(of_map: MapResults, fitness: Fitness) -> list[float]:
+    """Return the reading of each repeat of a map; repeats without one are left out."""
+    singles = [fitness((one,)).readings[0] for one in singles_of(of_map)]
+    return [reading for reading in singles if reading is not None]
+
+
+def singles_of(of_map: MapResults) -> list[MapResults]:
+    """Return each repeat of a map alone."""
+    return [tuple(runs[number : number + 1] for runs in of_map) for number in range(repeats_of(of_map))]
+
+
+def claim(results: SetResults, judged: FitnessBreakdown, fitness: Fitness, seeds: int, candidates: int) -> Confirmation:
+    """Say what a set is worth by its last ``seeds`` repeats, which the search did not see.
+
+    Args:
+        results: Results of the set.
+        judged: How it was judged when it was chosen.
+        fitness: Judges sets.
+        seeds: Repeats to look at; fewer where a map was not driven so often, because it failed.
+        candidates: Maps that were driven with these seeds.
+    """
+    last = tuple(_last(of_map, seeds) for of_map in results)
+    drives = [fitness(one) for one in combined(last)]
+    totals = [one.total for one in drives]
+    runs: list[RunResult] = [run for of_map in last for of_controller in of_map for run in of_controller]
+    goals = sum(run.success for run in runs)
+    low, high = np.percentile(totals, MIDDLE)
+    return Confirmation(
+        seeds=seeds,
+        fitness=median(totals),
+        interval=(float(low), float(high)),
+        fitness_par2=_par2(last, fitness),
+        order_kept=fmean(in_order(drives, judged, fitness)),
+        goals=goals,
+        runs=len(runs),
+        goals_interval=wilson_interval(goals, len(runs)),
+        candidates=candidates,
+    )
+
+
+def _last(of_map: MapResults, seeds: int) -> MapResults:
+    first = max(repeats_of(of_map) - seeds, 0)
+    return tuple(runs[first:] for runs in of_map)
+
+
+def combined(results: SetResults) -> list[SetResults]:
+    """Return the set as if driven once, for every combination of one repeat of each map.
+
+    Of more than 1,024 combinations, those are taken in which the repeats of neighbouring maps are equally far apart.
+    """
+    singles = [singles_of(of_map) for of_map in results]
+    counts = [len(of_map) for of_map in singles]
+    if np.prod(counts, dtype=float) <= MAX_COMBINATIONS:
+        return [tuple(chosen) for chosen in product(*singles)]
+    most = max(counts)
+    return [
+        tuple(of_map[(first + place * step) % len(of_map)] for place, of_map in enumerate(singles))
+        for first in range(most)
+        for step in range(most)
+    ]
+
+
+def in_order(drives: Sequence[FitnessBreakdown], judged: FitnessBreakdown, fitness: Fitness) -> list[bool]:
+    """Say of each drive whether the maps' readings are in the order by which the set was judged, if order counts.
+
+    Args:
+        drives: The set as if driven once, several times.
+        judged: The set by all its runs.
+        fitness: Judged it.
+    """
+    wanted = order_of(judged.readings)
+    return [wanted is not None and (order_of(one.readings) == wanted or not fitness.kind.ordered) for one in drives]
+
+
+def _par2(results: SetResults, fitness: Fitness) -> float | None:
+    """Return the median fitness if failed runs count as twice the time limit; None where only times can."""
+    options = fitness.settings
+    if options.metric != "time" or fitness.kind.solved_only or any(len(set(map(len, one))) > 1 for one in results):
+        return None
+    counted = replace(fitness, settings=options.replace(failures="par2", drive_last=()))
+    return median(counted(one).total for one in combined(results))

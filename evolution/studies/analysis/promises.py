@@ -1,0 +1,102 @@
+"""Promises: what the searches of a study said of their best sets, and what became of it on fresh seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import fmean, median
+
+import numpy as np
+
+from evolution.driving import RunResult, SetResults
+from evolution.files import Row
+from evolution.statistics import median_interval, pairwise_mann_whitney, vargha_delaney_a12
+from evolution.studies.analysis.results import StudyResults, StudyRun
+
+KEPT = 0.5
+"""A promise is kept if the fitness on fresh seeds differs from the one the search said by no more than this."""
+EQUAL = 1.2
+"""Controllers are alike if one takes no longer than this many times the other."""
+BOOTSTRAP_SEED = 0
+
+
+def promise_rows(results: StudyResults) -> list[Row]:
+    """Return a row for every configuration whose sets were driven again.
+
+    ``a12`` is how often, of all pairs of runs, this configuration is better on fresh seeds than the first one whose
+    sets were driven in the same world, ties counting half; ``p_value`` is of Mann and Whitney's test of the two.
+    """
+    groups = {
+        name: again
+        for name, runs in results.by_configuration.items()
+        if (again := [run for run in runs if run.fresh is not None])
+    }
+    return [_row(name, runs, _reference(runs, groups)) for name, runs in groups.items()]
+
+
+def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> Row:
+    fresh, seen = np.array([_fresh(run) for run in runs]), np.array([run.fitness for run in runs])
+    low, high = median_interval(fresh, np.random.default_rng(BOOTSTRAP_SEED))
+    same = [run.seed for run in reference] == [run.seed for run in runs] and reference[0].path == runs[0].path
+    others = [_fresh(run) for run in reference]
+    tested = not same and len(runs) > 1 and len(others) > 1
+    return {
+        "configuration": name,
+        "n": len(runs),
+        "claimed": float(np.median(seen)),
+        "fresh": float(np.median(fresh)),
+        "fresh_low": low,
+        "fresh_high": high,
+        "off": float(np.median(np.abs(fresh - seen))),
+        "kept": float(np.mean(np.abs(fresh - seen) <= KEPT)),
+        "goals": fmean(run.fresh.success_rate for run in runs if run.fresh is not None),
+        "order": fmean(order_share(run) for run in runs),
+        "roles": fmean(fills_roles(run.fresh.results) for run in runs if run.fresh is not None),
+        "a12": vargha_delaney_a12(others, fresh) if tested else None,
+        "p_value": pairwise_mann_whitney({"a": fresh, "b": others}, [("a", "b")])[0].p_value if tested else None,
+    }
+
+
+def _fresh(run: StudyRun) -> float:
+    assert run.fresh is not None
+    return run.fresh.fitness
+
+
+def _reference(runs: Sequence[StudyRun], groups: dict[str, list[StudyRun]]) -> list[StudyRun]:
+    """Return the runs of the first configuration that was judged by the same fitness, in the same world."""
+
+    def world(run: StudyRun) -> tuple[str, object, object]:
+        document = run.experiment.document()["run"]
+        document.get("environment", {}).pop("noise", None)  # the sets are driven again with the noise of the study
+        return run.experiment.search.fitness, document, run.configuration.fresh_noise
+
+    return next(others for others in groups.values() if world(others[0]) == world(runs[0]))
+
+
+def order_share(run: StudyRun) -> float:
+    """Return the share of all fresh drives of a set in which every map has a reading and they are in the seen order."""
+    assert run.fresh is not None
+    return sum(run.fresh.orders) / len(run.fresh.singles)
+
+
+def fills_roles(results: SetResults) -> bool:
+    """Whether a set has a map with one group of controllers, one with two, and so on, by their median times.
+
+    Controllers of one group differ by no more than a factor of 1.2 in all; two groups are further apart than that.
+
+    Args:
+        results: Results of the set; failed runs are left out.
+    """
+    found = {groups_in(of_map) for of_map in results}
+    return set(range(1, len(results[0]) + 1)) <= found
+
+
+def groups_in(of_map: Sequence[Sequence[RunResult]]) -> int:
+    """Return how many groups controllers form on a map; 0 if one never reached the goal, or groups are not clear."""
+    times = [[run.time_s for run in runs if run.success] for runs in of_map]
+    if not all(times):
+        return 0
+    ordered = sorted(median(one) for one in times)
+    starts = [0, *(place for place in range(1, len(ordered)) if ordered[place] > EQUAL * ordered[place - 1])]
+    ends = [*starts[1:], len(ordered)]
+    clear = all(ordered[end - 1] <= EQUAL * ordered[start] for start, end in zip(starts, ends, strict=True))
+    return len(starts) if clear else 0

@@ -1,0 +1,42 @@
+"""Poses seen from other frames."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gym_mapbench.kernels.geometry import wrap_angle
+from gym_mapbench.kernels.jit import kernel
+
+TWO_PI = 2.0 * math.pi
+
+
+@kernel
+def move_path(x, y, yaw, path):
+    """Return ``path`` ``(n, 3)`` moved into the frame in which ``path``'s own frame has the pose ``x``, ``y``, ``yaw``.
+
+    Headings are wrapped to (-pi, pi].
+    """
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    moved = np.empty((len(path), 3))
+    for i in range(len(path)):
+        moved[i, 0] = x + (cos * path[i, 0] - sin * path[i, 1])
+        moved[i, 1] = y + (sin * path[i, 0] + cos * path[i, 1])
+        moved[i, 2] = -((-(yaw + path[i, 2]) + math.pi) % TWO_PI - math.pi)
+    return moved
+
+
+@kernel
+def compose(frame_x, frame_y, frame_yaw, x, y, yaw):
+    """Transform a pose from a frame into the one in which the frame itself is given; m, rad in (-pi, pi]."""
+    cos, sin = math.cos(frame_yaw), math.sin(frame_yaw)
+    return frame_x + (cos * x - sin * y), frame_y + (sin * x + cos * y), wrap_angle(frame_yaw + yaw)
+
+
+@kernel
+def in_robot_frame(goal_x, goal_y, goal_yaw, x, y, yaw):
+    """Return x, y (m) and yaw (rad) of a goal, seen from a pose."""
+    dx, dy = goal_x - x, goal_y - y
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return cos * dx + sin * dy, cos * dy - sin * dx, wrap_angle(goal_yaw - yaw)

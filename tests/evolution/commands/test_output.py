@@ -1,0 +1,35 @@
+"""What a command writes where: nothing but results on standard output, and nothing where it only reads."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from evolution.report.writing import write_report
+from tests.evolution.fake_study import ENGINE
+
+OFFICE = Path(__file__).resolve().parents[3] / "examples" / "office.yaml"
+
+
+def test_a_controller_that_prints_does_not_break_json():
+    command = [sys.executable, "-m", "evolution", "bench", str(OFFICE), "--time-limit", "1", "--workers", "1"]
+    command += ["--format", "json", "--controllers", "talker=tests.evolution.talkative:Talker"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    (run,) = json.loads(done.stdout)["runs"]
+    assert run["controller"] == "talker"
+    for text in ("a controller says hello", "so does its library", "in C"):
+        assert text in done.stderr
+
+
+def contents(path):
+    return {str(one): one.read_bytes() for one in sorted(path.rglob("*")) if one.is_file()}
+
+
+def test_a_report_elsewhere_writes_nothing_into_the_directory(study_path, tmp_path):
+    before = contents(study_path)
+    for path in (study_path, study_path / "runs" / "gini_6" / "seed-0000"):
+        page = write_report(path, tmp_path / f"{path.name}.html", ENGINE)
+        assert page.read_text(encoding="utf-8").count("data:image/png") > 2
+    assert contents(study_path) == before

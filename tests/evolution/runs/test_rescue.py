@@ -1,0 +1,69 @@
+"""A run directory that is deleted or moved while it is being filled: nothing is lost."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from evolution.driving import Evaluator, ResultStore
+from evolution.runs import RUN, RunDir, rescuing
+from evolution.search import evolve
+from gym_mapbench.errors import RunError
+from tests.evolution import fake_study
+from tests.evolution.fake_study import read_experiment
+
+SEARCH = {"pop_size": 4, "evaluations": 16, "seed": 3}
+
+
+def run(path, on_generation=None):
+    """Begin or continue a search of fake runs; returns the number of driven runs."""
+    experiment = read_experiment({"search": SEARCH})
+    rundir = RunDir.open(path) if RUN.holds(path) else RunDir.create(path, experiment)
+    with (
+        ResultStore(rundir.store_path) as store,
+        rescuing(RUN, rundir.path, store),
+        Evaluator(fake_study.run_job, store) as evaluator,
+    ):
+        evolve(experiment, evaluator, rundir, on_generation=on_generation)
+        return evaluator.driven
+
+
+def files_of(path):
+    names = [one for one in sorted(path.rglob("*")) if one.is_file() and not one.name.startswith(("timing", "results"))]
+    return {str(one.relative_to(path)): one.read_bytes() for one in names}
+
+
+@pytest.mark.parametrize("vanish", [shutil.rmtree, lambda path: path.rename(path.with_name("moved"))])
+def test_a_search_whose_directory_vanishes_is_continued_elsewhere(tmp_path, vanish):
+    whole = run(tmp_path / "whole")
+
+    def on_generation(progress):
+        if progress.row["generation"] == 2:
+            vanish(tmp_path / "gone")
+
+    with pytest.raises(RunError, match=r"gone: was deleted or moved .* results so far are in .*gone-rescued-\d+"):
+        run(tmp_path / "gone", on_generation)
+    assert not (tmp_path / "gone").exists()
+    (rescued,) = tmp_path.glob("gone-rescued-*")
+    assert 0 < run(rescued) < whole
+    assert files_of(rescued) == files_of(tmp_path / "whole")
+
+
+def test_other_errors_pass(tmp_path):
+    def fail(_):
+        raise RunError("something else")
+
+    with pytest.raises(RunError, match=r"^something else$"):
+        run(tmp_path / "run", fail)
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_link_is_not_written_through(tmp_path):
+    run(tmp_path / "run")
+    (tmp_path / "outside").write_text("precious")
+    (tmp_path / "run" / ".checkpoint.json.partial").symlink_to(tmp_path / "outside")
+    rundir = RunDir.open(tmp_path / "run")
+    with pytest.raises(RunError, match="cannot be written"):
+        rundir.write_checkpoint({})
+    assert (tmp_path / "outside").read_text() == "precious"

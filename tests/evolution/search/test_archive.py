@@ -1,0 +1,138 @@
+"""The archive: what it drives, what it leaves out, and the best set it finds; the elite and the budget."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from evolution.driving import ControllerSpec, Evaluator, JobPlan, RunResult
+from evolution.search.archive import Archive, best_by_exchange
+from evolution.search.budget import Budget
+from evolution.search.elite import find_elite
+from evolution.search.fitness import Fitness
+from evolution.search.operators.sampling import sample_map_set
+from evolution.search.settings import EvolveSettings
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings
+
+
+def answer(job):
+    """Fail where the map is dense; else take longer on denser maps, and differently long with each seed."""
+    share = float(job.scenario.map.occupancy.mean())
+    slow = 3.0 if job.controller.registered_name == "mppi" else 1.0
+    luck = np.random.default_rng(job.seed).uniform(0.9, 1.1)
+    outcome = "timeout" if share > 0.25 and job.controller.name == "dwb" else "goal"
+    return RunResult(outcome, (10.0 + slow * 100.0 * share) * luck, 1.0, seed=job.seed)
+
+
+class Answers(Evaluator):
+    """Answers jobs in this process, and keeps them."""
+
+    def __init__(self):
+        super().__init__(answer)
+        self.jobs = []
+
+    def run(self, jobs, on_run=None):
+        self.jobs += jobs
+        return [answer(job) for job in jobs]
+
+
+def archive_of(drive_last=(), controllers=CONTROLLERS):
+    plan = JobPlan(controllers, FakeRunSettings())
+    return Archive(Answers(), plan, drive_last)
+
+
+def sets_of(count=4, seed=0):
+    rng = np.random.default_rng(seed)
+    return [sample_map_set(rng, 3, SMALL) for _ in range(count)]
+
+
+def test_every_map_is_driven_once_and_more_only_when_asked_for():
+    archive, sets = archive_of(), sets_of()
+    first = archive.evaluate(sets)
+    assert archive.count == len(archive.evaluator.jobs) == 4 * 3 * 3
+    assert archive.evaluate(sets[::-1]) == first[::-1]
+    assert archive.count == 36
+    digest = sets[0][0].map.digest
+    archive.drive({digest: 3})
+    assert archive.count == 36 + 2 * 3
+    assert [len(runs) for runs in archive.results(digest)] == [3, 3, 3]
+    seeds = [run.seed for runs in archive.results(digest) for run in runs]
+    assert len(set(seeds)) == len(seeds)
+    assert len(archive.take_new()) == 42
+    assert archive.take_new() == []
+
+
+def test_costly_controllers_drive_only_what_the_others_solved():
+    archive = archive_of(drive_last=("mppi", "not_compared"))
+    results = archive.evaluate(sets_of(12))
+    maps = [of_map for one in results for of_map in one]
+    unsolved = [of_map for of_map in maps if not of_map[0][0].success]
+    assert 0 < len(unsolved) < len(maps)
+    assert all((len(of_map[1]) == 0) == (of_map in unsolved) for of_map in maps)
+    fitness = Fitness.of(EvolveSettings(drive_last=("mppi",)), 150.0)
+    whole = archive_of().evaluate(sets_of(12))
+    for one, other in zip(results, whole, strict=True):
+        left_out = sum(len(runs) == 0 for of_map in one for runs in of_map)
+        assert fitness(one).success_rate == pytest.approx(fitness(other).success_rate - left_out / 9)
+        if left_out == 0:
+            assert fitness(one) == fitness(other)
+
+
+def test_kinds_are_left_out_not_names():
+    named = (
+        ControllerSpec(name="dwb"),
+        ControllerSpec(name="slow", kind="mppi"),
+        ControllerSpec(name="mppi", kind="rpp"),
+    )
+    archive = archive_of(("mppi",), named)
+    archive.evaluate(sets_of(12))
+    counts = {name: sum(job.controller.name == name for job in archive.evaluator.jobs) for name in ("slow", "mppi")}
+    assert counts["slow"] < counts["mppi"] == 36
+
+
+@pytest.mark.parametrize("size", [2, 3, 4])
+def test_the_best_set_is_one_of_solved_maps_that_no_exchange_improves(size):
+    archive, fitness = archive_of(), Fitness.of(EvolveSettings(maps_per_set=size), 150.0)
+    archive.evaluate(sets_of(8))
+    solved = archive.solved()
+    names = archive.best(fitness, size)
+    assert set(names) <= set(solved)
+    least = fitness(archive.results_of(archive.map_set(names))).total
+    assert least == fitness(tuple(solved[name] for name in names)).total
+    for gone in names:
+        for new in set(solved) - set(names):
+            changed = [new if name == gone else name for name in names]
+            assert fitness(tuple(solved[name] for name in changed)).total >= least - 1e-9
+    if size < 4:
+        everything = (fitness(tuple(solved[name] for name in some)).total for some in combinations(solved, size))
+        assert least == pytest.approx(min(everything))
+    assert archive.best(fitness, size, without=list(solved)[: len(solved) - size + 1]) == ()
+
+
+def test_exchange_ends_where_there_is_nothing_to_exchange():
+    archive = archive_of()
+    archive.evaluate(sets_of(1))
+    solved = archive.solved()
+    assert set(best_by_exchange(solved, Fitness.of(EvolveSettings(), 150.0), len(solved))) == set(solved)
+
+
+def test_the_elite_is_driven_again_and_more_often_while_it_stays():
+    options = EvolveSettings(archive=True, elite_seeds=2, caution=1.0)
+    archive, fitness = archive_of(), Fitness.of(options, 150.0)
+    archive.evaluate(sets_of(8))
+    budget = Budget(options, archive)
+    for _ in range(12):
+        names = find_elite(archive, fitness, options, budget)
+    assert min(map(archive.repeats_of, names)) >= 3
+    assert max(map(archive.repeats_of, archive.scenarios)) == options.most_elite_repeats == 9
+    assert names == archive.best(fitness, 3)
+
+
+def test_the_elite_keeps_to_the_budget():
+    options = EvolveSettings(archive=True, elite_seeds=2, runs=72 + 17, pop_size=8, evaluations=8)
+    archive, fitness = archive_of(), Fitness.of(options, 150.0)
+    archive.evaluate(sets_of(8))
+    assert find_elite(archive, fitness, options, Budget(options, archive)) == archive.best(fitness, 3)
+    assert archive.count == 72

@@ -1,0 +1,84 @@
+"""Confirmation: which set new seeds choose, and what they say of it."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from evolution.driving import RunResult
+from evolution.search.confirmation import chance_of_order, choose, claim, combined, singles_of
+from evolution.search.fitness import Fitness
+from evolution.search.settings import ConfirmationSettings, EvolveSettings
+
+OPTIONS = EvolveSettings(confirmation=ConfirmationSettings(), aggregate="median")
+FITNESS = Fitness.of(OPTIONS, 150.0)
+
+
+def map_with(*slowest, outcome="goal"):
+    """A map on which two controllers always take 20 s, and the third these times."""
+    steady = tuple(RunResult("goal", 20.0, 1.0) for _ in slowest)
+    return steady, steady, tuple(RunResult(outcome, time, 1.0) for time in slowest)
+
+
+EQUAL, MIDDLE, APART = map_with(*[20.0] * 8), map_with(*[30.0] * 8), map_with(*[44.0] * 8)
+
+
+def said_of(results, seeds, candidates):
+    """What the last seeds say of a set."""
+    return claim(results, FITNESS(results), FITNESS, seeds, candidates)
+
+
+def test_the_reliable_set_is_chosen_and_not_the_one_with_the_best_mean():
+    lucky = map_with(20.0, 20.0, 20.0, 120.0, 120.0, 120.0, 120.0, 120.0)
+    maps = {"lucky": lucky, "apart": APART, "equal": EQUAL, "middle": MIDDLE}
+    assert FITNESS((EQUAL, MIDDLE, lucky)).total < FITNESS((EQUAL, MIDDLE, APART)).total
+    assert choose(maps, FITNESS, OPTIONS) == ("equal", "middle", "apart")
+
+
+def test_maps_that_would_swap_places_are_not_put_side_by_side():
+    near = map_with(*[29.0, 31.0] * 4)
+    maps = {"near": near, "middle": MIDDLE, "apart": APART, "equal": EQUAL}
+    assert choose(maps, FITNESS, OPTIONS) in (("equal", "near", "apart"), ("equal", "middle", "apart"))
+
+
+def test_a_map_that_failed_once_is_out_while_others_suffice():
+    failed = map_with(*[80.0] * 7, 80.0, outcome="timeout")
+    assert "failed" not in choose({"failed": failed, "a": EQUAL, "b": MIDDLE, "c": APART}, FITNESS, OPTIONS)
+    assert set(choose({"failed": failed, "a": EQUAL, "b": MIDDLE}, FITNESS, OPTIONS)) == {"failed", "a", "b"}
+
+
+def test_chances_of_order_are_those_of_all_pairs():
+    low, high = np.array([1.0, 2.0, 3.0]), np.array([2.5, 4.0])
+    by_hand = np.mean([a < b for a, b in product(low, high)])
+    assert chance_of_order([high, low]) == by_hand == pytest.approx(5 / 6)
+    assert chance_of_order([low, np.array([])]) == 0
+
+
+def test_a_claim_looks_at_the_last_seeds_alone():
+    before = map_with(*[150.0] * 3, *[44.0] * 5)
+    said = said_of((EQUAL, MIDDLE, before), 5, 12)
+    assert said.fitness == pytest.approx(FITNESS((EQUAL, MIDDLE, APART)).total)
+    assert said.interval == pytest.approx((said.fitness, said.fitness))
+    assert (said.order_kept, said.goals, said.runs, said.seeds, said.candidates) == (1, 45, 45, 5, 12)
+    assert said.goals_interval[0] == pytest.approx(0.921, abs=1e-3)
+    assert said.fitness_par2 == pytest.approx(said.fitness)
+
+
+def test_a_claim_tells_failures_and_lost_order():
+    swapping = map_with(*[20.0, 20.0, 20.0, 50.0, 50.0])
+    said = said_of((map_with(*[21.0] * 5), swapping, APART), 5, 3)
+    assert said.order_kept == pytest.approx(0.6)  # by its median it is the first map, in two of five drives the last
+    failing = said_of((EQUAL, MIDDLE, map_with(*[44.0] * 8, outcome="collision")), 5, 3)
+    assert failing.goals == 40
+    assert failing.order_kept == 0
+    assert failing.fitness > failing.fitness_par2
+
+
+@pytest.mark.parametrize(("maps", "repeats", "count"), [(3, 5, 125), (2, 2, 4), (6, 5, 25)])
+def test_sets_are_driven_once_in_every_combination_up_to_a_limit(maps, repeats, count):
+    results = tuple(map_with(*(20.0 + 10 * number + repeat for repeat in range(repeats))) for number in range(maps))
+    drives = combined(results)
+    assert len(drives) == len(set(map(repr, drives))) == count
+    assert all(one[0] in singles_of(results[0]) for one in drives)

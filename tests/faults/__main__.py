@@ -1,0 +1,107 @@
+"""The campaign: ``python -m tests.faults --minutes N`` prints a table of counts; exit code 1 if anything is wrong."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from evolution.driving.launching import available_cores, worker_context
+from evolution.driving.processes import Processes
+from tests.faults import inputs, kills, workers
+from tests.faults.inputs import End
+from tests.faults.samples import write_samples
+
+WANTED = ("accepted", "refused", "same bytes", "was too late", "no other run lost")
+SHARES = {"inputs": 0.5, "workers": 0.1, "kills": 0.4}
+"""What part of the time each part of the campaign gets."""
+
+HANG_SECONDS = 60.0
+BATCH = 64
+Try = Callable[[int], End]
+Counts = dict[str, Counter[str]]
+
+
+def main() -> int:
+    """Run the campaign."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--seed", type=int, default=0, help="number of the first of the inputs")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        counts = campaign(Path(name), 60 * options.minutes, options.seed)
+    print(table(counts))
+    return 1 if any(how not in WANTED for ends in counts.values() for how in ends) else 0
+
+
+def campaign(folder: Path, seconds: float, seed: int) -> Counts:
+    """Try everything for some time; returns for each kind how often it ended how."""
+    samples = write_samples(folder / "samples")
+    kills.whole_run(folder)
+    files = {name: partial(inputs.try_one, samples, name) for name in (*inputs.SETTINGS, *inputs.RESULTS)}
+    faults: dict[str, Try] = {f"controller: {name}": partial(workers.try_one, name) for name in workers.KINDS}
+    searches: dict[str, Try] = {f"search: {name}": partial(kills.try_one, folder, name) for name in kills.KINDS}
+    return {
+        **tried_in_processes(files, seconds * SHARES["inputs"], seed),
+        **tried(faults, seconds * SHARES["workers"], seed),
+        **tried(searches, seconds * SHARES["kills"], seed),
+    }
+
+
+def tried(kinds: dict[str, Try], seconds: float, seed: int) -> Counts:
+    """Try the kinds in turn, each once at least, until the time is over."""
+    counts: Counts = {name: Counter() for name in kinds}
+    end = time.monotonic() + seconds
+    for number in itertools.count(seed):
+        for name, attempt in kinds.items():
+            if time.monotonic() < end or number == seed:
+                note(counts, name, number, attempt(number))
+        if time.monotonic() > end:
+            break
+    return counts
+
+
+def tried_in_processes(kinds: dict[str, Try], seconds: float, seed: int) -> Counts:
+    """The same in worker processes, which are killed where an input hangs."""
+    counts: Counts = {name: Counter() for name in kinds}
+    end, numbers = time.monotonic() + seconds, itertools.count(seed, BATCH)
+    pool = Processes(available_cores(), HANG_SECONDS, int, worker_context())
+    while time.monotonic() < end:
+        first = next(numbers)
+        batch = [
+            (name, number, pool.submit(attempt, number))
+            for name, attempt in kinds.items()
+            for number in range(first, first + BATCH)
+        ]
+        for name, number, future in batch:
+            error = future.exception()
+            note(counts, name, number, future.result() if error is None else End(type(error).__name__, str(error)))
+    pool.shutdown()
+    return counts
+
+
+def note(counts: Counts, name: str, number: int, end: End) -> None:
+    """Count how something ended, and say what is wrong."""
+    counts[name][end.how] += 1
+    if end.how not in WANTED:
+        print(f"{name} {number}: {end.how}: {end.text}", flush=True)
+
+
+def table(counts: Counts) -> str:
+    """Return the counts as a table in Markdown."""
+    lines = ["| what | tried | as wanted | otherwise |", "|---|---|---|---|"]
+    for name, ends in counts.items():
+        wanted = sum(ends[how] for how in WANTED)
+        seen = ", ".join(f"{count} {how}" for how, count in ends.items() if how in WANTED)
+        wrong = ", ".join(f"{count} {how}" for how, count in ends.items() if how not in WANTED)
+        lines.append(f"| {name} | {sum(ends.values())} | {wanted} ({seen}) | {wrong or 'none'} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

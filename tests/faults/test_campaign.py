@@ -1,0 +1,37 @@
+"""The short version of the campaign: some inputs of every kind, and one fault of every kind in a search."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from tests.faults import inputs, kills
+from tests.faults.__main__ import WANTED, table
+
+
+@pytest.mark.parametrize("kind", inputs.SETTINGS)
+def test_damaged_files_are_read_or_refused_in_one_line(kind, tmp_path):
+    for seed in range(40):
+        end = inputs.try_one(tmp_path, kind, seed)
+        assert end.how in WANTED, (seed, end)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Where the searches of this file are."""
+    return tmp_path_factory.mktemp("searches")
+
+
+@pytest.mark.parametrize("kind", ["killed at a write", "disk full"])
+def test_a_search_that_was_stopped_is_continued_to_the_same_bytes(kind, folder):
+    end = kills.try_one(folder, kind, seed=1)
+    assert end.how in ("same bytes", "was too late"), end
+
+
+def test_the_table_tells_right_from_wrong():
+    counts = {"run": Counter({"refused": 3, "accepted": 1}), "model": Counter({"refused": 1, "traceback": 2})}
+    assert table(counts).splitlines()[2:] == [
+        "| run | 4 | 4 (3 refused, 1 accepted) | none |",
+        "| model | 3 | 1 (1 refused) | 2 traceback |",
+    ]

@@ -1,0 +1,132 @@
+"""Files that may be anything: each is refused in one line and soon, or read."""
+
+from __future__ import annotations
+
+import time
+import zipfile
+
+import pytest
+
+from controllers.model_files import model_data
+from evolution.files import csv_of, read_csv, read_json, read_npz
+from evolution.search import EvolveSettings
+from gym_mapbench.bounded import read_bytes
+from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.documents import MAX_NODES, parse_yaml, read_yaml
+from gym_mapbench.errors import ConfigError, MapBenchError, RunError
+from gym_mapbench.mapio import load_maps
+from tests.faults.damage import bomb
+
+
+def refusal(read, *args):
+    """Return the one line that a reader refuses something with, within a second or so."""
+    began = time.process_time()
+    with pytest.raises(MapBenchError) as caught:
+        read(*args)
+    assert time.process_time() - began < 3
+    assert str(caught.value).isprintable()
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("read", [read_yaml, load_maps, read_json, read_csv, model_data])
+@pytest.mark.parametrize("device", ["/dev/zero", "/dev/urandom"])
+def test_a_file_without_end_is_not_read(read, device, tmp_path):
+    link = tmp_path / "link.png"
+    link.symlink_to(device)
+    assert "link.png" in refusal(read, link)
+
+
+def test_a_file_that_is_too_large_is_not_read(tmp_path):
+    path = tmp_path / "large"
+    with path.open("wb") as file:
+        file.truncate(10**12)
+    assert refusal(read_bytes, path, 1000, RunError).endswith(f"expected at most 1000 bytes, got {10**12} or more")
+    for read in (read_yaml, read_json, read_csv):
+        assert "expected at most" in refusal(read, path)
+
+
+YAML = {
+    bomb(): "aliases unfolded",
+    "&a [*a]": "aliases unfolded",
+    "a: &a {b: *a}": "aliases unfolded",
+    "[" + "1," * MAX_NODES + "]": "expected at most 20000 values",
+    "[" * 100_000: "not a YAML file",
+    "9" * 5000: "not a YAML file",
+    "0x" + "f" * 5000: "expected integers of at most 64 bits",
+    "!!binary aGk=": "could not determine a constructor",
+    "!!timestamp 2001-01-01": "could not determine a constructor",
+    "!!python/name:os.system": "could not determine a constructor",
+    "!!set {a}": "could not determine a constructor",
+    "? [a, b]\n: 1": "expected names as keys",
+    '"\\ud800"': "surrogates not allowed",
+}
+
+
+@pytest.mark.parametrize("text", YAML, ids=lambda text: text[:12])
+def test_yaml_that_is_no_parameter_file(text):
+    assert YAML[text] in refusal(parse_yaml, text, "a.yaml")
+
+
+def test_texts_and_numbers_are_read_as_ros_reads_them():
+    text = "[1:30, 190:20:30, 1:1.5, 2001-01-01, 1e3, 1.5, .5, 012, 0x1f, 1_000, true, ~, .inf, -3, 1e400]"
+    values, _ = parse_yaml(text, "a.yaml")
+    assert values[:4] == ["1:30", "190:20:30", "1:1.5", "2001-01-01"]
+    assert values[4:] == [1000.0, 1.5, 0.5, 10, 31, 1000, True, None, float("inf"), -3, float("inf")]
+
+
+def test_keys_are_names_and_aliases_and_merges_are_read():
+    text = "base: &b {1: one, on: two}\nother: {<<: *b, null: three}\nlist: [*b]"
+    values, _ = parse_yaml(text, "a.yaml")
+    assert values["other"] == {"1": "one", "on": "two", "null": "three"}
+    assert values["list"] == [{"1": "one", "on": "two"}]
+
+
+def archive(path, way=zipfile.ZIP_DEFLATED, **members):
+    with zipfile.ZipFile(path, "w", way) as file:
+        for name, content in members.items():
+            file.writestr(name, content)
+    return path
+
+
+def test_archives_are_refused_before_they_are_unpacked(tmp_path, monkeypatch):
+    monkeypatch.setattr("controllers.model_files.MAX_MODEL_BYTES", 10**6)
+    archive(tmp_path / "bomb.zip", **{"data": "{}", "a.pth": bytes(10**7)})
+    assert "bytes in the archive" in refusal(model_data, tmp_path / "bomb.zip")
+    assert "not supported" in refusal(model_data, archive(tmp_path / "lzma.zip", zipfile.ZIP_LZMA, data="{}"))
+    assert "not a JSON file" in refusal(model_data, archive(tmp_path / "deep.zip", data="[" * 100_000))
+    assert "no 'data'" in refusal(model_data, archive(tmp_path / "other.zip", other=""))
+    assert "expected an object" in refusal(model_data, archive(tmp_path / "list.zip", data="[]"))
+    data = bytearray(archive(tmp_path / "key.zip", data="{}").read_bytes())
+    data[data.index(b"PK\x01\x02") + 8] |= 1
+    (tmp_path / "key.zip").write_bytes(data)
+    assert "not encrypted" in refusal(model_data, tmp_path / "key.zip")
+    archive(tmp_path / "crc.zip", zipfile.ZIP_STORED, data="{}")
+    (tmp_path / "crc.zip").write_bytes((tmp_path / "crc.zip").read_bytes().replace(b"{}", b"[]", 1))
+    assert "cannot be read as an archive" in refusal(model_data, tmp_path / "crc.zip")
+    assert "cannot be read" in refusal(read_npz, archive(tmp_path / "a.npz", **{"a.npy": "no array"}), 0.05)
+
+
+def test_a_table_is_harmless_in_a_spreadsheet_and_comes_back(tmp_path):
+    texts = ["=1+1", "+1", "-1", "@SUM(A1)", "'quoted'", "plain", "a=b", "\tx", ""]
+    rows = [{"controller": text, "=cmd": -1.5, "n": -2} for text in texts]
+    (tmp_path / "a.csv").write_text(csv_of(rows))
+    for line in csv_of(rows).splitlines():
+        assert not line.startswith(("=", "+", "-", "@"))
+        assert ",=" not in line
+    assert read_csv(tmp_path / "a.csv") == rows
+
+
+def test_every_error_is_one_line_of_readable_length():
+    assert str(ConfigError("a\nb\x1b[31m\ud800")) == "a\\nb\\x1b[31m\\ud800"
+    assert len(str(ConfigError("x" * 10**6))) < 2100
+
+
+def test_numbers_that_no_machine_could_drive_are_refused():
+    for make in (
+        lambda: CostmapParams(width=100_000, height=10_000),
+        lambda: EvolveSettings(shapes={"n_obstacles": [1, 10**9]}),
+        lambda: EvolveSettings(shapes={"circle_radius": [1, 10**6]}),
+        lambda: EvolveSettings(pop_size=10**9),
+        lambda: EvolveSettings(maps_per_set=10**9),
+    ):
+        assert "expected" in refusal(make)
