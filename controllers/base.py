@@ -76,8 +76,9 @@ class Context:
 class Controller(Protocol):
     """A policy over the env API.
 
-    ``observation_keys`` names the parts of the observation that it needs. A controller that decides by itself
-    when its run is over (as Nav2 does) also has ``decides_goal = True`` and the attributes of
+    ``observation_keys`` names the parts of the observation that it needs; one that was trained with certain sensors
+    also has ``fit(config)``, which returns an :class:`~gym_mapbench.config.EnvConfig` with them. A controller that
+    decides by itself when its run is over (as Nav2 does) also has ``decides_goal = True`` and the attributes of
     :class:`controllers.navigator.Navigator`: ``status`` and ``events``.
     """
 

@@ -5,6 +5,7 @@ Stable-Baselines3 models are objects with ``predict``; :func:`load_sb3` reads on
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -13,11 +14,15 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from controllers.base import Context, Observation
+from controllers.learned import ModelCard, TrainedPolicy, read_card
 from controllers.model_files import model_data
 from gym_mapbench.action import to_command
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.lidar import LidarSettings
+from gym_mapbench.observation import FAR, observation_space
 from gym_mapbench.registry import accepted_keywords
+from gym_mapbench.settings import Settings
 
 
 class PolicyController:
@@ -29,16 +34,44 @@ class PolicyController:
         name: Name under which the controller is reported.
         observation_keys: Keys of the observation that the policy reads.
         normalized: Whether its actions are shares of the robot's limits, as in an env with ``action="normalized"``.
+        spaces: Space of every key that it reads, as far as they are known: the env is given sensors of these sizes.
     """
 
     def __init__(
-        self, predict: Callable[..., Any], name: str, observation_keys: tuple[str, ...], normalized: bool = False
+        self,
+        predict: Callable[..., Any],
+        name: str,
+        observation_keys: tuple[str, ...],
+        normalized: bool = False,
+        spaces: Mapping[str, Box] | None = None,
     ) -> None:
         self.name = name
         self.observation_keys = observation_keys
         self._action: Literal["physical", "normalized"] = "normalized" if normalized else "physical"
         self._predict = predict
         self._accepted = accepted_keywords(predict)
+        self._spaces = dict(spaces or {})
+
+    def fit(self, config: EnvConfig) -> EnvConfig:
+        """Return a world with sensors of the sizes that the policy was made for.
+
+        Raises:
+            ConfigError: If there are none, naming the key.
+        """
+        changes = {
+            group: change(config, self._spaces[key]) for key, (group, change) in SIZED.items() if key in self._spaces
+        }
+        try:
+            fitted = config.replace(observation=self.observation_keys, **changes)
+        except ConfigError as error:
+            raise ConfigError(f"{self.name}: {error}") from None
+        there = observation_space(fitted)
+        for key, space in self._spaces.items():
+            if space.shape != there[key].shape:
+                raise ConfigError(
+                    f"{self.name}: expected {key} of shape {space.shape}, the world's is {there[key].shape}"
+                )
+        return fitted
 
     def reset(self, context: Context) -> None:
         """Forget the state of a recurrent policy."""
@@ -80,11 +113,13 @@ def as_controller(policy: Any, name: str, observation_keys: tuple[str, ...] | No
     if not callable(predict):
         raise ConfigError(f"{name}: expected an object with predict(obs) or a callable, got {type(policy).__name__}")
     keys = tuple(observation_keys or _observed_by(policy, name))
-    return PolicyController(predict, name, keys, _is_normalized(getattr(policy, "action_space", None)))
+    known = getattr(getattr(policy, "observation_space", None), "spaces", {})
+    spaces = {key: known[key] for key in keys if isinstance(known.get(key), Box)}
+    return PolicyController(predict, name, keys, _is_normalized(getattr(policy, "action_space", None)), spaces)
 
 
-def load_sb3(path: str | Path, name: str) -> PolicyController:
-    """Load a Stable-Baselines3 model with continuous actions, trained on this env's Dict observations.
+def load_sb3(path: str | Path, name: str) -> PolicyController | TrainedPolicy:
+    """Load a Stable-Baselines3 model with continuous actions: one with a card, or one over the env's Dict observation.
 
     Like every pickle, such a file can run code while it is read: load only files that you trust.
 
@@ -101,7 +136,34 @@ def load_sb3(path: str | Path, name: str) -> PolicyController:
     except Exception as error:
         reason = " ".join(str(error).split())[:200]
         raise ConfigError(f"{name}: {path} cannot be loaded as a {algorithm} model ({reason})") from None
-    return as_controller(model, name)
+    try:
+        card = read_card(path)
+    except ConfigError as error:
+        raise ConfigError(f"{name}: {error}") from None
+    return as_controller(model, name) if card is None else _with_card(model, name, card, path)
+
+
+def _with_card(model: Any, name: str, card: ModelCard, path: str | Path) -> TrainedPolicy:
+    """Make a controller of a model with a card, if its network is the one that the card describes."""
+    wanted, found = (card.input_size,), model.observation_space.shape
+    if found != wanted:
+        raise ConfigError(f"{name}: {path}: expected a network for {wanted} inputs, as its card says, got {found}")
+    return TrainedPolicy(model.predict, name, card)
+
+
+def _lidar_of(config: EnvConfig, space: Box) -> LidarSettings:
+    """Return a lidar with as many beams as a space has entries, and the range of its upper bound if there is one."""
+    farthest = float(space.high.max())
+    changes = {"range_max": farthest} if math.isfinite(farthest) and farthest < FAR else {}
+    return config.lidar.replace(beams=space.high.size, **changes)
+
+
+SIZED: dict[str, tuple[str, Callable[[EnvConfig, Box], Settings]]] = {
+    "scan": ("lidar", _lidar_of),
+    "path": ("path", lambda config, space: config.path.replace(points=space.high.size // 2)),
+    "costmap": ("costmap", lambda config, space: config.costmap.replace(cells=math.isqrt(space.high.size))),
+}
+"""For every key whose size is an option of the env: the group of options, and the group for a space of that key."""
 
 
 def _has_state(answer: Any) -> bool:

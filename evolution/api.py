@@ -2,7 +2,7 @@
 
 ::
 
-    from evolution import bench, evolve, load, study
+    from evolution import bench, evolve, load, study, train
 
 Work happens in worker processes, so these functions may be called from a script, with or without a ``__main__`` guard,
 and from a notebook.
@@ -37,7 +37,7 @@ from evolution.driving import (
     with_parameters,
 )
 from evolution.pictures import write_run_figures
-from evolution.runs import RUN, LoadedRun, RunDir, load_run, rescuing
+from evolution.runs import RUN, LoadedRun, RunDir, load_run, reached_maps, rescuing
 from evolution.search import (
     DEFAULT_CONTROLLERS,
     DEFAULT_PRESET,
@@ -65,6 +65,16 @@ from evolution.studies import (
     run_study,
     run_sweep,
     study_in,
+)
+from evolution.training import (
+    TRAINING,
+    Training,
+    TrainingDir,
+    TrainProgress,
+    begin_training,
+    learn,
+    load_training,
+    train_settings,
 )
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -133,7 +143,7 @@ def bench(
     """
     if resume and out is None:
         raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
-    items = [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
+    items = _items(maps)
     scenarios = load_all(items, start, goal)
     read, run = _read(params), run_of(items)
     settings = settings or _settings(params, read, environment, run)
@@ -264,8 +274,51 @@ def study(
     return run_study(wanted, directory, runs=runs, on_progress=on_progress, **how)
 
 
-def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmark:
-    """Read back what :func:`evolve`, :func:`study` or :func:`bench` wrote.
+def train(
+    algorithm: str | None = None,
+    *,
+    maps: Maps | Sequence[Maps] | None = None,
+    curriculum: Maps | Sequence[Maps] | None = None,
+    config: str | Path | Mapping[str, Any] | None = None,
+    out: str | Path | None = None,
+    resume: str | Path | None = None,
+    on_progress: Callable[[TrainProgress], None] | None = None,
+    **options: Any,
+) -> Training:
+    """Train a policy with Stable-Baselines3.
+
+    Args:
+        algorithm: ``ppo``, ``sac`` or ``td3``; None for that of ``config``, or ``ppo``.
+        maps: Maps to train on; None for new random ones all the time. Every fifth is held out.
+        curriculum: Maps that are replayed among them by how much is still to be learned on them; of the directory of a
+            run, all maps that it drove to the goal. Every fifth is held out.
+        config: A YAML file with fields of :class:`evolution.training.TrainSettings`, or a mapping of them.
+        out: New directory of the training; ``runs/ALGORITHM-seedN`` if None.
+        resume: Directory of a training to continue; nothing but ``on_progress`` can be given beside it.
+        on_progress: Called after every rollout.
+        options: Fields of TrainSettings that replace those of ``config``, e.g. ``steps=1_000_000, seed=3``.
+
+    Returns:
+        The training; ``best`` is the file of its best model, and a notebook shows the learning curve.
+
+    Raises:
+        ConfigError: If an option cannot be used, or Stable-Baselines3 is not installed; nothing is written then.
+        MapFormatError: If a file is no map.
+        RunError: If a directory cannot be written or continued.
+    """
+    given = {"algorithm": algorithm, "maps": maps, "curriculum": curriculum, "config": config, "out": out, **options}
+    if resume is not None:
+        for name in (name for name, value in given.items() if value is not None):
+            raise ConfigError(f"resume: expected no other option, got {name}")
+        return learn(TrainingDir.open(Path(resume)), on_progress)
+    settings = train_settings(algorithm, config, **options)
+    path = Path(out or Path("runs") / f"{settings.algorithm}-seed{settings.seed}")
+    directory = begin_training(settings, path, _listed(maps), _levels(curriculum))
+    return learn(directory, on_progress)
+
+
+def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmark | Training:
+    """Read back what :func:`evolve`, :func:`study`, :func:`train` or :func:`bench` wrote.
 
     Args:
         path: The directory.
@@ -277,6 +330,8 @@ def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmar
         return load_results(path)
     if SWEEP.holds(path):
         return load_sweep(path)
+    if TRAINING.holds(path):
+        return load_training(path)
     return load_run(path) if RUN.holds(path) else read_bench(path)
 
 
@@ -303,6 +358,23 @@ def load_all(maps: Sequence[Maps], start: PoseLike | None = None, goal: PoseLike
 def compose(preset: str = DEFAULT_PRESET, config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:
     """Return the document of an experiment: a preset, overlaid by ``config``, then by options of the search."""
     return overlay(overlay(load_preset(preset), config or {}), {"search": search})
+
+
+def _listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
+    """Return the scenarios of some maps; none for None."""
+    return [] if maps is None else load_all(_items(maps))
+
+
+def _items(maps: Maps | Sequence[Maps]) -> list[Maps]:
+    """Return one or several maps as a list."""
+    return [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
+
+
+def _levels(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
+    """Return the levels of a curriculum: of a run, all maps that it drove to the goal."""
+    if isinstance(curriculum, str | Path) and RUN.holds(curriculum):
+        curriculum = load_run(curriculum)
+    return reached_maps(curriculum) if isinstance(curriculum, LoadedRun) else _listed(curriculum)
 
 
 def _begin(

@@ -46,9 +46,14 @@ class RewardSettings(Settings):
         time: Taken off per simulated second.
         collision: Taken off whenever a contact begins.
         goal: Given once, on reaching the goal.
+        caution: By how much more a metre along a wall counts than one in the open, in the distance whose shrinking is
+            progress. At 0 the shortest way is the best, which grazes corners.
+        caution_reach: Room around the robot at which a metre counts as in the open, m; the less room, the more.
     """
 
     progress: Weight = 1.0
     time: Weight = 0.05
     collision: Weight = 10.0
     goal: Weight = 10.0
+    caution: Annotated[float, Field(ge=0, le=100)] = 0.0
+    caution_reach: Annotated[float, Field(gt=0)] = 0.3

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import CostmapParams
-from gym_mapbench.kernels.distance import geodesic_distance, within
+from gym_mapbench.kernels.caution import weighted_distance
+from gym_mapbench.kernels.distance import geodesic_distance, squared_distance, within
 from gym_mapbench.kernels.field import distance_at, fill_unreached
 from gym_mapbench.kernels.task import RULES, TASK, judge
 from gym_mapbench.robot import RobotSpec
@@ -60,6 +61,33 @@ class DistanceToGoal:
 def distance_to_goal(scenario: Scenario, robot: RobotSpec) -> DistanceToGoal:
     """Return the field of a scenario; the last few are kept, as runs often repeat a scenario."""
     return DistanceToGoal(scenario, robot)
+
+
+class CautiousDistance(DistanceToGoal):
+    """The same, but a metre counts more where there is little room: progress then leads through the middle of gaps.
+
+    Args:
+        scenario: Map and task.
+        robot: Its shape.
+        caution: By how much more a metre along a wall counts.
+        reach: Room around the robot at which it counts as in the open, m.
+    """
+
+    def __init__(self, scenario: Scenario, robot: RobotSpec, caution: float, reach: float) -> None:
+        super().__init__(scenario, robot)
+        grid = scenario.map
+        room = np.sqrt(squared_distance(grid.occupancy)) * grid.resolution - inscribed_radius(robot)
+        costs = 1.0 + caution * np.clip(1.0 - room / reach, 0.0, 1.0) ** 2
+        costs[~open_cells(scenario, robot)] = np.inf
+        cell = grid.world_to_cell(scenario.goal.x, scenario.goal.y)
+        self.cells = weighted_distance(costs, *(cell or (0, 0)))
+        fill_unreached(self.cells)
+
+
+@functools.lru_cache(maxsize=8)
+def progress_field(scenario: Scenario, robot: RobotSpec, caution: float, reach: float) -> DistanceToGoal:
+    """Return the distances whose shrinking is progress; see :class:`~gym_mapbench.groups.RewardSettings`."""
+    return CautiousDistance(scenario, robot, caution, reach) if caution else distance_to_goal(scenario, robot)
 
 
 def open_cells(scenario: Scenario, robot: RobotSpec) -> NDArray[np.bool_]:
@@ -119,7 +147,7 @@ class Task:
         self._rules = rules_of(config)
         self.field, distance = NO_FIELD, 0.0
         if config.reward.progress:
-            to_goal = distance_to_goal(scenario, config.robot)
+            to_goal = progress_field(scenario, config.robot, config.reward.caution, config.reward.caution_reach)
             self.field, distance = to_goal.cells, to_goal.at(start.x, start.y)
         self._worlds.grounds[0] = ground_of(scenario.map)
         self._worlds.tasks[0] = np.zeros((), TASK)

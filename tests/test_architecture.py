@@ -32,6 +32,11 @@ def test_heavy_modules_stay_out(module):
     assert not set(HEAVY) & set(loaded)
 
 
+def test_learning_is_loaded_by_those_who_train():
+    loaded = run("import sys, evolution.api, evolution.cli; print(*sys.modules)").split()
+    assert not {"torch", "stable_baselines3"} & set(loaded)
+
+
 @pytest.mark.parametrize("arguments", [["--help"], [], ["bnch"]])
 def test_the_help_waits_for_no_imports(arguments):
     code = "import atexit, sys; atexit.register(lambda: print(*sys.modules)); import evolution.cli; evolution.cli.main("

@@ -10,6 +10,7 @@ COMMANDS = {
     "study": "Run many searches and baselines, drive what they found again, and compare.",
     "report": "Write one HTML page about a run or a study, or a film of a replay.",
     "bench": "Drive every controller on every map and compare.",
+    "train": "Train a policy with Stable-Baselines3 (pip install gym-mapbench[rl]).",
     "drive": "Drive once and watch.",
     "maps": "Measure maps, convert them, check their tasks, or draw new ones.",
     "params": "Check a nav2_params.yaml, or convert it.",

@@ -67,11 +67,13 @@ def run(args: argparse.Namespace) -> int:
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
     searched = run_of(args.maps)
+    controllers, settings = _controllers(args, searched), options.drive_settings(args, world_of(searched))
+    options.note_models(controllers, settings)
     with only_results_on_stdout(), WorkBar("driving") as bar:
         result = bench(
             args.maps,
-            _controllers(args, searched),
-            settings=options.drive_settings(args, world_of(searched)),
+            controllers,
+            settings=settings,
             start=args.start,
             goal=args.goal,
             unknown_map=args.unknown_map,

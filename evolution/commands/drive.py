@@ -66,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
     controllers = options.listed_controllers(args.controller)
     if len(controllers) != 1:
         raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
+    options.note_models(controllers, settings)
     try_controllers(controllers, settings)
     (job,) = JobPlan(controllers, settings, args.seed).jobs(scenario)
     seen: list[SeenCostmap] = []

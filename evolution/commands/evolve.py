@@ -76,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
         experiment = experiment_of(RunDir.open(args.resume).config)
     else:
         experiment = _experiment(args)
+    options.note_models(experiment.controllers, experiment.run)  # type: ignore[arg-type]
     with SearchBar(experiment.search) as bar:
         found = evolve(
             experiment,

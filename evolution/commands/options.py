@@ -4,12 +4,23 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 from typing import Any
 
+from controllers.learned import read_card
 from controllers.nav2_params import PlannerPlugin, preset_of
 from evolution.commands import COMMANDS
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
-from evolution.driving import EXECUTORS, WAIT_SECONDS, ControllerSpec, DriveSettings, available_cores, with_parameters
+from evolution.commands.progress import note
+from evolution.driving import (
+    EXECUTORS,
+    WAIT_SECONDS,
+    ControllerSpec,
+    DriveSettings,
+    available_cores,
+    try_controllers,
+    with_parameters,
+)
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -211,6 +222,21 @@ def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
     if not all(names):
         raise ConfigError(f"--controllers: expected names separated by commas, got {text!r}")
     return controllers_from(names)
+
+
+def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> None:
+    """Say how the world differs from the one that each trained model knows, and what is done about it.
+
+    Raises:
+        ConfigError: If a controller cannot drive there; nothing is said then.
+    """
+    models = {spec.name: spec.registered_name for spec in specs if spec.registered_name.endswith(".zip")}
+    cards = {name: card for name, path in models.items() if (card := read_card(path)) is not None}
+    if cards:
+        try_controllers(specs, settings)
+    for name, card in cards.items():
+        for difference in card.differences(settings.environment):
+            note(f"{name}: {difference}")
 
 
 def workers_of(args: argparse.Namespace) -> int:

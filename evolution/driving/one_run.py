@@ -25,7 +25,7 @@ def environment_for(config: EnvConfig, controller: Controller, *, own_goal_check
     """Build the env a controller needs: what it observes, in SI units, and who decides that the goal is reached.
 
     A controller with a ``scan_rate`` gets its scans at that rate; those in between are not computed. Nor is the
-    progress that the env would reward.
+    progress that the env would reward. One with ``fit`` says itself which sensors it needs.
 
     Args:
         config: The env without regard to the controller.
@@ -33,6 +33,9 @@ def environment_for(config: EnvConfig, controller: Controller, *, own_goal_check
         own_goal_check: Whether a controller with ``decides_goal`` decides when the goal is reached, and not the env.
             Nav2's goal checker starts afresh with every new path and the env's does not, so the two may disagree.
     """
+    fit = getattr(controller, "fit", None)
+    if fit is not None:
+        config = fit(config)
     changes: dict[str, Any] = {
         "observation": tuple(controller.observation_keys),
         "action": "physical",

@@ -129,12 +129,13 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
 
     Raises:
         ConfigError: Naming the first that cannot be made, that workers cannot find, or that does not fit the control
-            frequency of the world.
+            frequency or the sensors of the world.
     """
     PLANNERS.for_workers(settings.navigation.planner.name)
     for spec in specs:
         CONTROLLERS.for_workers(spec.registered_name)
         controller = build_controller(spec, settings)
+        environment_for(settings.environment, controller)
         if isinstance(controller, Navigator):
             controller.check_frequency(1.0 / settings.environment.control_hz)
 

@@ -128,6 +128,30 @@ def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel
     return figure
 
 
+def learning_figure(rows: Sequence[Mapping[str, Any]], groups: Sequence[str]) -> Figure:
+    """Success over the steps of a training, a line for every group of held-out maps, with 95 % intervals.
+
+    Args:
+        rows: Evaluations: ``steps``, ``success_in_training``, and for every group its success, ``_low`` and ``_high``.
+        groups: Names of the groups.
+    """
+    figure, (axes,) = new_figure()
+    steps = [row["steps"] for row in rows]
+    for name in groups:
+        colour = colour_of(groups, name)
+        axes.plot(steps, [row[name] for row in rows], ".-", color=colour, label=name.replace("_", " "))
+        low, high = ([row[f"{name}_{end}"] for row in rows] for end in ("low", "high"))
+        axes.fill_between(steps, low, high, color=colour, alpha=0.15, linewidth=0)
+    seen = [np.nan if row["success_in_training"] is None else row["success_in_training"] for row in rows]
+    axes.plot(steps, seen, "--", color="#888888", label="in training")
+    axes.set_xlabel("steps")
+    axes.set_ylabel("runs at the goal")
+    axes.set_ylim(0.0, 1.0)
+    axes.grid(alpha=0.3)
+    axes.legend(frameon=False)
+    return figure
+
+
 def spread_figure(
     groups: Mapping[str, tuple[ArrayLike, ArrayLike]],
     xlabel: str = "generation",

@@ -9,7 +9,7 @@ from __future__ import annotations
 from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
 from evolution.runs.driven_again import DrivenAgain, driven_again, fitness_of, judge
-from evolution.runs.loading import LoadedRun, driven_maps, load_run
+from evolution.runs.loading import LoadedRun, driven_maps, load_run, reached_maps
 from evolution.runs.rescue import rescuing
 from evolution.runs.results import confirmed_sentence, errors_in, results_document, results_in, typical_repeat
 
@@ -28,6 +28,7 @@ __all__ = [
     "fitness_of",
     "judge",
     "load_run",
+    "reached_maps",
     "rescuing",
     "results_document",
     "results_in",

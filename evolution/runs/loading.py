@@ -14,8 +14,9 @@ from evolution.files import Row, Table, Tabled, read_npz
 from evolution.runs.directory import MAPS, RunDir, controllers_in
 from evolution.search import MapResults
 from gym_mapbench.errors import RunError, unknown_name
+from gym_mapbench.generator import ShapeSettings, default_task
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import MapSet
+from gym_mapbench.scenario import MapSet, Scenario
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,14 @@ def driven_maps(run: LoadedRun, until: int | None = None) -> dict[str, MapResult
         if until is None or row["generation"] <= until:
             found.setdefault(row["map"], {}).setdefault(row["controller"], []).append(_result(row))
     return {digest: tuple(tuple(of_map.get(name, ())) for name in run.controllers) for digest, of_map in found.items()}
+
+
+def reached_maps(run: LoadedRun) -> list[Scenario]:
+    """Return the maps of a recorded search on which a controller reached the goal, with their task, in order of use."""
+    shapes = ShapeSettings.from_mapping(run.config["search"]["shapes"], "search.shapes")
+    reached = dict.fromkeys(row["map"] for row in run.runs if row["outcome"] == "goal")
+    margin = shapes.border + shapes.task_distance
+    return [Scenario(run.maps[digest], *default_task(run.maps[digest], margin), digest) for digest in reached]
 
 
 def _result(row: Mapping[str, Any]) -> RunResult:

@@ -1,0 +1,22 @@
+"""Learned policies that know what they were trained to see: the encoding of observations, the card of a model, driving.
+
+A model with a card drives through :class:`TrainedPolicy`; any other policy through :mod:`controllers.rl`.
+"""
+
+from __future__ import annotations
+
+from controllers.learned.encoding import Encoder, EncodingSettings, Features, Frames
+from controllers.learned.model_card import ModelCard, Normalization, read_card, write_card
+from controllers.learned.trained import TrainedPolicy
+
+__all__ = [
+    "Encoder",
+    "EncodingSettings",
+    "Features",
+    "Frames",
+    "ModelCard",
+    "Normalization",
+    "TrainedPolicy",
+    "read_card",
+    "write_card",
+]

@@ -1,0 +1,198 @@
+"""What a network sees: the env's observation as one egocentric vector, every entry within [-1, 1], several frames deep.
+
+The same code encodes in training and in driving, on batches: every array has the worlds as its first axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator
+
+from controllers.learned.kernels import free_arcs
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.settings import Settings
+
+Features = NDArray[np.float32]
+
+SURE = 1e-6
+"""Share of the scanner's range that a reading must be below it, to be one."""
+
+
+class EncodingSettings(Settings):
+    """How observations become the input of a network.
+
+    Args:
+        features: What the network sees, in this order: of ``velocity goal scan arcs path costmap``, all of it in the
+            robot's own frame. ``arcs`` is what the scan means for driving: how far the robot could drive along arcs,
+            forwards and backwards, until it touches something, with each of the ``margins`` around it.
+        frames: How many observations it sees at once, the newest first.
+        frame_spacing: Decisions between two of them.
+        reach: Distance at which the distance to the goal, and the coordinates of path points, are clipped, m.
+        near: Distance that is encoded as -1 in scans, m; shorter ones, too. Scans are encoded by their logarithm, so
+            that a centimetre counts more the nearer a wall is.
+        curvatures: Of the arcs to either side, 1/m; 0 is straight ahead.
+        margins: Room around the robot, m.
+        arc_reach: Longest arc, m.
+    """
+
+    features: tuple[str, ...] = ("goal", "velocity", "scan")
+    frames: Annotated[int, Field(ge=1, le=100)] = 1
+    frame_spacing: Annotated[int, Field(ge=1, le=1000)] = 1
+    reach: Annotated[float, Field(gt=0)] = 10.0
+    near: Annotated[float, Field(gt=0)] = 0.2
+    curvatures: tuple[Annotated[float, Field(ge=0)], ...] = (0.0, 0.3, 0.7, 1.2, 2.0, 3.5, 7.0)
+    margins: tuple[Annotated[float, Field(ge=0)], ...] = (0.02, 0.12)
+    arc_reach: Annotated[float, Field(gt=0)] = 3.0
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the observation that the features are made of, each once."""
+        return tuple(dict.fromkeys(SOURCES.get(name, name) for name in self.features))
+
+    @property
+    def arcs(self) -> NDArray[np.float64]:
+        """Curvatures of all arcs, from the right to the left, 1/m."""
+        return np.array(sorted({sign * value for value in self.curvatures for sign in (-1.0, 1.0)}))
+
+    @field_validator("features")
+    @classmethod
+    def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for name in value:
+            if name not in FEATURES:
+                raise unknown_name("feature", name, FEATURES)
+        if not value or len(set(value)) < len(value):
+            raise ConfigError(f"expected at least one feature, each once, got {value}")
+        return value
+
+
+class Encoder:
+    """Encodes batches of observations of one kind of world.
+
+    Args:
+        settings: Keys and scales.
+        config: The world: its robot, its lidar, its windows of path and costmap.
+    """
+
+    def __init__(self, settings: EncodingSettings, config: EnvConfig) -> None:
+        self.settings = settings
+        self.config = config
+
+    @property
+    def size(self) -> int:
+        """Entries of one frame."""
+        return sum(SIZES[name](self) for name in self.settings.features)
+
+    def encode(self, observation: Mapping[str, NDArray[Any]]) -> Features:
+        """Return ``(worlds, size)`` float32 within [-1, 1] of the observations of several worlds."""
+        parts = [FEATURES[name](self, observation[SOURCES.get(name, name)]) for name in self.settings.features]
+        features: Features = np.concatenate(parts, axis=1, dtype=np.float32)
+        np.clip(features, -1.0, 1.0, out=features)
+        return features
+
+
+def _encode_velocity(encoder: Encoder, velocity: NDArray[Any]) -> NDArray[Any]:
+    """Shares of the robot's limits."""
+    robot = encoder.config.robot
+    forwards = velocity[:, 0] / np.where(velocity[:, 0] > 0, robot.max_linear_velocity, robot.max_reverse_velocity or 1)
+    return np.stack([forwards, velocity[:, 1] / robot.max_angular_velocity], axis=1)
+
+
+def _encode_goal(encoder: Encoder, goal: NDArray[Any]) -> NDArray[Any]:
+    """Bearing and heading as cosine and sine, distance in the whole, and near the goal."""
+    x, y, yaw = goal.T.astype(np.float64)
+    distance = np.hypot(x, y)
+    bearing = np.arctan2(y, x)
+    far, near = 2.0 * distance / encoder.settings.reach - 1.0, 1.0 - 2.0 * np.exp(-2.0 * distance)
+    return np.stack([np.cos(bearing), np.sin(bearing), far, near, np.cos(yaw), np.sin(yaw)], axis=1)
+
+
+def _encode_scan(encoder: Encoder, scan: NDArray[Any]) -> NDArray[Any]:
+    """Logarithm of the distance, from ``near`` at -1 to the scanner's range at 1."""
+    near = encoder.settings.near
+    whole = math.log(encoder.config.lidar.range_max / near)
+    return np.asarray(2.0 / whole * np.log(np.maximum(scan, near) / near) - 1.0)
+
+
+def _encode_arcs(encoder: Encoder, scan: NDArray[Any]) -> NDArray[Any]:
+    """Free lengths, from 0 m at -1 to ``arc_reach`` at 1; squares roots, as the next centimetres count most."""
+    settings, config = encoder.settings, encoder.config
+    lidar, curvatures = config.mounted_lidar, settings.arcs
+    place = lidar.place
+    angles = lidar.angles + place.yaw
+    beams = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    radii = config.robot.circumscribed_radius + np.array(settings.margins)
+    free = np.empty((len(scan), len(radii), 2, len(curvatures)))
+    seen = lidar.range_max * (1.0 - SURE)
+    free_arcs(scan, beams, place.x, place.y, seen, radii, curvatures, settings.arc_reach, free)
+    return 2.0 * np.sqrt(np.maximum(free, 0.0) / settings.arc_reach).reshape(len(scan), -1) - 1.0
+
+
+def _encode_path(encoder: Encoder, path: NDArray[Any]) -> NDArray[Any]:
+    """Coordinates as shares of the length of the window."""
+    window = encoder.config.path
+    return path / min(encoder.settings.reach, window.points * window.spacing)
+
+
+def _encode_costmap(_encoder: Encoder, costmap: NDArray[Any]) -> NDArray[Any]:
+    return costmap.reshape(len(costmap), -1) / 127.5 - 1.0
+
+
+FEATURES: dict[str, Callable[[Encoder, NDArray[Any]], NDArray[Any]]] = {
+    "velocity": _encode_velocity,
+    "goal": _encode_goal,
+    "scan": _encode_scan,
+    "arcs": _encode_arcs,
+    "path": _encode_path,
+    "costmap": _encode_costmap,
+}
+SIZES: dict[str, Callable[[Encoder], int]] = {
+    "velocity": lambda encoder: 2,
+    "goal": lambda encoder: 6,
+    "scan": lambda encoder: encoder.config.lidar.beams,
+    "arcs": lambda encoder: 2 * len(encoder.settings.arcs) * len(encoder.settings.margins),
+    "path": lambda encoder: 2 * encoder.config.path.points,
+    "costmap": lambda encoder: encoder.config.costmap.cells**2,
+}
+SOURCES = {"arcs": "scan"}
+"""The key of the observation that a feature is made of, where it has another name."""
+
+
+class Frames:
+    """The last frames of several worlds; before the first step of an episode, its first frame stands for all.
+
+    Args:
+        worlds: How many worlds.
+        size: Entries of one frame.
+        settings: How many frames, how far apart.
+
+    Attributes:
+        count: Frames in a stack.
+    """
+
+    def __init__(self, worlds: int, size: int, settings: EncodingSettings) -> None:
+        length = (settings.frames - 1) * settings.frame_spacing + 1
+        self._history = np.zeros((length, worlds, size), dtype=np.float32)
+        self._spacing = settings.frame_spacing
+        self.count = settings.frames
+
+    def begin(self, features: Features, which: NDArray[np.bool_]) -> Features:
+        """Begin episodes in some worlds with a first frame; return the stacks of all."""
+        self._history[:, which] = features[which]
+        return self.stacked()
+
+    def push(self, features: Features) -> Features:
+        """Add one frame to every world; return the stacks."""
+        self._history[1:] = self._history[:-1].copy()
+        self._history[0] = features
+        return self.stacked()
+
+    def stacked(self) -> Features:
+        """Return ``(worlds, frames * size)``, the newest frame first, in a new array."""
+        chosen = self._history[:: self._spacing]
+        return np.concatenate(list(chosen), axis=1)

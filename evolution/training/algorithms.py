@@ -1,0 +1,178 @@
+"""Models of Stable-Baselines3: made from settings, saved with their card, loaded to be continued."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import inspect
+import warnings
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box
+
+from controllers.learned import Encoder, ModelCard, Normalization, write_card
+from evolution.files import write_bytes
+from evolution.training.settings import TrainSettings
+from gym_mapbench.errors import ConfigError, RunError, unknown_name
+
+OURS = (
+    "policy",
+    "env",
+    "learning_rate",
+    "policy_kwargs",
+    "seed",
+    "device",
+    "verbose",
+    "tensorboard_log",
+    "self",
+    "action_noise",
+)
+"""Arguments of an algorithm that follow from other settings."""
+
+
+def stable_baselines3() -> Any:
+    """Import Stable-Baselines3.
+
+    Raises:
+        ConfigError: If it is not installed, with what to install.
+    """
+    try:
+        return importlib.import_module("stable_baselines3")
+    except ImportError:
+        raise ConfigError("training needs stable-baselines3 (pip install gym-mapbench[rl])") from None
+
+
+class Blank(gymnasium.Env[Any, Any]):
+    """Nothing but the spaces of a training.
+
+    Args:
+        settings: The training.
+    """
+
+    def __init__(self, settings: TrainSettings) -> None:
+        inputs = settings.encoding.frames * Encoder(settings.encoding, settings.world).size
+        self.observation_space = Box(-1.0, 1.0, (inputs,), np.float32)
+        self.action_space = Box(-1.0, 1.0, (2,), np.float32)
+
+
+def check_model(settings: TrainSettings) -> None:
+    """Make a model for nothing, so that what cannot be used is reported before a directory is made.
+
+    Raises:
+        ConfigError: If a hyperparameter cannot be used, or Stable-Baselines3 is not installed.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about sizes that only fit the number of worlds that there will be
+        make_model(settings, Blank(settings), None)
+
+
+def check_hyperparameters(settings: TrainSettings) -> None:
+    """Refuse hyperparameters that the algorithm does not have.
+
+    Raises:
+        ConfigError: Naming the first, or if Stable-Baselines3 is not installed.
+    """
+    known = set(inspect.signature(_class_of(settings).__init__).parameters) - set(OURS)
+    for name in settings.hyperparameters:
+        if name not in known:
+            raise unknown_name(f"hyperparameter of {settings.algorithm}", name, known)
+
+
+def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:
+    """Make a new model.
+
+    Args:
+        settings: Algorithm, networks and hyperparameters.
+        worlds: What it learns in, a VecEnv.
+        logs: Where TensorBoard's files go; None for none.
+
+    Raises:
+        ConfigError: If a hyperparameter cannot be used.
+    """
+    check_hyperparameters(settings)
+    from torch import nn
+
+    activations = {"tanh": nn.Tanh, "relu": nn.ReLU, "elu": nn.ELU}
+    network = settings.network
+    shape = {"net_arch": list(network.hidden), "activation_fn": activations[network.activation]}
+    explored = {"action_noise": _noise(settings.action_noise)} if settings.action_noise else {}
+    try:
+        return _class_of(settings)(
+            "MlpPolicy",
+            worlds,
+            learning_rate=settings.learning_rate[0],
+            policy_kwargs={**shape, **settings.policy},
+            seed=settings.seed,
+            device="cpu",
+            tensorboard_log=None if logs is None else str(logs),
+            **explored,
+            **settings.hyperparameters,
+        )
+    except (TypeError, ValueError, AssertionError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise ConfigError(f"hyperparameters of {settings.algorithm}: cannot be used ({reason})") from None
+
+
+def load_model(settings: TrainSettings, path: Path, worlds: Any) -> Any:
+    """Load a model to continue it.
+
+    Raises:
+        RunError: If the file is not such a model.
+    """
+    try:
+        return _class_of(settings).load(path, env=worlds, device="cpu")
+    except Exception as error:
+        reason = " ".join(str(error).split())[:200]
+        raise RunError(f"{path}: cannot be continued as a model of {settings.algorithm} ({reason})") from None
+
+
+def save_model(model: Any, path: Path, card: ModelCard) -> None:
+    """Write a model and its card in one step."""
+    partial = path.with_name(f".{path.name}")
+    model.save(partial)
+    write_card(partial, card)
+    write_bytes(path, partial.read_bytes())
+    partial.unlink()
+
+
+def card_of(settings: TrainSettings, statistics: Any, **training: Any) -> ModelCard:
+    """Return the card of a model.
+
+    Args:
+        settings: What it is trained with.
+        statistics: The VecNormalize whose statistics its input is normalised by; None if it is not.
+        training: For readers: steps, success...
+    """
+    normalization = None
+    if statistics is not None:
+        normalization = Normalization(
+            mean=tuple(statistics.obs_rms.mean.tolist()),
+            variance=tuple(statistics.obs_rms.var.tolist()),
+            epsilon=statistics.epsilon,
+            clip=statistics.clip_obs,
+        )
+    return ModelCard(
+        algorithm=settings.algorithm,
+        world=settings.world.replace(maps=None),
+        encoding=settings.encoding,
+        normalization=normalization,
+        training={"seed": settings.seed, **training},
+    )
+
+
+def tensorboard_is_installed() -> bool:
+    """Whether TensorBoard's files can be written."""
+    return importlib.util.find_spec("tensorboard") is not None
+
+
+def _noise(deviation: float) -> Any:
+    from stable_baselines3.common.noise import NormalActionNoise
+
+    return NormalActionNoise(np.zeros(2), np.full(2, deviation))
+
+
+def _class_of(settings: TrainSettings) -> Any:
+    return getattr(stable_baselines3(), settings.algorithm.upper())

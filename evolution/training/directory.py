@@ -1,0 +1,200 @@
+"""The directory of one training: plain files, complete at any moment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evolution.files import (
+    DirectoryKind,
+    Document,
+    Row,
+    Table,
+    Tabled,
+    check,
+    csv_of,
+    make_directory,
+    read_csv,
+    read_json,
+    write_json,
+    write_text,
+)
+from evolution.training.settings import TrainSettings
+from gym_mapbench.errors import RunError, unknown_name
+from gym_mapbench.mapio.bundle import bundle_document, parse_bundle
+from gym_mapbench.mapio.tasked_map import group_scenarios
+from gym_mapbench.scenario import Scenario
+
+CONFIG, STATE, CURVE, README = "training.json", "state.json", "curve.csv", "README.txt"
+BEST, LATEST, CHECKPOINTS, FIGURES, LOGS = "best_model.zip", "model.zip", "checkpoints", "figures", "tensorboard"
+MAPS, CURRICULUM = "maps.json", "curriculum.json"
+STATISTICS, BUFFER = "vecnormalize.pkl", "replay_buffer.pkl"
+CURVE_FIGURE = "learning_curve"
+
+TRAINING = DirectoryKind("training", CONFIG, format_version=1)
+
+README_TEXT = """One training of mapbench. Lengths are m, times s; success is a share, 0 to 1.
+
+training.json       all options as used, and the versions they were used with
+curve.csv           one line per evaluation: success on every group of held-out maps, and of the episodes in training
+figures/            the same as a picture
+best_model.zip      the model with the best mean success over these groups: drive it with
+                    mapbench bench MAP --controllers mppi,learned=best_model.zip
+model.zip           the latest model, which --resume continues
+checkpoints/        the model at every evaluation, by its steps
+maps.json, curriculum.json    the maps it trains on, if they are not random
+state.json          where the training stands
+tensorboard/        logs, if TensorBoard was installed
+vecnormalize.pkl, replay_buffer.pkl    what else --resume needs, where the algorithm has it
+
+A model is a file of Stable-Baselines3 with a card in it, mapbench.json: what it sees, how often it decides.
+Model files and the .pkl files can run code when they are loaded: use only your own, and those of people you trust.
+"""
+
+
+class State(Document):
+    """What ``state.json`` must hold."""
+
+    steps: int
+    seconds: float
+    best: float
+    finished: bool
+
+
+@dataclass(frozen=True)
+class Training(Tabled):
+    """A training as far as it has come; read by :func:`load_training`.
+
+    Args:
+        path: Its directory.
+        config: ``training.json``.
+        state: ``state.json``.
+        curve: ``curve.csv``: one row per evaluation.
+    """
+
+    path: Path
+    config: Mapping[str, Any]
+    state: Mapping[str, Any]
+    curve: list[Row]
+
+    @property
+    def finished(self) -> bool:
+        """Whether all steps were done."""
+        return bool(self.state["finished"])
+
+    @property
+    def best(self) -> Path:
+        """File of the best model."""
+        return self.path / BEST
+
+    def table(self, name: str = "curve") -> Table:
+        """Return the learning curve, the only table.
+
+        Raises:
+            ConfigError: If another one is asked for.
+        """
+        if name not in ("", "curve"):
+            raise unknown_name("table", name, ["curve"])
+        return Table(self.curve, f"Success on held-out maps, {self.config['algorithm']}")
+
+
+@dataclass(frozen=True)
+class TrainingDir:
+    """The directory of a training; made by :meth:`create` or :meth:`open`.
+
+    Args:
+        path: The directory.
+        config: What ``training.json`` says.
+    """
+
+    path: Path
+    config: Mapping[str, Any]
+
+    @classmethod
+    def create(
+        cls, path: Path, settings: TrainSettings, maps: Sequence[Scenario], curriculum: Sequence[Scenario]
+    ) -> TrainingDir:
+        """Make the directory of a new training.
+
+        Args:
+            path: New or empty.
+            settings: What it is begun with.
+            maps: The maps to train on; empty for random ones.
+            curriculum: The curriculum's levels; empty for none.
+
+        Raises:
+            ConfigError: If there is anything there already; nothing is changed.
+            RunError: If it cannot be made.
+        """
+        config = TRAINING.create(path, settings.model_dump(mode="json"))
+        for name in (CHECKPOINTS, FIGURES):
+            make_directory(path / name)
+        for name, scenarios in ((MAPS, maps), (CURRICULUM, curriculum)):
+            if scenarios:
+                write_json(path / name, bundle_document(group_scenarios(scenarios)))
+        write_text(path / README, README_TEXT)
+        return cls(path, config)
+
+    @classmethod
+    def open(cls, path: Path) -> TrainingDir:
+        """Open the directory of a training, finished or not.
+
+        Raises:
+            RunError: If it is no such directory, or of another format.
+        """
+        return cls(path, TRAINING.open(path))
+
+    @property
+    def settings(self) -> TrainSettings:
+        """What the training was begun with."""
+        fields = {name: value for name, value in self.config.items() if name in TrainSettings.model_fields}
+        return TrainSettings.from_mapping(fields, str(self.path / CONFIG))
+
+    def read_maps(self) -> tuple[list[Scenario], list[Scenario]]:
+        """Read the maps to train on and the curriculum's levels; raises ``MapFormatError`` if one is damaged."""
+        files = (self.path / name for name in (MAPS, CURRICULUM))
+        maps, curriculum = ([*_scenarios(path)] if path.is_file() else [] for path in files)
+        return maps, curriculum
+
+    @property
+    def state(self) -> dict[str, Any] | None:
+        """What ``state.json`` says, None before the first checkpoint."""
+        path = self.path / STATE
+        if not path.is_file():
+            return None
+        state = read_json(path)
+        check(State, state, path)
+        return state
+
+    def read_curve(self) -> list[Row]:
+        """Read ``curve.csv``, empty before the first evaluation; raises ``RunError`` if it is damaged."""
+        path = self.path / CURVE
+        return read_csv(path) if path.is_file() else []
+
+    def write_curve(self, rows: Sequence[Row]) -> None:
+        """Write ``curve.csv``."""
+        write_text(self.path / CURVE, csv_of(rows))
+
+    def write_state(self, state: Mapping[str, Any]) -> None:
+        """Write ``state.json``."""
+        write_json(self.path / STATE, state)
+
+
+def load_training(path: str | Path) -> Training:
+    """Read the directory of a training, as far as it has come.
+
+    Raises:
+        RunError: If it is not a training directory, has no checkpoint, or is damaged.
+    """
+    directory = TrainingDir.open(Path(path))
+    state = directory.state
+    if state is None:
+        raise RunError(f"{path}: no checkpoint was written; continue it with --resume")
+    return Training(directory.path, directory.config, state, directory.read_curve())
+
+
+def _scenarios(path: Path) -> Iterator[Scenario]:
+    """Read the maps of a map-set file, in order."""
+    return (scenario for tasked in parse_bundle(read_json(path), str(path)) for scenario in tasked.scenarios())

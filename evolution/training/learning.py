@@ -1,0 +1,176 @@
+"""Training: from settings and maps to a model in a directory, which can be continued."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.learned import Features
+from evolution.training.algorithms import (
+    check_model,
+    load_model,
+    make_model,
+    tensorboard_is_installed,
+)
+from evolution.training.directory import (
+    BUFFER,
+    LATEST,
+    LOGS,
+    STATISTICS,
+    TRAINING,
+    Training,
+    TrainingDir,
+    load_training,
+)
+from evolution.training.evaluation import Judgement, judge
+from evolution.training.levels import GivenLevels, Levels, RandomLevels, ReplayedLevels
+from evolution.training.record import Recorder, TrainProgress
+from evolution.training.settings import TrainSettings
+from gym_mapbench.scenario import Scenario
+from gym_mapbench.scenario_source import draw_scenario
+
+HELD_OUT = 20_260_713
+"""Seed of the random maps that policies are judged on: the same in every training."""
+EVERY_FIFTH = 5
+"""Of five given maps, one is held out."""
+
+
+def begin_training(
+    settings: TrainSettings, path: Path, maps: Sequence[Scenario] = (), curriculum: Sequence[Scenario] = ()
+) -> TrainingDir:
+    """Check everything and make the directory of a training.
+
+    Args:
+        settings: The training.
+        path: New or empty directory.
+        maps: Maps to train on; empty for random ones.
+        curriculum: Levels to replay among them; empty for none.
+
+    Raises:
+        ConfigError: If something cannot be used; nothing is made then.
+    """
+    check_model(settings)
+    return TrainingDir.create(path, settings, maps, curriculum)
+
+
+def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] | None = None) -> Training:
+    """Train from where the directory stands to the end.
+
+    Args:
+        directory: New, or one in which a training was interrupted.
+        on_progress: Called after every rollout.
+
+    Returns:
+        The training, as :func:`~evolution.training.directory.load_training` reads it.
+
+    Raises:
+        RunError: If the directory is damaged, cannot be written, or was written by another version of this package.
+        KeyboardInterrupt: If Ctrl-C was pressed; the model is kept and can be continued.
+    """
+    from evolution.training.callback import Companion, Interruption
+    from evolution.training.vec_env import TrainingWorlds
+
+    settings, state = directory.settings, directory.state
+    if state is not None and state["finished"]:
+        return load_training(directory.path)
+    TRAINING.check_same(directory.path, directory.config, {}, {})
+    maps, curriculum = directory.read_maps()
+    worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, 0 if state is None else state["steps"]))
+    lessons, statistics = _normalized(settings, worlds, directory.path if state else None)
+    model = _model(settings, directory, lessons, resumed=state is not None)
+    recorder = Recorder(directory, settings, statistics, directory.read_curve(), state)
+    groups = held_out_groups(settings, maps, curriculum)
+    interruption = Interruption()
+    companion = Companion(
+        settings, worlds, recorder, partial(_judge_all, settings, groups, statistics), interruption, on_progress
+    )
+    with interruption.heeded():
+        left = settings.steps - model.num_timesteps
+        model.learn(left, callback=companion, reset_num_timesteps=state is None, tb_log_name=settings.algorithm)
+        if interruption.asked:
+            recorder.keep(model, with_buffer=True)
+            raise KeyboardInterrupt
+        companion.evaluate()
+    return load_training(directory.path)
+
+
+def make_levels(
+    settings: TrainSettings, maps: Sequence[Scenario], curriculum: Sequence[Scenario], done: int = 0
+) -> Levels:
+    """Return what gives every episode its map; after ``done`` steps, others than at the beginning."""
+    fresh_rng, replay_rng = (np.random.default_rng((settings.seed, done, stream)) for stream in range(2))
+    fresh: Levels = RandomLevels(settings.world, settings.obstacles, settings.anywhere, settings.reuse, fresh_rng)
+    if maps:
+        fresh = GivenLevels(split(maps)[0], fresh_rng)
+    return ReplayedLevels(settings.replay, fresh, split(curriculum)[0], replay_rng) if curriculum else fresh
+
+
+def held_out_groups(
+    settings: TrainSettings, maps: Sequence[Scenario], curriculum: Sequence[Scenario]
+) -> dict[str, list[Scenario]]:
+    """Return the maps that the policy is judged on, by the name of their group."""
+    groups = {"maps": split(maps)[1]} if maps else _random_groups(settings)
+    return {**groups, "curriculum": split(curriculum)[1]} if curriculum else groups
+
+
+def split(scenarios: Sequence[Scenario]) -> tuple[list[Scenario], list[Scenario]]:
+    """Return the maps to train on and those held out, every fifth; of fewer than five, all are used for both."""
+    if len(scenarios) < EVERY_FIFTH:
+        return list(scenarios), list(scenarios)
+    held_out = list(scenarios[EVERY_FIFTH - 1 :: EVERY_FIFTH])
+    kept = [one for number, one in enumerate(scenarios) if number % EVERY_FIFTH != EVERY_FIFTH - 1]
+    return kept, held_out
+
+
+def _random_groups(settings: TrainSettings) -> dict[str, list[Scenario]]:
+    groups = {}
+    for count in settings.evaluation.obstacles:
+        world = settings.world.replace(shapes=settings.world.shapes.replace(n_obstacles=(count, count)))
+        rng = np.random.default_rng((HELD_OUT, count))
+        groups[f"random_{count}"] = [draw_scenario(world, rng) for _ in range(settings.evaluation.maps)]
+    return groups
+
+
+def _judge_all(
+    settings: TrainSettings, groups: Mapping[str, Sequence[Scenario]], statistics: Any, model: Any
+) -> dict[str, Judgement]:
+    """Drive the model, without exploration, on every group of maps."""
+
+    def act(features: Features) -> NDArray[Any]:
+        seen = statistics.normalize_obs(features) if settings.normalize_observations else features
+        actions: NDArray[Any] = model.predict(seen, deterministic=True)[0]
+        return actions
+
+    world, encoding = settings.judged_world, settings.encoding
+    return {name: judge(act, world, encoding, maps, HELD_OUT) for name, maps in groups.items()}
+
+
+def _normalized(settings: TrainSettings, worlds: Any, resumed: Path | None) -> tuple[Any, Any]:
+    """Return the worlds, wrapped in VecNormalize where it is asked for, and that wrapper."""
+    if not (settings.normalize_rewards or settings.normalize_observations):
+        return worlds, None
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    if resumed is not None:
+        wrapped = VecNormalize.load(str(resumed / STATISTICS), worlds)
+    else:
+        gamma = float(settings.hyperparameters.get("gamma", 0.99))  # type: ignore[arg-type]
+        observations, rewards = settings.normalize_observations, settings.normalize_rewards
+        wrapped = VecNormalize(worlds, norm_obs=observations, norm_reward=rewards, gamma=gamma)
+    return wrapped, wrapped
+
+
+def _model(settings: TrainSettings, directory: TrainingDir, lessons: Any, *, resumed: bool) -> Any:
+    """Make a model, or load the one to be continued."""
+    if not resumed:
+        logs = directory.path / LOGS if tensorboard_is_installed() else None
+        return make_model(settings, lessons, logs)
+    model = load_model(settings, directory.path / LATEST, lessons)
+    if (directory.path / BUFFER).is_file():
+        model.load_replay_buffer(directory.path / BUFFER)
+    return model

@@ -1,0 +1,185 @@
+"""Which map an episode is driven on: new random ones, given ones, or those on which there is most to learn."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evolution.training.settings import ReplaySettings, Stage
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.random_task import draw_task
+from gym_mapbench.scenario import Scenario
+from gym_mapbench.scenario_source import draw_scenario
+
+POOL = 3000
+"""Random maps that are kept for further episodes."""
+FIRST_MAPS = 200
+"""Random maps that are drawn before one is used again."""
+
+
+class Levels(Protocol):
+    """Gives every episode its map."""
+
+    def next(self, progress: float) -> Scenario:
+        """Return the map of a new episode; ``progress`` is the share of the training that is done."""
+        ...
+
+    def ended(self, scenario: Scenario, success: bool) -> None:
+        """Learn how an episode ended."""
+        ...
+
+
+class GivenLevels:
+    """Given maps, all equally often.
+
+    Args:
+        scenarios: One or more.
+        rng: Source of all randomness.
+    """
+
+    def __init__(self, scenarios: Sequence[Scenario], rng: np.random.Generator) -> None:
+        self._scenarios = tuple(scenarios)
+        self._rng = rng
+
+    def next(self, progress: float) -> Scenario:
+        """Return one of the maps."""
+        return self._scenarios[int(self._rng.integers(len(self._scenarios)))]
+
+    def ended(self, scenario: Scenario, success: bool) -> None:
+        """Learn nothing."""
+
+
+class RandomLevels:
+    """Random maps with a number of obstacles that changes as the training goes on.
+
+    Drawing a map and preparing it costs as much as dozens of steps, so that each is used for several episodes.
+
+    Args:
+        world: What the maps are like apart from the number of obstacles.
+        stages: How many obstacles, when.
+        anywhere: Share of the maps with start and goal anywhere.
+        reuse: Episodes on a map, on average.
+        rng: Source of all randomness.
+    """
+
+    def __init__(
+        self, world: EnvConfig, stages: Sequence[Stage], anywhere: float, reuse: float, rng: np.random.Generator
+    ) -> None:
+        self._world = world
+        self._anywhere = anywhere
+        self._after = [stage.after for stage in stages]
+        self._fewest = [stage.fewest for stage in stages]
+        self._most = [stage.most for stage in stages]
+        self._reuse = reuse
+        self._rng = rng
+        self._pool: deque[Scenario] = deque(maxlen=POOL)
+
+    def obstacles(self, progress: float) -> tuple[int, int]:
+        """Return the fewest and most obstacles at a share of the training."""
+        fewest, most = (np.interp(progress, self._after, counts) for counts in (self._fewest, self._most))
+        return round(float(fewest)), round(float(most))
+
+    def next(self, progress: float) -> Scenario:
+        """Return a new map, or one of those drawn lately."""
+        if len(self._pool) < FIRST_MAPS or self._rng.random() * self._reuse < 1.0:
+            self._pool.append(self._draw(progress))
+            return self._pool[-1]
+        return self._pool[int(self._rng.integers(len(self._pool)))]
+
+    def ended(self, scenario: Scenario, success: bool) -> None:
+        """Learn nothing."""
+
+    def _draw(self, progress: float) -> Scenario:
+        shapes = self._world.shapes.replace(n_obstacles=self.obstacles(progress))
+        scenario = draw_scenario(self._world.replace(shapes=shapes), self._rng)
+        if self._rng.random() >= self._anywhere:
+            return scenario
+        return draw_task(scenario.map, self._world.robot, self._rng) or scenario
+
+
+class ReplayedLevels:
+    """Replays levels by how much is still to be learned on them, among new random ones.
+
+    What is to be learned on a level is the variance of its success, p (1 - p): nothing where the policy always
+    succeeds or never does (Rutherford et al., No Regrets, 2024). Levels are drawn by the rank of this score and by how
+    long ago they were played (Jiang et al., Prioritized Level Replay, 2021). A random map is kept once it was driven.
+
+    Args:
+        settings: How often, and which.
+        fresh: Gives the new maps.
+        levels: The levels to begin with; they are never given up.
+        rng: Source of all randomness.
+    """
+
+    def __init__(
+        self, settings: ReplaySettings, fresh: Levels, levels: Sequence[Scenario], rng: np.random.Generator
+    ) -> None:
+        self._settings = settings
+        self._fresh = fresh
+        self._rng = rng
+        self._levels = list(levels)
+        self._given = len(self._levels)
+        self._capacity = max(settings.capacity, self._given)
+        self._outcomes: list[deque[bool]] = [self._nothing() for _ in self._levels]
+        self._played = [0] * len(self._levels)
+        self._index = {level.digest: number for number, level in enumerate(self._levels)}
+        self._episodes = 0
+
+    def next(self, progress: float) -> Scenario:
+        """Return a kept level or a new map."""
+        replays = self._levels and self._rng.random() < self._settings.probability
+        number = int(self._rng.choice(len(self._levels), p=self.probabilities())) if replays else None
+        self._episodes += 1
+        if number is None:
+            return self._fresh.next(progress)
+        self._played[number] = self._episodes
+        return self._levels[number]
+
+    def ended(self, scenario: Scenario, success: bool) -> None:
+        """Note how an episode ended; a map that is not kept yet takes the place of the one with the least to learn."""
+        number = self._index.get(scenario.digest)
+        if number is None:
+            number = self._room_for(scenario)
+        if number is not None:
+            self._outcomes[number].append(success)
+
+    def scores(self) -> NDArray[np.float64]:
+        """Return what is to be learned on every kept level, 0 to 1/4, as if it had one success and one failure more."""
+        counts = np.array([(sum(outcomes), len(outcomes)) for outcomes in self._outcomes], dtype=np.float64)
+        success = (counts[:, 0] + 1.0) / (counts[:, 1] + 2.0)
+        return np.asarray(success * (1.0 - success))
+
+    def probabilities(self) -> NDArray[np.float64]:
+        """Return the probability of every kept level to be replayed next."""
+        ranks = np.empty(len(self._levels))
+        ranks[np.argsort(-self.scores(), kind="stable")] = np.arange(1, len(self._levels) + 1)
+        by_score = (1.0 / ranks) ** (1.0 / self._settings.temperature)
+        stale = self._episodes - np.array(self._played, dtype=np.float64)
+        share = self._settings.staleness
+        by_age = stale / stale.sum() if stale.sum() > 0 else np.full(len(stale), 1.0 / len(stale))
+        return np.asarray((1.0 - share) * by_score / by_score.sum() + share * by_age)
+
+    def _nothing(self) -> deque[bool]:
+        return deque(maxlen=self._settings.memory)
+
+    def _room_for(self, scenario: Scenario) -> int | None:
+        """Return the place of a new map, None where every kept one has more to learn."""
+        if len(self._levels) < self._capacity:
+            self._levels.append(scenario)
+            self._outcomes.append(self._nothing())
+            self._played.append(self._episodes)
+            number = len(self._levels) - 1
+        else:
+            kept = self.scores()[self._given :]
+            if not len(kept):
+                return None
+            number = self._given + int(np.argmin(kept))
+            del self._index[self._levels[number].digest]
+            self._levels[number], self._outcomes[number] = scenario, self._nothing()
+            self._played[number] = self._episodes
+        self._index[scenario.digest] = number
+        return number

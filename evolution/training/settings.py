@@ -1,0 +1,239 @@
+"""What a training is told: the algorithm and its hyperparameters, the world, the maps, and the evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, JsonValue, field_validator, model_validator
+
+from controllers.learned import EncodingSettings
+from controllers.parameters import overlay
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.documents import read_yaml
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.settings import Settings
+
+Count = Annotated[int, Field(ge=1)]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class Stage(Settings):
+    """How many obstacles the random maps have from some point of the training on; in between it changes steadily.
+
+    Args:
+        after: Share of the training's steps, 0 to 1.
+        fewest: Fewest obstacles on a map.
+        most: Most obstacles on a map.
+    """
+
+    after: Share
+    fewest: Annotated[int, Field(ge=0)]
+    most: Annotated[int, Field(ge=0)]
+
+
+class ShapingSettings(Settings):
+    """What training adds to the env's own reward and ends; the evaluation does without.
+
+    Args:
+        proximity: Taken off per second where the robot touches a wall, in proportion less further away.
+        reach: Distance between the robot's outline and the nearest wall in the scan from which on nothing is taken off,
+            m.
+        stall_time: Seconds without coming closer to the goal after which an episode ends; 0 for never. A policy that
+            has learned to stand still before obstacles learns nothing more there.
+        stall: Taken off when an episode ends so.
+        reverse: Taken off per metre driven backwards. With a scanner that sees all around, a policy may else learn to
+            drive backwards all the time, at the lower speed that the robot has there.
+    """
+
+    proximity: Annotated[float, Field(ge=0)] = 0.0
+    reach: Annotated[float, Field(gt=0)] = 0.3
+    stall_time: Annotated[float, Field(ge=0)] = 0.0
+    stall: Annotated[float, Field(ge=0)] = 0.0
+    reverse: Annotated[float, Field(ge=0)] = 0.0
+
+
+class ReplaySettings(Settings):
+    """How the levels of a curriculum are replayed (Jiang et al., Prioritized Level Replay, 2021).
+
+    Args:
+        probability: Share of the episodes that replay a level; the others are on new random maps.
+        capacity: Most levels that are kept; the one with the least to learn makes room.
+        temperature: Small values replay the best levels only, large ones all levels alike.
+        staleness: Weight of how long a level has not been played, beside what is to be learned on it.
+        memory: Outcomes of a level that count, the latest.
+    """
+
+    probability: Share = 0.5
+    capacity: Count = 1000
+    temperature: Annotated[float, Field(gt=0)] = 0.3
+    staleness: Share = 0.2
+    memory: Count = 8
+
+
+class EvaluationSettings(Settings):
+    """How the policy is judged while it learns: on maps that are never trained on, without exploration.
+
+    Args:
+        every: Steps between two evaluations; each also writes a checkpoint.
+        maps: Random maps for every number of obstacles.
+        obstacles: Numbers of obstacles of these maps.
+        time_limit: Simulated seconds an episode may take.
+    """
+
+    every: Count = 500_000
+    maps: Count = 100
+    obstacles: tuple[Annotated[int, Field(ge=0)], ...] = (15, 30)
+    time_limit: Annotated[float, Field(gt=0)] = 100.0
+
+
+class NetworkSettings(Settings):
+    """The networks of policy and value function, apart from each other.
+
+    Args:
+        hidden: Width of every hidden layer.
+        activation: Between the layers.
+    """
+
+    hidden: tuple[Count, ...] = (256, 256)
+    activation: Literal["tanh", "relu", "elu"] = "tanh"
+
+
+class TrainSettings(Settings):
+    """One training; equal settings give the same model on the same machine.
+
+    Args:
+        algorithm: ``ppo``, ``sac`` or ``td3``.
+        steps: Decisions in all worlds together.
+        envs: Worlds stepped together.
+        seed: Root of all randomness.
+        world: The env. One decision a control step: ``control_hz`` is the rate at which the model decides.
+        encoding: How observations become the input of the networks.
+        obstacles: Curriculum of the random maps; the first stage begins at 0.
+        anywhere: Share of the random maps with start and goal anywhere, and not where the world's tasks have them.
+        reuse: Episodes for which a random map is drawn once, on average.
+        shaping: What is taken off the reward besides.
+        network: The networks.
+        learning_rate: At the beginning and at the end; in between it changes linearly.
+        action_noise: Deviation of the noise on actions by which SAC and TD3 explore; TD3 does not explore without it.
+        normalize_rewards: Whether rewards are divided by the running deviation of the return (VecNormalize).
+        normalize_observations: Whether the encoded observations are normalised by running statistics, too.
+        hyperparameters: Further arguments of the algorithm in Stable-Baselines3, under its names.
+        policy: Further arguments of its policy class, under its names.
+        evaluation: How the policy is judged meanwhile.
+        replay: How the levels of a curriculum are replayed.
+    """
+
+    algorithm: Literal["ppo", "sac", "td3"]
+    steps: Count
+    envs: Count = 64
+    seed: Annotated[int, Field(ge=0)] = 0
+    world: EnvConfig = EnvConfig()
+    encoding: EncodingSettings = EncodingSettings()
+    obstacles: tuple[Stage, ...] = (Stage(after=0.0, fewest=15, most=40),)
+    anywhere: Share = 0.0
+    reuse: Annotated[float, Field(ge=1)] = 6.0
+    shaping: ShapingSettings = ShapingSettings()
+    network: NetworkSettings = NetworkSettings()
+    learning_rate: tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]] = (3e-4, 3e-4)
+    action_noise: Annotated[float, Field(ge=0, le=2)] = 0.0
+    normalize_rewards: bool = False
+    normalize_observations: bool = False
+    hyperparameters: dict[str, JsonValue] = Field(default_factory=dict)
+    policy: dict[str, JsonValue] = Field(default_factory=dict)
+    evaluation: EvaluationSettings = EvaluationSettings()
+    replay: ReplaySettings = ReplaySettings()
+
+    @field_validator("obstacles")
+    @classmethod
+    def _in_order(cls, value: tuple[Stage, ...]) -> tuple[Stage, ...]:
+        shares = [stage.after for stage in value]
+        if not value or shares[0] != 0 or shares != sorted(set(shares)):
+            raise ConfigError(f"expected stages that begin at 0 and follow each other, got {shares}")
+        for stage in value:
+            if stage.fewest > stage.most:
+                raise ConfigError(f"expected at most as many fewest as most obstacles, got {stage.fewest} {stage.most}")
+        return value
+
+    @field_validator("world")
+    @classmethod
+    def _without_maps(cls, value: EnvConfig) -> EnvConfig:
+        if value.maps is not None:
+            raise ConfigError("world.maps: expected none, the maps are given apart")
+        return value
+
+    @model_validator(mode="after")
+    def _observes_what_it_encodes(self) -> Self:
+        if self.world.observation != self.encoding.keys or self.world.action != "normalized":
+            world = self.world.replace(observation=self.encoding.keys, action="normalized")
+            object.__setattr__(self, "world", world)
+        return self
+
+    @model_validator(mode="after")
+    def _sees_walls(self) -> Self:
+        if self.shaping.proximity and "scan" not in self.encoding.keys:
+            raise ConfigError("shaping.proximity: expected a feature of the scan in encoding.features, got none")
+        if self.shaping.reverse and "velocity" not in self.encoding.keys:
+            raise ConfigError("shaping.reverse: expected velocity among encoding.features, got none")
+        if self.shaping.stall_time and not self.world.reward.progress:
+            raise ConfigError("shaping.stall_time: expected a reward for progress, by which it is noticed, got none")
+        return self
+
+    @model_validator(mode="after")
+    def _explores_by_itself(self) -> Self:
+        if self.action_noise and self.algorithm == "ppo":
+            raise ConfigError(f"action_noise: expected 0, as ppo draws its actions, got {self.action_noise:g}")
+        return self
+
+    @property
+    def judged_world(self) -> EnvConfig:
+        """The world of the evaluation."""
+        return self.world.replace(time_limit=self.evaluation.time_limit)
+
+
+def algorithm_names() -> tuple[str, ...]:
+    """Names of the algorithms that the package has hyperparameters for."""
+    folder = resources.files(__package__).joinpath("algorithms")
+    return tuple(sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml")))
+
+
+def load_algorithm(name: str) -> dict[str, Any]:
+    """Return the settings of an algorithm as the package has them: what is common to all, overlaid by its own.
+
+    Raises:
+        ConfigError: If there is no such algorithm.
+    """
+    if name not in algorithm_names():
+        raise unknown_name("algorithm", name, algorithm_names())
+    return overlay(_own_file("common.yaml"), _own_file("algorithms", f"{name}.yaml"))
+
+
+def _own_file(*parts: str) -> dict[str, Any]:
+    with resources.as_file(resources.files(__package__).joinpath(*parts)) as path:
+        document: dict[str, Any] = read_yaml(path)
+    return document
+
+
+def train_settings(
+    algorithm: str | None = None, config: Mapping[str, Any] | str | Path | None = None, **options: Any
+) -> TrainSettings:
+    """Return the settings of a training: the algorithm's own, overlaid by a config, then by options.
+
+    Args:
+        algorithm: Its name; None for the config's, or ``ppo``.
+        config: A YAML file, or the same as a mapping: fields of :class:`TrainSettings`.
+        options: Such fields; those that are None are left out.
+
+    Raises:
+        ConfigError: Naming what cannot be used.
+    """
+    where = str(config) if isinstance(config, str | Path) else "config"
+    document = read_yaml(config) if isinstance(config, str | Path) else config or {}
+    if not isinstance(document, Mapping):
+        raise ConfigError(f"{where}: expected a mapping of options, got {type(document).__name__}")
+    named = algorithm or str(document.get("algorithm", "ppo"))
+    given = {name: value for name, value in options.items() if value is not None}
+    whole = overlay(overlay(load_algorithm(named), document), {**given, "algorithm": named})
+    return TrainSettings.from_mapping(whole, where)

@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gym_mapbench.clearance import check_clearance
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.random_task import NEAREST, draw_task
+from gym_mapbench.robot import ROBOTS
+from gym_mapbench.scenario_source import draw_scenario
+from gym_mapbench.task import distance_to_goal
+
+
+@given(st.integers(0, 10_000), st.sampled_from(sorted(ROBOTS.built_in)))
+def test_the_robot_stands_free_at_both_ends_and_there_is_a_way(seed, robot):
+    rng = np.random.default_rng(seed)
+    config = EnvConfig(robot=robot)
+    scenario = draw_task(draw_scenario(config, rng).map, config.robot, rng)
+    assert scenario is not None
+    check_clearance(scenario, config.robot)
+    assert distance_to_goal(scenario, config.robot).solvable
+    assert np.hypot(scenario.goal.x - scenario.start.x, scenario.goal.y - scenario.start.y) >= NEAREST
+
+
+def test_there_is_none_where_the_robot_has_no_room():
+    narrow = GridMap.from_rows(["#" * 40, *["#" + "." * 38 + "#"] * 6, "#" * 40])
+    assert draw_task(narrow, EnvConfig().robot, np.random.default_rng(0)) is None
+
+
+def test_distances_are_spread():
+    rng = np.random.default_rng(3)
+    config = EnvConfig(shapes={"n_obstacles": (5, 5)})
+    away = []
+    for _ in range(200):
+        scenario = draw_task(draw_scenario(config, rng).map, config.robot, rng)
+        away.append(np.hypot(scenario.goal.x - scenario.start.x, scenario.goal.y - scenario.start.y))
+    assert np.mean(np.array(away) < 3) > 0.15
+    assert np.mean(np.array(away) > 6) > 0.15
