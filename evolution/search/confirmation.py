@@ -8,7 +8,7 @@ new seeds again, until the choice stays. What that set is worth is then said by 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 from statistics import fmean, median
@@ -87,8 +87,7 @@ def confirm(archive: Archive, fitness: Fitness, settings: EvolveSettings, budget
     """
     assert settings.confirmation is not None
     candidates = _Candidates(archive, fitness, settings, budget)
-    candidates.confirm_best()
-    candidates.confirm_others()
+    candidates.drive_all()
     if len(candidates.names) < settings.maps_per_set:
         return None
     names = candidates.settle()
@@ -110,15 +109,21 @@ class _Candidates:
         self.budget = budget
         self.names: dict[str, None] = {}
 
-    def confirm_best(self) -> None:
-        """Drive the best set until it stays the best."""
-        while self._drive(self.archive.best(self.fitness, self.settings.maps_per_set)):
-            pass
+    def drive_all(self) -> None:
+        """Drive the best set until it stays the best, then the best one without its most important map, and so on."""
+        without: set[str] = set()
+        while len(self.names) < self.options.candidates and (names := self._best(without)):
+            new = [name for name in names if name not in self.names]
+            if not new:
+                without.add(max(names, key=lambda name: self._total(self._best({*without, name}))))
+            elif not self._drive(new[: self.options.candidates - len(self.names)]):
+                break
 
-    def confirm_others(self) -> None:
-        """Drive the best sets of the other maps, one after the other."""
-        while self._drive(self.archive.best(self.fitness, self.settings.maps_per_set, without=self.names)):
-            pass
+    def _best(self, without: Collection[str]) -> Names:
+        return self.archive.best(self.fitness, self.settings.maps_per_set, without)
+
+    def _total(self, names: Names) -> float:
+        return self.fitness(self.archive.results_of(self.archive.map_set(names))).total if names else np.inf
 
     def settle(self) -> Names:
         """Return the set that is still chosen after its maps were driven with as many new seeds once more."""
@@ -130,14 +135,13 @@ class _Candidates:
                 return names
             settled.update(new)
 
-    def _drive(self, names: Names) -> bool:
-        """Drive the maps among these that are new; False if there are none, or no more are wanted.
+    def _drive(self, new: Sequence[str]) -> bool:
+        """Drive new maps; False if the runs do not suffice.
 
         Those that fail before they come to the new seeds are no candidates.
         """
-        new = [name for name in names if name not in self.names][: self.options.candidates - len(self.names)]
         elite = {name: max(self.archive.repeats_of(name), self.settings.elite_repeats) for name in new}
-        if not new or not self._drive_further(elite):
+        if not self._drive_further(elite):
             return False
         self.names |= {name: None for name in new if self.archive.repeats_of(name) > elite[name]}
         return True

@@ -10,6 +10,8 @@ from evolution.search.settings import EvolveSettings
 
 MAX_ROUNDS = 3
 """How often after a generation the best set may change because its maps were driven again."""
+LEAST_GAIN = 0.1
+"""By how much a set with maps that were driven less must be fitter than the best one without, to be worth driving."""
 
 
 def find_elite(archive: Archive, fitness: Fitness, settings: EvolveSettings, budget: Budget) -> Names:
@@ -23,16 +25,27 @@ def find_elite(archive: Archive, fitness: Fitness, settings: EvolveSettings, bud
         settings: Options of the search.
         budget: Limits the runs.
     """
-    names = archive.best(fitness, settings.maps_per_set)
+    names = _promising(archive, fitness, settings)
     wanted = {name: _next_repeats(archive.repeats_of(name), settings) for name in names}
     for _ in range(MAX_ROUNDS):
         cost = budget.cost_of(wanted)
         if cost == 0 or cost > budget.runs:
             break
         archive.drive(wanted)
-        names = archive.best(fitness, settings.maps_per_set)
+        names = _promising(archive, fitness, settings)
         wanted = dict.fromkeys(names, settings.elite_repeats)
     return names
+
+
+def _promising(archive: Archive, fitness: Fitness, settings: EvolveSettings) -> Names:
+    """Return the best set, or the best one of maps that belong to the elite already if it is hardly less fit."""
+    best = archive.best(fitness, settings.maps_per_set)
+    once = [name for name in archive.scenarios if archive.repeats_of(name) < settings.elite_repeats]
+    known = archive.best(fitness, settings.maps_per_set, without=once)
+    if not known:
+        return best
+    totals = [fitness(archive.results_of(archive.map_set(names))).total for names in (best, known)]
+    return best if totals[0] < totals[1] - LEAST_GAIN else known
 
 
 def _next_repeats(repeats: int, settings: EvolveSettings) -> int:
