@@ -136,3 +136,18 @@ def test_the_elite_keeps_to_the_budget():
     archive.evaluate(sets_of(8))
     assert find_elite(archive, fitness, options, Budget(options, archive)) == archive.best(fitness, 3)
     assert archive.count == 72
+
+
+def test_seeds_are_not_spent_on_newcomers_that_promise_hardly_more(monkeypatch):
+    options = EvolveSettings(archive=True, elite_seeds=2, caution=1.0)
+    counts, fitnesses = {}, {}
+    for least in (0.0, 0.1):
+        monkeypatch.setattr("evolution.search.elite.LEAST_GAIN", least)
+        archive, fitness = archive_of(), Fitness.of(options, 150.0)
+        for seed in range(12):
+            archive.evaluate(sets_of(3, seed))
+            names = find_elite(archive, fitness, options, Budget(options, archive))
+        counts[least] = archive.count
+        fitnesses[least] = fitness(archive.results_of(archive.map_set(names))).total
+    assert counts[0.1] < counts[0.0]
+    assert fitnesses[0.1] < fitnesses[0.0] + 0.5
