@@ -26,11 +26,17 @@ def search(path: Path, *options: str) -> subprocess.Popen[str]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
+def ended(process: subprocess.Popen[str]) -> int:
+    """Wait until a search has ended, and return its exit code."""
+    process.communicate()
+    return process.returncode
+
+
 def whole_run(folder: Path) -> Path:
     """Return the directory of a search that nothing happened to."""
     path = folder / "whole"
     if not path.is_dir():
-        assert search(path).wait() == 0
+        assert ended(search(path)) == 0
     return path
 
 
@@ -58,9 +64,9 @@ def _harm(kind: str, path: Path, rng: np.random.Generator) -> bool:
     """Begin a search and let something happen to it; returns whether it was stopped by that."""
     if kind == "killed at a write":
         number = int(rng.integers(1, WRITES)) * int(rng.choice([-1, 1]))
-        return search(path, f"--die-at-write={number}").wait() == -signal.SIGKILL
+        return ended(search(path, f"--die-at-write={number}")) == -signal.SIGKILL
     if kind == "disk full":
-        return search(path, f"--largest-file={int(rng.integers(2_000, 60_000))}").wait() != 0
+        return ended(search(path, f"--largest-file={int(rng.integers(2_000, 60_000))}")) != 0
     process = search(path)
     while not RUN.holds(path):
         time.sleep(0.05)
@@ -68,7 +74,7 @@ def _harm(kind: str, path: Path, rng: np.random.Generator) -> bool:
     if kind == "worker killed":
         return _kill_workers(process, rng)
     process.kill()
-    return process.wait() != 0
+    return ended(process) != 0
 
 
 def _kill_workers(process: subprocess.Popen[str], rng: np.random.Generator) -> bool:
@@ -80,7 +86,7 @@ def _kill_workers(process: subprocess.Popen[str], rng: np.random.Generator) -> b
             subprocess.run(["kill", "-9", str(rng.choice(workers))], check=False, stderr=subprocess.DEVNULL)
             killed += 1
         time.sleep(0.3)
-    process.wait()
+    ended(process)
     return killed > 0
 
 

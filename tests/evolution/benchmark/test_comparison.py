@@ -92,7 +92,7 @@ def test_files_of_another_kind(files, capsys):
     bench = files / "bench.json"
     for text, reason in (
         ("[]", "expected a JSON object, got list"),
-        ("{", "cannot be read"),
+        ("{", "not a JSON file"),
         ('{"runs": [{"map": "a"}]}', "line 1: controller: is missing"),
         (None, "expected a bench.json or the directory of one"),
     ):

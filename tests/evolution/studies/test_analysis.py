@@ -448,7 +448,7 @@ def test_a_study_is_written_as_tidy_tables(study_path):
     results = load_results(study_path, ENGINE)
     files = {path.stem: path for path in write_tables(results)}
     assert set(files) == {
-        "runs", "reevaluation", "generations", "summary", "tests", "pairs", "ranks", "maps", "measures", "repeats"
+        "runs", "reevaluation", "generations", "summary", "tests", "pairs", "ranks", "maps", "measures", "repeats", "promises"
     }  # fmt: skip
     read = {name: list(csv.DictReader(io.StringIO(path.read_text()))) for name, path in files.items()}
     assert len(read["runs"]) == 14
@@ -457,6 +457,13 @@ def test_a_study_is_written_as_tidy_tables(study_path):
     assert float(read["runs"][0]["fitness"]) == results.runs[0].fitness
     assert {row["outcome"] for row in read["reevaluation"]} <= {"goal", "timeout"}
     assert {row["min_clearance"] for row in read["reevaluation"]} == {"0.2"}
+    promised = {row["configuration"]: row for row in read["promises"]}
+    assert {row["n"] for row in promised.values()} == {"2"}
+    of_first = [run for run in results.runs if run.configuration.name == results.runs[0].configuration.name]
+    assert float(promised[of_first[0].configuration.name]["claimed"]) == pytest.approx(
+        np.median([run.fitness for run in of_first])
+    )
+    assert promised[of_first[0].configuration.name]["a12"] == ""  # it is what others are compared with
     with pytest.raises(ConfigError, match="unknown table 'run'; did you mean 'runs'"):
         results.rows("run")
 

@@ -344,7 +344,7 @@ def test_what_is_missing_or_damaged_is_said_and_the_rest_stays(study_path, tmp_p
     results = load_results(path, ENGINE)
     assert [re.sub(r"\S*/", "", line) for line in results.missing] == [
         "gini_6, seed 0: stopped after 0 of 24 evaluations",
-        "gini_12, seed 1: best_results.json: cannot be read (Expecting property name enclosed in double quotes: "
+        "gini_12, seed 1: best_results.json: not a JSON file (Expecting property name enclosed in double quotes: "
         "line 1 column 2 (char 1)); to repeat the run: rm -r seed-0001 and then mapbench study s --resume",
         "random, seed 0: seed-0000: not a run directory (no config.json); to repeat the run: rm -r seed-0000 and "
         "then mapbench study s --resume",

@@ -137,7 +137,9 @@ class TestJudge:
     world = EnvConfig(control_hz=5.0, time_limit=20.0, action="normalized", observation=("goal",))
 
     def judged(self, act, maps):
-        settings = train_settings("ppo", {"encoding": {"features": ["goal"]}, "shaping": {"proximity": 0.0}})
+        settings = train_settings(
+            "ppo", {"encoding": {"features": ["goal"]}, "shaping": {"proximity": 0.0, "reverse": 0.0}}
+        )
         return judge(act, self.world, settings.encoding, maps, 0)
 
     def test_every_map_is_driven_once(self):
