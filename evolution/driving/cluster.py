@@ -31,13 +31,16 @@ from evolution.driving.executors import Crew
 from evolution.driving.launching import may_have_children, worker_context
 from evolution.driving.processes import Processes
 from evolution.driving.serving import Answer, NotStartedError
-from evolution.files import versions
+from evolution.files import software
 from gym_mapbench.errors import ConfigError, RunError
 
 T = TypeVar("T")
 
 ADDRESS = re.compile(r"[a-z]+://.+:\d+")
 CONNECT_SECONDS = 5
+LOOPBACK = "127.0.0.1:0"
+"""Where the page of a cluster on this machine is shown: at any free port, to this machine alone."""
+
 RETRIES = 3
 """How often Dask tries a chunk again on a worker that cannot start processes, perhaps on another one."""
 
@@ -64,7 +67,7 @@ def connect(crew: Crew) -> Cluster:
     if not crew.scheduler:
         # Inside this process, for it drives nothing: a process of its own would import the caller's script.
         local = LocalCluster(
-            n_workers=1, threads_per_worker=crew.workers, processes=False, dashboard_address=None, memory_limit=0
+            n_workers=1, threads_per_worker=crew.workers, processes=False, dashboard_address=LOOPBACK, memory_limit=0
         )
         return Cluster(Client(local, set_as_default=False), crew, local)
     if not ADDRESS.fullmatch(crew.scheduler):
@@ -75,7 +78,7 @@ def connect(crew: Crew) -> Cluster:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
         raise RunError(f"{crew.scheduler}: no Dask scheduler answers there ({reason})") from None
     try:
-        workers = client.run(versions, on_error="return")
+        workers = client.run(software, on_error="return")
         if not workers:
             logging.getLogger(__name__).warning("%s: has no worker yet; waiting for some", crew.scheduler)
         check_workers(workers)
@@ -89,26 +92,24 @@ def check_workers(found: dict[str, Any]) -> None:
     """Refuse workers with other software than is in use here: their results might be others.
 
     Args:
-        found: What :func:`~evolution.files.versions` returned on each worker by its address, or what it raised.
+        found: What :func:`~evolution.files.software` returned on each worker by its address, or what it raised.
 
     Raises:
         RunError: Naming the first such worker.
     """
     for address, theirs in found.items():
         if isinstance(theirs, BaseException):
-            raise RunError(f"worker {address}: mapbench cannot be imported there ({theirs})")
-        if other := difference(versions(), theirs):
+            raise RunError(f"worker {address}: mapbench cannot be used there ({theirs})")
+        if other := difference(software(), theirs):
             raise RunError(f"worker {address}: {other}")
 
 
-def difference(expected: dict[str, Any], found: dict[str, Any]) -> str:
-    """Say how versions, as :func:`~evolution.files.versions` returns them, differ; empty if they do not."""
-    wanted, got = ({"mapbench": one["version"], **one["libraries"]} for one in (expected, found))
-    differing = [name for name in wanted if got.get(name) != wanted[name]]
-    if not differing:
+def difference(wanted: dict[str, str], found: dict[str, str]) -> str:
+    """Say how versions, as :func:`~evolution.files.software` returns them, differ; empty if they do not."""
+    name = next((name for name in wanted if found.get(name) != wanted[name]), None)
+    if name is None:
         return ""
-    name = differing[0]
-    return f"expected {name} {wanted[name]}, got {got.get(name)}; install the same versions on all workers"
+    return f"expected {name} {wanted[name]}, got {found.get(name)}; install the same versions on all workers"
 
 
 class Call(NamedTuple):
@@ -137,7 +138,7 @@ class Cluster(Executor):
     def __init__(self, client: Client, crew: Crew, local: LocalCluster | None = None) -> None:
         self._client, self._local = client, local
         self._plugin = f"mapbench-{uuid.uuid4().hex}"
-        client.register_plugin(KeepsProcesses(crew, versions()), name=self._plugin)
+        client.register_plugin(KeepsProcesses(crew, software()), name=self._plugin)
         self._executor = client.get_executor(pure=False, retries=RETRIES)
         self._calls: queue.SimpleQueue[Call | None] = queue.SimpleQueue()
         self._seconds_per_call = CHUNK_SECONDS
@@ -247,12 +248,12 @@ class KeepsProcesses(WorkerPlugin):  # type: ignore[misc]
     """
 
     crew: Crew
-    versions: dict[str, Any]
+    versions: dict[str, str]
     processes: Processes | None = None
 
     def setup(self, worker: Worker) -> None:
         """Start the processes, which then load their kernels; called for workers that come later, too."""
-        if other := difference(self.versions, versions()):
+        if other := difference(self.versions, software()):
             worker.loop.add_callback(partial(worker.close, reason=f"refused: {other}"))
             raise RunError(f"refused: {other}")
         may_have_children()

@@ -5,8 +5,8 @@ By default these are worker processes of this machine. Anything else with the in
 ``module:attribute``.
 
 The default kills a run that takes too long, loses no more than one run when a process dies, and leaves no process
-behind; so does ``dask`` on each machine of its cluster. A plain ``Executor`` can do none of this: a run that hangs stops
-the search, and a worker that dies may break its pool, whose unfinished runs are then tried again in a new one.
+behind; so does ``dask`` on each machine of its cluster. A plain ``Executor`` can do none of this: a run that hangs
+stops the search, and a worker that dies may break its pool, whose unfinished runs are then tried again in a new one.
 """
 
 from __future__ import annotations
