@@ -24,6 +24,7 @@ from distributed import Client
 from growth import REAL_RUN_SECONDS, free_run, per_evaluation, search
 
 from evolution.driving import cluster as driving
+from evolution.driving.cluster import chunk_size
 from evolution.driving.evaluator import Evaluator
 from evolution.driving.jobs import Job, JobPlan
 from evolution.search.experiments import experiment_of, load_preset
@@ -36,7 +37,7 @@ STUDY = 57_600
 
 POPULATIONS = (40, 1000)
 LONGEST_RUN = 4.0
-"""How much longer than the mean the longest run of a generation takes; the next one waits for it."""
+"""How many times the mean the longest run of a generation is taken to last; the next generation waits for it."""
 
 
 @dataclass(frozen=True)
@@ -130,10 +131,11 @@ def rates(costs: Costs, runs_per_evaluation: float) -> Iterator[str]:
 
 
 def generation_seconds(costs: Costs, population: int, runs_per_evaluation: float, cores: int) -> float:
-    """Seconds of a generation: its runs on the cores, or the parent's part of them, the longest run, and the search."""
+    """Seconds of a generation: its runs, limited by cores, parent or scheduler; its longest run; the search itself."""
     runs = population * runs_per_evaluation
-    driving = max(runs * REAL_RUN_SECONDS / cores, runs * costs.run, LONGEST_RUN * REAL_RUN_SECONDS)
-    return driving + population * costs.evaluation
+    chunks = runs / chunk_size(round(runs), cores, REAL_RUN_SECONDS)
+    slowest = max(runs * REAL_RUN_SECONDS / cores, runs * costs.run, chunks * costs.chunk)
+    return slowest + LONGEST_RUN * REAL_RUN_SECONDS + population * costs.evaluation
 
 
 def main() -> None:
