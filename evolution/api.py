@@ -125,7 +125,8 @@ def bench(
         seed: Root of all randomness; if None, 0, or one that the search of the run whose maps are driven did not have.
         metrics: What is measured besides the project's own metrics, by name.
         workers: Worker processes; all cores if None. The results do not depend on it.
-        executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`).
+        executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`), or ``NAME=ADDRESS`` with
+            the address of a scheduler, as in ``dask=tcp://HOST:PORT``.
         wait_s: How long to wait for another process that has locked the results, s.
         out: New directory that keeps every result as it comes, and ``bench.json`` and ``bench.csv`` at the end;
             nothing is written if None.
@@ -190,7 +191,7 @@ def evolve(
         resume: Directory of a run to continue, with exactly the result it would have had uninterrupted;
             ``experiment``, ``out`` and ``search`` cannot be given beside it.
         workers: Worker processes; all cores if None. The results do not depend on it.
-        executor: What the runs are driven on, by name.
+        executor: What the runs are driven on, as for :func:`bench`.
         wait_s: How long to wait for another process that has locked the results, s.
         on_generation: Called after each generation.
         on_run: Called after each run with its job, its result, and how many are left.
@@ -249,7 +250,7 @@ def study(
         only: Names of the configurations (in a sweep, of the worlds) to run now; all if None.
         runs: Number of seeds (in a sweep, of maps) to run now; all if None.
         workers: Worker processes; all cores if None. The results do not depend on it.
-        executor: What the runs are driven on, by name.
+        executor: What the runs are driven on, as for :func:`bench`.
         wait_s: How long to wait for another process that has locked the results, s.
         on_progress: Called after each generation and each search of a study; a sweep has neither.
         on_run: Called after each run of a sweep with its job, its result, and how many are left.

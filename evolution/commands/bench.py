@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
             seed=args.seed,
             metrics=args.metric,
             workers=args.workers,
-            executor=args.executor,
+            executor=options.executor_of(args),
             wait_s=args.wait,
             out=args.out,
             resume=args.resume,

@@ -110,13 +110,13 @@ def add_controllers_option(parser: argparse.ArgumentParser) -> None:
 
 
 def add_work_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--seed``, ``--workers``, ``--wait`` and ``--executor``."""
+    """Add ``--seed`` and the options of :func:`add_workers_options`."""
     parser.add_argument("--seed", type=non_negative, metavar="N", help="root of all randomness (default 0)")
     add_workers_options(parser)
 
 
 def add_workers_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--workers``, ``--wait`` and ``--executor``."""
+    """Add ``--workers``, ``--wait``, ``--executor`` and ``--scheduler``."""
     parser.add_argument("--workers", type=positive, metavar="N", help="worker processes (default: all cores)")
     parser.add_argument(
         "--wait",
@@ -127,6 +127,12 @@ def add_workers_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--executor", default="processes", metavar="NAME", help=f"what runs are driven on: {names_in(EXECUTORS)}"
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="tcp://HOST:PORT of the scheduler whose workers drive, with --executor dask (default: a cluster of "
+        "--workers processes on this machine)",
     )
 
 
@@ -242,6 +248,11 @@ def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> Non
 def workers_of(args: argparse.Namespace) -> int:
     """Return the number of worker processes: the given one, or one for each core."""
     return args.workers or available_cores()
+
+
+def executor_of(args: argparse.Namespace) -> str:
+    """Return what runs are driven on, with the address of its scheduler if one is given."""
+    return args.executor if args.scheduler is None else f"{args.executor}={args.scheduler}"
 
 
 def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) -> DriveSettings:

@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
             only=only,
             runs=args.runs,
             workers=args.workers,
-            executor=args.executor,
+            executor=options.executor_of(args),
             wait_s=args.wait,
             on_progress=bar.show,
             on_run=bar.advance,

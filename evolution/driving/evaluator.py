@@ -48,8 +48,9 @@ class Evaluator:
         retries: Further attempts after an ``error``.
         warm_up: Called once in every new worker, before its first job: loads and compiles kernels
             outside of ``timeout_s``.
-        executor: What the jobs run on, by its name in :data:`~evolution.driving.executors.EXECUTORS`. Only
-            ``processes``, the default, enforces ``timeout_s`` and loses no more than one run when a process dies.
+        executor: What the jobs run on, by its name in :data:`~evolution.driving.executors.EXECUTORS`, or
+            ``NAME=ADDRESS`` with the address of a scheduler (``dask=tcp://HOST:PORT``). ``processes``, the default, and
+            ``dask`` enforce ``timeout_s`` and lose no more than one run when a process that drives dies; others do not.
 
     Attributes:
         driven: Runs driven so far.
@@ -78,10 +79,10 @@ class Evaluator:
         self.timeout_s = timeout_s
         self.retries = retries
         self.warm_up = warm_up
-        self.executor = executor
+        self.executor, _, self.scheduler = executor.partition("=")
         self.driven = 0
         self.reused = 0
-        self._make = EXECUTORS.get(executor)
+        self._make = EXECUTORS.get(self.executor)
         self._executor: Executor | None = None
 
     def evaluate(self, map_sets: Sequence[MapSet], plan: JobPlan, on_run: OnRun | None = None) -> list[SetResults]:
@@ -187,7 +188,8 @@ class Evaluator:
     def _running(self) -> Executor:
         if self._executor is None:
             with EXECUTORS.blamed(self.executor):
-                self._executor = self._make(Crew.of(self.workers, self.timeout_s, self.run_job, self.warm_up))
+                crew = Crew.of(self.workers, self.timeout_s, self.run_job, self.warm_up, self.scheduler)
+                self._executor = self._make(crew)
         return self._executor
 
 

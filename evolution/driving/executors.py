@@ -5,8 +5,8 @@ By default these are worker processes of this machine. Anything else with the in
 ``module:attribute``.
 
 The default kills a run that takes too long, loses no more than one run when a process dies, and leaves no process
-behind. A plain ``Executor`` can do none of this: a run that hangs stops the search, and a worker that dies may break
-its pool, whose unfinished runs are then tried again in a new one.
+behind; so does ``dask`` on each machine of its cluster. A plain ``Executor`` can do none of this: a run that hangs
+stops the search, and a worker that dies may break its pool, whose unfinished runs are then tried again in a new one.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from evolution.driving.jobs import Job, RunResult
 from evolution.driving.launching import worker_context
 from evolution.driving.processes import Processes
 from evolution.driving.serving import NotStartedError, belong_to_parent
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.registry import Registry, must_be_callable
 
 RunJob = Callable[[Job], RunResult]
@@ -37,28 +38,46 @@ class Crew:
         timeout_s: Wall-clock seconds a job may take, not counting the start of its worker.
         prepare: To be called once in every new worker process, before its first job; can be pickled.
         modules: Modules that workers will import; a fork server may import them once for all workers.
+        scheduler: Address of the scheduler whose workers to use; empty if none was named.
     """
 
     workers: int
     timeout_s: float
     prepare: WarmUp
     modules: tuple[str, ...]
+    scheduler: str = ""
 
     @classmethod
-    def of(cls, workers: int, timeout_s: float, run_job: RunJob, warm_up: WarmUp | None) -> Crew:
+    def of(cls, workers: int, timeout_s: float, run_job: RunJob, warm_up: WarmUp | None, scheduler: str = "") -> Crew:
         """Describe the workers that drive with ``run_job`` after a ``warm_up``."""
         functions = [getattr(function, "func", function) for function in (run_job, warm_up)]
         modules = tuple(name for one in functions if isinstance(name := getattr(one, "__module__", None), str))
-        return cls(workers, timeout_s, partial(start_worker, warm_up), modules)
+        return cls(workers, timeout_s, partial(start_worker, warm_up), modules, scheduler)
 
 
 def _processes(crew: Crew) -> Executor:
     """Make worker processes of this machine."""
+    if crew.scheduler:
+        raise ConfigError(f"executor 'processes': takes no scheduler, got {crew.scheduler!r}; 'dask' does")
     return Processes(crew.workers, crew.timeout_s, crew.prepare, worker_context(crew.modules))
 
 
+def _dask(crew: Crew) -> Executor:
+    """Connect to a Dask cluster, or start one on this machine."""
+    try:
+        import distributed  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise ConfigError(
+            f"executor 'dask': needs dask and distributed ({error}); install them with "
+            "pip install 'gym-mapbench[distributed]'"
+        ) from None
+    from evolution.driving.cluster import connect
+
+    return connect(crew)
+
+
 EXECUTORS: Registry[Callable[[Crew], Executor]] = Registry(
-    "executor", "executors", {"processes": _processes}, check=must_be_callable
+    "executor", "executors", {"processes": _processes, "dask": _dask}, check=must_be_callable
 )
 """Factories that make an executor for a :class:`Crew`, by name."""
 

@@ -81,3 +81,12 @@ def leave_fork_server() -> None:
     if server._forkserver_alive_fd is not None:
         os.close(server._forkserver_alive_fd)
         vars(server).update(vars(type(server)()))
+
+
+def may_have_children() -> None:
+    """Let a process that ``multiprocessing`` calls daemonic, as a Dask worker is, start workers.
+
+    Such a process may have no children, because they would outlive it; workers end with whoever started them.
+    """
+    config: dict[str, Any] = multiprocessing.current_process()._config  # type: ignore[attr-defined]
+    config["daemon"] = False

@@ -42,7 +42,10 @@ class WorkerDiedError(Exception):
     """
 
     def __init__(self, exitcode: int | None) -> None:
-        super().__init__(f"the worker died (exit code {exitcode})")
+        super().__init__(exitcode)
+
+    def __str__(self) -> str:
+        return f"the worker died (exit code {self.args[0]})"
 
 
 @dataclass(frozen=True)
@@ -137,10 +140,7 @@ class Processes(Executor):
             answer = Answer(error=error, alone=False)
         if not answer.alone:
             self._dismiss(worker)
-        if answer.error is None:
-            job.future.set_result(answer.value)
-        else:
-            job.future.set_exception(answer.error)
+        answer.settle(job.future)
         return worker if answer.alone else None
 
     def _dismiss(self, worker: _Worker) -> None:

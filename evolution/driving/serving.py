@@ -15,6 +15,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
@@ -46,6 +47,13 @@ class Answer:
     value: Any = None
     error: BaseException | None = None
     alone: bool = True
+
+    def settle(self, future: Future[Any]) -> None:
+        """Give the answer to whoever waits for the job."""
+        if self.error is None:
+            future.set_result(self.value)
+        else:
+            future.set_exception(self.error)
 
 
 def serve(connection: Connection, prepare: Callable[[], object]) -> None:

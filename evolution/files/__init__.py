@@ -9,6 +9,7 @@ from __future__ import annotations
 from evolution.files.directories import DirectoryKind, differences, new_directory
 from evolution.files.documents import Document, Versions, check, check_rows
 from evolution.files.plain import (
+    GrowingCsv,
     Row,
     WriteError,
     append_line,
@@ -24,12 +25,13 @@ from evolution.files.plain import (
     write_text,
 )
 from evolution.files.table import Table, Tabled
-from evolution.files.versions import PACKAGE_VERSION, written_elsewhere
+from evolution.files.versions import PACKAGE_VERSION, software, written_elsewhere
 
 __all__ = [
     "PACKAGE_VERSION",
     "DirectoryKind",
     "Document",
+    "GrowingCsv",
     "Row",
     "Table",
     "Tabled",
@@ -47,6 +49,7 @@ __all__ = [
     "read_json",
     "read_json_lines",
     "read_npz",
+    "software",
     "write_bytes",
     "write_json",
     "write_text",

@@ -7,7 +7,7 @@ import io
 import json
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -90,11 +90,36 @@ def csv_of(rows: Sequence[Row]) -> str:
 
     A text that a spreadsheet would take for a formula begins with an apostrophe, which :func:`read_csv` takes off.
     """
-    columns = list(dict.fromkeys(name for row in rows for name in row))
+    return GrowingCsv().text(rows)
+
+
+class GrowingCsv:
+    """The CSV text of a table that grows: a row is made text once, unless a later one brings a new column."""
+
+    def __init__(self) -> None:
+        self._columns: dict[str, None] = {}
+        self._text = ""
+        self._count = 0
+
+    def text(self, rows: Sequence[Row]) -> str:
+        """Return a table as :func:`csv_of` does.
+
+        Args:
+            rows: All rows, also those of the last call; these must not have changed.
+        """
+        new = rows[self._count :]
+        columns = dict.fromkeys(name for row in new for name in row)
+        if not (self._count and columns.keys() <= self._columns.keys()):
+            new, self._columns = rows, dict.fromkeys(name for row in rows for name in row)
+            self._text = _lines([[_harmless(name) for name in self._columns]])
+        self._text += _lines([_harmless(row.get(name, "")) for name in self._columns] for row in new)
+        self._count = len(rows)
+        return self._text
+
+
+def _lines(table: Iterable[Iterable[Any]]) -> str:
     text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([_harmless(name) for name in columns])
-    writer.writerows([_harmless(row.get(name, "")) for name in columns] for row in rows)
+    csv.writer(text, lineterminator="\n").writerows(table)
     return text.getvalue()
 
 

@@ -18,6 +18,11 @@ def versions() -> dict[str, Any]:
     return {"version": PACKAGE_VERSION, "libraries": {name: version(name) for name in LIBRARIES}}
 
 
+def software() -> dict[str, str]:
+    """Return the same versions by name, this package's among them."""
+    return {"mapbench": PACKAGE_VERSION, **versions()["libraries"]}
+
+
 def refuse_version(config: Mapping[str, Any], path: Path) -> None:
     """Refuse to continue what another version of this package began.
 
@@ -35,7 +40,7 @@ def written_elsewhere(config: Mapping[str, Any]) -> list[str]:
     Args:
         config: Content of ``config.json`` or ``study.json``.
     """
-    theirs, here = [{"mapbench": one["version"], **one["libraries"]} for one in (config, versions())]
+    theirs, here = {"mapbench": config["version"], **config["libraries"]}, software()
     other = [name for name in here if theirs.get(name) != here[name]]
     if not other:
         return []

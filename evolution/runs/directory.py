@@ -8,19 +8,20 @@ same, byte for byte, whenever the same experiment is run.
 from __future__ import annotations
 
 import json
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from evolution.files import (
     DirectoryKind,
     Document,
+    GrowingCsv,
     Row,
     append_line,
     check,
     check_rows,
-    csv_of,
     make_directory,
     npz_of,
     read_csv,
@@ -82,6 +83,9 @@ class RunDir:
 
     path: Path
     config: Mapping[str, Any]
+    _tables: defaultdict[str, GrowingCsv] = field(
+        default_factory=lambda: defaultdict(GrowingCsv), init=False, repr=False, compare=False
+    )
 
     @classmethod
     def create(cls, path: str | Path, experiment: Experiment) -> RunDir:
@@ -240,13 +244,17 @@ class RunDir:
         make_directory(self.path / MAPS)
         write_text(self.path / README, README_TEXT)
         write_bytes(self.path / MAPS / f"{generation:04d}.npz", npz_of(record.maps))
-        write_text(self.path / GENERATIONS, csv_of(record.generations))
-        write_text(self.path / INDIVIDUALS, csv_of(record.individuals))
-        write_text(self.path / RUNS, csv_of(list(record.runs.values())))
+        self._write_table(GENERATIONS, record.generations)
+        self._write_table(INDIVIDUALS, record.individuals)
+        self._write_table(RUNS, list(record.runs.values()))
         write_json(self.path / BEST_MAP_SET, bundle_document(group_scenarios(named(best.map_set))))
         results = results_document(best, record.plan.names, checkpoint["cluster_scale"], confirmation)
         write_json(self.path / BEST_RESULTS, results)
         self.write_checkpoint(checkpoint)
+
+    def _write_table(self, name: str, rows: Sequence[Row]) -> None:
+        """Write a table that has grown since it was last written by this object."""
+        write_text(self.path / name, self._tables[name].text(rows))
 
     def write_checkpoint(self, checkpoint: Mapping[str, Any]) -> None:
         """Replace the checkpoint."""

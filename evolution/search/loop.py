@@ -17,6 +17,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.core.individual import Individual
 
 from evolution.driving import Evaluator, OnRun
 from evolution.files import Row
@@ -199,7 +200,7 @@ class _Search:
         asked = time.perf_counter()
         self.algorithm.evaluator.eval(self.problem, offspring)
         self.algorithm.tell(infills=offspring)
-        self.mutation.judge(self._gain)
+        self.mutation.judge(partial(self._gain, {one.X[0].digest: one for one in self.algorithm.pop}))
         if self.settings.archive:
             elite = find_elite(self.archive, self.problem.fitness, self.settings, self.budget)
             rejudge(self.algorithm, [self.archive.map_set(elite)] if elite else [])
@@ -233,9 +234,9 @@ class _Search:
         """The confirmed set once there is one, else the fittest of the population."""
         return self.confirmed or best_of(self.population)
 
-    def _gain(self, trial: Trial) -> float:
+    def _gain(self, population: Mapping[str, Individual], trial: Trial) -> float:
         """Return by how much a mutation made its set fitter, by what is known now; a whole pattern at most."""
-        after = {one.X[0].digest: one for one in self.algorithm.pop}.get(trial.after)
+        after = population.get(trial.after)
         if after is None:  # duplicates are not evaluated, and the worst offspring do not survive
             return 0.0
         before = self.problem.fitness(self.archive.results_of(trial.before))

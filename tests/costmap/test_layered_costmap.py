@@ -251,7 +251,7 @@ def test_every_update_returns_new_costs():
 
 @pytest.mark.parametrize("options", [{"resolution": 4.0}, {"width": 10**9, "height": 10**9}])
 def test_absurd_sizes_are_refused(options):
-    with pytest.raises(ConfigError, match="costmap: expected width x height of 1 to|expected at most 25000000 cells"):
+    with pytest.raises(ConfigError, match=r"costmap: expected width x height of 1 to|expected at most 25000000 cells"):
         LayeredCostmap(CostmapParams.example_local(**options), ROOM, DISC)
 
 

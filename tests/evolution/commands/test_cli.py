@@ -55,6 +55,7 @@ def refused(capsys, *argv):
         (["bench", "nowhere.yaml"], "nowhere.yaml"),
         (["bench", OFFICE, "--controllers", "mpi"], "did you mean 'mppi'"),
         (["bench", OFFICE, "--controllers", "dwb,,rpp"], "--controllers"),
+        (["bench", OFFICE, "--scheduler", "tcp://host:1"], "executor 'processes': takes no scheduler, got 'tcp://host"),
         (["bench", OFFICE, "--controllers", "=dwb"], "expected NAME or NAME=KIND, got '=dwb'"),
         (["bench", OFFICE, "--controllers", "dwb="], "expected NAME or NAME=KIND, got 'dwb='"),
         (["bench", OFFICE, "--controllers", "sac=nowhere.zip"], "nowhere.zip"),

@@ -32,13 +32,16 @@ def with_search(**options):
     return Experiment(SEARCH.replace(**options), CONTROLLERS, FakeRunSettings())
 
 
-def run(path, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, **options):
+def run(path, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, executor="processes", **options):
     rundir = RunDir.create(path, experiment)
-    return go_on(rundir, experiment, workers, run_job, store, **options)
+    return go_on(rundir, experiment, workers, run_job, store, executor, **options)
 
 
-def go_on(rundir, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, **options):
-    with ResultStore(store or rundir.store_path) as results, Evaluator(run_job, results, workers=workers) as evaluator:
+def go_on(rundir, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, executor="processes", **options):
+    with (
+        ResultStore(store or rundir.store_path) as results,
+        Evaluator(run_job, results, workers=workers, executor=executor) as evaluator,
+    ):
         return evolve(experiment, evaluator, rundir, **options)
 
 

@@ -448,7 +448,8 @@ def test_a_study_is_written_as_tidy_tables(study_path):
     results = load_results(study_path, ENGINE)
     files = {path.stem: path for path in write_tables(results)}
     assert set(files) == {
-        "runs", "reevaluation", "generations", "summary", "tests", "pairs", "ranks", "maps", "measures", "repeats", "promises"
+        "runs", "reevaluation", "generations", "summary", "tests", "pairs", "ranks", "maps", "measures", "repeats",
+        "promises",
     }  # fmt: skip
     read = {name: list(csv.DictReader(io.StringIO(path.read_text()))) for name, path in files.items()}
     assert len(read["runs"]) == 14
