@@ -71,7 +71,7 @@ def build_parser(chosen: str | None = None) -> Parser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code (0 done, 2 wrong input, 130 interrupted)."""
     given = sys.argv[1:] if argv is None else argv
-    args = build_parser(given[0] if given else "").parse_args(given)
+    args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given)))
     from gym_mapbench.errors import MapBenchError  # after the help, which does not wait for gymnasium
     from gym_mapbench.trust import allow_code
 

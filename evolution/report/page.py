@@ -125,7 +125,7 @@ class Report:
         sections: What else is shown, in order; empty ones are left out.
         downloads: Files inside the page.
         missing: What a partial report lacks, one line each.
-        changed: Replays that differ from what the search recorded, one line each.
+        changed: Replays that differ from what was recorded, one line each.
     """
 
     title: str
