@@ -46,6 +46,20 @@ class Parser(argparse.ArgumentParser):
         raise SystemExit(USAGE_ERROR)
 
 
+class Versions(argparse.Action):
+    """Prints the versions of this package, of Python, and of the libraries that results depend on, and exits."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, help: str) -> None:
+        super().__init__(option_strings, dest=argparse.SUPPRESS, default=argparse.SUPPRESS, nargs=0, help=help)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        """Print one line for each."""
+        from evolution.files import version_lines
+
+        print("\n".join(version_lines()))
+        parser.exit()
+
+
 def build_parser(chosen: str | None = None) -> Parser:
     """Build the parser of the command and of its subcommands.
 
@@ -59,6 +73,7 @@ def build_parser(chosen: str | None = None) -> Parser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
+    parser.add_argument("--version", action=Versions, help="print the versions that results depend on, and exit")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
     for name, summary in COMMANDS.items():
         if chosen in (None, name):
@@ -72,9 +87,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code (0 done, 2 wrong input, 130 interrupted)."""
     given = sys.argv[1:] if argv is None else argv
     args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given)))
+    from evolution.commands.progress import be_quiet
     from gym_mapbench.errors import MapBenchError  # after the help, which does not wait for gymnasium
     from gym_mapbench.trust import allow_code
 
+    be_quiet(args.quiet)
     try:
         with allow_code(getattr(args, "allow_code", False)):
             code: int = args.run(args)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from controllers.nav2_params import PlannerPlugin, preset_of
@@ -12,7 +13,7 @@ from evolution.commands.parameter_file import add_reading_options, describe_para
 from evolution.driving import EXECUTORS, WAIT_SECONDS, ControllerSpec, DriveSettings, available_cores, with_parameters
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.noise import NOISES
 from gym_mapbench.planners import PLANNERS
@@ -33,6 +34,7 @@ def example_parser(
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
+    parser.add_argument("--quiet", action="store_true", help="print results and errors only")
     parser.add_argument(
         "--allow-code",
         action="store_true",
@@ -71,6 +73,17 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--noise", metavar="NAME", help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)}"
     )
+
+
+def one_of(what: str, name: str, known: Iterable[str]) -> str:
+    """Return a name that is known.
+
+    Raises:
+        ConfigError: If it is not, with the nearest that is.
+    """
+    if name not in (names := tuple(known)):
+        raise unknown_name(what, name, names)
+    return name
 
 
 def names_in(registry: Registry[Any]) -> str:

@@ -23,8 +23,8 @@ from evolution.files.plain import (
     write_json,
     write_text,
 )
-from evolution.files.table import Table, Tabled
-from evolution.files.versions import PACKAGE_VERSION, written_elsewhere
+from evolution.files.table import Table, Tabled, readable
+from evolution.files.versions import PACKAGE_VERSION, version_lines, written_elsewhere
 
 __all__ = [
     "PACKAGE_VERSION",
@@ -47,6 +47,8 @@ __all__ = [
     "read_json",
     "read_json_lines",
     "read_npz",
+    "readable",
+    "version_lines",
     "write_bytes",
     "write_json",
     "write_text",

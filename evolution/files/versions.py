@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -16,6 +17,12 @@ LIBRARIES = ("numpy", "scipy", "numba", "Box2D", "gymnasium", "pymoo")
 def versions() -> dict[str, Any]:
     """Return the versions of this package and of the libraries that results depend on."""
     return {"version": PACKAGE_VERSION, "libraries": {name: version(name) for name in LIBRARIES}}
+
+
+def version_lines() -> list[str]:
+    """Return name and version of this package, of Python, and of the libraries that results depend on, one a line."""
+    python = {"python": platform.python_version()}
+    return [f"{name} {one}" for name, one in ({"mapbench": PACKAGE_VERSION} | python | versions()["libraries"]).items()]
 
 
 def refuse_version(config: Mapping[str, Any], path: Path) -> None:
