@@ -21,6 +21,7 @@ from controllers.mppi.params import MppiParams
 from controllers.nav2_params import NavigationParams, load_preset
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RppParams
+from evolution.driving import calibration_loop
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import Costmap, LaserScan, LayeredCostmap, build_static_costmap
 from gym_mapbench.env import MapBenchEnv
@@ -52,15 +53,6 @@ class Timing:
         """One line of the table."""
         nav2 = "" if self.nav2_ms is None else f"{self.nav2_ms:10.3f} {self.nav2_ms / (1e3 * self.seconds):8.1f}x"
         return f"{self.name:44s} {1e3 * self.seconds:10.4f} {self.seconds / self.calibration:12.0f} {nav2}"
-
-
-def calibration_loop(n: int = 20_000) -> float:
-    """Seconds of one iteration of a plain Python loop."""
-    began = time.perf_counter()
-    total = 0
-    for i in range(n):
-        total += i & 3
-    return (time.perf_counter() - began) / n
 
 
 def measure(name: str, call: Callable[[], object], calls: int = 200, nav2_ms: float | None = None) -> Timing:

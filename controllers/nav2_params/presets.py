@@ -13,7 +13,7 @@ from controllers.releases import Release
 from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import unknown_name
 
-__all__ = ["PRESETS", "load_preset", "overlay"]
+__all__ = ["PRESETS", "load_preset", "overlay", "read_preset"]
 
 PRESETS = ("thesis", "fair", "jazzy", "jazzy_fair")
 
@@ -27,14 +27,17 @@ def load_preset(name: str) -> NavigationParams:
     """
     if name not in PRESETS:
         raise unknown_name("preset", name, PRESETS)
-    document = _read_preset(name)
+    document = read_preset(name)
     release: Release = document.pop("release", "humble")
     return parse_nav2_params(document, release=release).navigation
 
 
-def _read_preset(name: str) -> dict[str, Any]:
-    """Read a preset's file; ``extends: other`` at its top lays it over that one, ``release`` names its release."""
+def read_preset(name: str) -> dict[str, Any]:
+    """Return a preset as in a ``nav2_params.yaml``; ``release`` at its top names its release.
+
+    In its file, ``extends: other`` at the top lays it over that one.
+    """
     with as_file(files("controllers") / "presets" / f"{name}.yaml") as path:
         document: dict[str, Any] = read_yaml(path)
     base = document.pop("extends", None)
-    return overlay(_read_preset(base), document) if base else document
+    return overlay(read_preset(base), document) if base else document

@@ -17,26 +17,32 @@ from evolution.benchmark.barn import (
     score_runs,
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
-from evolution.benchmark.directory import BENCHMARK, begin_benchmark
+from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
+from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule
 from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
 
 __all__ = [
     "BENCHMARK",
+    "MEASURES",
     "PREFIX",
     "BarnScore",
     "Benchmark",
     "Comparison",
+    "Rule",
     "again_in",
     "again_sentence",
     "barn_settings",
     "begin_benchmark",
     "bench",
     "bench_row",
+    "benchmark_document",
+    "broken",
     "compare",
     "correlation_with",
     "load_barn",
     "our_times",
     "read_bench",
+    "read_rule",
     "reference_of",
     "score_runs",
     "times_of_results",

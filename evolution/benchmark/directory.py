@@ -38,7 +38,7 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
         ConfigError: If it holds anything, or with ``resume`` if another benchmark was begun there.
         RunError: If it cannot be written, or with ``resume`` if it holds no benchmark or another version's.
     """
-    document = _document(scenarios, plan)
+    document = benchmark_document(scenarios, plan)
     if resume:
         config = BENCHMARK.open(path)
         BENCHMARK.check_same(path, config, config.get("benchmark"), document)
@@ -47,7 +47,7 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
     return path / STORE
 
 
-def _document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str, Any]:
+def benchmark_document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str, Any]:
     """Return all that the results depend on; maps and controllers by name, so that errors can name them."""
     maps = {f"{number} {scenario.name}": scenario.digest for number, scenario in enumerate(scenarios, start=1)}
     controllers = {spec.name: spec.model_dump(mode="json", exclude={"name"}) for spec in plan.controllers}

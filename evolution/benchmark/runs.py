@@ -43,11 +43,15 @@ class Benchmark(Tabled):
         metrics: Measures that were asked for; they are in the summary, too.
         again: The same runs as those of a map set that a search found, if the maps are its best set and the
             controllers those of the search; else None.
+        scenarios: What was driven; empty if the benchmark was read from a file.
+        plan: Who drove, and how; None likewise.
     """
 
     rows: tuple[Row, ...]
     metrics: tuple[str, ...] = ()
     again: DrivenAgain | None = None
+    scenarios: tuple[Scenario, ...] = ()
+    plan: JobPlan | None = None
 
     def table(self, name: str = "summary") -> Table:
         """Return a table.
@@ -103,6 +107,8 @@ def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on
     return Benchmark(
         tuple(bench_row(job, result) for job, result in zip(jobs, evaluator.run(jobs, on_run), strict=True)),
         plan.metrics,
+        scenarios=tuple(scenarios),
+        plan=plan,
     )
 
 

@@ -17,6 +17,10 @@ COMMANDS = {
     "export": "Write maps for ROS 2, Gazebo and other programs.",
     "import-results": "Compare times measured in Gazebo and Nav2 with ours.",
     "validate": "Compare costmaps, layers, plans, commands and runs with recorded Nav2 results.",
+    "list": "List what can be chosen by name: controllers, planners, robots, presets, metrics and more.",
+    "show": "Print what a preset, a study, a robot or a noise level holds.",
+    "doctor": "Say what is installed and compiled, how fast it drives, and what is missing.",
+    "completion": "Print a script that completes commands, options and names in a shell.",
 }
 """What each command does, in the order of the help."""
 

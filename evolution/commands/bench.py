@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 from statistics import fmean
 
 from evolution.api import barn_source, bench, run_of, world_of
-from evolution.benchmark import BarnScore, again_sentence, correlation_with, reference_of, score_runs
+from evolution.benchmark import (
+    MEASURES,
+    BarnScore,
+    Benchmark,
+    again_sentence,
+    broken,
+    correlation_with,
+    read_rule,
+    reference_of,
+    score_runs,
+)
 from evolution.commands import options
-from evolution.commands.progress import WorkBar, console, errors, only_results_on_stdout, print_table
+from evolution.commands.progress import WorkBar, console, errors, note, only_results_on_stdout, print_table
 from evolution.driving import ControllerSpec
+from evolution.report import new_page, write_benchmark_report
 from evolution.runs import LoadedRun
 from evolution.search import experiment_of
 from gym_mapbench.errors import ConfigError
@@ -20,8 +32,11 @@ EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps o
   mapbench bench a.yaml b.yaml --controllers dwb,rpp --format json > results.json
   mapbench bench maps/*.yaml --out results              each result is kept as it comes; after an interruption:
   mapbench bench maps/*.yaml --out results --resume
-  mapbench bench a.yaml --controllers mppi,sac=models/sac.zip"""
+  mapbench bench a.yaml --controllers mppi,sac=models/sac.zip
+  mapbench bench maps/*.yaml --html bench.html          a page with verdict, intervals and replays
+  mapbench bench maps/*.yaml --fail-if 'success<0.95' --fail-if 'mppi.collisions>0'    exit code 1, for a robot's CI"""
 
+RULE_BROKEN = 1
 KNOWN_MAP = """  Here the global costmap knows the whole map from the start, unlike that of the published DWA;
   --unknown-map drives without the map."""
 
@@ -58,17 +73,28 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="DIR",
         help="a new directory: every result is kept there as it comes, and bench.json and bench.csv at the end",
     )
+    parser.add_argument("--html", metavar="FILE", help="write one page with verdict, intervals, replays and all runs")
+    parser.add_argument(
+        "--fail-if",
+        action="append",
+        default=[],
+        metavar="RULE",
+        help="exit with code 1 if this holds for a controller over all maps: MEASURE<NUMBER (or <=, >, >=, ==, !=), or "
+        f"CONTROLLER.MEASURE<NUMBER; measures are {', '.join(MEASURES)} and all metrics; may be given several times",
+    )
     parser.add_argument("--resume", action="store_true", help="continue the benchmark in the directory of --out")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Drive and print."""
+    """Drive and print; returns 1 if a rule of ``--fail-if`` is broken."""
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
     searched = run_of(args.maps)
     controllers, settings = _controllers(args, searched), options.drive_settings(args, world_of(searched))
     options.note_models(controllers, settings)
+    rules = [read_rule(text, [one.name for one in controllers], args.metric) for text in args.fail_if]
+    page = None if args.html is None else new_page(args.html)
     with only_results_on_stdout(), WorkBar("driving") as bar:
         result = bench(
             args.maps,
@@ -87,18 +113,29 @@ def run(args: argparse.Namespace) -> int:
             resume=args.resume,
             on_run=bar.advance,
         )
-    if args.format == "table":
-        print_table(result.table())
-        again = [again_sentence(result.again, searched)] if result.again and searched else []
-        for line in [*result.failures, *again]:
-            console.print(line, highlight=False, markup=False, soft_wrap=True)
-    else:
-        print(result.to_json() if args.format == "json" else result.table("runs").to_csv(), end="")
+    again = [again_sentence(result.again, searched)] if result.again and searched else []
+    _print(result, args.format, again)
     if barn := barn_source(args.maps):
         _print_barn(score_runs(result, barn, args.lo), barn)
         if not args.unknown_map:
             errors.print(KNOWN_MAP, highlight=False)
-    return 0
+    if page is not None:
+        write_benchmark_report(result, page, args.given, again)
+        note(f"wrote {page}; open it in any browser")
+    failed = broken(rules, result.rows)
+    for line in failed:
+        print(f"mapbench bench: --fail-if {line}", file=sys.stderr)
+    return RULE_BROKEN if failed else 0
+
+
+def _print(result: Benchmark, form: str, again: Sequence[str]) -> None:
+    """Print the runs on standard output: as a table with what else is to say, or as JSON or CSV."""
+    if form != "table":
+        print(result.to_json() if form == "json" else result.table("runs").to_csv(), end="")
+        return
+    print_table(result.table())
+    for line in [*result.failures, *again]:
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
 def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequence[ControllerSpec]:

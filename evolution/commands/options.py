@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from controllers.learned import read_card
@@ -23,7 +23,7 @@ from evolution.driving import (
 )
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.noise import NOISES
 from gym_mapbench.planners import PLANNERS
@@ -44,6 +44,7 @@ def example_parser(
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
+    parser.add_argument("--quiet", action="store_true", help="print results and errors only")
     parser.add_argument(
         "--allow-code",
         action="store_true",
@@ -82,6 +83,17 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--noise", metavar="NAME", help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)}"
     )
+
+
+def one_of(what: str, name: str, known: Iterable[str]) -> str:
+    """Return a name that is known.
+
+    Raises:
+        ConfigError: If it is not, with the nearest that is.
+    """
+    if name not in (names := tuple(known)):
+        raise unknown_name(what, name, names)
+    return name
 
 
 def names_in(registry: Registry[Any]) -> str:

@@ -25,11 +25,24 @@ PIPE_WIDTH = 160
 COMPILING = "compiling, once per machine"
 console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
 errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
+notes = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
+"""Where notes and bars are shown, unless the user wants quiet."""
+
+
+def be_quiet(quiet: bool = True) -> None:
+    """Print neither notes nor progress from now on, only results and errors; or everything again."""
+    notes.quiet = quiet
+
+
+def say(line: str) -> None:
+    """Print a line of progress on standard output, where no bar shows it."""
+    if not notes.is_terminal and not notes.quiet:
+        print(line, flush=True)
 
 
 def note(text: str) -> None:
     """Print a message on standard error, apart from the results; it is wrapped on a terminal only."""
-    errors.print(text, highlight=False, markup=False, soft_wrap=not errors.is_terminal)
+    notes.print(text, highlight=False, markup=False, soft_wrap=not notes.is_terminal)
 
 
 @contextmanager
@@ -85,8 +98,8 @@ class Bar:
             TextColumn("{task.description}"),
             BarColumn(),
             *columns,
-            console=errors,
-            disable=not errors.is_terminal,
+            console=notes,
+            disable=notes.quiet or not notes.is_terminal,
         )
         self.compiled = is_compiled()
         self.task = self.bar.add_task(what, total=total, state="" if self.compiled else COMPILING)
@@ -142,14 +155,12 @@ class SearchBar(WorkBar):
         self.asked += generation.driven + generation.reused
         state = f"gen {row['generation']}, best {row['best']:.3f}, {self.speed.rate:.1f} runs/s"
         self.bar.update(self.task, completed=self.asked if runs else row["evaluations"], state=state)
-        if not errors.is_terminal:
-            replayed = " (replayed)" if generation.replayed else ""
-            print(
-                f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, best fitness "
-                f"{row['best']:.4f}, {100 * row['mean_success_rate']:.0f} % of the population's runs at the goal, "
-                f"{generation.seconds:.1f} s{replayed}",
-                flush=True,
-            )
+        replayed = " (replayed)" if generation.replayed else ""
+        say(
+            f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, best fitness "
+            f"{row['best']:.4f}, {100 * row['mean_success_rate']:.0f} % of the population's runs at the goal, "
+            f"{generation.seconds:.1f} s{replayed}"
+        )
 
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
         """Count one driven run of a search."""

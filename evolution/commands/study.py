@@ -10,7 +10,7 @@ from rich.table import Table as Grid
 
 from evolution.api import study
 from evolution.commands import options
-from evolution.commands.progress import Bar, RunsPerSecond, console, errors, note, print_table
+from evolution.commands.progress import Bar, RunsPerSecond, console, note, print_table, say
 from evolution.driving import Job, RunResult
 from evolution.files import Row, Table
 from evolution.report import write_report
@@ -139,8 +139,8 @@ class StudyBar(Bar):
         state = f"{progress.configuration} seed {progress.seed}, best {progress.best:.3f}"
         speed = f"{progress.runs_per_second:.1f} runs/s"
         self.bar.update(self.task, completed=progress.fraction, state=f"{state}, {speed}{left}")
-        if not errors.is_terminal and progress.step == "done":
-            print(f"{state}; {100 * progress.fraction:.0f} % of the work done, {speed}{left}", flush=True)
+        if progress.step == "done":
+            say(f"{state}; {100 * progress.fraction:.0f} % of the work done, {speed}{left}")
 
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a sweep."""
@@ -148,8 +148,8 @@ class StudyBar(Bar):
         whole = self.speed.runs + left
         state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed.rate:.1f} runs/s"
         self.bar.update(self.task, completed=self.speed.runs / whole, state=state)
-        if not errors.is_terminal and (left == 0 or self.speed.runs % RUNS_PER_LINE == 0):
-            print(f"{self.speed.runs} of {whole} runs driven, {self.speed.rate:.1f} runs/s", flush=True)
+        if left == 0 or self.speed.runs % RUNS_PER_LINE == 0:
+            say(f"{self.speed.runs} of {whole} runs driven, {self.speed.rate:.1f} runs/s")
 
 
 def duration(seconds: float) -> str:

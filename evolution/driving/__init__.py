@@ -6,6 +6,7 @@ jobs, in whichever order the worker processes finish; what was driven before com
 
 from __future__ import annotations
 
+from evolution.driving.calibration import calibration_loop
 from evolution.driving.evaluator import Evaluator, OnRun
 from evolution.driving.executors import EXECUTORS, Crew, RunJob
 from evolution.driving.jobs import (
@@ -47,6 +48,7 @@ __all__ = [
     "RunSettings",
     "SetResults",
     "available_cores",
+    "calibration_loop",
     "check_controllers",
     "check_metric",
     "check_room",

@@ -24,8 +24,8 @@ from evolution.files.plain import (
     write_json,
     write_text,
 )
-from evolution.files.table import Table, Tabled
-from evolution.files.versions import PACKAGE_VERSION, software, written_elsewhere
+from evolution.files.table import Table, Tabled, readable
+from evolution.files.versions import PACKAGE_VERSION, software, version_lines, written_elsewhere
 
 __all__ = [
     "PACKAGE_VERSION",
@@ -49,7 +49,9 @@ __all__ = [
     "read_json",
     "read_json_lines",
     "read_npz",
+    "readable",
     "software",
+    "version_lines",
     "write_bytes",
     "write_json",
     "write_text",

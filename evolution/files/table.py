@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     import pandas
 
 
+SMALL, LARGE = 1e-3, 1e6
+"""Numbers below and above are shown with an exponent."""
+
+
 class Table(Sequence[Row]):
     """Rows of one table, each a mapping from column to value; None where a row has no value.
 
@@ -45,8 +49,9 @@ class Table(Sequence[Row]):
         return iter(self._rows)
 
     def cells(self) -> list[list[str]]:
-        """Return every row as readable texts, one per column."""
-        return [[_text(row.get(name)) for name in self.columns] for row in self._rows]
+        """Return every row as readable texts, one per column; the numbers of a column have equally many decimals."""
+        columns = [readable([row.get(name) for row in self._rows]) for name in self.columns]
+        return [list(cells) for cells in zip(*columns, strict=True)]
 
     def numeric(self, column: str) -> bool:
         """Whether a column holds numbers only."""
@@ -100,13 +105,29 @@ class Tabled(ABC):
         return self.table()._repr_html_()
 
 
-def _text(value: Any) -> str:
+def readable(values: Sequence[Any]) -> list[str]:
+    """Format the values of one column for a reader: numbers with the decimals that four digits of the largest take.
+
+    Decimals that are zero in the whole column are left out, zero has none, and what has no value is a dash.
+    """
+    numbers = [value for value in values if isinstance(value, int | float) and abs(value) < LARGE]
+    largest = max(map(abs, numbers), default=0.0)
+    most = min(3, max(0, 3 - math.floor(math.log10(largest)))) if largest else 0
+    kept = [decimals for decimals in range(most) if all(round(one, decimals) == round(one, most) for one in numbers)]
+    return [_text(value, min(kept, default=most)) for value in values]
+
+
+def _text(value: Any, decimals: int) -> str:
     """Format a value for a reader."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "-"
-    if isinstance(value, float):
-        return f"{value:.0f}" if value.is_integer() and abs(value) < 1e6 else f"{value:.4g}"
-    return str(value)
+    if not isinstance(value, float):
+        return str(value)
+    if value != 0 and not SMALL <= abs(value) < LARGE:
+        return f"{value:.3g}"
+    if value == 0 or round(value, decimals) == 0:
+        return f"{value:.2g}"
+    return f"{value:.{decimals}f}"
 
 
 def _aligned(texts: Sequence[str], *, right: bool) -> list[str]:

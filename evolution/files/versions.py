@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -21,6 +22,11 @@ def versions() -> dict[str, Any]:
 def software() -> dict[str, str]:
     """Return the same versions by name, this package's among them."""
     return {"mapbench": PACKAGE_VERSION, **versions()["libraries"]}
+
+
+def version_lines() -> list[str]:
+    """Return name and version of this package, of Python, and of the libraries that results depend on, one a line."""
+    return [f"{name} {one}" for name, one in {**software(), "python": platform.python_version()}.items()]
 
 
 def refuse_version(config: Mapping[str, Any], path: Path) -> None:

@@ -1,12 +1,24 @@
-"""Report: one self-contained HTML file about a run or a study.
+"""Report: one self-contained HTML file about a run, a study or a benchmark.
 
-In: the directory of a run or a study. Out: one file that needs no network, with verdict, replays, tables and figures.
+In: the directory of a run or a study, or a benchmark. Out: one file that needs no network, with verdict,
+replays, tables and figures.
 """
 
 from __future__ import annotations
 
+from evolution.report.of_benchmark import write_benchmark_report
 from evolution.report.page import Attachment, Section, Table, picture
 from evolution.report.sections import SECTIONS
-from evolution.report.writing import REPORT, write_report
+from evolution.report.writing import REPORT, new_page, write_report
 
-__all__ = ["REPORT", "SECTIONS", "Attachment", "Section", "Table", "picture", "write_report"]
+__all__ = [
+    "REPORT",
+    "SECTIONS",
+    "Attachment",
+    "Section",
+    "Table",
+    "new_page",
+    "picture",
+    "write_benchmark_report",
+    "write_report",
+]

@@ -16,6 +16,7 @@ import numpy as np
 from markupsafe import Markup
 from PIL import Image
 
+from evolution.files import readable
 from evolution.report.replays import ReplayedMap, replays_of
 from gym_mapbench.errors import ConfigError
 
@@ -26,7 +27,7 @@ PNG = b"\x89PNG"
 
 @dataclass(frozen=True)
 class Table:
-    """A sortable table; numbers are shown with three decimals, or as a dash if they are not finite."""
+    """A sortable table; the numbers of a column have equally many decimals, and what is not finite is a dash."""
 
     caption: str
     columns: Sequence[str]
@@ -38,6 +39,12 @@ class Table:
         """The name of every column, and whether it holds numbers."""
         first = self.rows[0] if self.rows else [""] * len(self.columns)
         return [(name, not isinstance(cell, str)) for name, cell in zip(self.columns, first, strict=True)]
+
+    @property
+    def shown(self) -> list[list[tuple[str | float | int, str]]]:
+        """Every cell of every row with the text that is shown for it."""
+        texts = zip(*[readable(column) for column in zip(*self.rows, strict=True)], strict=True)
+        return [list(zip(row, line, strict=True)) for row, line in zip(self.rows, texts, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -125,7 +132,7 @@ class Report:
         sections: What else is shown, in order; empty ones are left out.
         downloads: Files inside the page.
         missing: What a partial report lacks, one line each.
-        changed: Replays that differ from what the search recorded, one line each.
+        changed: Replays that differ from what was recorded, one line each.
     """
 
     title: str
@@ -144,7 +151,7 @@ def render_page(report: Report) -> str:
     """Return the page as HTML text."""
     folder = resources.files("evolution.report")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    environment.filters |= {"figure": _figure, "sort_key": _sort_key}
+    environment.filters["sort_key"] = _sort_key
     template = environment.from_string(folder.joinpath("page.html.j2").read_text(encoding="utf-8"))
     scripts = [folder.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS]
     return template.render(
@@ -155,17 +162,6 @@ def render_page(report: Report) -> str:
         replays=Markup(_script_json(replays_of(report.maps))),
         version=metadata.version("gym-mapbench"),
     )
-
-
-def _figure(value: float) -> str:
-    """Format a number: integers without decimals, others with three, very small ones in scientific notation."""
-    if not np.isfinite(value):
-        return "–"
-    if isinstance(value, int):
-        return str(value)
-    if 0 < abs(value) < 0.001:
-        return f"{value:.1e}"
-    return f"{value:.3f}"
 
 
 def _sort_key(value: float) -> str:

@@ -68,17 +68,31 @@ def write_report(
     for name in sections:
         SECTIONS.get(name)
     own = path / REPORT
-    target = own if out is None else Path(out)
-    if target.is_dir() or (target.exists() and target.resolve() != own.resolve()):
-        raise ConfigError(f"{target}: exists already; nothing is overwritten")
-    if not target.parent.is_dir():
-        raise ConfigError(f"{target}: there is no directory {target.parent}")
+    target = new_page(own if out is None else out, own)
     with nullcontext(path) if out is None else TemporaryDirectory() as drawn:
         if is_study(path):
             report = _study_report(analysis or analyse(load_results(path, engine)), Path(drawn), engine, on_step)
         else:
             report = _run_report(path, Path(drawn), engine, sections, on_step)
     write_text(target, render_page(report))
+    return target
+
+
+def new_page(path: str | Path, own: Path | None = None) -> Path:
+    """Return the file of a page, checked.
+
+    Args:
+        path: The file.
+        own: The one that may be written anew.
+
+    Raises:
+        ConfigError: If it exists and is not ``own``, or its directory does not exist.
+    """
+    target = Path(path)
+    if target.is_dir() or (target.exists() and (own is None or target.resolve() != own.resolve())):
+        raise ConfigError(f"{target}: exists already; nothing is overwritten")
+    if not target.parent.is_dir():
+        raise ConfigError(f"{target}: there is no directory {target.parent}")
     return target
 
 

@@ -141,7 +141,7 @@ def test_a_partial_study_says_what_is_missing(study_path, tmp_path):
     assert written == path / "report.html"
     text = Page(written.read_text()).text
     assert "This report is partial:" in text
-    assert "differ from what the search recorded" not in text
+    assert "differ from what was recorded" not in text
     assert "random: none of its 2 runs was begun" in text
     assert "gini_6, seed 0: not re-evaluated yet" in text
     assert "There is nothing to compare it with." in text
@@ -168,7 +168,7 @@ def test_a_run_that_cannot_be_loaded_makes_way(study_path, tmp_path):
 def test_changed_replays_have_a_heading_of_their_own(results, best_sets):
     drive = replace(ENGINE, drive=lambda job: replace(ENGINE.drive(job), time=1.0))
     text = Page(render_page(report_of_study(results, drive_best_sets(results, drive)))).text
-    assert "Replays that differ from what the search recorded:" in text
+    assert "Replays that differ from what was recorded:" in text
     assert "gini_6: The replay of dwb on map_1 ends with goal after 1.00 s; the search recorded goal after" in text
     assert "This report is partial" not in text
 

@@ -1,0 +1,111 @@
+"""What has a name: registries and presets, and the content of those that are settings."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from controllers.nav2_params import PRESETS
+from controllers.nav2_params.presets import read_preset
+from controllers.registry import CONTROLLERS
+from evolution.driving import EXECUTORS
+from evolution.report import SECTIONS
+from evolution.search import FITNESSES, OPERATORS, load_preset, preset_names
+from evolution.studies import load_definition, study_names
+from gym_mapbench.generator import FAMILIES
+from gym_mapbench.mapio.formats import FORMATS
+from gym_mapbench.metrics import METRICS
+from gym_mapbench.noise import NOISES
+from gym_mapbench.planners import PLANNERS
+from gym_mapbench.registry import Registry
+from gym_mapbench.robot import ROBOTS
+
+ROLE = re.compile(r":\w+:`~?(?:[\w.]+\.)?(\w+)`")
+"""A reference in a docstring; only its last name is shown."""
+
+
+class Kind(NamedTuple):
+    """Things of one kind.
+
+    Args:
+        option: Where such a name is written.
+        names: All names there are.
+        about: Says of a name in a few words what it is.
+        content: Returns the content of a name as settings; None where there is nothing but code.
+    """
+
+    option: str
+    names: Callable[[], tuple[str, ...]]
+    about: Callable[[str], str]
+    content: Callable[[str], Mapping[str, Any]] | None = None
+
+
+def _of_registry(
+    registry: Registry[Any], option: str, content: Callable[[str], Mapping[str, Any]] | None = None
+) -> Kind:
+    """Return what a registry holds; entries of installed packages are named but not imported."""
+
+    def about(name: str) -> str:
+        return _first_line(registry[name]) if name in registry.built_in else "added by a package"
+
+    return Kind(option, lambda: (*registry.built_in, *registry.added()), about, content)
+
+
+def _first_line(entry: Any) -> str:
+    """Return the first line of what an entry, or what it is made of, says about itself."""
+    parts = entry if isinstance(entry, tuple) else (getattr(entry, "args", ()) or entry)
+    texts = [part if isinstance(part, type) or inspect.isroutine(part) else None for part in _as_tuple(parts)]
+    lines = [(inspect.getdoc(part) or "").partition("\n")[0] for part in texts if part is not None]
+    return ROLE.sub(r"\1", lines[-1]) if lines else ""
+
+
+def _as_tuple(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _settings_in(registry: Registry[Any]) -> Callable[[str], Mapping[str, Any]]:
+    return lambda name: dict(registry.get(name).model_dump(mode="json"))
+
+
+def _robot(name: str) -> str:
+    robot = ROBOTS.get(name)
+    return f"radius {robot.radius:g} m, {robot.max_linear_velocity:g} m/s, {robot.max_angular_velocity:g} rad/s"
+
+
+def _noise(name: str) -> str:
+    noise = NOISES.get(name)
+    return f"scans {noise.scan:g} m, localisation {noise.pose_xy:g} m, latency {noise.latency:g} s, and more"
+
+
+def _study(name: str) -> Mapping[str, Any]:
+    return dict(load_definition(name).model_dump(mode="json"))
+
+
+def _params(name: str) -> str:
+    return f"values for Nav2 {str(read_preset(name).get('release', 'humble')).capitalize()}"
+
+
+def _search(name: str) -> str:
+    search = load_preset(name)["search"]
+    return f"{search.get('fitness', 'gini')} fitness, population {search.get('pop_size', '-')}"
+
+
+KINDS: dict[str, Kind] = {
+    "controllers": _of_registry(CONTROLLERS, "--controllers"),
+    "planners": _of_registry(PLANNERS, "--planner"),
+    "robots": _of_registry(ROBOTS, "--robot", _settings_in(ROBOTS))._replace(about=_robot),
+    "params": Kind("--params", lambda: PRESETS, _params, read_preset),
+    "presets": Kind("evolve --preset", preset_names, _search, load_preset),
+    "studies": Kind("study", study_names, lambda name: type(load_definition(name)).__name__, _study),
+    "metrics": _of_registry(METRICS, "--metric"),
+    "noise": _of_registry(NOISES, "--noise", _settings_in(NOISES))._replace(about=_noise),
+    "families": _of_registry(FAMILIES, "--family"),
+    "fitnesses": _of_registry(FITNESSES, "--fitness"),
+    "operators": _of_registry(OPERATORS, "mutation: operators:"),
+    "formats": _of_registry(FORMATS, "NAME:PATH"),
+    "executors": _of_registry(EXECUTORS, "--executor"),
+    "sections": _of_registry(SECTIONS, "report --section"),
+}
+"""All kinds, in the order of ``mapbench list``."""

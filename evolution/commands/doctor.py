@@ -1,0 +1,114 @@
+"""``mapbench doctor``: versions, compiled kernels, speed, and what is not installed."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import pkgutil
+import shutil
+import statistics
+import sys
+import time
+from collections.abc import Iterator
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+from typing import Any
+
+from packaging.requirements import Requirement
+
+import controllers
+import gym_mapbench
+from evolution.commands import options
+from evolution.commands.progress import note
+from evolution.driving import available_cores, calibration_loop, warm_up
+from evolution.files import version_lines
+
+EXAMPLES = """  mapbench doctor              what to send with a question"""
+TIMED = ("dwb", "mppi", "rpp")
+DRIVES = 5
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the subcommand."""
+    parser = options.example_parser(subparsers, "doctor", EXAMPLES)
+    parser.set_defaults(run=run)
+
+
+def run(_args: argparse.Namespace) -> int:
+    """Print everything."""
+    lines = [", ".join(version_lines()), f"{sys.platform}, {available_cores()} cores", *_kernels()]
+    print("\n".join(lines), flush=True)
+    note("driving, to measure the speed; kernels are compiled first where they are not")
+    for line in (*_speed(), *_missing()):
+        print(line, flush=True)
+    return 0
+
+
+def _kernels() -> Iterator[str]:
+    """Say how many kernels are compiled, and where numba keeps them."""
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
+        yield "kernels: NUMBA_DISABLE_JIT is set, so nothing is compiled and everything is hundreds of times slower"
+        return
+    found = {(kernel.stats.cache_path, kernel.py_func) for kernel in _dispatchers()}
+    compiled = sum(_is_compiled(Path(path), function) for path, function in found)
+    yield f"kernels: {compiled} of {len(found)} compiled; numba compiles the others when they are first used"
+
+
+def _dispatchers() -> Iterator[Any]:
+    """Return the functions of this project that numba compiles and keeps on disk."""
+    for package in (gym_mapbench, controllers):
+        for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if "kernels" in info.name.split("."):
+                for entry in vars(import_module(info.name)).values():
+                    if hasattr(entry, "py_func") and entry.stats.cache_path and entry.__module__ == info.name:
+                        yield entry
+
+
+def _is_compiled(folder: Path, function: object) -> bool:
+    """Whether numba's cache has an index for a function."""
+    name, line = function.__qualname__, function.__code__.co_firstlineno  # type: ignore[attr-defined]
+    return any(folder.glob(f"*.{name}-{line}.*.nbi"))
+
+
+def _speed() -> Iterator[str]:
+    """Time half a second of driving with each controller, set-up included."""
+    for kind in TIMED:
+        warm_up((kind,))
+        seconds, loops = [], []
+        for _ in range(DRIVES):
+            loops.append(calibration_loop())
+            began = time.perf_counter()
+            warm_up((kind,))
+            seconds.append(time.perf_counter() - began)
+        middle = statistics.median(seconds)
+        ratio = middle / statistics.median(loops)
+        yield f"{kind}: half a second of driving takes {1e3 * middle:.0f} ms, {ratio:.3g} turns of the calibration loop"
+
+
+def _missing() -> Iterator[str]:
+    """Say for every extra which of its packages are not installed, and whether films can be written."""
+    lines = [Requirement(line) for line in requires("gym-mapbench") or []]
+    extras = sorted({name for one in lines for name in _extras_of(one)})
+    for extra in extras:
+        absent = [one.name for one in lines if extra in _extras_of(one) and not _installed(one.name)]
+        state = f"not installed: {', '.join(absent)} (pip install 'gym-mapbench[{extra}]')" if absent else "complete"
+        yield f"extra {extra}: {state}"
+    yield "ffmpeg: " + ("found" if shutil.which("ffmpeg") else "not found; --mp4 needs it, --gif does not")
+
+
+def _extras_of(requirement: Requirement) -> list[str]:
+    """Return the extra that a requirement belongs to, if it applies here."""
+    marker = requirement.marker
+    if marker is None:
+        return []
+    named = [part.strip(" '\"") for part in str(marker).split("extra ==")[1:]]
+    return [name for name in named if marker.evaluate({"extra": name})]
+
+
+def _installed(name: str) -> bool:
+    try:
+        version(name)
+    except PackageNotFoundError:
+        return False
+    return True

@@ -1,0 +1,38 @@
+"""``mapbench list``: what can be chosen by name."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+from evolution.commands import options
+from evolution.commands.catalogue import KINDS
+from evolution.commands.progress import print_table
+from evolution.files import Table
+
+EXAMPLES = """  mapbench list                       everything that has a name
+  mapbench list controllers noise     some kinds
+  mapbench list metrics --format json"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the subcommand."""
+    parser = options.example_parser(subparsers, "list", EXAMPLES)
+    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"{', '.join(KINDS)} (default: all)")
+    parser.add_argument("--format", choices=("table", "json"), default="table")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print a row for every name."""
+    kinds = [options.one_of("kind", name, KINDS) for name in args.kinds] or list(KINDS)
+    rows = [
+        {"kind": kind, "name": name, "what it is": KINDS[kind].about(name), "named in": KINDS[kind].option}
+        for kind in kinds
+        for name in KINDS[kind].names()
+    ]
+    if args.format == "json":
+        print(json.dumps(rows, indent=1))
+    else:
+        print_table(Table(rows))
+    return 0

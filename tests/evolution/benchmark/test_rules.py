@@ -1,0 +1,67 @@
+"""Rules of ``--fail-if`` on runs made by hand."""
+
+from __future__ import annotations
+
+import pytest
+
+from evolution.benchmark import broken, read_rule
+from gym_mapbench.errors import ConfigError
+
+NAMES = ("dwb", "my.mppi")
+
+
+def run(controller, outcome, time_s, recoveries):
+    return {"map": "a", "controller": controller, "outcome": outcome, "time_s": time_s, "n_recoveries": recoveries}
+
+
+ROWS = [
+    run("dwb", "goal", 10.0, 0),
+    run("dwb", "goal", 20.0, 1),
+    run("dwb", "collision", 3.0, 0),
+    run("dwb", "goal", 30.0, 2),
+    run("my.mppi", "timeout", 150.0, 4),
+    run("my.mppi", "error", 0.0, None),
+]
+
+
+@pytest.mark.parametrize(
+    ("rule", "line"),
+    [
+        ("success<0.95", "success<0.95: dwb 0.75, my.mppi 0"),
+        ("success < 0.75", "success < 0.75: my.mppi 0"),
+        ("dwb.success<=0.75", "dwb.success<=0.75: dwb 0.75"),
+        ("dwb.time>19", "dwb.time>19: dwb 20"),
+        ("dwb.time>20", None),
+        ("time>1e9", "time>1e9: my.mppi has no value"),  # who never arrives is not on time
+        ("collisions>0", "collisions>0: dwb 1"),
+        ("my.mppi.timeouts!=0", "my.mppi.timeouts!=0: my.mppi 1"),
+        ("my.mppi.recoveries==4", "my.mppi.recoveries==4: my.mppi 4"),  # an error counts no recoveries
+        ("dwb.n_recoveries>=1", "dwb.n_recoveries>=1: dwb 1"),  # a metric
+        ("errors>1", None),
+    ],
+)
+def test_worked_examples(rule, line):
+    assert broken([read_rule(rule, NAMES)], ROWS) == ([] if line is None else [line])
+
+
+@pytest.mark.parametrize(
+    ("rule", "reason"),
+    [
+        ("success", "expected a rule like success<0.95"),
+        ("success<much", "expected a rule like"),
+        ("sucess<1", "did you mean 'success'"),
+        ("dwbb.success<1", "unknown controller 'dwbb'; did you mean 'dwb'"),
+        ("dwb.sucess<1", "did you mean 'success'"),
+        ("success<1<2", "expected a rule like"),
+        ("mine:speed<1", "unknown measure"),
+        ("success<nan", "expected a rule like"),
+    ],
+)
+def test_bad_rules(rule, reason):
+    with pytest.raises(ConfigError, match=reason):
+        read_rule(rule, NAMES)
+
+
+def test_a_metric_that_is_asked_for_can_be_judged():
+    rule = read_rule("dwb.mine:speed<1", NAMES, ["mine:speed"])
+    assert rule.broken_by([{**ROWS[0], "mine:speed": 0.5}]) == ["dwb.mine:speed<1: dwb 0.5"]

@@ -1,0 +1,148 @@
+"""Everyday comfort: what there is, what it holds, versions, completion, quiet, and the doctor."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+
+import pytest
+import yaml
+
+from evolution.cli import main
+from evolution.commands import COMMANDS, doctor, progress
+from evolution.commands.catalogue import KINDS
+from evolution.commands.progress import be_quiet, note, say
+from evolution.files import readable
+from gym_mapbench.noise import NOISES
+from gym_mapbench.robot import ROBOTS
+
+
+@pytest.fixture(scope="module")
+def bash_script():
+    import io
+    from contextlib import redirect_stdout
+
+    with redirect_stdout(io.StringIO()) as text:
+        assert main(["completion", "bash"]) == 0
+    return text.getvalue()
+
+
+def test_list_names_everything_and_says_what_it_is(capsys):
+    assert main(["list", "--format", "json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert list(dict.fromkeys(row["kind"] for row in rows)) == list(KINDS)
+    about = {(row["kind"], row["name"]): row["what it is"] for row in rows}
+    assert about["robots", "jackal"] == "radius 0.267 m, 2 m/s, 4 rad/s"
+    assert {"dwb", "shim_mppi"} <= {name for kind, name in about if kind == "controllers"}
+    assert [key for key, text in about.items() if not text or ":`" in text] == []
+
+
+def test_show_prints_the_whole_of_everything_with_that_name(capsys):
+    assert main(["show", "quick"]) == 0
+    search, study = yaml.safe_load_all(capsys.readouterr().out)
+    assert search["search"]["fitness"] == "gini"  # from robust, which quick builds on
+    assert "configurations" in study
+    assert main(["show", "nominal"]) == 0
+    assert yaml.safe_load(capsys.readouterr().out) == NOISES["nominal"].model_dump(mode="json")
+    assert main(["show", "jackal"]) == 0
+    assert yaml.safe_load(capsys.readouterr().out) == ROBOTS["jackal"].model_dump(mode="json")
+
+
+@pytest.mark.parametrize(
+    ("argv", "expected"),
+    [
+        (["show", "quik"], "did you mean 'quick'"),
+        (["show", "jackal", "--kind", "params"], "unknown params 'jackal'"),
+        (["list", "robot"], "did you mean 'robots'"),
+    ],
+)
+def test_unknown_names_cost_one_line(argv, expected, capsys):
+    assert main(argv) == 2
+    line = capsys.readouterr().err
+    assert expected in line
+    assert line.count("\n") == 1
+
+
+def test_the_versions_that_matter(capsys):
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert names[:2] == ["mapbench", "python"]
+    assert {"numpy", "numba", "Box2D", "pymoo", "gymnasium"} <= set(names)
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["be"], {"bench"}),
+        (["bench", "--robot", "turtle"], {"turtlebot3_waffle", "turtlebot3_burger"}),
+        (["bench", "--fail"], {"--fail-if"}),
+        (["bench", "--contact", ""], {"ends", "slides"}),
+        (["maps", "dr"], {"draw"}),
+        (["maps", "draw", "--cou"], {"--count"}),
+        (["evolve", "--preset", "rob"], {"robust"}),
+        (["completion", "z"], {"zsh"}),
+    ],
+    ids=" ".join,
+)
+def test_completion(words, expected, bash_script):
+    typed = " ".join(f"'{word}'" for word in ["mapbench", *words])
+    ask = f'COMP_WORDS=({typed}); COMP_CWORD={len(words)}; _mapbench; echo "${{COMPREPLY[@]}}"'
+    done = subprocess.run(["bash", "-c", bash_script + ask], capture_output=True, text=True, check=True)
+    assert set(done.stdout.split()) == expected
+
+
+def test_the_completion_knows_every_command(bash_script):
+    assert all(f'"{name} "*)' in bash_script for name in COMMANDS)
+
+
+def test_quiet_leaves_out_notes_and_progress(capsys):
+    be_quiet()
+    try:
+        note("a note")
+        say("generation 0")
+        assert capsys.readouterr() == ("", "")
+    finally:
+        be_quiet(False)
+    say("generation 0")
+    assert capsys.readouterr().out == "generation 0\n"
+    assert not progress.notes.quiet
+
+
+def test_the_doctor(capsys, monkeypatch):
+    driven = []
+    monkeypatch.setattr(doctor, "warm_up", driven.append)
+    assert main(["doctor"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("mapbench 0.1.0, python ")
+    assert "kernels: " in text
+    assert {kind for (kind,) in driven} == set(doctor.TIMED)
+    assert "turns of the calibration loop" in text
+    assert "extra test: " in text
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    assert "nothing is compiled" in next(doctor._kernels())
+
+
+def test_the_doctor_names_what_is_missing(monkeypatch):
+    monkeypatch.setattr(doctor, "_installed", lambda name: name != "stable-baselines3")
+    assert "extra rl: not installed: stable-baselines3 (pip install 'gym-mapbench[rl]')" in list(doctor._missing())
+
+
+@pytest.mark.parametrize(
+    ("values", "texts"),
+    [
+        ([0.0, 2.0, None], ["0", "2", "-"]),
+        ([0.0, 1 / 3, 1.0], ["0", "0.333", "1.000"]),
+        ([23.456, 150.0], ["23.5", "150.0"]),
+        ([8.25, float("nan")], ["8.25", "-"]),
+        ([0.00012, 0.5, 3e7], ["0.00012", "0.5", "3e+07"]),
+        ([12345.6], ["12346"]),
+        (["a", 1, 0.5], ["a", "1", "0.5"]),
+        ([150.25, 0.04], ["150.2", "0.04"]),
+        ([], []),
+    ],
+)
+def test_digits(values, texts):
+    assert readable(values) == texts
