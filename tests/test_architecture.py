@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("gym_mapbench", "controllers", "evolution")
-HEAVY = ("torch", "stable_baselines3", "matplotlib", "pymoo", "pandas", "jinja2")
+HEAVY = ("torch", "stable_baselines3", "matplotlib", "pymoo", "pandas", "jinja2", "distributed")
 
 
 def run(code: str) -> str:
@@ -56,7 +56,10 @@ def test_no_pygame_anywhere():
     assert not [path for path in sources if "import pygame" in path.read_text(encoding="utf-8")]
 
 
-@pytest.mark.parametrize(("package", "only_in"), [("Box2D", "gym_mapbench/simulation.py"), ("pymoo", "evolution/")])
+@pytest.mark.parametrize(
+    ("package", "only_in"),
+    [("Box2D", "gym_mapbench/simulation.py"), ("pymoo", "evolution/"), ("distributed", "evolution/driving/")],
+)
 def test_each_engine_lives_in_one_place(package, only_in):
     for folder in PACKAGES:
         for path in (ROOT / folder).rglob("*.py"):
