@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from evolution.commands import COMMANDS, load_command
+from evolution.commands import add_commands
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -75,11 +75,7 @@ def build_parser(chosen: str | None = None) -> Parser:
     )
     parser.add_argument("--version", action=Versions, help="print the versions that results depend on, and exit")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
-    for name, summary in COMMANDS.items():
-        if chosen in (None, name):
-            load_command(name).add_parser(subparsers)
-        else:
-            subparsers.add_parser(name, help=summary)
+    add_commands(subparsers, chosen)
     return parser
 
 

@@ -16,9 +16,10 @@
   const byId = (id) => document.getElementById(id);
   const play = byId("play"), scrub = byId("scrub"), clock = byId("clock");
   const speed = byId("speed"), view = byId("view"), group = byId("group");
-  /* A later line has dashes, so that an earlier one that lies below it can be seen. */
+  /* A later line is thinner and has gaps, so that one that lies below it can be seen. */
   const LINES = ["solid", "dashed", "dotted"];
   const DASHES = [[], [14, 9], [3, 5]];
+  const WIDTHS = [5, 3.5, 2.5];
   const lineOf = (name) => data.controllers.indexOf(name) % LINES.length;
   const colour = (name) => data.colours[name] || "#888888";
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -131,7 +132,7 @@
   function drawRun(pen, panel, run) {
     const index = Math.min(run.x.length - 1, Math.round(now / run.period));
     pen.strokeStyle = colour(run.controller);
-    pen.lineWidth = 3;
+    pen.lineWidth = WIDTHS[lineOf(run.controller)];
     pen.beginPath();
     for (let i = 0; i <= index; i += 1) { pen.lineTo(...place(panel, run.x[i], run.y[i])); }
     pen.globalAlpha = 0.8;
