@@ -27,7 +27,7 @@ EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
-BESIDE_RESUME = "--workers, --executor, --wait, --quiet, --verbose and --allow-code"
+BESIDE_RESUME = "--workers, --executor, --wait, --quiet and --allow-code"
 SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", "repeats", "metric", "failures", "seed")
 
 
@@ -98,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_others(args: argparse.Namespace) -> None:
     """Refuse options beside ``--resume``: a run is continued with the options it was begun with."""
-    other = ("resume", "workers", "executor", "wait", "allow_code", "run", "command", "given", "quiet", "verbose")
+    other = ("resume", "workers", "executor", "wait", "allow_code", "run", "command", "given", "quiet")
     given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:
         option = given[0].replace("_", "-")
