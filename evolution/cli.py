@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from evolution.commands import add_commands
+from evolution.commands import add_commands, set_quiet
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -83,11 +83,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code (0 done, 2 wrong input, 130 interrupted)."""
     given = sys.argv[1:] if argv is None else argv
     args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given)))
-    from evolution.commands.progress import be_quiet
     from gym_mapbench.errors import MapBenchError  # after the help, which does not wait for gymnasium
     from gym_mapbench.trust import allow_code
 
-    be_quiet(args.quiet)
+    set_quiet(args.quiet)
     try:
         with allow_code(getattr(args, "allow_code", False)):
             code: int = args.run(args)

@@ -38,3 +38,10 @@ def add_commands(subparsers: argparse._SubParsersAction[Any], chosen: str | None
             load_command(name).add_parser(subparsers)
         else:
             subparsers.add_parser(name, help=summary)
+
+
+def set_quiet(quiet: bool) -> None:
+    """Print neither notes nor progress from now on; or everything again."""
+    from evolution.commands.progress import be_quiet
+
+    be_quiet(quiet)
