@@ -3,23 +3,90 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
+from typing import Any, NoReturn
 
-from evolution.commands.parser import USAGE_ERROR, build_parser
+from evolution.commands import add_commands, set_quiet
 
+USAGE_ERROR = 2
 INTERRUPTED = 130
+NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
+"""Start of a value such as ``-2,-1,0``, which argparse would otherwise take for an option."""
+
+DESCRIPTION = "Evolve maps that tell navigation controllers apart, and drive, compare and export them."
+EXAMPLES = """examples:
+  mapbench evolve --preset quick --out runs/first     evolve map sets for about two minutes
+  mapbench bench runs/first --repeats 5               drive every controller on the best maps again
+  mapbench drive runs/first --controller mppi --gif mppi.gif
+  mapbench bench my_map.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
+  mapbench report runs/first                          one HTML page with maps and replays
+
+'mapbench COMMAND --help' explains one command, with examples of its own."""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that reports an error in one line with the command's name, and accepts negative poses."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._negative_number_matcher = NEGATIVE
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse; a subcommand itself refuses arguments that it does not know, so that the error names it."""
+        found, rest = super().parse_known_args(args, namespace)
+        if rest:
+            self.error(f"unrecognized arguments: {' '.join(rest)}")
+        return found, rest
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line and exit with code 2."""
+        print(f"{self.prog}: {message}", file=sys.stderr)
+        raise SystemExit(USAGE_ERROR)
+
+
+class Versions(argparse.Action):
+    """Prints the versions of this package, of Python, and of the libraries that results depend on, and exits."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, help: str) -> None:
+        super().__init__(option_strings, dest=argparse.SUPPRESS, default=argparse.SUPPRESS, nargs=0, help=help)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        """Print one line for each."""
+        from evolution.files import version_lines
+
+        print("\n".join(version_lines()))
+        parser.exit()
+
+
+def build_parser(chosen: str | None = None) -> Parser:
+    """Build the parser of the command and of its subcommands.
+
+    Args:
+        chosen: The only subcommand whose options are needed, so that the help does not wait for imports; None for all.
+    """
+    parser = Parser(
+        prog="mapbench",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action=Versions, help="print the versions that results depend on, and exit")
+    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
+    add_commands(subparsers, chosen)
+    return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code (0 done, 2 wrong input, 130 interrupted)."""
     given = sys.argv[1:] if argv is None else argv
     args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given)))
-    from evolution.commands.progress import be_quiet
     from gym_mapbench.errors import MapBenchError  # after the help, which does not wait for gymnasium
     from gym_mapbench.trust import allow_code
 
-    be_quiet(args.quiet)
+    set_quiet(args.quiet)
     try:
         with allow_code(getattr(args, "allow_code", False)):
             code: int = args.run(args)

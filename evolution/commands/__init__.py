@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 COMMANDS = {
     "evolve": "Search for sets of maps that tell controllers apart.",
@@ -28,3 +30,19 @@ COMMANDS = {
 def load_command(name: str) -> ModuleType:
     """Import the module of a command, and with it all that the command needs."""
     return import_module(f"{__name__}.{name.replace('-', '_')}")
+
+
+def add_commands(subparsers: argparse._SubParsersAction[Any], chosen: str | None = None) -> None:
+    """Add every command to a parser; only the chosen one, or all if it is None, with its options."""
+    for name, summary in COMMANDS.items():
+        if chosen in (None, name):
+            load_command(name).add_parser(subparsers)
+        else:
+            subparsers.add_parser(name, help=summary)
+
+
+def set_quiet(quiet: bool) -> None:
+    """Print neither notes nor progress from now on; or everything again."""
+    from evolution.commands.progress import be_quiet
+
+    be_quiet(quiet)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
 from collections.abc import Callable, Mapping
@@ -18,7 +19,7 @@ from gym_mapbench.generator import FAMILIES
 from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.noise import NOISES
-from gym_mapbench.planners import PLANNERS
+from gym_mapbench.planners import PLANNERS, PlannerEntry
 from gym_mapbench.registry import Registry
 from gym_mapbench.robot import ROBOTS
 
@@ -54,15 +55,19 @@ def _of_registry(
 
 
 def _first_line(entry: Any) -> str:
-    """Return the first line of what an entry, or what it is made of, says about itself."""
-    parts = entry if isinstance(entry, tuple) else (getattr(entry, "args", ()) or entry)
-    texts = [part if isinstance(part, type) or inspect.isroutine(part) else None for part in _as_tuple(parts)]
-    lines = [(inspect.getdoc(part) or "").partition("\n")[0] for part in texts if part is not None]
-    return ROLE.sub(r"\1", lines[-1]) if lines else ""
+    """Return the first line of what an entry, or the function or class that it is made of, says about itself."""
+    if isinstance(entry, PlannerEntry):
+        entry = entry.make
+    elif isinstance(entry, functools.partial):
+        entry = entry.func
+    elif not isinstance(entry, type) and not inspect.isroutine(entry):
+        entry = next(part for part in (*_fields(entry), type(entry)) if callable(part))
+    return ROLE.sub(r"\1", (inspect.getdoc(entry) or "").partition("\n")[0])
 
 
-def _as_tuple(value: Any) -> tuple[Any, ...]:
-    return value if isinstance(value, tuple) else (value,)
+def _fields(entry: Any) -> tuple[Any, ...]:
+    """Return the values of an entry that is a dataclass or a named tuple."""
+    return tuple(entry) if isinstance(entry, tuple) else tuple(vars(entry).values())
 
 
 def _settings_in(registry: Registry[Any]) -> Callable[[str], Mapping[str, Any]]:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from evolution.commands import options
+from evolution.commands import add_commands, options
 from evolution.commands.catalogue import KINDS
-from evolution.commands.parser import build_parser
 
 EXAMPLES = """  mapbench completion bash > ~/.local/share/bash-completion/completions/mapbench
   mapbench completion zsh >> ~/.zshrc"""
@@ -60,7 +59,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Print the script."""
-    print((ZSH if args.shell == "zsh" else "") + script(build_parser()), end="")
+    parser = argparse.ArgumentParser("mapbench")
+    add_commands(parser.add_subparsers())
+    print((ZSH if args.shell == "zsh" else "") + script(parser), end="")
     return 0
 
 

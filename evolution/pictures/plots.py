@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 # Okabe and Ito's palette, which colour-blind readers can tell apart, without its yellow, which is too pale in print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "D", "P", "X")
+DASHES: tuple[Any, ...] = ("-", (0, (5, 3)), (0, (1.5, 2.5)))
+WIDTHS = (3.2, 2.2, 1.4)
+"""Lines of trajectories: a later one is thinner and has gaps, so that one that lies below it can be seen."""
+MAP_SIGNS = "Lines: driven paths. Circle: start. Star: goal. Crosses: recoveries. Grey: obstacles."
 HATCHES = ("", "///", "xxx", "...", "|||")
 """Fillings of bars; like :data:`MARKERS` for points, they tell names of one colour apart if there are many names."""
 
@@ -74,7 +78,7 @@ def draw_map(axes: Axes, scenario: Scenario) -> None:
 def draw_trajectories(
     axes: Axes, episodes: Sequence[Episode], names: Sequence[str], spreads: Mapping[str, str] | None = None
 ) -> None:
-    """Draw the driven paths of several controllers; crosses mark recoveries.
+    """Draw the driven paths of several controllers, each with its own dashes; crosses mark recoveries.
 
     Args:
         axes: Where to draw.
@@ -87,7 +91,9 @@ def draw_trajectories(
         label = f"{episode.controller}: {episode.time:.1f} s"
         label += "" if episode.success else f" ({episode.outcome})"
         label += f" ({spreads[episode.controller]})" if spreads and episode.controller in spreads else ""
-        axes.plot(*episode.trajectory[:, :2].T, color=colour, linewidth=1.6, label=label, zorder=3)
+        place = list(names).index(episode.controller) % len(DASHES)
+        line = {"color": colour, "linestyle": DASHES[place], "linewidth": WIDTHS[place]}
+        axes.plot(*episode.trajectory[:, :2].T, **line, label=label, zorder=3)
         steps = [round(event.time / episode.control_period) for event in episode.events if event.kind in RECOVERY_KINDS]
         where = episode.trajectory[np.minimum(steps, len(episode.trajectory) - 1).astype(int), :2]
         axes.plot(*where.T, "x", color=colour, markersize=6, zorder=5)
@@ -113,6 +119,7 @@ def map_set_figure(
         draw_trajectories(axes, episodes, names, spread)
         axes.set_title(title, fontsize=10)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=8, frameon=False)
+    figure.supxlabel(MAP_SIGNS, fontsize=8, color="#555555")
     return figure
 
 

@@ -16,6 +16,11 @@
   const byId = (id) => document.getElementById(id);
   const play = byId("play"), scrub = byId("scrub"), clock = byId("clock");
   const speed = byId("speed"), view = byId("view"), group = byId("group");
+  /* A later line is thinner and has gaps, so that one that lies below it can be seen. */
+  const LINES = ["solid", "dashed", "dotted"];
+  const DASHES = [[], [14, 9], [3, 5]];
+  const WIDTHS = [5, 3.5, 2.5];
+  const lineOf = (name) => data.controllers.indexOf(name) % LINES.length;
   const colour = (name) => data.colours[name] || "#888888";
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   let now = 0;
@@ -27,13 +32,17 @@
   function legend() {
     data.controllers.forEach((name) => {
       const item = document.createElement("span");
-      const dot = document.createElement("i");
-      dot.style.background = colour(name);
-      item.append(dot, name);
+      item.append(sample(name), name);
       byId("legend").append(item);
     });
     data.groups.forEach((name, index) => group.add(new Option(name, String(index))));
     byId("group-label").hidden = data.groups.length < 2;
+  }
+
+  function sample(name) {
+    const line = document.createElement("i");
+    line.style.borderTop = "3px " + LINES[lineOf(name)] + " " + colour(name);
+    return line;
   }
 
   function layout() {
@@ -68,10 +77,8 @@
 
   function summary(run) {
     const item = document.createElement("li");
-    const dot = document.createElement("i");
-    dot.style.background = colour(run.controller);
     const stuck = run.stuck.reduce((sum, spot) => sum + spot[3] - spot[2], 0);
-    item.append(dot, run.controller + ": " + run.outcome + " after " + run.time.toFixed(1) + " s" +
+    item.append(sample(run.controller), run.controller + ": " + run.outcome + " after " + run.time.toFixed(1) + " s" +
       (run.recoveries ? ", " + run.recoveries + (run.recoveries > 1 ? " recoveries" : " recovery") : "") +
       (stuck ? ", stuck for " + stuck.toFixed(0) + " s" : ""));
     return item;
@@ -125,11 +132,13 @@
   function drawRun(pen, panel, run) {
     const index = Math.min(run.x.length - 1, Math.round(now / run.period));
     pen.strokeStyle = colour(run.controller);
-    pen.lineWidth = 3;
+    pen.lineWidth = WIDTHS[lineOf(run.controller)];
     pen.beginPath();
     for (let i = 0; i <= index; i += 1) { pen.lineTo(...place(panel, run.x[i], run.y[i])); }
-    pen.globalAlpha = 0.8;  // so that all controllers that took the same way can be seen
+    pen.globalAlpha = 0.8;
+    pen.setLineDash(DASHES[lineOf(run.controller)]);
     pen.stroke();
+    pen.setLineDash([]);
     pen.globalAlpha = 1;
     pen.lineWidth = 2;
     run.stuck.filter((spot) => spot[2] <= now).forEach((spot) => drawStuck(pen, panel, spot));
