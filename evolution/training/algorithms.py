@@ -6,6 +6,9 @@ import importlib
 import importlib.util
 import inspect
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -129,10 +132,18 @@ def load_model(settings: TrainSettings, path: Path, worlds: Any) -> Any:
         raise RunError(f"{path}: cannot be continued as a model of {settings.algorithm} ({reason})") from None
 
 
-def save_model(model: Any, path: Path, card: ModelCard) -> None:
-    """Write a model and its card in one step."""
+def save_model(model: Any, path: Path, card: ModelCard, *, to_drive: bool = False) -> None:
+    """Write a model and its card in one step.
+
+    Args:
+        model: The model.
+        path: The file.
+        card: Its card.
+        to_drive: Whether to leave out what the optimizers have gathered, two thirds of the file.
+    """
     partial = path.with_name(f".{path.name}")
-    model.save(partial)
+    with _forgetful(model) if to_drive else nullcontext():
+        model.save(partial)
     write_card(partial, card)
     write_bytes(path, partial.read_bytes())
     partial.unlink()
@@ -166,6 +177,21 @@ def card_of(settings: TrainSettings, statistics: Any, **training: Any) -> ModelC
 def tensorboard_is_installed() -> bool:
     """Whether TensorBoard's files can be written."""
     return importlib.util.find_spec("tensorboard") is not None
+
+
+@contextmanager
+def _forgetful(model: Any) -> Iterator[None]:
+    """Hide what a model's optimizers have gathered while the ``with`` block lasts."""
+    names = [name for name in model.get_parameters() if name.endswith("optimizer")]
+    optimizers = [attrgetter(name)(model) for name in names]
+    gathered = [optimizer.state for optimizer in optimizers]
+    for optimizer in optimizers:
+        optimizer.state = type(optimizer.state)(dict)
+    try:
+        yield
+    finally:
+        for optimizer, state in zip(optimizers, gathered, strict=True):
+            optimizer.state = state
 
 
 def _noise(deviation: float) -> Any:

@@ -43,7 +43,7 @@ figures/            the same as a picture
 best_model.zip      the model with the best mean success over these groups: drive it with
                     mapbench bench MAP --controllers mppi,learned=best_model.zip
 model.zip           the latest model, which --resume continues
-checkpoints/        the model at every evaluation, by its steps
+checkpoints/        the model at every evaluation, by its steps, to be driven
 maps.json, curriculum.json    the maps it trains on, if they are not random
 state.json          where the training stands
 tensorboard/        logs, if TensorBoard was installed

@@ -118,7 +118,7 @@ class Recorder:
     def _save(self, model: Any, name: str, score: float | None) -> None:
         statistics = self._statistics if self._settings.normalize_observations else None
         card = card_of(self._settings, statistics, steps=model.num_timesteps, success=score)
-        save_model(model, self._directory.path / name, card)
+        save_model(model, self._directory.path / name, card, to_drive=name != LATEST)
 
 
 def _row(steps: int, seconds: float, score: float, found: Mapping[str, Judgement], training: float | None) -> Row:

@@ -59,6 +59,7 @@ def test_an_algorithm_learns_and_its_model_drives(algorithm, tmp_path):
     assert seen[-1].total == 320
     assert (training.path / "figures" / "learning_curve.svg").is_file()
     assert len(list((training.path / "checkpoints").iterdir())) == len(training.curve)
+    assert training.best.stat().st_size < (training.path / "model.zip").stat().st_size
     card = read_card(training.best)
     assert (card.algorithm, card.world.lidar.beams, card.encoding.keys) == (algorithm, 8, ("goal", "velocity", "scan"))
     result = bench(rooms(1), [f"learned={training.best}"], time_limit=2.0, workers=1)
