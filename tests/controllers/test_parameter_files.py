@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from controllers.nav2_params import PRESETS, parse_nav2_params, read_nav2_params, robot_of, summarise
 from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import migrate_file
-from controllers.nav2_params.presets import _read_preset
+from controllers.nav2_params.presets import read_preset
 from controllers.nav2_params.templates import fill_templates, find_template, parse_defines
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.robot import RobotSpec
@@ -651,7 +651,7 @@ def test_a_spoilt_file_is_migrated_to_a_yaml_file_or_refused(data, target, tmp_p
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_hold_nothing_that_is_not_read(name):
-    document = _read_preset(name)
+    document = read_preset(name)
     read = parse_nav2_params(document, release=document.pop("release", "humble"))
     assert {finding.kind for finding in read.findings} <= {"ros_only"}
 
