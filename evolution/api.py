@@ -10,20 +10,18 @@ and from a notebook.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
+from controllers.nav2_params import Nav2Params
 from controllers.nav2_params.presets import overlay
-from evolution.benchmark import BENCHMARK, Benchmark, again_in, barn_settings, begin_benchmark, load_barn, read_bench
-from evolution.benchmark import PREFIX as BARN
+from evolution.benchmark import BENCHMARK, Benchmark, again_in, barn_settings, begin_benchmark, read_bench
 from evolution.benchmark import bench as drive_all
 from evolution.driving import (
     WAIT_SECONDS,
-    ControllerSpec,
     DriveSettings,
     Evaluator,
     JobPlan,
@@ -34,17 +32,28 @@ from evolution.driving import (
     preparation,
     run_job,
     try_controllers,
-    with_parameters,
+)
+from evolution.inputs import (
+    Controllers,
+    Maps,
+    barn_source,
+    items_of,
+    levels_of,
+    listed,
+    load_all,
+    own_controllers,
+    read_parameters,
+    run_of,
+    specs_of,
+    world_from,
 )
 from evolution.pictures import write_run_figures
-from evolution.runs import RUN, LoadedRun, RunDir, load_run, reached_maps, rescuing
+from evolution.runs import RUN, LoadedRun, RunDir, load_run, rescuing
 from evolution.search import (
-    DEFAULT_CONTROLLERS,
     DEFAULT_PRESET,
     Experiment,
     Progress,
     check_experiment,
-    controllers_from,
     experiment_of,
     load_preset,
     preset_names,
@@ -76,16 +85,8 @@ from evolution.training import (
     load_training,
     train_settings,
 )
-from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.mapio import PoseLike, load_scenarios
-from gym_mapbench.scenario import MapSet, Scenario
-
-Maps = str | Path | Scenario | MapSet | LoadedRun
-"""A file or directory of any kind that ``mapbench bench`` reads, or maps that are loaded already."""
-
-Controllers = str | Sequence[str | Mapping[str, Any] | ControllerSpec]
-"""Names, ``NAME=KIND``, ``NAME=model.zip``, or mappings with ``name``, ``kind`` and ``params``."""
+from gym_mapbench.mapio import PoseLike
 
 
 def bench(
@@ -144,14 +145,14 @@ def bench(
     """
     if resume and out is None:
         raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
-    items = _items(maps)
+    items = items_of(maps)
     scenarios = load_all(items, start, goal)
-    read, run = _read(params), run_of(items)
-    settings = settings or _settings(params, read, environment, run)
+    read, run = read_parameters(params), run_of(items)
+    settings = settings or world_from(params, read, environment, run)
     settings = settings.replace(unknown_map=unknown_map or settings.unknown_map)
     settings = barn_settings(settings) if barn_source(items) else settings
     check_room(scenarios, settings)
-    specs = _specs(_own_controllers(read, run) if controllers is None else controllers)
+    specs = specs_of(own_controllers(read, run) if controllers is None else controllers)
     try_controllers(specs, settings)
     root = (0 if run is None else run.config["search"]["seed"] + 1) if seed is None else seed
     plan = JobPlan(specs, settings, root, repeats, tuple(metrics))
@@ -314,7 +315,7 @@ def train(
         return learn(TrainingDir.open(Path(resume)), on_progress)
     settings = train_settings(algorithm, config, **options)
     path = Path(out or Path("runs") / f"{settings.algorithm}-seed{settings.seed}")
-    directory = begin_training(settings, path, _listed(maps), _levels(curriculum))
+    directory = begin_training(settings, path, listed(maps), levels_of(curriculum))
     return learn(directory, on_progress)
 
 
@@ -336,46 +337,9 @@ def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmar
     return load_run(path) if RUN.holds(path) else read_bench(path)
 
 
-def barn_source(maps: Iterable[object]) -> str | None:
-    """Return the ``barn:DIR`` among some maps, if there is one; it has rules of its own and must be the only map.
-
-    Raises:
-        ConfigError: If there are other maps beside it.
-    """
-    items = list(maps)
-    found = [item for item in items if isinstance(item, str) and item.startswith(BARN)]
-    if found and len(items) > 1:
-        raise ConfigError(f"{found[0]}: BARN's task has rules of its own; expected no other map beside it")
-    return found[0] if found else None
-
-
-def load_all(maps: Sequence[Maps], start: PoseLike | None = None, goal: PoseLike | None = None) -> list[Scenario]:
-    """Return the scenarios of some maps, in order; the worlds of ``barn:DIR`` are refined to Nav2's resolution."""
-    if barn := barn_source(maps):
-        return load_barn(barn)
-    return [scenario for item in maps for scenario in _scenarios(item, start, goal)]
-
-
 def compose(preset: str = DEFAULT_PRESET, config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:
     """Return the document of an experiment: a preset, overlaid by ``config``, then by options of the search."""
     return overlay(overlay(load_preset(preset), config or {}), {"search": search})
-
-
-def _listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
-    """Return the scenarios of some maps; none for None."""
-    return [] if maps is None else load_all(_items(maps))
-
-
-def _items(maps: Maps | Sequence[Maps]) -> list[Maps]:
-    """Return one or several maps as a list."""
-    return [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
-
-
-def _levels(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
-    """Return the levels of a curriculum: of a run, all maps that it drove to the goal."""
-    if isinstance(curriculum, str | Path) and RUN.holds(curriculum):
-        curriculum = load_run(curriculum)
-    return reached_maps(curriculum) if isinstance(curriculum, LoadedRun) else _listed(curriculum)
 
 
 def _begin(
@@ -394,59 +358,3 @@ def _begin(
     options = wanted.search
     default = Path("runs") / f"{options.fitness.replace(':', '.')}-pop{options.pop_size}-seed{options.seed}"
     return RunDir.create(out or default, wanted), wanted
-
-
-def run_of(maps: Sequence[Maps]) -> LoadedRun | None:
-    """Return the run whose best maps are driven: of a single run directory or loaded run, else None."""
-    if len(maps) == 1 and isinstance(maps[0], LoadedRun):
-        return maps[0]
-    if len(maps) == 1 and isinstance(maps[0], str | Path) and RUN.holds(maps[0]):
-        return load_run(maps[0])
-    return None
-
-
-def _read(params: str | Nav2Params | None) -> Nav2Params | None:
-    """Read a parameter file; None for a preset."""
-    if params is None or isinstance(params, Nav2Params):
-        return params
-    return None if params in PRESETS else read_nav2_params(params)
-
-
-def _own_controllers(read: Nav2Params | None, run: LoadedRun | None) -> Controllers:
-    """Return who drives where nobody said."""
-    if read is not None:
-        return read.own_controllers
-    return DEFAULT_CONTROLLERS if run is None else experiment_of(run.config).controllers
-
-
-def _settings(
-    params: str | Nav2Params | None, read: Nav2Params | None, environment: Mapping[str, Any], run: LoadedRun | None
-) -> DriveSettings:
-    base = world_of(run)
-    base = base.replace(environment=base.environment.replace(**environment))
-    if read is None:
-        return base if params is None else base.replace(navigation=params)
-    settings = with_parameters(base.replace(navigation=read.navigation), read)
-    return settings.replace(environment=settings.environment.replace(**environment))
-
-
-def world_of(run: LoadedRun | None) -> DriveSettings:
-    """Return the world that a run was searched in; the thesis' without one."""
-    if run is None:
-        return DriveSettings(navigation="thesis", environment=EnvConfig.build())
-    settings = experiment_of(run.config).run
-    assert isinstance(settings, DriveSettings)  # what experiment_of reads
-    return settings
-
-
-def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Iterable[Scenario]:
-    if isinstance(item, Scenario):
-        return [item]
-    if isinstance(item, LoadedRun):
-        return item.best
-    return item if isinstance(item, MapSet) else load_scenarios(item, start=start, goal=goal)
-
-
-def _specs(controllers: Controllers) -> tuple[ControllerSpec, ...]:
-    entries = [controllers] if isinstance(controllers, str) else list(controllers)
-    return controllers_from([one.model_dump() if isinstance(one, ControllerSpec) else one for one in entries])

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from statistics import fmean
 
-from evolution.api import barn_source, bench, run_of, world_of
+from evolution.api import bench
 from evolution.benchmark import (
     MEASURES,
     BarnScore,
@@ -22,6 +22,7 @@ from evolution.benchmark import (
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, errors, note, only_results_on_stdout, print_table
 from evolution.driving import ControllerSpec
+from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_benchmark_report
 from evolution.runs import LoadedRun
 from evolution.search import experiment_of

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from controllers.base import Controller
 from controllers.navigator import Navigator
-from evolution.api import load_all
 from evolution.commands import options
 from evolution.commands.progress import console
 from evolution.driving import JobPlan, check_room, drive, try_controllers
+from evolution.inputs import load_all
 from evolution.pictures import check_display, check_film, save_animation, show_animation
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError

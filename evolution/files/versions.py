@@ -26,7 +26,8 @@ def software() -> dict[str, str]:
 
 def version_lines() -> list[str]:
     """Return name and version of this package, of Python, and of the libraries that results depend on, one a line."""
-    return [f"{name} {one}" for name, one in {**software(), "python": platform.python_version()}.items()]
+    mapbench, *libraries = (f"{name} {one}" for name, one in software().items())
+    return [mapbench, f"python {platform.python_version()}", *libraries]
 
 
 def refuse_version(config: Mapping[str, Any], path: Path) -> None:

@@ -11,9 +11,9 @@ import pytest
 
 import evolution
 from evolution import bench, evolve, load, study
-from evolution.api import world_of
 from evolution.cli import main
 from evolution.files import Table
+from evolution.inputs import world_of
 from evolution.studies import StudyResults
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_scenarios

@@ -1,0 +1,126 @@
+"""What a caller means: maps, controllers and worlds from names, files, loaded results, or as they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
+from evolution.benchmark import PREFIX as BARN
+from evolution.benchmark import load_barn
+from evolution.driving import ControllerSpec, DriveSettings, with_parameters
+from evolution.runs import RUN, LoadedRun, load_run, reached_maps
+from evolution.search import DEFAULT_CONTROLLERS, controllers_from, experiment_of
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio import PoseLike, load_scenarios
+from gym_mapbench.scenario import MapSet, Scenario
+
+Maps = str | Path | Scenario | MapSet | LoadedRun
+"""A file or directory of any kind that ``mapbench bench`` reads, or maps that are loaded already."""
+
+Controllers = str | Sequence[str | Mapping[str, Any] | ControllerSpec]
+"""Names, ``NAME=KIND``, ``NAME=model.zip``, or mappings with ``name``, ``kind`` and ``params``."""
+
+
+def barn_source(maps: Iterable[object]) -> str | None:
+    """Return the ``barn:DIR`` among some maps, if there is one; it has rules of its own and must be the only map.
+
+    Raises:
+        ConfigError: If there are other maps beside it.
+    """
+    items = list(maps)
+    found = [item for item in items if isinstance(item, str) and item.startswith(BARN)]
+    if found and len(items) > 1:
+        raise ConfigError(f"{found[0]}: BARN's task has rules of its own; expected no other map beside it")
+    return found[0] if found else None
+
+
+def load_all(maps: Sequence[Maps], start: PoseLike | None = None, goal: PoseLike | None = None) -> list[Scenario]:
+    """Return the scenarios of some maps, in order; the worlds of ``barn:DIR`` are refined to Nav2's resolution."""
+    if barn := barn_source(maps):
+        return load_barn(barn)
+    return [scenario for item in maps for scenario in _scenarios(item, start, goal)]
+
+
+def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
+    """Return the scenarios of some maps; none for None."""
+    return [] if maps is None else load_all(items_of(maps))
+
+
+def items_of(maps: Maps | Sequence[Maps]) -> list[Maps]:
+    """Return one or several maps as a list."""
+    return [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
+
+
+def levels_of(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
+    """Return the levels of a curriculum: of a run, all maps that it drove to the goal."""
+    if isinstance(curriculum, str | Path) and RUN.holds(curriculum):
+        curriculum = load_run(curriculum)
+    return reached_maps(curriculum) if isinstance(curriculum, LoadedRun) else listed(curriculum)
+
+
+def run_of(maps: Sequence[Maps]) -> LoadedRun | None:
+    """Return the run whose best maps are driven: of a single run directory or loaded run, else None."""
+    if len(maps) == 1 and isinstance(maps[0], LoadedRun):
+        return maps[0]
+    if len(maps) == 1 and isinstance(maps[0], str | Path) and RUN.holds(maps[0]):
+        return load_run(maps[0])
+    return None
+
+
+def read_parameters(params: str | Nav2Params | None) -> Nav2Params | None:
+    """Read a parameter file; None for a preset."""
+    if params is None or isinstance(params, Nav2Params):
+        return params
+    return None if params in PRESETS else read_nav2_params(params)
+
+
+def own_controllers(read: Nav2Params | None, run: LoadedRun | None) -> Controllers:
+    """Return who drives where nobody said: the controllers of the file, else those of the run, else the usual ones."""
+    if read is not None:
+        return read.own_controllers
+    return DEFAULT_CONTROLLERS if run is None else experiment_of(run.config).controllers
+
+
+def world_from(
+    params: str | Nav2Params | None, read: Nav2Params | None, environment: Mapping[str, Any], run: LoadedRun | None
+) -> DriveSettings:
+    """Return the world that some parameters, fields of the env and a run describe together.
+
+    Args:
+        params: What was given: a preset's name, a file, or what was read from one; None for the run's.
+        read: What :func:`read_parameters` returned for it.
+        environment: Fields of :class:`gym_mapbench.config.EnvConfig` that replace those of the run and of the file.
+        run: The run whose maps are driven.
+    """
+    base = world_of(run)
+    base = base.replace(environment=base.environment.replace(**environment))
+    if read is None:
+        return base if params is None else base.replace(navigation=params)
+    settings = with_parameters(base.replace(navigation=read.navigation), read)
+    return settings.replace(environment=settings.environment.replace(**environment))
+
+
+def world_of(run: LoadedRun | None) -> DriveSettings:
+    """Return the world that a run was searched in; the thesis' without one."""
+    if run is None:
+        return DriveSettings(navigation="thesis", environment=EnvConfig.build())
+    settings = experiment_of(run.config).run
+    assert isinstance(settings, DriveSettings)  # what experiment_of reads
+    return settings
+
+
+def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Iterable[Scenario]:
+    if isinstance(item, Scenario):
+        return [item]
+    if isinstance(item, LoadedRun):
+        return item.best
+    return item if isinstance(item, MapSet) else load_scenarios(item, start=start, goal=goal)
+
+
+def specs_of(controllers: Controllers) -> tuple[ControllerSpec, ...]:
+    """Return who is compared."""
+    entries = [controllers] if isinstance(controllers, str) else list(controllers)
+    return controllers_from([one.model_dump() if isinstance(one, ControllerSpec) else one for one in entries])
