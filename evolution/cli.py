@@ -81,7 +81,16 @@ def build_parser(chosen: str | None = None) -> Parser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code (0 done, 2 wrong input, 130 interrupted)."""
-    given = sys.argv[1:] if argv is None else argv
+    try:
+        return _run(sys.argv[1:] if argv is None else argv)
+    except BrokenPipeError:
+        # The reader of our output has gone (for example `| head`), so nothing more can be said.
+        sys.stderr.close()
+        return 0
+
+
+def _run(given: Sequence[str]) -> int:
+    """Parse the arguments and run the command that they name."""
     args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given)))
     from gym_mapbench.errors import MapBenchError  # after the help, which does not wait for gymnasium
     from gym_mapbench.trust import allow_code
@@ -97,9 +106,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"mapbench {args.command}: interrupted; what was finished is kept", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
-        # The reader of our output has gone (for example `| head`), so nothing more can be said.
-        sys.stderr.close()
-        return 0
+        raise
     except OSError as error:
         where = "" if error.filename is None else f"{error.filename}: "
         print(f"mapbench {args.command}: {where}{error.strerror or error}", file=sys.stderr)
