@@ -119,7 +119,8 @@ def map_set_figure(
         draw_trajectories(axes, episodes, names, spread)
         axes.set_title(title, fontsize=10)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=8, frameon=False)
-    figure.supxlabel(MAP_SIGNS, fontsize=8, color="#555555")
+    middle, below = columns[len(columns) // 2], -0.16 - 0.045 * len(names)  # of the axes, under the legends
+    middle.text(0.5, below, MAP_SIGNS, transform=middle.transAxes, ha="center", va="top", fontsize=8, color="#555555")
     return figure
 
 
