@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import product
 
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult, SetResults
-from evolution.search.exact import MAX_MAPS, MapResults, Names, best_set
+from evolution.search.exact import MAX_MAPS, JudgedMap, MapResults, Names, best_of_judged, judge_map
 from evolution.search.fitness import Fitness, is_solved
 from gym_mapbench.scenario import MapSet, Scenario
 
@@ -40,6 +40,8 @@ class Archive:
         self.scenarios: dict[str, Scenario] = {}
         self.count = 0
         self._runs: dict[str, list[list[RunResult]]] = {}
+        self._judged: dict[str, JudgedMap] = {}
+        self._judge: Fitness | None = None
         self._new: list[tuple[Job, RunResult]] = []
         last = [spec.registered_name in drive_last for spec in plan.controllers]
         stages = ([n for n, late in enumerate(last) if not late], [n for n, late in enumerate(last) if late])
@@ -84,8 +86,16 @@ class Archive:
 
     def solved(self, without: Collection[str] = ()) -> dict[str, MapResults]:
         """Return the maps on which every controller always reached the goal, except for some."""
-        results = {digest: self.results(digest) for digest in self._runs if digest not in without}
-        return {digest: of_map for digest, of_map in results.items() if is_solved(of_map)}
+        digests = [digest for digest, of_map in self._runs.items() if digest not in without and is_solved(of_map)]
+        return {digest: self.results(digest) for digest in digests}
+
+    def judged(self, digest: str, fitness: Fitness) -> JudgedMap:
+        """Return a map as a fitness judges it; what is known is kept until the map is driven again."""
+        if fitness is not self._judge:
+            self._judge, self._judged = fitness, {}
+        if digest not in self._judged:
+            self._judged[digest] = judge_map(self.results(digest), fitness)
+        return self._judged[digest]
 
     def map_set(self, names: Iterable[str]) -> MapSet:
         """Return the set of some maps, named by digest."""
@@ -100,13 +110,14 @@ class Archive:
         if len(maps) < size:
             return ()
         if size <= MAX_MAPS and fitness.kind.exact:
-            return best_set(maps, fitness, size)
+            return best_of_judged({name: self.judged(name, fitness) for name in maps}, fitness, size)
         return best_by_exchange(maps, fitness, size)
 
     def _drive(self, jobs: Sequence[Job]) -> None:
         place = {spec.name: number for number, spec in enumerate(self.plan.controllers)}
         for job, result in zip(jobs, self.evaluator.run(jobs, self.on_run), strict=True):
             self._runs[job.scenario.map.digest][place[job.controller.name]].append(result)
+            self._judged.pop(job.scenario.map.digest, None)
             self._new.append((job, result))
         self.count += len(jobs)
 

@@ -41,7 +41,7 @@ class Confirmation:
         fitness: Median fitness of driving the set once, over all combinations of one new seed for each map.
         interval: Between which values the middle 95 % of these lie.
         fitness_par2: The same median, if a failed run counts as twice the time limit.
-        order_kept: Share of the combinations in which the maps' readings are in the order of their means.
+        order_kept: Share of the combinations in which the maps' readings are in the order by which the set was chosen.
         goals: Runs that reached the goal, with the new seeds.
         runs: Runs with the new seeds.
         goals_interval: 95 % interval (Wilson) of the share of goals.

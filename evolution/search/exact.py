@@ -26,11 +26,49 @@ MapResults = tuple[tuple[RunResult, ...], ...]
 Names = tuple[str, ...]
 
 
+class JudgedMap(NamedTuple):
+    """What a map adds to any set.
+
+    Args:
+        reading: Its reading; None where the map has no value.
+        values: The aggregated value of each controller; None where the map has no value.
+        success_rate: Successful runs / all runs.
+        timeouts: Timed-out runs per repeat.
+        spread: By how much its reading counts as less extreme (:meth:`Fitness.spread_of`).
+    """
+
+    reading: float | None
+    values: tuple[float, ...] | None
+    success_rate: float
+    timeouts: float
+    spread: float
+
+
+def judge_map(results: MapResults, fitness: Fitness) -> JudgedMap:
+    """Judge one map alone."""
+    one = fitness((results,))
+    return JudgedMap(one.readings[0], one.values[0], one.success_rate, one.timeouts, fitness.spread_of(results))
+
+
 def best_set(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> Names:
     """Find the ``size`` different maps whose set has the smallest fitness; of equals, the first found.
 
     Args:
         maps: Results of every driven map, by name.
+        fitness: Judges sets; a cluster fitness needs its scale.
+        size: Maps in a set, 1 to 3.
+
+    Raises:
+        ConfigError: If ``size`` is not 1 to 3, there are fewer maps, or the fitness cannot find its exact best set.
+    """
+    return best_of_judged({name: judge_map(results, fitness) for name, results in maps.items()}, fitness, size)
+
+
+def best_of_judged(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -> Names:
+    """Do the same as :func:`best_set` with maps that this fitness has judged.
+
+    Args:
+        maps: Every driven map, by name.
         fitness: Judges sets; a cluster fitness needs its scale.
         size: Maps in a set, 1 to 3.
 
@@ -56,15 +94,12 @@ def best_set(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> Nam
     return best
 
 
-def pools_of(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> list[Pool]:
+def pools_of(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -> list[Pool]:
     """Sort maps into pools, as seen by a set of ``size`` maps."""
     members: dict[tuple[float, float, bool], list[_Member]] = {}
-    for name, results in maps.items():
-        one = fitness((results,))
-        reading, values = one.readings[0], one.values[0] or ()
-        key = one.success_rate, one.timeouts, reading is None
-        spread = fitness.spread_of(results)
-        members.setdefault(key, []).append(_Member(0.0 if reading is None else reading, name, values, spread))
+    for name, one in maps.items():
+        key = one.success_rate, one.timeouts, one.reading is None
+        members.setdefault(key, []).append(_Member(one.reading or 0.0, name, one.values or (), one.spread))
     return [_pool(sorted(some), key, fitness, size) for key, some in members.items()]
 
 

@@ -244,7 +244,7 @@ class _Search:
 
     def _role_of(self, map_set: MapSet, place: int) -> int:
         """Return the rank of a map's reading in its set; maps without one come last."""
-        found = [self.problem.fitness((self.archive.results(one.map.digest),)).readings[0] for one in map_set]
+        found = [self.archive.judged(one.map.digest, self.problem.fitness).reading for one in map_set]
         readings = [np.inf if reading is None else reading for reading in found]
         return sorted(range(len(readings)), key=readings.__getitem__).index(place)
 

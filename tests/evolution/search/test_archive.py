@@ -11,6 +11,7 @@ from evolution.driving import ControllerSpec, Evaluator, JobPlan, RunResult
 from evolution.search.archive import Archive, best_by_exchange
 from evolution.search.budget import Budget
 from evolution.search.elite import find_elite
+from evolution.search.exact import judge_map
 from evolution.search.fitness import Fitness
 from evolution.search.operators.sampling import sample_map_set
 from evolution.search.settings import EvolveSettings
@@ -109,6 +110,21 @@ def test_the_best_set_is_one_of_solved_maps_that_no_exchange_improves(size):
         everything = (fitness(tuple(solved[name] for name in some)).total for some in combinations(solved, size))
         assert least == pytest.approx(min(everything))
     assert archive.best(fitness, size, without=list(solved)[: len(solved) - size + 1]) == ()
+
+
+def test_a_map_is_judged_anew_once_it_was_driven_again_or_by_another_fitness():
+    archive, fitness = archive_of(), Fitness.of(EvolveSettings(caution=1.0), 150.0)
+    archive.evaluate(sets_of(2))
+    digest = next(name for name in archive.solved())
+    once = archive.judged(digest, fitness)
+    assert archive.judged(digest, fitness) is once
+    assert once == judge_map(archive.results(digest), fitness)
+    archive.drive({digest: 4})
+    again = archive.judged(digest, fitness)
+    assert again == judge_map(archive.results(digest), fitness) != once
+    other = Fitness.of(EvolveSettings(caution=2.0), 150.0)
+    assert archive.judged(digest, other).spread == pytest.approx(2 * again.spread)
+    assert archive.judged(digest, fitness) == again
 
 
 def test_exchange_ends_where_there_is_nothing_to_exchange():
