@@ -163,9 +163,8 @@ def bench(
         nullcontext() if kept is None else rescuing(BENCHMARK, kept.parent, store),
         Evaluator(run_job, store, workers=cores, warm_up=preparation(specs, settings), executor=executor) as evaluator,
     ):
-        result = drive_all(scenarios, plan, evaluator, on_run)
-        if run is not None:
-            result = replace(result, again=again_in(result.rows, run))
+        driven = drive_all(scenarios, plan, evaluator, on_run)
+        result = driven if run is None else replace(driven, again=again_in(driven.rows, run))
         if kept is not None:
             result.save(kept.parent)
     return result

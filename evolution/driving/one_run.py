@@ -91,8 +91,7 @@ def run_episode(
     outcome, reason = _outcome(controller, info)
     trajectory, events = log.trajectory, _events(controller, log)
     if outcome != "goal":
-        explanation = controller.explain() if isinstance(controller, Navigator) else ""
-        reason = f"{reason}; {diagnose(trajectory, context.control_period, events, explanation)}"
+        reason = f"{reason}; {diagnose(trajectory, context.control_period, events, _explanation(controller))}"
     return Episode(
         scenario=scenario,
         controller=name,
@@ -109,6 +108,11 @@ def run_episode(
         controller_seconds=log.controller_seconds,
         robot=env.robot,
     )
+
+
+def _explanation(controller: Controller) -> str:
+    """Return what a controller itself says about its run."""
+    return controller.explain() if isinstance(controller, Navigator) else ""
 
 
 def context_of(config: EnvConfig, scenario: Scenario, seed: int) -> Context:
