@@ -7,7 +7,7 @@ In: an :class:`Experiment` (options, controllers, world) and an evaluator that d
 from __future__ import annotations
 
 from evolution.search.confirmation import Confirmation
-from evolution.search.exact import MAX_MAPS, MapResults, best_set
+from evolution.search.exact import MAX_MAPS, best_set
 from evolution.search.experiments import (
     DEFAULT_CONTROLLERS,
     DEFAULT_PRESET,
@@ -19,7 +19,7 @@ from evolution.search.experiments import (
     preset_names,
     read_document,
 )
-from evolution.search.fitness import Fitness, FitnessBreakdown, calibrate_scale, order_of
+from evolution.search.fitness import Fitness, FitnessBreakdown, MapResults, calibrate_scale, order_of
 from evolution.search.loop import EvolveResult, Progress, Recorder, evolve
 from evolution.search.operators.changes import OPERATORS
 from evolution.search.operators.edits import Edit, Operator

@@ -6,12 +6,12 @@ where they can still matter, and finds the best set of everything driven so far.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import product
 
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult, SetResults
-from evolution.search.exact import MAX_MAPS, JudgedMap, MapResults, Names, best_of_judged, judge_map
-from evolution.search.fitness import Fitness, is_solved
+from evolution.search.exact import MAX_MAPS, JudgedMap, Names, best_of_judged, judge_map
+from evolution.search.fitness import Fitness, MapResults, is_solved
 from gym_mapbench.scenario import MapSet, Scenario
 
 MAX_EXCHANGES = 100
@@ -67,6 +67,19 @@ class Archive:
             driven = [digest for digest in repeats if number == 0 or self._solved_by(self._stages[0], digest)]
             self._drive([job for digest in driven for job in self._missing(digest, stage, repeats[digest])])
 
+    def drive_while_solved(self, repeats: Mapping[str, int]) -> None:
+        """Drive known maps, one seed after the other, until each has so many runs or was not solved once.
+
+        Args:
+            repeats: For each map, by digest, the number of runs.
+        """
+        while left := {
+            digest: driven + 1
+            for digest, wanted in repeats.items()
+            if (driven := self.repeats_of(digest)) < wanted and is_solved(self._runs[digest])
+        }:
+            self.drive(left)
+
     def take_new(self) -> list[tuple[Job, RunResult]]:
         """Return the runs since the last call, in the order in which they were asked for."""
         new, self._new = self._new, []
@@ -111,7 +124,9 @@ class Archive:
             return ()
         if size <= MAX_MAPS and fitness.kind.exact:
             return best_of_judged({name: self.judged(name, fitness) for name in maps}, fitness, size)
-        return best_by_exchange(maps, fitness, size)
+        return best_by_exchange(
+            tuple(maps)[:size], maps, lambda names: fitness(tuple(maps[name] for name in names)).total
+        )
 
     def _drive(self, jobs: Sequence[Job]) -> None:
         place = {spec.name: number for number, spec in enumerate(self.plan.controllers)}
@@ -131,23 +146,24 @@ class Archive:
         return all(run.success for number in stage for run in self._runs[digest][number])
 
 
-def best_by_exchange(maps: dict[str, MapResults], fitness: Fitness, size: int) -> Names:
-    """Return a set that no exchange of a single map improves, begun with the first maps.
+def best_by_exchange(names: Names, maps: Collection[str], value: Callable[[Names], float]) -> Names:
+    """Return a set that no exchange of a single map improves.
 
     Args:
-        maps: Results of every map, by name; at least ``size``.
-        fitness: Judges sets.
-        size: Maps in a set.
+        names: The set to begin with.
+        maps: Names of the maps that may come in.
+        value: What a set is worth; less is better.
     """
-    best = tuple(maps)[:size]
-    least = fitness(tuple(maps[name] for name in best)).total
+    least = value(names)
     for _ in range(MAX_EXCHANGES):
         tried = [
-            (*best[:place], name, *best[place + 1 :]) for place, name in product(range(size), maps) if name not in best
+            (*names[:place], name, *names[place + 1 :])
+            for place, name in product(range(len(names)), maps)
+            if name not in names
         ]
-        totals = [fitness(tuple(maps[name] for name in names)).total for names in tried]
-        if not totals or min(totals) >= least:
+        values = [value(one) for one in tried]
+        if not values or min(values) >= least:
             break
-        least = min(totals)
-        best = tried[totals.index(least)]
-    return best
+        least = min(values)
+        names = tried[values.index(least)]
+    return names

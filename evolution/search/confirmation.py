@@ -20,8 +20,18 @@ from numpy.typing import NDArray
 from evolution.driving import RunResult, SetResults
 from evolution.search.archive import Archive
 from evolution.search.budget import Budget
-from evolution.search.exact import MapResults, Names
-from evolution.search.fitness import Fitness, FitnessBreakdown, is_solved, order_of, repeats_of
+from evolution.search.exact import Names
+from evolution.search.fitness import (
+    Fitness,
+    FitnessBreakdown,
+    MapResults,
+    is_solved,
+    order_of,
+    readings_of,
+    repeats_of,
+    singles_of,
+)
+from evolution.search.prospects import best_prospect
 from evolution.search.settings import EvolveSettings
 from evolution.statistics import wilson_interval
 from gym_mapbench.scenario import MapSet
@@ -98,7 +108,7 @@ def confirm(archive: Archive, fitness: Fitness, settings: EvolveSettings, budget
 
 
 class _Candidates:
-    """The maps that are driven with new seeds."""
+    """The maps that are driven with new seeds, also those that failed then."""
 
     def __init__(self, archive: Archive, fitness: Fitness, settings: EvolveSettings, budget: Budget) -> None:
         assert settings.confirmation is not None
@@ -112,12 +122,19 @@ class _Candidates:
     def drive_all(self) -> None:
         """Drive the best set until it stays the best, then the best one without its most important map, and so on."""
         without: set[str] = set()
-        while len(self.names) < self.options.candidates and (names := self._best(without)):
+        while (wanted := self.options.candidates - self._standing) > 0 and (names := self._best_prospect(without)):
             new = [name for name in names if name not in self.names]
             if not new:
                 without.add(max(names, key=lambda name: self._total(self._best({*without, name}))))
-            elif not self._drive(new[: self.options.candidates - len(self.names)]):
+            elif not self._drive(new[:wanted]):
                 break
+
+    @property
+    def _standing(self) -> int:
+        return sum(is_solved(self.archive.results(name)) for name in self.names)
+
+    def _best_prospect(self, without: Collection[str]) -> Names:
+        return best_prospect(self.archive, self.fitness, self.settings.maps_per_set, frozenset(without))
 
     def _best(self, without: Collection[str]) -> Names:
         return self.archive.best(self.fitness, self.settings.maps_per_set, without)
@@ -130,34 +147,37 @@ class _Candidates:
         settled: set[str] = set()
         while True:
             names = choose({name: self.archive.results(name) for name in self.names}, self.fitness, self.settings)
-            new = [name for name in names if name not in settled]
-            if not new or not self._drive_further({name: self.archive.repeats_of(name) for name in new}):
+            new = {name: self.archive.repeats_of(name) + self.options.seeds for name in names if name not in settled}
+            if not new or not self._drive_further(new, keep=self.options.claim_seeds):
                 return names
             settled.update(new)
 
     def _drive(self, new: Sequence[str]) -> bool:
-        """Drive new maps; False if the runs do not suffice.
+        """Drive as many new maps as the runs suffice for, and say whether any was.
 
         Those that fail before they come to the new seeds are no candidates.
         """
         elite = {name: max(self.archive.repeats_of(name), self.settings.elite_repeats) for name in new}
-        if not self._drive_further(elite):
-            return False
-        self.names |= {name: None for name in new if self.archive.repeats_of(name) > elite[name]}
-        return True
+        wanted = {name: repeats + self.options.seeds for name, repeats in elite.items()}
+        while wanted and not self._drive_further(wanted, keep=self.options.seeds + self.options.claim_seeds):
+            wanted.popitem()
+        self.names |= {name: None for name in wanted if self.archive.repeats_of(name) > elite[name]}
+        return bool(wanted)
 
-    def _drive_further(self, known: Mapping[str, int]) -> bool:
-        """Drive maps until each has so many repeats, and those that were always solved with the new seeds.
+    def _drive_further(self, wanted: Mapping[str, int], keep: int) -> bool:
+        """Drive maps until each has so many repeats or has failed once.
+
+        Args:
+            wanted: For each map the number of repeats.
+            keep: Seeds of a whole set whose runs are kept back for what comes later.
 
         Returns:
-            Whether the runs sufficed, with enough left for the claim; nothing is driven where they do not.
+            Whether the runs sufficed; nothing is driven where they do not.
         """
-        wanted = {name: repeats + self.options.seeds for name, repeats in known.items()}
-        claim_runs = self.budget.controllers * self.settings.maps_per_set * self.options.claim_seeds
-        if self.budget.cost_of(wanted) + claim_runs > self.budget.runs_to_confirm:
+        kept = self.budget.controllers * self.settings.maps_per_set * keep
+        if self.budget.cost_of(wanted) + kept > self.budget.runs_to_confirm:
             return False
-        self.archive.drive(known)
-        self.archive.drive({name: wanted[name] for name in wanted if is_solved(self.archive.results(name))})
+        self.archive.drive_while_solved(wanted)
         return True
 
 
@@ -213,17 +233,6 @@ def chance_of_order(readings: Sequence[NDArray[np.float64]]) -> float:
         return 0.0
     ordered = sorted(readings, key=np.mean)
     return float(np.prod([(below[:, None] < above[None, :]).mean() for below, above in pairwise(ordered)]))
-
-
-def readings_of(of_map: MapResults, fitness: Fitness) -> list[float]:
-    """Return the reading of each repeat of a map; repeats without one are left out."""
-    singles = [fitness((one,)).readings[0] for one in singles_of(of_map)]
-    return [reading for reading in singles if reading is not None]
-
-
-def singles_of(of_map: MapResults) -> list[MapResults]:
-    """Return each repeat of a map alone."""
-    return [tuple(runs[number : number + 1] for runs in of_map) for number in range(repeats_of(of_map))]
 
 
 def claim(results: SetResults, judged: FitnessBreakdown, fitness: Fitness, seeds: int, candidates: int) -> Confirmation:

@@ -15,14 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolution.driving import RunResult
-from evolution.search.fitness import Fitness
+from evolution.search.fitness import Fitness, MapResults
 from evolution.search.patterns import Pool
 from gym_mapbench.errors import ConfigError
 
 MAX_MAPS = 3
-MapResults = tuple[tuple[RunResult, ...], ...]
-"""Results of one map: ``results[controller][repeat]``."""
 Names = tuple[str, ...]
 
 

@@ -18,6 +18,9 @@ from evolution.search.patterns import FITNESSES, Pattern, Times, pairwise_gaps
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import PluginError, RunError
 
+MapResults = tuple[tuple[RunResult, ...], ...]
+"""Results of one map: ``results[controller][repeat]``."""
+
 AGGREGATES: dict[str, Callable[[list[float]], float]] = {"mean": fmean, "median": median}
 
 
@@ -55,13 +58,18 @@ def order_of(readings: Sequence[float | None]) -> tuple[int, ...] | None:
 
 
 def _cautious(readings: Sequence[float | None], spreads: Sequence[float]) -> list[float]:
-    """Return the readings there are; the smallest is raised, and the largest lowered, by the spread of its map."""
+    """Return the readings there are; the smallest is raised, and the largest lowered, by the spread of its map.
+
+    They are moved no further than to their neighbour: beyond it, doubt would count as a difference.
+    """
     read = [(reading, spread) for reading, spread in zip(readings, spreads, strict=True) if reading is not None]
     order = sorted(range(len(read)), key=lambda place: read[place][0])
     counted = [reading for reading, _ in read]
     if len(read) > 1:
-        counted[order[0]] += read[order[0]][1]
-        counted[order[-1]] -= read[order[-1]][1]
+        (low, low_spread), (high, high_spread) = read[order[0]], read[order[-1]]
+        middle = (low + high) / 2
+        counted[order[0]] = min(low + low_spread, middle if len(read) == 2 else read[order[1]][0])
+        counted[order[-1]] = max(high - high_spread, middle if len(read) == 2 else read[order[-2]][0])
     return counted
 
 
@@ -149,7 +157,7 @@ class Fitness:
         success_rate = sum(run.success for run in runs) / planned
         timeouts = sum(self._timeouts(of_map) / repeats_of(of_map) for of_map in results)
         values = tuple(self.values_of(of_map) for of_map in results)
-        readings, pattern = self._pattern_of(values, [self.spread_of(of_map) for of_map in results])
+        readings, pattern = self.pattern_of(values, [self.spread_of(of_map) for of_map in results])
         total = options.base_cost * (1.0 - success_rate) + options.timeout_cost * timeouts
         total -= options.pattern_weight * pattern * success_rate
         return FitnessBreakdown(total, success_rate, timeouts, pattern, readings, values)
@@ -173,10 +181,21 @@ class Fitness:
         singles = [[self._value(runs[repeat]) for runs in of_map] for repeat in range(repeats)]
         return self.settings.caution * float(np.std([self.kind.read(times) for times in singles], ddof=1))
 
-    def _pattern_of(
+    def pattern_of(
         self, values: Sequence[Times | None], spreads: Sequence[float]
     ) -> tuple[tuple[float | None, ...], float]:
-        """Read the maps that have values, and judge their readings."""
+        """Read the maps that have values, and judge their readings.
+
+        Args:
+            values: For each map the aggregated value of each controller; None where the map has no value.
+            spreads: By how much the reading of each map counts as less extreme.
+
+        Returns:
+            The reading of each map, and their pattern.
+
+        Raises:
+            PluginError: If a third-party fitness fails, or returns anything but finite numbers.
+        """
         with FITNESSES.blamed(self.settings.fitness):
             readings = tuple(None if times is None else float(self.kind.read(times)) for times in values)
             read = _cautious(readings, spreads)
@@ -192,3 +211,14 @@ class Fitness:
         if run.success:
             return run.value(self.settings.metric)
         return self.time_limit * (2.0 if self.settings.failures == "par2" else 1.0)
+
+
+def readings_of(of_map: MapResults, fitness: Fitness) -> list[float]:
+    """Return the reading of each repeat of a map; repeats without one are left out."""
+    singles = [fitness((one,)).readings[0] for one in singles_of(of_map)]
+    return [reading for reading in singles if reading is not None]
+
+
+def singles_of(of_map: MapResults) -> list[MapResults]:
+    """Return each repeat of a map alone."""
+    return [tuple(runs[number : number + 1] for runs in of_map) for number in range(repeats_of(of_map))]

@@ -40,9 +40,6 @@ def _fitness(name: str) -> str:
 
 FitnessName = Annotated[str, AfterValidator(_fitness)]
 
-TWICE = 2
-"""How often runs are kept back for a changed choice of the set."""
-
 METRIC_NAMES = (TIME, *METRICS.built_in)
 """The quantities that can be compared between controllers, without third-party metrics."""
 
@@ -126,9 +123,9 @@ class ConfirmationSettings(Settings):
     """How the maps that could end in the best set are driven again before one is named.
 
     Args:
-        seeds: New seeds that every candidate is driven with, which the search has not used; those of the chosen set are
-            driven with as many again.
-        candidates: Maps that are driven with them, at most.
+        seeds: New seeds that every candidate is driven with, which the search has not used, until it fails once; those
+            of the chosen set are driven with as many again.
+        candidates: Maps that never failed with them, at most.
         claim_seeds: Further new seeds that the chosen set is driven with; they alone say what it is worth.
         reliability: Share of single drives that reach at least the value by which a set is chosen.
     """
@@ -137,6 +134,11 @@ class ConfirmationSettings(Settings):
     candidates: Count = 9
     claim_seeds: Annotated[int, Field(ge=2)] = 10
     reliability: Annotated[float, Field(gt=0, lt=1)] = 0.9
+
+    @property
+    def seeds_of_set(self) -> int:
+        """New seeds for which runs of a whole set are kept back: twice, as the choice may change, and for the claim."""
+        return 2 * self.seeds + self.claim_seeds
 
 
 class EvolveSettings(Settings):
@@ -263,8 +265,7 @@ class EvolveSettings(Settings):
         if self.confirmation is None:
             return 0
         options = self.confirmation
-        of_set = self.maps_per_set * (TWICE * options.seeds + options.claim_seeds)
-        return controllers * (options.candidates * options.seeds + of_set)
+        return controllers * (options.candidates * options.seeds + self.maps_per_set * options.seeds_of_set)
 
     @property
     def elite_repeats(self) -> int:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from evolution.driving import RunResult
-from evolution.search.confirmation import chance_of_order, choose, claim, combined, singles_of
-from evolution.search.fitness import Fitness
+from evolution.search.confirmation import chance_of_order, choose, claim, combined
+from evolution.search.fitness import Fitness, singles_of
 from evolution.search.settings import ConfirmationSettings, EvolveSettings
 
 OPTIONS = EvolveSettings(confirmation=ConfirmationSettings(), aggregate="median")

@@ -35,6 +35,7 @@ OPTIONS = st.fixed_dictionaries(
         "failures": st.sampled_from(["exclude", "censor", "par2"]),
         "unevenness_weight": st.sampled_from([0.0, 1.0, 3.0]),
         "epsilon": st.sampled_from([0.0, 1e-8, 0.05]),
+        "caution": st.sampled_from([0.0, 1.0, 3.0]),
     }
 )
 
