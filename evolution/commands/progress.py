@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import logging
 import os
 import sys
 import time
@@ -17,10 +18,12 @@ from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeR
 from rich.table import Table as Grid
 
 from evolution.driving import Job, RunResult, is_compiled
-from evolution.files import Table
+from evolution.files import Table, version_lines
 from evolution.search import EvolveSettings
 from evolution.search import Progress as Generation
 
+LOG = logging.getLogger(__name__)
+PACKAGES = ("gym_mapbench", "controllers", "evolution")
 PIPE_WIDTH = 160
 COMPILING = "compiling, once per machine"
 console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
@@ -32,6 +35,26 @@ notes = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
 def be_quiet(quiet: bool = True) -> None:
     """Print neither notes nor progress from now on, only results and errors; or everything again."""
     notes.quiet = quiet
+
+
+class _Notes(logging.Handler):
+    """Prints what the packages log as notes."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one record."""
+        note(self.format(record))
+
+
+_verbosely = _Notes()
+
+
+def be_verbose(verbose: bool = True) -> None:
+    """Print from now on what the packages log: files, presets and seeds, and every run; or no longer."""
+    for package in PACKAGES:
+        logger = logging.getLogger(package)
+        logger.setLevel(logging.INFO if verbose else logging.NOTSET)
+        (logger.addHandler if verbose else logger.removeHandler)(_verbosely)
+    LOG.info("%s", ", ".join(version_lines()))
 
 
 def say(line: str) -> None:
@@ -69,6 +92,13 @@ def print_table(table: Table) -> None:
     for cells in table.cells():
         grid.add_row(*map(escape, cells))
     console.print(grid)
+
+
+def best_in_words(fitness: float) -> str:
+    """Say how good the best map set is so far; a fitness above 0 is a sum of penalties, which tells nobody anything."""
+    if fitness > 0:
+        return "no set yet that all solve and whose maps differ as wanted"
+    return f"best fitness {fitness:.2f} (lower is better)"
 
 
 class RunsPerSecond:
@@ -153,13 +183,13 @@ class SearchBar(WorkBar):
         """Show one generation of a search."""
         row, runs = generation.row, self.search.runs
         self.asked += generation.driven + generation.reused
-        state = f"gen {row['generation']}, best {row['best']:.3f}, {self.speed.rate:.1f} runs/s"
+        state = f"gen {row['generation']}, {best_in_words(row['best'])}, {self.speed.rate:.1f} runs/s"
         self.bar.update(self.task, completed=self.asked if runs else row["evaluations"], state=state)
         replayed = " (replayed)" if generation.replayed else ""
         say(
-            f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, best fitness "
-            f"{row['best']:.4f}, {100 * row['mean_success_rate']:.0f} % of the population's runs at the goal, "
-            f"{generation.seconds:.1f} s{replayed}"
+            f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, "
+            f"{100 * row['mean_success_rate']:.0f} % of the population's runs at the goal, "
+            f"{best_in_words(row['best'])}, {generation.seconds:.1f} s{replayed}"
         )
 
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:

@@ -10,7 +10,7 @@ from rich.table import Table as Grid
 
 from evolution.api import study
 from evolution.commands import options
-from evolution.commands.progress import Bar, RunsPerSecond, console, note, print_table, say
+from evolution.commands.progress import Bar, RunsPerSecond, best_in_words, console, note, print_table, say
 from evolution.driving import Job, RunResult
 from evolution.files import Row, Table
 from evolution.report import write_report
@@ -136,7 +136,7 @@ class StudyBar(Bar):
     def show(self, progress: StudyProgress) -> None:
         """Show where the study stands."""
         left = "" if progress.seconds_left is None else f", about {duration(progress.seconds_left)} left"
-        state = f"{progress.configuration} seed {progress.seed}, best {progress.best:.3f}"
+        state = f"{progress.configuration} seed {progress.seed}, {best_in_words(progress.best)}"
         speed = f"{progress.runs_per_second:.1f} runs/s"
         self.bar.update(self.task, completed=progress.fraction, state=f"{state}, {speed}{left}")
         if progress.step == "done":

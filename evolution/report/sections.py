@@ -23,6 +23,11 @@ CAPTIONS = {
     "lorenz": "Lorenz curves: the further from the diagonal, the less alike the controllers' times",
 }
 
+FITNESS_NOTE = (
+    "Of the population after each generation. Lower is better; a fitness above 0 is made of penalties, for runs that "
+    "failed or maps that do not differ as wanted."
+)
+
 
 def tables_section(run: LoadedRun) -> Section:
     """The runs on the best map set, and every generation."""
@@ -95,5 +100,12 @@ def _times_table(run: LoadedRun) -> Table:
 
 
 def _generations_table(run: LoadedRun) -> Table:
-    columns = ("generation", "evaluations", "best", "mean", "std", "mean_success_rate")
-    return Table("Generations", columns, [[row[column] for column in columns] for row in run.generations])
+    columns = {
+        "generation": "generation",
+        "map sets": "evaluations",
+        "best fitness": "best",
+        "median": "median",
+        "runs at the goal": "mean_success_rate",
+    }
+    rows = [[row[column] for column in columns.values()] for row in run.generations]
+    return Table("Generations", tuple(columns), rows, note=FITNESS_NOTE)

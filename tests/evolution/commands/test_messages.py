@@ -1,0 +1,74 @@
+"""What commands say besides their results: --quiet and --verbose, which every command and every action of one has."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+
+import pytest
+
+from evolution.cli import build_parser, main
+from evolution.commands import COMMANDS, COMMON
+from evolution.commands.progress import PACKAGES, best_in_words
+from tests.evolution.commands.test_cli import OFFICE, refused
+
+EXAMPLE = ["bench", OFFICE, "--controllers", "rpp", "--time-limit", "2", "--workers", "1"]
+
+
+def parsers(parser, words=()):
+    """All parsers of commands and of their actions, with the words that lead to them."""
+    found = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    for name, one in (pair for action in found for pair in action.choices.items()):
+        yield (*words, name), one
+        yield from parsers(one, (*words, name))
+
+
+def test_every_command_and_every_action_has_them():
+    everyone = dict(parsers(build_parser(None)))
+    assert {words[0] for words in everyone} == set(COMMANDS)
+    assert {("maps", "draw"), ("params", "check")} <= set(everyone)
+    for words, parser in everyone.items():
+        assert set(COMMON) <= {action.dest for action in parser._actions}, words
+
+
+def test_an_action_does_not_undo_what_stands_before_its_name():
+    parser = build_parser("maps")
+    before = argparse.Namespace(**COMMON)
+    assert parser.parse_args(["maps", "--quiet", "info", OFFICE], before).quiet
+    assert parser.parse_args(["maps", "info", OFFICE, "--verbose"], argparse.Namespace(**COMMON)).verbose
+
+
+def test_verbose_says_where_everything_comes_from_and_how_runs_end(capsys, tmp_path):
+    assert main([*EXAMPLE, "--verbose", "--out", str(tmp_path / "kept"), "--format", "json"]) == 0
+    said = capsys.readouterr().err
+    for expected in (
+        f"{OFFICE}: read as map_server",
+        "thesis.yaml: read",
+        "seed 0 (not given); controllers: rpp",
+        "new directory of a benchmark",
+        "office, rpp, repeat 0: timeout after 2.00 s (the time limit was reached",
+        "mapbench 0.1.0, python",
+    ):
+        assert expected in said
+    assert main(EXAMPLE) == 0
+    assert "repeat 0: timeout" not in capsys.readouterr().err
+    assert all(logging.getLogger(package).handlers == [] for package in PACKAGES)
+
+
+def test_quiet_says_nothing_but_results(capsys):
+    assert main([*EXAMPLE, "--quiet"]) == 0
+    output = capsys.readouterr()
+    assert output.err == ""
+    assert "office" in output.out
+
+
+def test_they_exclude_each_other(capsys):
+    assert "--verbose: not allowed with argument --quiet" in refused(capsys, "list", "--quiet", "--verbose")
+
+
+@pytest.mark.parametrize(
+    ("fitness", "expected"),
+    [(-2.9224, "best fitness -2.92 (lower is better)"), (5578.0, "no set yet that all solve"), (0.0, "best fitness 0")],
+)
+def test_penalties_are_no_numbers_for_a_reader(fitness, expected):
+    assert expected in best_in_words(fitness)
