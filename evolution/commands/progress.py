@@ -25,7 +25,10 @@ from evolution.search import Progress as Generation
 LOG = logging.getLogger(__name__)
 PACKAGES = ("gym_mapbench", "controllers", "evolution")
 PIPE_WIDTH = 160
-COMPILING = "compiling, once per machine"
+COMPILING = "compiling, once per machine, about a minute"
+SECONDS_PER_LINE = 20.0
+"""How often a file or pipe, where no bar is seen, gets a line about the runs."""
+
 console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
 errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
 notes = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
@@ -101,6 +104,11 @@ def best_in_words(fitness: float) -> str:
     return f"best fitness {fitness:.2f} (lower is better)"
 
 
+def best_in_short(fitness: float) -> str:
+    """Say the same beside a bar, where a terminal of 80 columns leaves room for a few words."""
+    return "no good set yet" if fitness > 0 else f"best {fitness:.2f}"
+
+
 class RunsPerSecond:
     """Counts driven runs against the wall clock."""
 
@@ -156,12 +164,21 @@ class WorkBar(Bar):
 
     def __init__(self, what: str, total: int | None = None) -> None:
         self.speed = RunsPerSecond()
+        self.told = self.speed.began
         state = TextColumn("{task.fields[state]}")
         super().__init__(what, total, TextColumn("{task.completed:.0f}/{task.total:.0f}"), state, TimeRemainingColumn())
+
+    def tell(self, line: str) -> None:
+        """Print a line where there is no bar, unless the last one is not long ago."""
+        now = time.perf_counter()
+        if not notes.is_terminal and now - self.told >= SECONDS_PER_LINE:
+            self.told = now
+            note(f"{line}, {self.speed.rate:.1f} runs/s")
 
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a benchmark."""
         self.speed.runs += 1
+        self.tell(f"{self.speed.runs} of {self.speed.runs + left} runs driven")
         self.bar.update(self.task, total=self.speed.runs + left)
         state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed.rate:.1f} runs/s"
         self.bar.update(self.task, advance=1, state=state)
@@ -183,7 +200,7 @@ class SearchBar(WorkBar):
         """Show one generation of a search."""
         row, runs = generation.row, self.search.runs
         self.asked += generation.driven + generation.reused
-        state = f"gen {row['generation']}, {best_in_words(row['best'])}, {self.speed.rate:.1f} runs/s"
+        state = f"gen {row['generation']}, {best_in_short(row['best'])}, {self.speed.rate:.1f} runs/s"
         self.bar.update(self.task, completed=self.asked if runs else row["evaluations"], state=state)
         replayed = " (replayed)" if generation.replayed else ""
         say(
@@ -195,3 +212,4 @@ class SearchBar(WorkBar):
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
         """Count one driven run of a search."""
         self.speed.runs += 1
+        self.tell(f"{self.speed.runs} runs driven")

@@ -74,6 +74,8 @@ def _verdict(run: LoadedRun) -> list[str]:
         return [*confirmed_sentence(run.best_results, run.config["search"]), *maps]
     first, last = run.generations[0]["best"], run.generations[-1]["best"]
     improved = f"improved the best fitness from {first:.2f} to {last:.2f}"
+    if first > 0 >= last:  # a fitness above 0 is made of penalties
+        improved = f"reached fitness {last:.2f}; its first population had no set that all solve and whose maps differ"
     outcome = improved if last < first else f"found nothing better than its first population, fitness {last:.2f}"
     held = confirmed_sentence(run.best_results, run.config["search"])
     return [f"The search {outcome} (lower is better).", *held, *maps]

@@ -21,8 +21,10 @@
   const DASHES = [[], [14, 9], [3, 5]];
   const WIDTHS = [5, 3.5, 2.5];
   const lineOf = (name) => data.controllers.indexOf(name) % LINES.length;
-  const colour = (name) => data.colours[name] || "#888888";
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  /* Black, the last colour of the palette, is the ink of the page, so that it is seen on dark paper, too. */
+  const isInk = (name) => data.colours[name] === "#000000";
+  const colour = (name) => isInk(name) ? css("--ink") : data.colours[name] || "#888888";
   let now = 0;
   let end = 1;
   let playing = false;
@@ -41,7 +43,7 @@
 
   function sample(name) {
     const line = document.createElement("i");
-    line.style.borderTop = "3px " + LINES[lineOf(name)] + " " + colour(name);
+    line.style.borderTop = "3px " + LINES[lineOf(name)] + " " + (isInk(name) ? "var(--ink)" : colour(name));
     return line;
   }
 

@@ -8,7 +8,7 @@ import logging
 import pytest
 
 from evolution.cli import build_parser, main
-from evolution.commands import COMMANDS, COMMON
+from evolution.commands import COMMANDS, COMMON, progress
 from evolution.commands.progress import PACKAGES, best_in_words
 from tests.evolution.commands.test_cli import OFFICE, refused
 
@@ -53,6 +53,14 @@ def test_verbose_says_where_everything_comes_from_and_how_runs_end(capsys, tmp_p
     assert main(EXAMPLE) == 0
     assert "repeat 0: timeout" not in capsys.readouterr().err
     assert all(logging.getLogger(package).handlers == [] for package in PACKAGES)
+
+
+def test_where_no_bar_is_seen_lines_say_how_far_it_is(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "SECONDS_PER_LINE", 0.0)
+    assert main([*EXAMPLE, "--repeats", "2"]) == 0
+    said = capsys.readouterr().err
+    assert "1 of 2 runs driven" in said
+    assert "2 of 2 runs driven" in said
 
 
 def test_quiet_says_nothing_but_results(capsys):

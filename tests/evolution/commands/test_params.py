@@ -167,7 +167,7 @@ def test_the_world_keeps_up_with_the_files_controller_and_robot(humble, capsys):
     parser = options.argparse.ArgumentParser()
     options.add_drive_options(parser)
     options.add_controllers_option(parser)
-    args = parser.parse_args(["--params", str(humble), "--define", "x=0.2"], argparse.Namespace(**COMMON))
+    args = parser.parse_args(["--params", str(humble), "--define", "x=0.2"], options.argparse.Namespace(**COMMON))
     settings = options.drive_settings(args)
     assert (settings.environment.control_hz, settings.environment.physics_hz) == (50.0, 100.0)
     assert settings.environment.robot.footprint is not None
