@@ -113,12 +113,12 @@ def test_quiet_leaves_out_notes_and_progress(capsys):
 
 def test_the_doctor(capsys, monkeypatch):
     driven = []
-    monkeypatch.setattr(doctor, "warm_up", driven.append)
+    monkeypatch.setattr(doctor, "drive", driven.append)
     assert main(["doctor"]) == 0
     text = capsys.readouterr().out
     assert text.startswith("mapbench 0.1.0, python ")
     assert "kernels: " in text
-    assert {kind for (kind,) in driven} == set(doctor.TIMED)
+    assert {job.controller.name for job in driven} == {"dwb", "mppi", "rpp"}
     assert "turns of the calibration loop" in text
     assert "extra test: " in text
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
