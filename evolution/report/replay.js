@@ -18,8 +18,8 @@
   const speed = byId("speed"), view = byId("view"), group = byId("group");
   /* A later line is thinner and has gaps, so that one that lies below it can be seen. */
   const LINES = ["solid", "dashed", "dotted"];
-  const DASHES = [[], [14, 9], [3, 5]];
-  const WIDTHS = [5, 3.5, 2.5];
+  const DASHES = [[], [16, 10], [4, 7]];
+  const WIDTHS = [7, 4.5, 3.5];
   const lineOf = (name) => data.controllers.indexOf(name) % LINES.length;
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   /* Black, the last colour of the palette, is the ink of the page, so that it is seen on dark paper, too. */
@@ -137,7 +137,7 @@
     pen.lineWidth = WIDTHS[lineOf(run.controller)];
     pen.beginPath();
     for (let i = 0; i <= index; i += 1) { pen.lineTo(...place(panel, run.x[i], run.y[i])); }
-    pen.globalAlpha = 0.8;
+    pen.globalAlpha = 0.9;
     pen.setLineDash(DASHES[lineOf(run.controller)]);
     pen.stroke();
     pen.setLineDash([]);

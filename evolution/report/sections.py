@@ -81,10 +81,17 @@ def figures_of(run: LoadedRun) -> list[Attachment]:
     """The run's figures that exist, as pictures inside the page."""
     folder = run.figures or run.path / FIGURES
     return [
-        picture(caption, (folder / f"{name}.png").read_bytes())
+        picture(caption + _how_to_read(name, run), (folder / f"{name}.png").read_bytes())
         for name, caption in CAPTIONS.items()
         if (folder / f"{name}.png").is_file()
     ]
+
+
+def _how_to_read(name: str, run: LoadedRun) -> str:
+    """Say what else a reader must know of a figure of this run."""
+    if name == "convergence" and run.config["search"].get("archive"):
+        return "; it rises where the maps of a set are driven again with further seeds and do not hold"
+    return ""
 
 
 def _times_table(run: LoadedRun) -> Table:
