@@ -82,7 +82,7 @@
     const stuck = run.stuck.reduce((sum, spot) => sum + spot[3] - spot[2], 0);
     item.append(sample(run.controller), run.controller + ": " + run.outcome + " after " + run.time.toFixed(1) + " s" +
       (run.recoveries ? ", " + run.recoveries + (run.recoveries > 1 ? " recoveries" : " recovery") : "") +
-      (stuck ? ", stuck for " + stuck.toFixed(0) + " s" : ""));
+      (stuck ? ", on the spot for " + stuck.toFixed(0) + " s" : ""));
     return item;
   }
 
