@@ -7,6 +7,7 @@ import logging
 
 import pytest
 
+from controllers.nav2_params import load_preset
 from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS, COMMON, progress
 from evolution.commands.progress import PACKAGES, best_in_words
@@ -39,6 +40,7 @@ def test_an_action_does_not_undo_what_stands_before_its_name():
 
 
 def test_verbose_says_where_everything_comes_from_and_how_runs_end(capsys, tmp_path):
+    load_preset.cache_clear()  # an earlier test may have read it
     assert main([*EXAMPLE, "--verbose", "--out", str(tmp_path / "kept"), "--format", "json"]) == 0
     said = capsys.readouterr().err
     for expected in (
