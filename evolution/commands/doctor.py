@@ -7,7 +7,6 @@ import logging
 import os
 import pkgutil
 import shutil
-import statistics
 import sys
 import time
 from collections.abc import Iterator
@@ -23,7 +22,7 @@ import controllers
 import gym_mapbench
 from evolution.commands import options
 from evolution.commands.progress import note
-from evolution.driving import DriveSettings, JobPlan, available_cores, calibration_loop, drive
+from evolution.driving import DriveSettings, Job, JobPlan, available_cores, calibration_loop, drive
 from evolution.files import version_lines
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
@@ -41,6 +40,8 @@ ROOM = Scenario(GridMap(np.zeros((200, 200), np.bool_), 0.05), Pose(1.0, 1.0), P
 """Too large to be crossed in :data:`SECONDS`."""
 
 DRIVES = 5
+BUSY = 0.8
+"""Share of a core below which other programs are noticed."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -88,21 +89,26 @@ def _is_compiled(folder: Path, function: object) -> bool:
 
 
 def _speed() -> Iterator[str]:
-    """Time driving with each controller, set-up included."""
+    """Time driving with each controller, set-up included, in seconds of the processor."""
+    wall, busy = time.perf_counter(), time.process_time()
     for number, kind in enumerate(PLAN.names):
         job = PLAN.job(ROOM, number, 0)
         drive(job)  # loads the kernels, or compiles them
-        seconds, loops = [], []
-        for _ in range(DRIVES):
-            loops.append(calibration_loop())
-            began = time.perf_counter()
-            drive(job)
-            seconds.append(time.perf_counter() - began)
-        middle = statistics.median(seconds)
+        seconds = min(_processor_seconds(job) for _ in range(DRIVES))
+        turns = seconds / min(calibration_loop() for _ in range(DRIVES))
         yield (
-            f"{kind}: {SECONDS:g} s of driving take {1e3 * middle:.0f} ms ({SECONDS / middle:.0f} times faster than "
-            f"real time), {middle / statistics.median(loops):.3g} turns of the calibration loop"
+            f"{kind}: {SECONDS:g} s of driving take {1e3 * seconds:.0f} ms of the processor "
+            f"({SECONDS / seconds:.2g} times real time), or {turns / 1e6:.2g} million turns of the calibration loop"
         )
+    share = (time.process_time() - busy) / (time.perf_counter() - wall)
+    if share < BUSY:
+        yield f"the machine is busy: this process got {100 * share:.0f} % of a core, so everything takes longer"
+
+
+def _processor_seconds(job: Job) -> float:
+    began = time.process_time()
+    drive(job)
+    return time.process_time() - began
 
 
 def _missing() -> Iterator[str]:
