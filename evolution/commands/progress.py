@@ -14,7 +14,7 @@ from typing import Self
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table as Grid
 
 from evolution.driving import Job, RunResult, is_compiled
@@ -166,7 +166,7 @@ class WorkBar(Bar):
         self.speed = RunsPerSecond()
         self.told = self.speed.began
         state = TextColumn("{task.fields[state]}")
-        super().__init__(what, total, TextColumn("{task.completed:.0f}/{task.total:.0f}"), state, TimeRemainingColumn())
+        super().__init__(what, total, MofNCompleteColumn(), state, TimeRemainingColumn())
 
     def tell(self, line: str) -> None:
         """Print a line where there is no bar, unless the last one is not long ago."""

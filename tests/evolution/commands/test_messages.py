@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import io
 import logging
+import re
+from types import SimpleNamespace
 
 import pytest
+from rich.console import Console
 
 from controllers.nav2_params import load_preset
 from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS, COMMON, progress
-from evolution.commands.progress import PACKAGES, best_in_words
+from evolution.commands.progress import PACKAGES, SearchBar, WorkBar, best_in_words
+from evolution.driving import ControllerSpec, DriveSettings, JobPlan, RunResult
+from evolution.search import EvolveSettings
+from gym_mapbench.mapio import load_scenarios
 from tests.evolution.commands.test_cli import OFFICE, refused
 
 EXAMPLE = ["bench", OFFICE, "--controllers", "rpp", "--time-limit", "2", "--workers", "1"]
@@ -63,6 +70,40 @@ def test_where_no_bar_is_seen_lines_say_how_far_it_is(capsys, monkeypatch):
     said = capsys.readouterr().err
     assert "1 of 2 runs driven" in said
     assert "2 of 2 runs driven" in said
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """A terminal of 80 columns in place of standard error; what is drawn there."""
+    drawn = io.StringIO()
+    monkeypatch.setattr(progress, "notes", Console(file=drawn, force_terminal=True, width=80, height=40))
+    return drawn
+
+
+def lines(terminal):
+    """What a terminal shows, without control sequences, line by line."""
+    return re.sub(r"\x1b\[[?\d;]*[A-Za-z]", "", terminal.getvalue()).replace("\r", "\n").splitlines()
+
+
+def test_a_bar_is_drawn_before_anybody_knows_how_much_there_is_to_do(terminal):
+    job = JobPlan((ControllerSpec(name="rpp"),), DriveSettings(navigation="thesis")).jobs(load_scenarios(OFFICE)[0])[0]
+    with WorkBar("driving") as bar:
+        assert "0/?" in lines(terminal)[0]
+        bar.advance(job, RunResult("controller_failure", 3.0, 1.0), 2)
+        bar.bar.refresh()
+    shown = [line for line in lines(terminal) if "1/3" in line]
+    assert "office rpp: controller_failure" in shown[-1]
+    assert max(map(len, shown)) <= 80
+
+
+def test_a_search_says_beside_its_bar_how_far_it_is(terminal):
+    row = {"generation": 12, "evaluations": 30, "best": 5578.0, "mean_success_rate": 0.5}
+    with SearchBar(EvolveSettings(runs=900)) as bar:
+        bar.on_generation(SimpleNamespace(row=row, driven=345, reused=0, replayed=False, seconds=1.0))
+        bar.bar.refresh()
+    shown = [line for line in lines(terminal) if "345/900" in line]
+    assert "gen 12, no good set yet" in shown[-1]
+    assert max(map(len, shown)) <= 80
 
 
 def test_quiet_says_nothing_but_results(capsys):
