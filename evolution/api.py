@@ -10,6 +10,7 @@ and from a notebook.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -88,6 +89,8 @@ from evolution.training import (
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike
 
+LOG = logging.getLogger(__name__)
+
 
 def bench(
     maps: Maps | Sequence[Maps],
@@ -156,6 +159,7 @@ def bench(
     try_controllers(specs, settings)
     root = (0 if run is None else run.config["search"]["seed"] + 1) if seed is None else seed
     plan = JobPlan(specs, settings, root, repeats, tuple(metrics))
+    LOG.info("seed %d%s; controllers: %s", root, "" if seed is not None else " (not given)", ", ".join(plan.names))
     kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
     cores = workers or available_cores()
     with (
@@ -211,6 +215,7 @@ def evolve(
     else:
         rundir = RunDir.open(resume)
         wanted = experiment_of(rundir.config)
+    LOG.info("seed %d; controllers: %s", wanted.search.seed, ", ".join(wanted.plan.names))
     with (
         ResultStore(rundir.store_path, wait_s=wait_s) as store,
         rescuing(RUN, rundir.path, store),

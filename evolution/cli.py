@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from evolution.commands import add_commands, set_quiet
+from evolution.commands import COMMON, add_commands, set_messages
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -91,13 +91,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(given: Sequence[str]) -> int:
     """Parse the arguments and run the command that they name."""
-    args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given)))
+    args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given), **COMMON))
     from gym_mapbench.errors import MapBenchError  # after the help, which does not wait for gymnasium
     from gym_mapbench.trust import allow_code
 
-    set_quiet(args.quiet)
+    set_messages(quiet=args.quiet, verbose=args.verbose)
     try:
-        with allow_code(getattr(args, "allow_code", False)):
+        with allow_code(args.allow_code):
             code: int = args.run(args)
     except MapBenchError as error:
         print(f"mapbench {args.command}: {error}", file=sys.stderr)

@@ -7,6 +7,7 @@ and aliases as long as they unfold to something of reasonable size.
 from __future__ import annotations
 
 import json
+import logging
 import re
 from collections.abc import Hashable
 from pathlib import Path
@@ -16,6 +17,8 @@ import yaml
 
 from gym_mapbench.bounded import read_text
 from gym_mapbench.errors import ConfigError, MapBenchError
+
+LOG = logging.getLogger(__name__)
 
 MAX_YAML_BYTES = 500_000
 """PyYAML needs more than a second for more; a parameter file has some 20 000."""
@@ -105,7 +108,9 @@ def read_yaml(path: str | Path) -> Any:
     Raises:
         ConfigError: If the file is missing, too large, or not YAML.
     """
-    return parse_yaml(read_document_text(path), path)[0]
+    document = parse_yaml(read_document_text(path), path)[0]
+    LOG.info("%s: read", path)
+    return document
 
 
 def read_document_text(path: str | Path) -> str:

@@ -36,15 +36,19 @@ def again_sentence(again: DrivenAgain, run: LoadedRun) -> str:
     totals = sorted(one.total for one in again.singles)
     runs = [result for of_map in again.results for of_controller in of_map for result in of_controller]
     order = (
-        f"its maps keep their order in {sum(again.orders)} of {len(again.singles)} drives, "
+        f"its maps keep their order in {sum(again.orders)} of {_drives(len(again.singles))}, "
         if None not in again.readings
         else ""
     )
     return (
-        f"As a map set: fitness {again.fitness:.2f} in the median of {len(totals)} drives ({totals[0]:.2f} to "
+        f"As a map set: fitness {again.fitness:.2f} in the median of {_drives(len(totals))} ({totals[0]:.2f} to "
         f"{totals[-1]:.2f}; the search said {run.best_results['fitness']:.2f}), {order}"
         f"{sum(result.success for result in runs)} of {len(runs)} runs reach the goal."
     )
+
+
+def _drives(count: int) -> str:
+    return f"{count} drive" + "s" * (count != 1)
 
 
 def _result(row: Mapping[str, Any]) -> RunResult:

@@ -26,6 +26,9 @@ COMMANDS = {
 }
 """What each command does, in the order of the help."""
 
+COMMON = {"quiet": False, "verbose": False, "allow_code": False}
+"""The options that every command has, as they are where they are not given."""
+
 
 def load_command(name: str) -> ModuleType:
     """Import the module of a command, and with it all that the command needs."""
@@ -41,8 +44,9 @@ def add_commands(subparsers: argparse._SubParsersAction[Any], chosen: str | None
             subparsers.add_parser(name, help=summary)
 
 
-def set_quiet(quiet: bool) -> None:
-    """Print neither notes nor progress from now on; or everything again."""
-    from evolution.commands.progress import be_quiet
+def set_messages(*, quiet: bool, verbose: bool) -> None:
+    """Print from now on neither notes nor progress, or where everything comes from and how each run ends as well."""
+    from evolution.commands.progress import be_quiet, be_verbose
 
     be_quiet(quiet)
+    be_verbose(verbose)

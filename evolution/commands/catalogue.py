@@ -6,6 +6,8 @@ import functools
 import inspect
 import re
 from collections.abc import Callable, Mapping
+from importlib.resources import files
+from itertools import takewhile
 from typing import Any, NamedTuple
 
 from controllers.nav2_params import PRESETS
@@ -88,22 +90,24 @@ def _study(name: str) -> Mapping[str, Any]:
     return dict(load_definition(name).model_dump(mode="json"))
 
 
-def _params(name: str) -> str:
-    return f"values for Nav2 {str(read_preset(name).get('release', 'humble')).capitalize()}"
+def _heading(package: str, folder: str) -> Callable[[str], str]:
+    """Return what says of a YAML file of the package the first sentence of the comment that it begins with."""
 
+    def about(name: str) -> str:
+        lines = files(package).joinpath(folder, f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+        text = " ".join(line.lstrip("# ") for line in takewhile(lambda line: line.startswith("#"), lines))
+        return re.split(r"(?<=[.?]) ", text.removeprefix(f'Preset "{name}": '), maxsplit=1)[0]
 
-def _search(name: str) -> str:
-    search = load_preset(name)["search"]
-    return f"{search.get('fitness', 'gini')} fitness, population {search.get('pop_size', '-')}"
+    return about
 
 
 KINDS: dict[str, Kind] = {
     "controllers": _of_registry(CONTROLLERS, "--controllers"),
     "planners": _of_registry(PLANNERS, "--planner"),
     "robots": _of_registry(ROBOTS, "--robot", _settings_in(ROBOTS))._replace(about=_robot),
-    "params": Kind("--params", lambda: PRESETS, _params, read_preset),
-    "presets": Kind("evolve --preset", preset_names, _search, load_preset),
-    "studies": Kind("study", study_names, lambda name: type(load_definition(name)).__name__, _study),
+    "params": Kind("--params", lambda: PRESETS, _heading("controllers", "presets"), read_preset),
+    "presets": Kind("evolve --preset", preset_names, _heading("evolution.search", "presets"), load_preset),
+    "studies": Kind("study", study_names, _heading("evolution.studies", "definitions"), _study),
     "metrics": _of_registry(METRICS, "--metric"),
     "noise": _of_registry(NOISES, "--noise", _settings_in(NOISES))._replace(about=_noise),
     "families": _of_registry(FAMILIES, "--family"),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import pkgutil
 import shutil
-import statistics
 import sys
 import time
 from collections.abc import Iterator
@@ -15,18 +15,33 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from packaging.requirements import Requirement
 
 import controllers
 import gym_mapbench
 from evolution.commands import options
 from evolution.commands.progress import note
-from evolution.driving import available_cores, calibration_loop, warm_up
+from evolution.driving import DriveSettings, Job, JobPlan, available_cores, calibration_loop, drive
 from evolution.files import version_lines
+from evolution.search import DEFAULT_CONTROLLERS, controllers_from
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.scenario import Pose, Scenario
 
+LOG = logging.getLogger(__name__)
 EXAMPLES = """  mapbench doctor              what to send with a question"""
-TIMED = ("dwb", "mppi", "rpp")
+SECONDS = 2.0
+PLAN = JobPlan(
+    controllers_from(DEFAULT_CONTROLLERS),
+    DriveSettings(environment=EnvConfig(time_limit=SECONDS, noise="nominal"), navigation="thesis"),
+)
+ROOM = Scenario(GridMap(np.zeros((200, 200), np.bool_), 0.05), Pose(1.0, 1.0), Pose(9.0, 9.0), "empty room")
+"""Too large to be crossed in :data:`SECONDS`."""
+
 DRIVES = 5
+BUSY = 0.8
+"""Share of a core below which other programs are noticed."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -51,6 +66,8 @@ def _kernels() -> Iterator[str]:
         yield "kernels: NUMBA_DISABLE_JIT is set, so nothing is compiled and everything is hundreds of times slower"
         return
     found = {(kernel.stats.cache_path, kernel.py_func) for kernel in _dispatchers()}
+    for path in sorted({path for path, _ in found}):
+        LOG.info("%s: numba keeps compiled kernels here", path)
     compiled = sum(_is_compiled(Path(path), function) for path, function in found)
     yield f"kernels: {compiled} of {len(found)} compiled; numba compiles the others when they are first used"
 
@@ -72,18 +89,26 @@ def _is_compiled(folder: Path, function: object) -> bool:
 
 
 def _speed() -> Iterator[str]:
-    """Time half a second of driving with each controller, set-up included."""
-    for kind in TIMED:
-        warm_up((kind,))
-        seconds, loops = [], []
-        for _ in range(DRIVES):
-            loops.append(calibration_loop())
-            began = time.perf_counter()
-            warm_up((kind,))
-            seconds.append(time.perf_counter() - began)
-        middle = statistics.median(seconds)
-        ratio = middle / statistics.median(loops)
-        yield f"{kind}: half a second of driving takes {1e3 * middle:.0f} ms, {ratio:.3g} turns of the calibration loop"
+    """Time driving with each controller, set-up included, in seconds of the processor."""
+    wall, busy = time.perf_counter(), time.process_time()
+    for number, kind in enumerate(PLAN.names):
+        job = PLAN.job(ROOM, number, 0)
+        drive(job)  # loads the kernels, or compiles them
+        seconds = min(_processor_seconds(job) for _ in range(DRIVES))
+        turns = seconds / min(calibration_loop() for _ in range(DRIVES))
+        yield (
+            f"{kind}: {SECONDS:g} s of driving take {1e3 * seconds:.0f} ms of the processor "
+            f"({SECONDS / seconds:.2g} times real time), or {turns / 1e6:.2g} million turns of the calibration loop"
+        )
+    share = (time.process_time() - busy) / (time.perf_counter() - wall)
+    if share < BUSY:
+        yield f"the machine is busy: this process got {100 * share:.0f} % of a core, so everything takes longer"
+
+
+def _processor_seconds(job: Job) -> float:
+    began = time.process_time()
+    drive(job)
+    return time.process_time() - began
 
 
 def _missing() -> Iterator[str]:

@@ -21,7 +21,7 @@ from gym_mapbench.mapio.tasked_map import group_scenarios
 
 def add_draw(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the action."""
-    draw = actions.add_parser("draw", help="new maps of some families, with their genes and a picture")
+    draw = options.action_parser(actions, "draw", "new maps of some families, with their genes and a picture")
     options.add_family_option(draw, "shapes")
     draw.add_argument("--count", type=options.positive, default=4, metavar="N", help="number of maps (default 4)")
     draw.add_argument("--seed", type=options.non_negative, default=0, metavar="N", help="default 0")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 from functools import partial
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
 from gym_mapbench.render import SeenCostmap
 
+LOG = logging.getLogger(__name__)
 EXAMPLES = """  mapbench drive runs/first --controller mppi --gif mppi.gif
   mapbench drive runs/first --controller rpp --noise nominal --show-costmap --gif costmap.gif
   mapbench drive office.yaml --controller rpp --start 1,1,0 --goal 8,6,1.57 --show"""
@@ -69,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
     options.note_models(controllers, settings)
     try_controllers(controllers, settings)
     (job,) = JobPlan(controllers, settings, args.seed).jobs(scenario)
+    LOG.info("seeds %d and %d (noise), both from --seed %d and the map", job.seed, job.noise_seed, args.seed)
     seen: list[SeenCostmap] = []
     episode = drive(job, partial(_look, seen) if args.show_costmap else None)
     _print(episode)

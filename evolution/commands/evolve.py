@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from evolution.api import compose, evolve
-from evolution.commands import options
+from evolution.commands import COMMON, options
 from evolution.commands.progress import SearchBar, console, note, print_table
 from evolution.runs import LoadedRun, RunDir, confirmed_sentence
 from evolution.search import (
@@ -27,7 +27,7 @@ EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
-BESIDE_RESUME = "--workers, --executor, --scheduler, --wait, --quiet and --allow-code"
+BESIDE_RESUME = "--workers, --executor, --scheduler, --wait, --quiet, --verbose and --allow-code"
 SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", "repeats", "metric", "failures", "seed")
 
 
@@ -99,7 +99,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_others(args: argparse.Namespace) -> None:
     """Refuse options beside ``--resume``: a run is continued with the options it was begun with."""
-    work = ("workers", "executor", "scheduler", "wait", "allow_code", "quiet")
+    work = ("workers", "executor", "scheduler", "wait", *COMMON)
     other = ("resume", "run", "command", "given", *work)
     given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:

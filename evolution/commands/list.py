@@ -26,13 +26,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Print a row for every name."""
     kinds = [options.one_of("kind", name, KINDS) for name in args.kinds] or list(KINDS)
-    rows = [
-        {"kind": kind, "name": name, "what it is": KINDS[kind].about(name), "named in": KINDS[kind].option}
-        for kind in kinds
-        for name in KINDS[kind].names()
-    ]
+    rows = {
+        kind: [{"name": name, "what it is": KINDS[kind].about(name)} for name in KINDS[kind].names()] for kind in kinds
+    }
     if args.format == "json":
-        print(json.dumps(rows, indent=1))
-    else:
-        print_table(Table(rows))
+        whole = [{"kind": kind, **row, "named in": KINDS[kind].option} for kind in kinds for row in rows[kind]]
+        print(json.dumps(whole, indent=1))
+        return 0
+    for kind in kinds:
+        print_table(Table(rows[kind], f"{kind}, for {KINDS[kind].option}"))
     return 0

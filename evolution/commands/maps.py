@@ -24,6 +24,16 @@ EXAMPLES = """  mapbench maps info office.yaml --start 1,1,0 --goal 8,6,0
   mapbench maps check arena.map.scen
   mapbench maps draw --family doors,pillars --count 4 --seed 1 --out drawn"""
 
+METRES = {
+    "resolution",
+    "path_length",
+    "narrowest_passage",
+    "closest_obstacle",
+    "average_visibility",
+    "characteristic_dimension",
+}
+"""What is measured in m; all else are counts and shares."""
+
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand and its own subcommands."""
@@ -32,8 +42,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     _add_info(actions)
     _add_convert(actions)
     add_draw(actions)
-    check = actions.add_parser(
-        "check", help="solve every task of a MovingAI .scen and compare with the optimal lengths it states"
+    check = options.action_parser(
+        actions, "check", "solve every task of a MovingAI .scen and compare with the optimal lengths it states"
     )
     check.add_argument("scen", metavar="FILE.scen")
     check.add_argument("--format", choices=("table", "json"), default="table")
@@ -41,7 +51,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def _add_info(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    info = actions.add_parser("info", help="size, tasks and measures of maps in any format")
+    info = options.action_parser(actions, "info", "size, tasks and measures of maps in any format")
     info.add_argument("path", metavar="PATH")
     info.add_argument("--robot", metavar="NAME", default="turtlebot3_waffle")
     info.add_argument("--robot-radius", type=options.positive_number, metavar="M")
@@ -52,8 +62,8 @@ def _add_info(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 
 def _add_convert(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    convert = actions.add_parser(
-        "convert", help="read A in any format and write B in the format that its file name extension names"
+    convert = options.action_parser(
+        actions, "convert", "read A in any format and write B in the format that its file name extension names"
     )
     convert.add_argument("source", metavar="A")
     convert.add_argument("target", metavar="B", help=".yaml (map_server), .png, .map (MovingAI) or .json (map set)")
@@ -72,9 +82,11 @@ def run_info(args: argparse.Namespace) -> int:
     for row in rows:
         table = Table("measure", "value", title=str(row.pop("name")))
         for name, value in row.items():
-            table.add_row(name, f"{value:.4g}" if isinstance(value, float) else str(value))
+            unit = ", m" if name in METRES else ""
+            table.add_row(f"{name}{unit}", f"{value:.4g}" if isinstance(value, float) else str(value))
         console.print(table)
-    console.print(f"{len(scenarios)} tasks, {len(shown)} shown")
+    if len(shown) < len(scenarios):
+        console.print(f"{len(shown)} of {len(scenarios)} tasks shown; --limit N shows more")
     return 0
 
 

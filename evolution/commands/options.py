@@ -44,15 +44,41 @@ def example_parser(
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("--quiet", action="store_true", help="print results and errors only")
+    _add_common_options(parser)
+    return parser
+
+
+def action_parser(
+    actions: argparse._SubParsersAction[argparse.ArgumentParser], name: str, what: str
+) -> argparse.ArgumentParser:
+    """Add an action of a subcommand, such as ``maps draw``, and say what it does."""
+    parser = actions.add_parser(name, help=what, description=what, allow_abbrev=False)
+    _add_common_options(parser)
+    return parser
+
+
+def _add_common_options(parser: argparse.ArgumentParser) -> None:
+    """Add what every command and every action of one has.
+
+    They have no default here, because that of an action would undo what stands before its name; see ``COMMON``.
+    """
+    words = parser.add_mutually_exclusive_group()
+    words.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help="print results and errors only")
+    words.add_argument(
+        "--verbose",
+        action="store_true",
+        default=argparse.SUPPRESS,
+        help="say which files, presets and seeds are used, how each run ends, and what becomes of every key of a "
+        "parameter file",
+    )
     parser.add_argument(
         "--allow-code",
         action="store_true",
+        default=argparse.SUPPRESS,
         help="run the code that files name: an experiment, a study or a directory of results that names "
         "module:attribute or a model.zip is a program, and is refused without this option; names on the command line "
         "are always accepted",
     )
-    return parser
 
 
 def add_drive_options(parser: argparse.ArgumentParser) -> None:

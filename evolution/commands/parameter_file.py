@@ -13,11 +13,11 @@ from evolution.commands.progress import note
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 
-ONLY_FOR_FILES = ("define", "only", "verbose")
+ONLY_FOR_FILES = ("define", "only")
 
 
 def add_reading_options(group: argparse._ActionsContainer) -> None:
-    """Add ``--nav2``, ``--define`` and ``--only``, which say how a parameter file is read, and ``--verbose``."""
+    """Add ``--nav2``, ``--define`` and ``--only``, which say how a parameter file is read."""
     group.add_argument(
         "--nav2",
         choices=RELEASES,
@@ -34,7 +34,6 @@ def add_reading_options(group: argparse._ActionsContainer) -> None:
         metavar="CONTROLLER",
         help="drive with this controller of the file, where the one it would use is not available here",
     )
-    group.add_argument("--verbose", action="store_true", help="name every key of the file that has no effect, and why")
 
 
 def read_parameter_file(args: argparse.Namespace) -> Nav2Params | None:

@@ -25,14 +25,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     """Add the subcommand and its two actions."""
     parser = options.example_parser(subparsers, "params", EXAMPLES)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    check = actions.add_parser("check", help="say what a file means here, without driving", allow_abbrev=False)
+    check = options.action_parser(actions, "check", "say what a file means here, without driving")
     check.add_argument("params", metavar="FILE")
     add_reading_options(check)
     check.add_argument(
         "--robot", metavar="NAME", help="robot that supplies what the file does not say (default turtlebot3_waffle)"
     )
     check.set_defaults(run=_check)
-    convert = actions.add_parser("convert", help="migrate a file to the other distribution", allow_abbrev=False)
+    convert = options.action_parser(actions, "convert", "migrate a file to the other distribution")
     convert.add_argument("file", metavar="FILE")
     convert.add_argument("--to", required=True, choices=RELEASES, help="ROS distribution to convert it for")
     convert.add_argument(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import logging
 import os
 import sys
 import time
@@ -13,16 +14,21 @@ from typing import Self
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table as Grid
 
 from evolution.driving import Job, RunResult, is_compiled
-from evolution.files import Table
+from evolution.files import Table, version_lines
 from evolution.search import EvolveSettings
 from evolution.search import Progress as Generation
 
+LOG = logging.getLogger(__name__)
+PACKAGES = ("gym_mapbench", "controllers", "evolution")
 PIPE_WIDTH = 160
-COMPILING = "compiling, once per machine"
+COMPILING = "compiling, once per machine, about a minute"
+SECONDS_PER_LINE = 20.0
+"""How often a file or pipe, where no bar is seen, gets a line about the runs."""
+
 console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
 errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
 notes = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
@@ -32,6 +38,26 @@ notes = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
 def be_quiet(quiet: bool = True) -> None:
     """Print neither notes nor progress from now on, only results and errors; or everything again."""
     notes.quiet = quiet
+
+
+class _Notes(logging.Handler):
+    """Prints what the packages log as notes."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one record."""
+        note(self.format(record))
+
+
+_verbosely = _Notes()
+
+
+def be_verbose(verbose: bool = True) -> None:
+    """Print from now on what the packages log: files, presets and seeds, and every run; or no longer."""
+    for package in PACKAGES:
+        logger = logging.getLogger(package)
+        logger.setLevel(logging.INFO if verbose else logging.NOTSET)
+        (logger.addHandler if verbose else logger.removeHandler)(_verbosely)
+    LOG.info("%s", ", ".join(version_lines()))
 
 
 def say(line: str) -> None:
@@ -69,6 +95,18 @@ def print_table(table: Table) -> None:
     for cells in table.cells():
         grid.add_row(*map(escape, cells))
     console.print(grid)
+
+
+def best_in_words(fitness: float) -> str:
+    """Say how good the best map set is so far; a fitness above 0 is a sum of penalties, which tells nobody anything."""
+    if fitness > 0:
+        return "no set yet that all solve and whose maps differ as wanted"
+    return f"best fitness {fitness:.2f} (lower is better)"
+
+
+def best_in_short(fitness: float) -> str:
+    """Say the same beside a bar, where a terminal of 80 columns leaves room for a few words."""
+    return "no good set yet" if fitness > 0 else f"best {fitness:.2f}"
 
 
 class RunsPerSecond:
@@ -126,12 +164,21 @@ class WorkBar(Bar):
 
     def __init__(self, what: str, total: int | None = None) -> None:
         self.speed = RunsPerSecond()
+        self.told = self.speed.began
         state = TextColumn("{task.fields[state]}")
-        super().__init__(what, total, TextColumn("{task.completed:.0f}/{task.total:.0f}"), state, TimeRemainingColumn())
+        super().__init__(what, total, MofNCompleteColumn(), state, TimeRemainingColumn())
+
+    def tell(self, line: str) -> None:
+        """Print a line where there is no bar, unless the last one is not long ago."""
+        now = time.perf_counter()
+        if not notes.is_terminal and now - self.told >= SECONDS_PER_LINE:
+            self.told = now
+            note(f"{line}, {self.speed.rate:.1f} runs/s")
 
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a benchmark."""
         self.speed.runs += 1
+        self.tell(f"{self.speed.runs} of {self.speed.runs + left} runs driven")
         self.bar.update(self.task, total=self.speed.runs + left)
         state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed.rate:.1f} runs/s"
         self.bar.update(self.task, advance=1, state=state)
@@ -153,15 +200,16 @@ class SearchBar(WorkBar):
         """Show one generation of a search."""
         row, runs = generation.row, self.search.runs
         self.asked += generation.driven + generation.reused
-        state = f"gen {row['generation']}, best {row['best']:.3f}, {self.speed.rate:.1f} runs/s"
+        state = f"gen {row['generation']}, {best_in_short(row['best'])}, {self.speed.rate:.1f} runs/s"
         self.bar.update(self.task, completed=self.asked if runs else row["evaluations"], state=state)
         replayed = " (replayed)" if generation.replayed else ""
         say(
-            f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, best fitness "
-            f"{row['best']:.4f}, {100 * row['mean_success_rate']:.0f} % of the population's runs at the goal, "
-            f"{generation.seconds:.1f} s{replayed}"
+            f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, "
+            f"{100 * row['mean_success_rate']:.0f} % of the population's runs at the goal, "
+            f"{best_in_words(row['best'])}, {generation.seconds:.1f} s{replayed}"
         )
 
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
         """Count one driven run of a search."""
         self.speed.runs += 1
+        self.tell(f"{self.speed.runs} runs driven")

@@ -10,7 +10,16 @@ from rich.table import Table as Grid
 
 from evolution.api import study
 from evolution.commands import options
-from evolution.commands.progress import Bar, RunsPerSecond, console, note, print_table, say
+from evolution.commands.progress import (
+    Bar,
+    RunsPerSecond,
+    best_in_short,
+    best_in_words,
+    console,
+    note,
+    print_table,
+    say,
+)
 from evolution.driving import Job, RunResult
 from evolution.files import Row, Table
 from evolution.report import write_report
@@ -136,11 +145,13 @@ class StudyBar(Bar):
     def show(self, progress: StudyProgress) -> None:
         """Show where the study stands."""
         left = "" if progress.seconds_left is None else f", about {duration(progress.seconds_left)} left"
-        state = f"{progress.configuration} seed {progress.seed}, best {progress.best:.3f}"
-        speed = f"{progress.runs_per_second:.1f} runs/s"
-        self.bar.update(self.task, completed=progress.fraction, state=f"{state}, {speed}{left}")
+        who = f"{progress.configuration} seed {progress.seed}"
+        speed = f"{progress.runs_per_second:.1f} runs/s{left}"
+        state = f"{who}, {best_in_short(progress.best)}, {speed}"
+        self.bar.update(self.task, completed=progress.fraction, state=state)
         if progress.step == "done":
-            say(f"{state}; {100 * progress.fraction:.0f} % of the work done, {speed}{left}")
+            done = f"{100 * progress.fraction:.0f} % of the work done"
+            say(f"{who}, {best_in_words(progress.best)}; {done}, {speed}")
 
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a sweep."""

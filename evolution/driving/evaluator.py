@@ -8,6 +8,7 @@ jobs.
 
 from __future__ import annotations
 
+import logging
 import queue
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -24,6 +25,8 @@ from evolution.driving.serving import NotStartedError
 from evolution.driving.store import ResultStore
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.scenario import MapSet
+
+LOG = logging.getLogger(__name__)
 
 OnRun = Callable[[Job, RunResult, int], None]
 
@@ -109,11 +112,13 @@ class Evaluator:
         results = self.store.get_many(job.key for job in jobs)
         missing = {job.key: job for job in jobs if job.key not in results}
         self.reused += len(jobs) - len(missing)
+        LOG.info("%d runs, of which %d are to be driven", len(jobs), len(missing))
         try:
             for left, (job, result) in zip(range(len(missing) - 1, -1, -1), self._drive(missing), strict=True):
                 self.store.put(job.key, result)
                 results[job.key] = result
                 self.driven += 1
+                _log_run(job, result)
                 if on_run is not None:
                     on_run(job, result, left)
         except BaseException:
@@ -191,6 +196,13 @@ class Evaluator:
                 crew = Crew.of(self.workers, self.timeout_s, self.run_job, self.warm_up, self.scheduler)
                 self._executor = self._make(crew)
         return self._executor
+
+
+def _log_run(job: Job, result: RunResult) -> None:
+    run = f"{job.scenario.name}, {job.controller.name}, repeat {job.repeat}"
+    reason = f" ({result.reason})" if result.reason else ""
+    seeds = f"seed {job.seed}, of the noise {job.noise_seed}"
+    LOG.info("%s: %s after %.2f s%s; %s", run, result.outcome, result.time_s, reason, seeds)
 
 
 def _as_they_end(finished: queue.SimpleQueue[Future[RunResult]], count: int) -> Iterator[Future[RunResult]]:

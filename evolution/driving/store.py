@@ -8,6 +8,7 @@ order of the rows means nothing: outputs are written in an order of their own.
 from __future__ import annotations
 
 import contextlib
+import logging
 import sqlite3
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -18,6 +19,8 @@ from typing import Self
 from evolution.driving.jobs import RunResult
 from evolution.driving.locks import holders_of
 from gym_mapbench.errors import RunError
+
+LOG = logging.getLogger(__name__)
 
 SCHEMA_VERSION = 1
 LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
@@ -47,6 +50,8 @@ class ResultStore:
         except RunError:
             self._database.close()
             raise
+        if self.path is not None:
+            LOG.info("%s: keeps the results of all runs", self.path)
 
     @contextmanager
     def _errors(self, what: str) -> Iterator[None]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,8 @@ from evolution.files.plain import WriteError, make_directory, read_json, write_j
 from evolution.files.versions import refuse_version, versions
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.trust import refuse_code
+
+LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,7 @@ class DirectoryKind:
         new_directory(path)
         config = {"format": self.format, "format_version": self.format_version, **versions(), **document}
         write_json(path / self.mark, config)
+        LOG.info("%s: new directory of a %s", path, self.what)
         return config
 
     def open(self, path: Path) -> dict[str, Any]:
@@ -73,6 +77,7 @@ class DirectoryKind:
             found = f"{config.get('format')} {config.get('format_version')}"
             raise RunError(f"{path / self.mark}: expected {self.format} {self.format_version}, got {found}")
         refuse_code(config, path / self.mark)
+        LOG.info("%s: opened, a %s", path, self.what)
         return config
 
     def check_there(self, path: Path) -> None:

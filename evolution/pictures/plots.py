@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 # Okabe and Ito's palette, which colour-blind readers can tell apart, without its yellow, which is too pale in print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "D", "P", "X")
-DASHES: tuple[Any, ...] = ("-", (0, (5, 3)), (0, (1.5, 2.5)))
-WIDTHS = (3.2, 2.2, 1.4)
+DASHES: tuple[Any, ...] = ("-", (0, (4, 2.5)), (0, (1.2, 1.6)))
+WIDTHS = (4.2, 2.8, 1.8)
 """Lines of trajectories: a later one is thinner and has gaps, so that one that lies below it can be seen."""
 MAP_SIGNS = "Lines: driven paths. Circle: start. Star: goal. Crosses: recoveries. Grey: obstacles."
 HATCHES = ("", "///", "xxx", "...", "|||")

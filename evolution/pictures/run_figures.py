@@ -80,15 +80,21 @@ def write_run_figures(run: LoadedRun, maps: Sequence[DrivenMap] | None = None) -
     """Draw convergence, best maps with trajectories, times and Lorenz curves into ``figures/``."""
     folder = run.figures or run.path / FIGURES
     maps = drive_best(run) if maps is None else maps
-    evaluations = [row["evaluations"] for row in run.generations]
-    best = [row["best"] for row in run.generations]
-    written = save_figure(convergence_figure({"best": (evaluations, best)}), folder / "convergence")
+    written = save_figure(convergence_figure(_convergence(run)), folder / "convergence")
     if drawn := best_maps_figure(maps, run.controllers):
         written += save_figure(drawn, folder / "best_maps")
     written += save_figure(times_figure(_times(run), [driven.name for driven in maps]), folder / "times")
     if drawn := solved_lorenz_figure(run.best_results["maps"]):
         written += save_figure(drawn, folder / "lorenz")
     return written
+
+
+def _convergence(run: LoadedRun) -> dict[str, tuple[list[float], list[float]]]:
+    """Return the best fitness over the evaluations, without penalties, beside which nothing else could be seen."""
+    shown = [row for row in run.generations if row["best"] <= 0] or run.generations
+    left_out = len(run.generations) - len(shown)
+    name = f"best (without {left_out} generations of penalties)" if left_out else "best"
+    return {name: ([row["evaluations"] for row in shown], [row["best"] for row in shown])}
 
 
 def best_maps_figure(maps: Sequence[DrivenMap], controllers: Sequence[str]) -> Figure | None:

@@ -6,7 +6,7 @@ replays, tables and figures.
 
 from __future__ import annotations
 
-from evolution.report.of_benchmark import write_benchmark_report
+from evolution.report.of_benchmark import verdict_of_benchmark, write_benchmark_report
 from evolution.report.page import Attachment, Section, Table, picture
 from evolution.report.sections import SECTIONS
 from evolution.report.writing import REPORT, new_page, write_report
@@ -19,6 +19,7 @@ __all__ = [
     "Table",
     "new_page",
     "picture",
+    "verdict_of_benchmark",
     "write_benchmark_report",
     "write_report",
 ]

@@ -203,12 +203,26 @@ def _missing(result: Benchmark) -> list[str]:
 
 
 def _tables(result: Benchmark, controllers: Sequence[str]) -> list[PageTable]:
-    scores = Table(score_rows(result.rows, controllers))
+    scores = Table(map(_in_percent, score_rows(result.rows, controllers)))
     return [
         _page_table("Controllers", scores),
         _page_table("Maps", result.table()),
-        _page_table("Runs", result.table("runs")),
+        _page_table("Runs", Table(map(_long_last, result.rows))),
     ]
+
+
+def _in_percent(row: Row) -> Row:
+    """Return a row whose shares are whole percentages; the names of the columns say so."""
+    return {
+        f"{name} %" if name.startswith("success") else name: round(100 * value) if name.startswith("success") else value
+        for name, value in row.items()
+    }
+
+
+def _long_last(row: Row) -> Row:
+    """Return a run with its seed and its reason at the end, where they push nothing off a narrow page."""
+    ends = ("seed", "reason")
+    return {name: row[name] for name in (*(one for one in row if one not in ends), *ends)}
 
 
 def _page_table(caption: str, table: Table) -> PageTable:

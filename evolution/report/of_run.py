@@ -72,11 +72,26 @@ def _verdict(run: LoadedRun) -> list[str]:
     maps = [_map_sentence(entry) for entry in _by_reading(run)]
     if run.best_results.get("confirmation"):
         return [*confirmed_sentence(run.best_results, run.config["search"]), *maps]
+    return [_outcome(run), *_held(run), *maps]
+
+
+def _outcome(run: LoadedRun) -> str:
+    """Say how good the best set is, and what the search gained where fitnesses of all generations can be compared."""
     first, last = run.generations[0]["best"], run.generations[-1]["best"]
+    if run.config["search"].get("archive"):  # sets are judged anew when their maps are driven again
+        return f"The best set {'' if run.finished else 'so far '}has fitness {last:.2f} (lower is better)."
     improved = f"improved the best fitness from {first:.2f} to {last:.2f}"
+    if first > 0 >= last:  # a fitness above 0 is made of penalties
+        improved = f"reached fitness {last:.2f}; its first population had no set that all solve and whose maps differ"
     outcome = improved if last < first else f"found nothing better than its first population, fitness {last:.2f}"
-    held = confirmed_sentence(run.best_results, run.config["search"])
-    return [f"The search {outcome} (lower is better).", *held, *maps]
+    return f"The search {outcome} (lower is better)."
+
+
+def _held(run: LoadedRun) -> list[str]:
+    """Say whether the best set was confirmed, where that was asked for."""
+    if run.config["search"].get("confirmation") and not run.finished:
+        return ["It is not confirmed yet: that comes at the end of the search."]
+    return confirmed_sentence(run.best_results, run.config["search"])
 
 
 def _by_reading(run: LoadedRun) -> list[dict[str, Any]]:
@@ -92,7 +107,8 @@ def _map_sentence(entry: dict[str, Any]) -> str:
     (fast, least), (slow, most) = ordered[0], ordered[-1]
     ratio = most / least if least > 0 else np.inf
     if ratio < 1.1:
-        return f"{entry['name']}: all controllers take about the same ({least:.1f} to {most:.1f} s)."
+        times = f"{least:.1f} s" if f"{least:.1f}" == f"{most:.1f}" else f"{least:.1f} to {most:.1f} s"
+        return f"{entry['name']}: all controllers take about the same ({times})."
     return f"{entry['name']}: {fast} is fastest ({least:.1f} s), {slow} takes {ratio:.1f} times as long ({most:.1f} s)."
 
 
@@ -117,8 +133,13 @@ def _download(run: LoadedRun, name: str, media_type: str) -> Attachment:
 def _unfinished(run: LoadedRun) -> list[str]:
     if run.finished:
         return []
-    stopped = f"The search stopped after {run.checkpoint['evaluations']} of {run.config['search']['evaluations']}"
-    return [f"{stopped} evaluations; mapbench evolve --resume {run.path} finishes it."]
+    search, done = (
+        run.config["search"],
+        f"{run.checkpoint['evaluations']} of {run.config['search']['evaluations']} sets",
+    )
+    if search.get("runs"):
+        done = f"{len(run.runs)} of {search['runs']} runs"
+    return [f"The search has come to {done}; mapbench evolve --resume {run.path} finishes it."]
 
 
 def _errors(run: LoadedRun) -> list[str]:

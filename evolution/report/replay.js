@@ -18,11 +18,13 @@
   const speed = byId("speed"), view = byId("view"), group = byId("group");
   /* A later line is thinner and has gaps, so that one that lies below it can be seen. */
   const LINES = ["solid", "dashed", "dotted"];
-  const DASHES = [[], [14, 9], [3, 5]];
-  const WIDTHS = [5, 3.5, 2.5];
+  const DASHES = [[], [16, 10], [4, 7]];
+  const WIDTHS = [7, 4.5, 3.5];
   const lineOf = (name) => data.controllers.indexOf(name) % LINES.length;
-  const colour = (name) => data.colours[name] || "#888888";
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  /* Black, the last colour of the palette, is the ink of the page, so that it is seen on dark paper, too. */
+  const isInk = (name) => data.colours[name] === "#000000";
+  const colour = (name) => isInk(name) ? css("--ink") : data.colours[name] || "#888888";
   let now = 0;
   let end = 1;
   let playing = false;
@@ -41,7 +43,7 @@
 
   function sample(name) {
     const line = document.createElement("i");
-    line.style.borderTop = "3px " + LINES[lineOf(name)] + " " + colour(name);
+    line.style.borderTop = "3px " + LINES[lineOf(name)] + " " + (isInk(name) ? "var(--ink)" : colour(name));
     return line;
   }
 
@@ -80,7 +82,7 @@
     const stuck = run.stuck.reduce((sum, spot) => sum + spot[3] - spot[2], 0);
     item.append(sample(run.controller), run.controller + ": " + run.outcome + " after " + run.time.toFixed(1) + " s" +
       (run.recoveries ? ", " + run.recoveries + (run.recoveries > 1 ? " recoveries" : " recovery") : "") +
-      (stuck ? ", stuck for " + stuck.toFixed(0) + " s" : ""));
+      (stuck ? ", on the spot for " + stuck.toFixed(0) + " s" : ""));
     return item;
   }
 
@@ -135,7 +137,7 @@
     pen.lineWidth = WIDTHS[lineOf(run.controller)];
     pen.beginPath();
     for (let i = 0; i <= index; i += 1) { pen.lineTo(...place(panel, run.x[i], run.y[i])); }
-    pen.globalAlpha = 0.8;
+    pen.globalAlpha = 0.9;
     pen.setLineDash(DASHES[lineOf(run.controller)]);
     pen.stroke();
     pen.setLineDash([]);

@@ -23,6 +23,11 @@ CAPTIONS = {
     "lorenz": "Lorenz curves: the further from the diagonal, the less alike the controllers' times",
 }
 
+FITNESS_NOTE = (
+    "Of the population after each generation. Lower is better; a fitness above 0 is made of penalties, for runs that "
+    "failed or maps that do not differ as wanted."
+)
+
 
 def tables_section(run: LoadedRun) -> Section:
     """The runs on the best map set, and every generation."""
@@ -76,10 +81,17 @@ def figures_of(run: LoadedRun) -> list[Attachment]:
     """The run's figures that exist, as pictures inside the page."""
     folder = run.figures or run.path / FIGURES
     return [
-        picture(caption, (folder / f"{name}.png").read_bytes())
+        picture(caption + _how_to_read(name, run), (folder / f"{name}.png").read_bytes())
         for name, caption in CAPTIONS.items()
         if (folder / f"{name}.png").is_file()
     ]
+
+
+def _how_to_read(name: str, run: LoadedRun) -> str:
+    """Say what else a reader must know of a figure of this run."""
+    if name == "convergence" and run.config["search"].get("archive"):
+        return "; it rises where the maps of a set are driven again with further seeds and do not hold"
+    return ""
 
 
 def _times_table(run: LoadedRun) -> Table:
@@ -95,5 +107,12 @@ def _times_table(run: LoadedRun) -> Table:
 
 
 def _generations_table(run: LoadedRun) -> Table:
-    columns = ("generation", "evaluations", "best", "mean", "std", "mean_success_rate")
-    return Table("Generations", columns, [[row[column] for column in columns] for row in run.generations])
+    columns = {
+        "generation": "generation",
+        "map sets": "evaluations",
+        "best fitness": "best",
+        "median": "median",
+        "runs at the goal": "mean_success_rate",
+    }
+    rows = [[row[column] for column in columns.values()] for row in run.generations]
+    return Table("Generations", tuple(columns), rows, note=FITNESS_NOTE)

@@ -61,7 +61,7 @@ class LoadedRun(Tabled):
         tables["runs"] = self.runs
         if (name or "best") not in tables:
             raise unknown_name("table", name, tables)
-        title = f"Best map set, fitness {self.best_results['fitness']:.4f}" if name in ("", "best") else ""
+        title = f"Best map set, fitness {self.best_results['fitness']:.2f}" if name in ("", "best") else ""
         return Table(tables[name or "best"], title)
 
     def _best_rows(self) -> list[Row]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +18,8 @@ from gym_mapbench.mapio.tasked_map import Task, TaskedMap
 from gym_mapbench.registry import accepted_keywords
 from gym_mapbench.scenario import MapSet, Pose, Scenario
 from gym_mapbench.trust import MODULE_ATTRIBUTE
+
+LOG = logging.getLogger(__name__)
 
 PoseLike = Pose | Sequence[float]
 
@@ -95,7 +98,9 @@ def load_maps(
     if resolution is not None and "resolution" not in accepted:
         raise ConfigError(f"resolution: {path} says its own; it can be given for pictures and MovingAI maps only")
     options = {"resolution": resolution, "threshold": threshold}
-    return _read(name, place, {key: value for key, value in options.items() if key in accepted and value is not None})
+    maps = _read(name, place, {key: value for key, value in options.items() if key in accepted and value is not None})
+    LOG.info("%s: read as %s; maps: %d, tasks: %d", path, name, len(maps), sum(len(one.tasks) for one in maps))
+    return maps
 
 
 def _read(name: str, path: Path, options: dict[str, float]) -> list[TaskedMap]:

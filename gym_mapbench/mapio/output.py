@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from gym_mapbench.errors import ConfigError
+
+LOG = logging.getLogger(__name__)
 
 Files = dict[str, str | bytes]
 """Contents by path below the folder they belong in."""
@@ -61,6 +64,7 @@ def write_files(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
         for path, content in zip(paths, files.values(), strict=True):
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content if isinstance(content, bytes) else content.encode())
+            LOG.info("%s: written", path)
     except OSError as error:
         raise ConfigError(f"{folder}: cannot be written ({error.strerror})") from None
     return paths

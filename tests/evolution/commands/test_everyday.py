@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
+import time
 
 import pytest
 import yaml
@@ -113,16 +114,24 @@ def test_quiet_leaves_out_notes_and_progress(capsys):
 
 def test_the_doctor(capsys, monkeypatch):
     driven = []
-    monkeypatch.setattr(doctor, "warm_up", driven.append)
+    monkeypatch.setattr(doctor, "drive", lambda job: driven.append(job) or sum(range(20_000)))
     assert main(["doctor"]) == 0
     text = capsys.readouterr().out
     assert text.startswith("mapbench 0.1.0, python ")
     assert "kernels: " in text
-    assert {kind for (kind,) in driven} == set(doctor.TIMED)
-    assert "turns of the calibration loop" in text
+    assert {job.controller.name for job in driven} == {"dwb", "mppi", "rpp"}
+    assert text.count("turns of the calibration loop") == 3
     assert "extra test: " in text
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     assert "nothing is compiled" in next(doctor._kernels())
+
+
+def test_the_doctor_notices_that_others_use_the_machine(monkeypatch):
+    monkeypatch.setattr(doctor, "drive", lambda _: time.sleep(0.01))
+    monkeypatch.setattr(doctor, "_processor_seconds", lambda _: 0.1)
+    *drives, last = doctor._speed()
+    assert all("2 s of driving take 100 ms of the processor (20 times real time)" in line for line in drives)
+    assert last.startswith("the machine is busy: this process got ")
 
 
 def test_the_doctor_names_what_is_missing(monkeypatch):

@@ -7,7 +7,7 @@ import yaml
 
 from controllers.nav2_params import parse_nav2_params
 from evolution.cli import main
-from evolution.commands import options
+from evolution.commands import COMMON, options
 from evolution.commands.parameter_file import add_reading_options
 from evolution.driving import DriveSettings
 from gym_mapbench.errors import ConfigError
@@ -167,7 +167,7 @@ def test_the_world_keeps_up_with_the_files_controller_and_robot(humble, capsys):
     parser = options.argparse.ArgumentParser()
     options.add_drive_options(parser)
     options.add_controllers_option(parser)
-    args = parser.parse_args(["--params", str(humble), "--define", "x=0.2"])
+    args = parser.parse_args(["--params", str(humble), "--define", "x=0.2"], options.argparse.Namespace(**COMMON))
     settings = options.drive_settings(args)
     assert (settings.environment.control_hz, settings.environment.physics_hz) == (50.0, 100.0)
     assert settings.environment.robot.footprint is not None

@@ -11,7 +11,7 @@ import pytest
 from evolution.benchmark import read_bench
 from evolution.cli import main
 from evolution.report import write_benchmark_report
-from evolution.report.of_benchmark import score_rows, verdict_of_benchmark
+from evolution.report.of_benchmark import _in_percent, _long_last, score_rows, verdict_of_benchmark
 from gym_mapbench.errors import RunError
 
 OFFICE = str(Path(__file__).resolve().parents[3] / "examples" / "office.yaml")
@@ -82,3 +82,9 @@ def test_a_file_of_results_has_no_maps_to_replay(tmp_path):
     (tmp_path / "bench.json").write_text(json.dumps({"runs": runs("a", [1.0])}))
     with pytest.raises(RunError, match="does not hold its maps"):
         write_benchmark_report(read_bench(tmp_path), tmp_path / "page.html")
+
+
+def test_tables_of_the_page_are_for_readers():
+    shares = _in_percent({"controller": "a", "success": 1.0, "success from": 0.7224, "mean s": 1.5})
+    assert shares == {"controller": "a", "success %": 100, "success from %": 72, "mean s": 1.5}
+    assert list(_long_last({"map": "m", "seed": 7, "reason": "", "jerk": 0.1})) == ["map", "jerk", "seed", "reason"]

@@ -1,0 +1,125 @@
+"""What commands say besides their results: --quiet and --verbose, which every command and every action of one has."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import logging
+import re
+from types import SimpleNamespace
+
+import pytest
+from rich.console import Console
+
+from controllers.nav2_params import load_preset
+from evolution.cli import build_parser, main
+from evolution.commands import COMMANDS, COMMON, progress
+from evolution.commands.progress import PACKAGES, SearchBar, WorkBar, best_in_words
+from evolution.driving import ControllerSpec, DriveSettings, JobPlan, RunResult
+from evolution.search import EvolveSettings
+from gym_mapbench.mapio import load_scenarios
+from tests.evolution.commands.test_cli import OFFICE, refused
+
+EXAMPLE = ["bench", OFFICE, "--controllers", "rpp", "--time-limit", "2", "--workers", "1"]
+
+
+def parsers(parser, words=()):
+    """All parsers of commands and of their actions, with the words that lead to them."""
+    found = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    for name, one in (pair for action in found for pair in action.choices.items()):
+        yield (*words, name), one
+        yield from parsers(one, (*words, name))
+
+
+def test_every_command_and_every_action_has_them():
+    everyone = dict(parsers(build_parser(None)))
+    assert {words[0] for words in everyone} == set(COMMANDS)
+    assert {("maps", "draw"), ("params", "check")} <= set(everyone)
+    for words, parser in everyone.items():
+        assert set(COMMON) <= {action.dest for action in parser._actions}, words
+
+
+def test_an_action_does_not_undo_what_stands_before_its_name():
+    parser = build_parser("maps")
+    before = argparse.Namespace(**COMMON)
+    assert parser.parse_args(["maps", "--quiet", "info", OFFICE], before).quiet
+    assert parser.parse_args(["maps", "info", OFFICE, "--verbose"], argparse.Namespace(**COMMON)).verbose
+
+
+def test_verbose_says_where_everything_comes_from_and_how_runs_end(capsys, tmp_path):
+    load_preset.cache_clear()  # an earlier test may have read it
+    assert main([*EXAMPLE, "--verbose", "--out", str(tmp_path / "kept"), "--format", "json"]) == 0
+    said = capsys.readouterr().err
+    for expected in (
+        f"{OFFICE}: read as map_server",
+        "thesis.yaml: read",
+        "seed 0 (not given); controllers: rpp",
+        "new directory of a benchmark",
+        "office, rpp, repeat 0: timeout after 2.00 s (the time limit was reached",
+        "mapbench 0.1.0, python",
+    ):
+        assert expected in said
+    assert main(EXAMPLE) == 0
+    assert "repeat 0: timeout" not in capsys.readouterr().err
+    assert all(logging.getLogger(package).handlers == [] for package in PACKAGES)
+
+
+def test_where_no_bar_is_seen_lines_say_how_far_it_is(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "SECONDS_PER_LINE", 0.0)
+    assert main([*EXAMPLE, "--repeats", "2"]) == 0
+    said = capsys.readouterr().err
+    assert "1 of 2 runs driven" in said
+    assert "2 of 2 runs driven" in said
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """A terminal of 80 columns in place of standard error; what is drawn there."""
+    drawn = io.StringIO()
+    monkeypatch.setattr(progress, "notes", Console(file=drawn, force_terminal=True, width=80, height=40))
+    return drawn
+
+
+def lines(terminal):
+    """What a terminal shows, without control sequences, line by line."""
+    return re.sub(r"\x1b\[[?\d;]*[A-Za-z]", "", terminal.getvalue()).replace("\r", "\n").splitlines()
+
+
+def test_a_bar_is_drawn_before_anybody_knows_how_much_there_is_to_do(terminal):
+    job = JobPlan((ControllerSpec(name="rpp"),), DriveSettings(navigation="thesis")).jobs(load_scenarios(OFFICE)[0])[0]
+    with WorkBar("driving") as bar:
+        assert "0/?" in lines(terminal)[0]
+        bar.advance(job, RunResult("controller_failure", 3.0, 1.0), 2)
+        bar.bar.refresh()
+    shown = [line for line in lines(terminal) if "1/3" in line]
+    assert "office rpp: controller_failure" in shown[-1]
+    assert max(map(len, shown)) <= 80
+
+
+def test_a_search_says_beside_its_bar_how_far_it_is(terminal):
+    row = {"generation": 12, "evaluations": 30, "best": 5578.0, "mean_success_rate": 0.5}
+    with SearchBar(EvolveSettings(runs=900)) as bar:
+        bar.on_generation(SimpleNamespace(row=row, driven=345, reused=0, replayed=False, seconds=1.0))
+        bar.bar.refresh()
+    shown = [line for line in lines(terminal) if "345/900" in line]
+    assert "gen 12, no good set yet" in shown[-1]
+    assert max(map(len, shown)) <= 80
+
+
+def test_quiet_says_nothing_but_results(capsys):
+    assert main([*EXAMPLE, "--quiet"]) == 0
+    output = capsys.readouterr()
+    assert output.err == ""
+    assert "office" in output.out
+
+
+def test_they_exclude_each_other(capsys):
+    assert "--verbose: not allowed with argument --quiet" in refused(capsys, "list", "--quiet", "--verbose")
+
+
+@pytest.mark.parametrize(
+    ("fitness", "expected"),
+    [(-2.9224, "best fitness -2.92 (lower is better)"), (5578.0, "no set yet that all solve"), (0.0, "best fitness 0")],
+)
+def test_penalties_are_no_numbers_for_a_reader(fitness, expected):
+    assert expected in best_in_words(fitness)
