@@ -48,7 +48,7 @@ from evolution.inputs import (
     world_from,
 )
 from evolution.pictures import write_run_figures
-from evolution.runs import RUN, LoadedRun, RunDir, load_run, rescuing
+from evolution.runs import RUN, LoadedRun, RunDir, experiment_in, load_run, rescuing
 from evolution.search import (
     DEFAULT_PRESET,
     Experiment,
@@ -211,7 +211,7 @@ def evolve(
         raise ConfigError(f"resume: expected no other option, got {next(iter(search), 'out')}")
     else:
         rundir = RunDir.open(resume)
-        wanted = experiment_of(rundir.config)
+        wanted = experiment_in(rundir)
     with (
         ResultStore(rundir.store_path, wait_s=wait_s) as store,
         rescuing(RUN, rundir.path, store),

@@ -93,11 +93,11 @@ def _run(given: Sequence[str]) -> int:
     """Parse the arguments and run the command that they name."""
     args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given)))
     from gym_mapbench.errors import MapBenchError  # after the help, which does not wait for gymnasium
-    from gym_mapbench.trust import allow_code
+    from gym_mapbench.trust import allow_code, only_code_named_in
 
     set_quiet(args.quiet)
     try:
-        with allow_code(getattr(args, "allow_code", False)):
+        with allow_code(getattr(args, "allow_code", False)), only_code_named_in(given):
             code: int = args.run(args)
     except MapBenchError as error:
         print(f"mapbench {args.command}: {error}", file=sys.stderr)

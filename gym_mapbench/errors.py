@@ -4,6 +4,7 @@
 
     MapBenchError                  everything a caller may want to catch; its text is one clear line
     |-- ConfigError (ValueError)   a key, a value or a combination of options
+    |   `-- UntrustedError         code that a file names and the user does not
     |-- MapFormatError (ValueError)    a file that is not what it claims to be
     |-- PlanningError              a global planner could not answer
     |   `-- NoPathError            start and goal are not connected
@@ -37,6 +38,10 @@ class MapBenchError(Exception):
 
 class ConfigError(MapBenchError, ValueError):
     """A key, a value, or a combination of options that cannot be used."""
+
+
+class UntrustedError(ConfigError):
+    """A file names code that would run, and nobody has asked for it."""
 
 
 class MapFormatError(MapBenchError, ValueError):

@@ -24,8 +24,7 @@ from evolution.commands.progress import WorkBar, console, errors, note, only_res
 from evolution.driving import ControllerSpec
 from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_benchmark_report
-from evolution.runs import LoadedRun
-from evolution.search import experiment_of
+from evolution.runs import LoadedRun, experiment_in
 from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
@@ -144,7 +143,7 @@ def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequen
     named = options.named_controllers(args)
     if named or searched is None:
         return named or options.controllers_of(args)
-    return experiment_of(searched.config).controllers
+    return experiment_in(searched).controllers
 
 
 def _print_barn(scores: Sequence[BarnScore], source: str) -> None:

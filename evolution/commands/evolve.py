@@ -8,7 +8,7 @@ from typing import Any
 from evolution.api import compose, evolve
 from evolution.commands import options
 from evolution.commands.progress import SearchBar, console, note, print_table
-from evolution.runs import LoadedRun, RunDir, confirmed_sentence
+from evolution.runs import LoadedRun, RunDir, confirmed_sentence, experiment_in
 from evolution.search import (
     DEFAULT_PRESET,
     FITNESSES,
@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     """Evolve, record and draw, and say where the results are."""
     if args.resume:
         _refuse_others(args)
-        experiment = experiment_of(RunDir.open(args.resume).config)
+        experiment = experiment_in(RunDir.open(args.resume))
     else:
         experiment = _experiment(args)
     options.note_models(experiment.controllers, experiment.run)  # type: ignore[arg-type]

@@ -24,6 +24,7 @@ from evolution.pictures.run_figures import (
     DrivenMap,
     best_maps_figure,
     drive_best,
+    recorded_maps,
     solved_lorenz_figure,
     write_run_figures,
 )
@@ -42,6 +43,7 @@ __all__ = [
     "effects_figure",
     "learning_figure",
     "maps_figure",
+    "recorded_maps",
     "save_animation",
     "save_figure",
     "show_animation",

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from controllers.learned import Features
 from evolution.training.algorithms import (
     check_model,
-    load_model,
     make_model,
     tensorboard_is_installed,
 )
+from evolution.training.continuing import continued_model, load_experience, load_statistics
 from evolution.training.directory import (
     BUFFER,
     LATEST,
@@ -156,21 +156,20 @@ def _normalized(settings: TrainSettings, worlds: Any, resumed: Path | None) -> t
         return worlds, None
     from stable_baselines3.common.vec_env import VecNormalize
 
+    gamma = float(settings.hyperparameters.get("gamma", 0.99))  # type: ignore[arg-type]
+    observations, rewards = settings.normalize_observations, settings.normalize_rewards
+    wrapped = VecNormalize(worlds, norm_obs=observations, norm_reward=rewards, gamma=gamma)
     if resumed is not None:
-        wrapped = VecNormalize.load(str(resumed / STATISTICS), worlds)
-    else:
-        gamma = float(settings.hyperparameters.get("gamma", 0.99))  # type: ignore[arg-type]
-        observations, rewards = settings.normalize_observations, settings.normalize_rewards
-        wrapped = VecNormalize(worlds, norm_obs=observations, norm_reward=rewards, gamma=gamma)
+        load_statistics(wrapped, resumed / STATISTICS)
     return wrapped, wrapped
 
 
 def _model(settings: TrainSettings, directory: TrainingDir, lessons: Any, *, resumed: bool) -> Any:
     """Make a model, or load the one to be continued."""
+    logs = directory.path / LOGS if tensorboard_is_installed() else None
     if not resumed:
-        logs = directory.path / LOGS if tensorboard_is_installed() else None
         return make_model(settings, lessons, logs)
-    model = load_model(settings, directory.path / LATEST, lessons)
+    model = continued_model(settings, directory.path / LATEST, lessons, logs)
     if (directory.path / BUFFER).is_file():
-        model.load_replay_buffer(directory.path / BUFFER)
+        load_experience(model.replay_buffer, directory.path / BUFFER)
     return model

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from evolution import bench, evolve, study
+from evolution.api import compose
+from evolution.search import experiment_of
 from evolution.studies import StudySettings, SweepSettings
 
 QUICK = {
@@ -20,7 +22,8 @@ NAMES = ["dwb", "rpp"]
 def write_samples(folder: Path, workers: int = 2) -> Path:
     """Drive and write ``run``, ``study``, ``sweep`` and ``bench.json``; returns the folder."""
     if not (folder / "run").is_dir():
-        evolve({"search": QUICK, "controllers": NAMES, "run": WORLD}, out=folder / "run", workers=workers)
+        document = compose("thesis", {"search": QUICK, "controllers": NAMES, "run": WORLD})
+        evolve(experiment_of(document), out=folder / "run", workers=workers)
     if not (folder / "study").is_dir():
         study(small_study(), out=folder / "study", workers=workers)
     if not (folder / "sweep").is_dir():
