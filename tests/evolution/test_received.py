@@ -163,4 +163,3 @@ def test_a_run_inside_a_study_that_names_code_is_left_out(study_path, folder):
     results = load_results(path, ENGINE)
     assert any("gini_6, seed 0" in line and "would run code" in line for line in results.missing)
     assert len(results.runs) > 2
-
