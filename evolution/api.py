@@ -11,7 +11,6 @@ and from a notebook.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -48,7 +47,7 @@ from evolution.inputs import (
     world_from,
 )
 from evolution.pictures import write_run_figures
-from evolution.runs import RUN, LoadedRun, RunDir, experiment_in, load_run, rescuing
+from evolution.runs import RUN, LoadedRun, RunDir, experiment_in, filling, load_run
 from evolution.search import (
     DEFAULT_PRESET,
     Experiment,
@@ -159,15 +158,14 @@ def bench(
     kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
     cores = workers or available_cores()
     with (
-        ResultStore(kept, wait_s=wait_s) as store,
-        nullcontext() if kept is None else rescuing(BENCHMARK, kept.parent, store),
+        ResultStore() if kept is None else filling(BENCHMARK, kept, wait_s) as store,
         Evaluator(run_job, store, workers=cores, warm_up=preparation(specs, settings), executor=executor) as evaluator,
     ):
         result = drive_all(scenarios, plan, evaluator, on_run)
         if run is not None:
             result = replace(result, again=again_in(result.rows, run))
         if kept is not None:
-            result.save(kept.parent)
+            result.save(kept)
     return result
 
 
@@ -213,8 +211,7 @@ def evolve(
         rundir = RunDir.open(resume)
         wanted = experiment_in(rundir)
     with (
-        ResultStore(rundir.store_path, wait_s=wait_s) as store,
-        rescuing(RUN, rundir.path, store),
+        filling(RUN, rundir.path, wait_s) as store,
         Evaluator(
             run_job,
             store,

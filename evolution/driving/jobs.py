@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated, Any, Protocol
 
-from pydantic import Field, JsonValue
+from pydantic import Field, JsonValue, TypeAdapter
 
 from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
 from evolution.files import PACKAGE_VERSION
@@ -119,9 +119,12 @@ class RunResult:
 
     @classmethod
     def from_json(cls, text: str) -> RunResult:
-        """Read what :meth:`to_json` wrote."""
+        """Read what :meth:`to_json` wrote; raises ``ValueError`` or ``TypeError`` if it is something else."""
+        _RESULT.validate_json(text, strict=True)
         return cls(**json.loads(text))
 
+
+_RESULT = TypeAdapter(RunResult)
 
 SetResults = tuple[tuple[tuple[RunResult, ...], ...], ...]
 """Results of one map set: ``results[map][controller][repeat]``."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from evolution.files.directories import DirectoryKind, differences, new_directory
 from evolution.files.documents import Document, Versions, check, check_rows
+from evolution.files.locks import locked, locked_by
 from evolution.files.plain import (
     GrowingCsv,
     Row,
@@ -44,6 +45,8 @@ __all__ = [
     "check_rows",
     "csv_of",
     "differences",
+    "locked",
+    "locked_by",
     "make_directory",
     "new_directory",
     "npz_of",
