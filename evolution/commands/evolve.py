@@ -27,7 +27,7 @@ EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
-BESIDE_RESUME = "--workers, --executor, --scheduler, --wait, --quiet and --allow-code"
+BESIDE_RESUME = "--workers, --executor, --scheduler, --wait, --run-timeout, --quiet and --allow-code"
 SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", "repeats", "metric", "failures", "seed")
 
 
@@ -85,6 +85,7 @@ def run(args: argparse.Namespace) -> int:
             workers=args.workers,
             executor=options.executor_of(args),
             wait_s=args.wait,
+            run_timeout_s=args.run_timeout,
             on_generation=bar.on_generation,
             on_run=bar.on_run,
         )
@@ -99,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_others(args: argparse.Namespace) -> None:
     """Refuse options beside ``--resume``: a run is continued with the options it was begun with."""
-    work = ("workers", "executor", "scheduler", "wait", "allow_code", "quiet")
+    work = ("workers", "executor", "scheduler", "wait", "run_timeout", "allow_code", "quiet")
     other = ("resume", "run", "command", "given", *work)
     given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:

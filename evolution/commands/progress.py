@@ -9,23 +9,51 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.table import Table as Grid
+from rich.text import Text
 
 from evolution.driving import Job, RunResult, is_compiled
 from evolution.files import Table
 from evolution.search import EvolveSettings
 from evolution.search import Progress as Generation
+from gym_mapbench.errors import visible
 
 PIPE_WIDTH = 160
+
+
+class PlainConsole(Console):
+    """Shows texts as they are: a name in square brackets is no markup, and one with an escape sequence does nothing."""
+
+    def __init__(self, *, stderr: bool = False) -> None:
+        stream = sys.stderr if stderr else sys.stdout
+        super().__init__(stderr=stderr, markup=False, emoji=False, width=None if stream.isatty() else PIPE_WIDTH)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Make a text of what is printed or stands in a table."""
+        return super().render_str(visible(text, "\n"), **options)
+
+
+class PlainColumn(TextColumn):
+    """A column of a bar that shows names as they are."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text, markup=False)
+
+    def render(self, task: Task) -> Text:
+        """Return the text of the column."""
+        shown = super().render(task)
+        shown.plain = visible(shown.plain)
+        return shown
+
+
 COMPILING = "compiling, once per machine"
-console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
-errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
-notes = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
+console = PlainConsole()
+errors = PlainConsole(stderr=True)
+notes = PlainConsole(stderr=True)
 """Where notes and bars are shown, unless the user wants quiet."""
 
 
@@ -42,7 +70,7 @@ def say(line: str) -> None:
 
 def note(text: str) -> None:
     """Print a message on standard error, apart from the results; it is wrapped on a terminal only."""
-    notes.print(text, highlight=False, markup=False, soft_wrap=not notes.is_terminal)
+    notes.print(text, highlight=False, soft_wrap=not notes.is_terminal)
 
 
 @contextmanager
@@ -67,7 +95,7 @@ def print_table(table: Table) -> None:
     for name in table.columns:
         grid.add_column(name, justify="right" if table.numeric(name) else "left")
     for cells in table.cells():
-        grid.add_row(*map(escape, cells))
+        grid.add_row(*cells)
     console.print(grid)
 
 
@@ -95,7 +123,7 @@ class Bar:
 
     def __init__(self, what: str, total: float | None, *columns: ProgressColumn) -> None:
         self.bar = Progress(
-            TextColumn("{task.description}"),
+            PlainColumn("{task.description}"),
             BarColumn(),
             *columns,
             console=notes,
@@ -126,8 +154,9 @@ class WorkBar(Bar):
 
     def __init__(self, what: str, total: int | None = None) -> None:
         self.speed = RunsPerSecond()
-        state = TextColumn("{task.fields[state]}")
-        super().__init__(what, total, TextColumn("{task.completed:.0f}/{task.total:.0f}"), state, TimeRemainingColumn())
+        state = PlainColumn("{task.fields[state]}")
+        count = PlainColumn("{task.completed:.0f}/{task.total:.0f}")
+        super().__init__(what, total, count, state, TimeRemainingColumn())
 
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a benchmark."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 
-from rich.progress import TaskProgressColumn, TextColumn
+from rich.progress import TaskProgressColumn
 from rich.table import Table as Grid
 
 from evolution.api import study
 from evolution.commands import options
-from evolution.commands.progress import Bar, RunsPerSecond, console, note, print_table, say
+from evolution.commands.progress import Bar, PlainColumn, RunsPerSecond, console, note, print_table, say
 from evolution.driving import Job, RunResult
 from evolution.files import Row, Table
 from evolution.report import write_report
@@ -66,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
             workers=args.workers,
             executor=options.executor_of(args),
             wait_s=args.wait,
+            run_timeout_s=args.run_timeout,
             on_progress=bar.show,
             on_run=bar.advance,
         )
@@ -115,9 +116,9 @@ def _print(analysis: StudyAnalysis) -> None:
             table.add_row(*[_cell(row[column]) for column in columns])
         console.print(table)
     for sentence in verdict_of(analysis.results, analysis):
-        console.print(sentence, highlight=False, markup=False)
+        console.print(sentence, highlight=False)
     for line in analysis.results.missing:
-        console.print(f"missing: {line}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"missing: {line}", highlight=False, soft_wrap=True)
 
 
 def _cell(value: object) -> str:
@@ -131,7 +132,7 @@ class StudyBar(Bar):
 
     def __init__(self, name: str) -> None:
         self.speed = RunsPerSecond()
-        super().__init__(name, 1.0, TaskProgressColumn(), TextColumn("{task.fields[state]}"))
+        super().__init__(name, 1.0, TaskProgressColumn(), PlainColumn("{task.fields[state]}"))
 
     def show(self, progress: StudyProgress) -> None:
         """Show where the study stands."""

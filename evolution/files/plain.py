@@ -8,7 +8,7 @@ import json
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -61,14 +61,17 @@ def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
 
 
 def append_line(path: Path, text: str) -> None:
-    """Add a line to a text file.
+    """Add a line to a text file; one that was not written to its end stays a line of its own.
 
     Raises:
         WriteError: If it cannot be written.
     """
     try:
-        with open(path, "a", encoding="utf-8", opener=_no_link) as file:
-            file.write(text + "\n")
+        with open(path, "a+b", opener=_no_link) as file:
+            if file.tell():
+                file.seek(-1, os.SEEK_END)
+                text = text if file.read(1) == b"\n" else f"\n{text}"
+            file.write(f"{text}\n".encode())
     except OSError as error:
         raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
 
@@ -217,17 +220,15 @@ def _parse(column: str, text: str) -> Any:
 
 
 def read_json_lines(path: Path) -> list[Row]:
-    """Read a JSON lines file up to a line that was not written to its end; nothing if there is no file.
+    """Read a JSON lines file without lines that were not written to their end; nothing if there is no file.
 
     Raises:
         RunError: If it is not a text file.
     """
     rows: list[Row] = []
     for line in _read_text(path).splitlines() if path.is_file() else []:
-        try:
+        with suppress(ValueError, RecursionError):
             rows.append(json.loads(line))
-        except (ValueError, RecursionError):
-            break
     return rows
 
 

@@ -94,7 +94,12 @@ def run_study(
     with (
         filling(KIND, directory.path, wait_s) as store,
         _StudyEvaluator(
-            engine.answer_job, store, workers=workers, warm_up=engine.warm_up, executor=engine.executor
+            engine.answer_job,
+            store,
+            workers=workers,
+            warm_up=engine.warm_up,
+            executor=engine.executor,
+            timeout_s=engine.run_timeout_s,
         ) as evaluator,
     ):
         work = sum(work_of(first) * len(_of(settings, first, seeds)) for first in chosen)

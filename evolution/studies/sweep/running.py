@@ -102,7 +102,12 @@ def run_sweep(
     with (
         filling(SWEEP, path, wait_s) as store,
         Evaluator(
-            engine.run_job, store, workers=workers, warm_up=engine.warm_up, executor=engine.executor
+            engine.run_job,
+            store,
+            workers=workers,
+            warm_up=engine.warm_up,
+            executor=engine.executor,
+            timeout_s=engine.run_timeout_s,
         ) as evaluator,
     ):
         results = evaluator.run([job for _, job in jobs], on_run)
