@@ -28,7 +28,7 @@ from controllers.rotation_shim.controller import RotationShimFollower
 from controllers.rpp.controller import RppFollower
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.registry import Registry, accepted_keywords, must_be_callable
-from gym_mapbench.trust import was_asked_for
+from gym_mapbench.trust import about_to_run
 
 PRIMARIES: dict[str, Callable[[Any], PathFollower]] = {
     "dwb": DwbFollower,
@@ -89,9 +89,9 @@ def make_controller(
 def _load_model(spec: str, label: str | None, params: Mapping[str, Any]) -> Controller:
     """Load ``path/to/model.zip`` or ``NAME=path/to/model.zip``."""
     name, _, path = spec.rpartition("=")
-    was_asked_for(path)
     if params:
         raise ConfigError(f"{spec}: a model takes no parameters, got {', '.join(params)}")
+    about_to_run(path)
     return load_sb3(path, label or name or Path(path).stem)
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from controllers.nav2_params.presets import overlay
 from evolution.benchmark import BENCHMARK, Benchmark, again_in, barn_settings, begin_benchmark, read_bench
 from evolution.benchmark import bench as drive_all
 from evolution.driving import (
+    RUN_TIMEOUT_SECONDS,
     WAIT_SECONDS,
     DriveSettings,
     Evaluator,
@@ -49,7 +49,7 @@ from evolution.inputs import (
     world_from,
 )
 from evolution.pictures import write_run_figures
-from evolution.runs import RUN, LoadedRun, RunDir, load_run, rescuing
+from evolution.runs import RUN, LoadedRun, RunDir, experiment_in, filling, load_run
 from evolution.search import (
     DEFAULT_PRESET,
     Experiment,
@@ -107,6 +107,7 @@ def bench(
     workers: int | None = None,
     executor: str = "processes",
     wait_s: float = WAIT_SECONDS,
+    run_timeout_s: float = RUN_TIMEOUT_SECONDS,
     out: str | Path | None = None,
     resume: bool = False,
     on_run: OnRun | None = None,
@@ -132,6 +133,7 @@ def bench(
         executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`), or ``NAME=ADDRESS`` with
             the address of a scheduler, as in ``dask=tcp://HOST:PORT``.
         wait_s: How long to wait for another process that has locked the results, s.
+        run_timeout_s: Wall-clock seconds that a run may take before it ends in an error.
         out: New directory that keeps every result as it comes, and ``bench.json`` and ``bench.csv`` at the end;
             nothing is written if None.
         resume: Whether to continue a benchmark that was begun in ``out``; its results are as if uninterrupted.
@@ -163,14 +165,20 @@ def bench(
     kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
     cores = workers or available_cores()
     with (
-        ResultStore(kept, wait_s=wait_s) as store,
-        nullcontext() if kept is None else rescuing(BENCHMARK, kept.parent, store),
-        Evaluator(run_job, store, workers=cores, warm_up=preparation(specs, settings), executor=executor) as evaluator,
+        ResultStore() if kept is None else filling(BENCHMARK, kept, wait_s) as store,
+        Evaluator(
+            run_job,
+            store,
+            workers=cores,
+            warm_up=preparation(specs, settings),
+            executor=executor,
+            timeout_s=run_timeout_s,
+        ) as evaluator,
     ):
         driven = drive_all(scenarios, plan, evaluator, on_run)
         result = driven if run is None else replace(driven, again=again_in(driven.rows, run))
         if kept is not None:
-            result.save(kept.parent)
+            result.save(kept)
     return result
 
 
@@ -182,6 +190,7 @@ def evolve(
     workers: int | None = None,
     executor: str = "processes",
     wait_s: float = WAIT_SECONDS,
+    run_timeout_s: float = RUN_TIMEOUT_SECONDS,
     on_generation: Callable[[Progress], None] | None = None,
     on_run: OnRun | None = None,
     **search: Any,
@@ -197,6 +206,7 @@ def evolve(
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, as for :func:`bench`.
         wait_s: How long to wait for another process that has locked the results, s.
+        run_timeout_s: Wall-clock seconds that a run may take before it ends in an error.
         on_generation: Called after each generation.
         on_run: Called after each run with its job, its result, and how many are left.
         search: Options of the search that replace those of the experiment, e.g. ``evaluations=100, seed=3``.
@@ -214,17 +224,17 @@ def evolve(
         raise ConfigError(f"resume: expected no other option, got {next(iter(search), 'out')}")
     else:
         rundir = RunDir.open(resume)
-        wanted = experiment_of(rundir.config)
+        wanted = experiment_in(rundir)
     LOG.info("seed %d; controllers: %s", wanted.search.seed, ", ".join(wanted.plan.names))
     with (
-        ResultStore(rundir.store_path, wait_s=wait_s) as store,
-        rescuing(RUN, rundir.path, store),
+        filling(RUN, rundir.path, wait_s) as store,
         Evaluator(
             run_job,
             store,
             workers=workers or available_cores(),
             warm_up=preparation(wanted.controllers, wanted.run),  # type: ignore[arg-type]
             executor=executor,
+            timeout_s=run_timeout_s,
         ) as evaluator,
     ):
         search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)
@@ -243,6 +253,7 @@ def study(
     workers: int | None = None,
     executor: str = "processes",
     wait_s: float = WAIT_SECONDS,
+    run_timeout_s: float = RUN_TIMEOUT_SECONDS,
     on_progress: Callable[[StudyProgress], None] | None = None,
     on_run: OnRun | None = None,
 ) -> StudyResults | SweepResults:
@@ -257,6 +268,7 @@ def study(
         workers: Worker processes; all cores if None. The results do not depend on it.
         executor: What the runs are driven on, as for :func:`bench`.
         wait_s: How long to wait for another process that has locked the results, s.
+        run_timeout_s: Wall-clock seconds that a run may take before it ends in an error.
         on_progress: Called after each generation and each search of a study; a sweep has neither.
         on_run: Called after each run of a sweep with its job, its result, and how many are left.
 
@@ -273,7 +285,7 @@ def study(
         "only": only,
         "workers": workers or available_cores(),
         "wait_s": wait_s,
-        "engine": replace(NAV2, executor=executor),
+        "engine": replace(NAV2, executor=executor, run_timeout_s=run_timeout_s),
     }
     if isinstance(wanted, SweepSettings):
         return run_sweep(wanted, directory, maps=runs, on_run=on_run, **how)

@@ -92,12 +92,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(given: Sequence[str]) -> int:
     """Parse the arguments and run the command that they name."""
     args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given), **COMMON))
-    from gym_mapbench.errors import MapBenchError  # after the help, which does not wait for gymnasium
-    from gym_mapbench.trust import allow_code
+    from gym_mapbench.errors import MapBenchError, visible  # after the help, which does not wait for gymnasium
+    from gym_mapbench.trust import allow_code, only_code_named_in
 
     set_messages(quiet=args.quiet, verbose=args.verbose)
     try:
-        with allow_code(args.allow_code):
+        with allow_code(args.allow_code), only_code_named_in(given):
             code: int = args.run(args)
     except MapBenchError as error:
         print(f"mapbench {args.command}: {error}", file=sys.stderr)
@@ -109,6 +109,6 @@ def _run(given: Sequence[str]) -> int:
         raise
     except OSError as error:
         where = "" if error.filename is None else f"{error.filename}: "
-        print(f"mapbench {args.command}: {where}{error.strerror or error}", file=sys.stderr)
+        print(visible(f"mapbench {args.command}: {where}{error.strerror or error}"), file=sys.stderr)
         return USAGE_ERROR
     return code

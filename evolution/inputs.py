@@ -10,8 +10,8 @@ from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
 from evolution.benchmark import PREFIX as BARN
 from evolution.benchmark import load_barn
 from evolution.driving import ControllerSpec, DriveSettings, with_parameters
-from evolution.runs import RUN, LoadedRun, load_run, reached_maps
-from evolution.search import DEFAULT_CONTROLLERS, controllers_from, experiment_of
+from evolution.runs import RUN, LoadedRun, experiment_in, load_run, reached_maps
+from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike, load_scenarios
@@ -81,7 +81,7 @@ def own_controllers(read: Nav2Params | None, run: LoadedRun | None) -> Controlle
     """Return who drives where nobody said: the controllers of the file, else those of the run, else the usual ones."""
     if read is not None:
         return read.own_controllers
-    return DEFAULT_CONTROLLERS if run is None else experiment_of(run.config).controllers
+    return DEFAULT_CONTROLLERS if run is None else experiment_in(run).controllers
 
 
 def world_from(
@@ -107,8 +107,8 @@ def world_of(run: LoadedRun | None) -> DriveSettings:
     """Return the world that a run was searched in; the thesis' without one."""
     if run is None:
         return DriveSettings(navigation="thesis", environment=EnvConfig.build())
-    settings = experiment_of(run.config).run
-    assert isinstance(settings, DriveSettings)  # what experiment_of reads
+    settings = experiment_in(run).run
+    assert isinstance(settings, DriveSettings)  # what a recorded experiment holds
     return settings
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import os
+import select
 import stat
+import time
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +14,7 @@ from pathlib import Path
 from gym_mapbench.errors import MapBenchError
 
 MAX_ZIP_MEMBERS = 10_000
+NOBODY_SECONDS, SILENT_SECONDS, POLL_SECONDS = 0.5, 60.0, 0.01
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """What numpy and PyTorch write."""
 
@@ -28,18 +31,50 @@ def read_bytes(path: str | Path, limit: int, raises: type[MapBenchError]) -> byt
         raises: If there is no such file, it is something else, or it is larger.
     """
     try:
-        with Path(path).open("rb") as file:
+        with open(path, "rb", opener=_without_waiting) as file:
             status = os.fstat(file.fileno())
-            if not (stat.S_ISREG(status.st_mode) or stat.S_ISFIFO(status.st_mode)):
-                raise raises(f"{path}: expected a file, got a device")
-            content = file.read(limit + 1) if status.st_size <= limit else b""
+            content, size = _content(file.fileno(), status, limit), status.st_size
     except OSError as error:
         raise raises(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError:
         raise raises(f"{str(path)!r}: not a file name") from None
-    if (size := max(status.st_size, len(content))) > limit:
+    if content is None:
+        raise raises(f"{path}: expected a file, got a device, or a pipe that nobody writes to")
+    if (size := max(size, len(content))) > limit:
         raise raises(f"{path}: expected at most {limit} bytes, got {size} or more")
     return content
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Open a file; a pipe that nobody writes to would else be waited for."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def _content(file: int, status: os.stat_result, limit: int) -> bytes | None:
+    """Read at most one byte more than ``limit``, nothing if a file is larger; None if it is neither file nor pipe."""
+    if stat.S_ISREG(status.st_mode):
+        with open(file, "rb", closefd=False) as whole:
+            return whole.read(limit + 1) if status.st_size <= limit else b""
+    return _from_pipe(file, limit) if stat.S_ISFIFO(status.st_mode) else None
+
+
+def _from_pipe(pipe: int, limit: int) -> bytes | None:
+    """Read a pipe to its end; None if nobody writes to it, or nothing comes for too long."""
+    found, somebody, since = b"", False, time.monotonic()
+    while len(found) <= limit:
+        try:
+            part = os.read(pipe, limit + 1 - len(found))
+        except BlockingIOError:  # somebody has opened it, and has not written yet
+            somebody = True
+        else:
+            found, somebody = found + part, somebody or bool(part)
+            if somebody and not part:
+                return found
+            since = time.monotonic() if part else since
+        if time.monotonic() - since > (SILENT_SECONDS if somebody else NOBODY_SECONDS):
+            return None
+        select.select([pipe], [], [], POLL_SECONDS)
+    return found
 
 
 def read_text(path: str | Path, limit: int, raises: type[MapBenchError]) -> str:

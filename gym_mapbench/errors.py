@@ -4,6 +4,7 @@
 
     MapBenchError                  everything a caller may want to catch; its text is one clear line
     |-- ConfigError (ValueError)   a key, a value or a combination of options
+    |   `-- UntrustedError         code that a file names and the user does not
     |-- MapFormatError (ValueError)    a file that is not what it claims to be
     |-- PlanningError              a global planner could not answer
     |   `-- NoPathError            start and goal are not connected
@@ -29,14 +30,28 @@ class MapBenchError(Exception):
     """Base of every error this project raises on purpose; its text is one line, whatever came from a file."""
 
     def __str__(self) -> str:
-        text = super().__str__()
-        if not text.isprintable():
-            text = "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in text)
+        text = visible(super().__str__())
         return text if len(text) <= MAX_LENGTH else f"{text[: MAX_LENGTH - 500]} ... {text[-400:]}"
+
+
+def visible(text: str, but: str = "") -> str:
+    r"""Write everything in a text that a terminal would not show, or would obey, as ``\x1b`` and the like.
+
+    Args:
+        text: The text.
+        but: Characters to leave as they are.
+    """
+    if text.isprintable():
+        return text
+    return "".join(one if one.isprintable() or one in but else one.encode("unicode_escape").decode() for one in text)
 
 
 class ConfigError(MapBenchError, ValueError):
     """A key, a value, or a combination of options that cannot be used."""
+
+
+class UntrustedError(ConfigError):
+    """A file names code that would run, and nobody has asked for it."""
 
 
 class MapFormatError(MapBenchError, ValueError):

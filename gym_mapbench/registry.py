@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from gym_mapbench.errors import ConfigError, MapBenchError, PluginError, nearest_name, unknown_name
-from gym_mapbench.trust import MODULE_ATTRIBUTE, was_asked_for
+from gym_mapbench.trust import MODULE_ATTRIBUTE, about_to_run
 
 T = TypeVar("T")
 
@@ -169,7 +169,8 @@ class Registry(Generic[T]):
 
     def _load(self, name: str, value: str) -> Any:
         """Import what ``module:attribute`` stands for."""
-        was_asked_for(name)
+        if name == value:
+            about_to_run(name)
         try:
             return load_attribute(value)
         except ConfigError as error:

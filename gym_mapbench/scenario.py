@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, visible
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.geometry import wrap_angle as wrap_angle_kernel
 from gym_mapbench.kernels.jit import plain
@@ -40,6 +40,7 @@ class Scenario:
     name: str = "map"
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "name", visible(self.name))
         for what in ("start", "goal"):
             object.__setattr__(self, what, _pose_on(self.map, what, getattr(self, what)))
 

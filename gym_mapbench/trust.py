@@ -1,30 +1,39 @@
-"""Which files may run code: none, unless the user says so.
+"""Which code may run: what the user names, and nothing that only a file names.
 
 A name of the form ``module:attribute``, and the file of a learned policy, run code when they are used. Everybody
 expects that of a name on the command line or in a script, and nobody of an experiment, a study or a directory of
-results that came from somebody else. Such a file is therefore refused, unless it names only what this process was asked
-for before, or the user has allowed it: with ``--allow-code``, and in Python with :func:`allow_code`. Names without a
-colon, which are registered or belong to an installed package, are always free.
+results that came from somebody else. There are two doors, which the user opens with ``--allow-code``, and in Python
+with :func:`allow_code`:
+
+* A file that names code is refused when what it says is to be driven (:func:`refuse_code`), unless it names only what
+  this process ran before.
+* While a command runs, no code is loaded that its arguments do not name (:func:`only_code_named_in`), whichever way the
+  name came.
+
+Names without a colon, which are registered or belong to an installed package, are always free.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import UntrustedError
 
 MODULE_ATTRIBUTE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
 """``module:attribute``, both may contain dots."""
 
-RUNS_CODE = re.compile(rf"(?:[^=]*=)?\s*({MODULE_ATTRIBUTE.pattern}|.*\.zip\s*)(?::.*)?", re.DOTALL)
+RUNS_CODE = re.compile(rf"(?:[^=]*=)?\s*({MODULE_ATTRIBUTE.pattern}|.*\.zip)\s*(?::.*)?", re.DOTALL)
 """``module:attribute`` or ``model.zip``, perhaps with ``NAME=`` before it, or the path that a reader gets after it."""
 
+HINT = "add --allow-code (in Python: with gym_mapbench.trust.allow_code())"
+
 _allowed: ContextVar[bool] = ContextVar("allowed", default=False)
-_asked_for: set[str] = set()
+_named: ContextVar[frozenset[str] | None] = ContextVar("named", default=None)
+_ran: set[str] = set()
 
 
 @contextmanager
@@ -37,9 +46,31 @@ def allow_code(allowed: bool = True) -> Iterator[None]:
         _allowed.reset(token)
 
 
-def was_asked_for(name: str) -> None:
-    """Remember code that this process was asked to run, so that files may name it, too."""
-    _asked_for.add(name)
+@contextmanager
+def only_code_named_in(arguments: Iterable[str]) -> Iterator[None]:
+    """Load no code while the ``with`` block lasts but what these arguments of a command name."""
+    parts = [part.strip() for argument in arguments for part in re.split("[=,]", argument)]
+    found = [found[1] for part in parts if (found := RUNS_CODE.fullmatch(part))]
+    token = _named.set(frozenset(found))
+    try:
+        yield
+    finally:
+        _named.reset(token)
+
+
+def about_to_run(name: str) -> None:
+    """Let code be loaded, and remember that it was.
+
+    Args:
+        name: ``module:attribute`` or the file of a model.
+
+    Raises:
+        UntrustedError: If a command runs whose arguments do not name it, and that is not allowed.
+    """
+    named = _named.get()
+    if named is not None and name not in named and not _allowed.get():
+        raise UntrustedError(f"{name!r:.80} would run code, and no argument names it; if you trust it, {HINT}")
+    _ran.add(name)
 
 
 def refuse_code(document: object, where: object) -> None:
@@ -50,15 +81,12 @@ def refuse_code(document: object, where: object) -> None:
         where: The file.
 
     Raises:
-        ConfigError: Naming the code and its place in the file, unless that is allowed or was asked for before.
+        UntrustedError: Naming the code and its place in the file, unless that is allowed or ran before.
     """
     for place, text in () if _allowed.get() else _texts(document, ""):
         found = RUNS_CODE.fullmatch(text)
-        if found is not None and found[1].strip() not in _asked_for:
-            raise ConfigError(
-                f"{where}: {place}: {text!r:.80} would run code; if you trust this file, add --allow-code "
-                "(in Python: with gym_mapbench.trust.allow_code())"
-            )
+        if found is not None and found[1] not in _ran | (_named.get() or frozenset()):
+            raise UntrustedError(f"{where}: {place}: {text!r:.80} would run code; if you trust this file, {HINT}")
 
 
 def _texts(document: Any, place: str) -> Iterator[tuple[str, str]]:

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import os
+import threading
 import time
 import zipfile
 
 import pytest
 
 from controllers.model_files import model_data
+from controllers.nav2_params import read_nav2_params
+from controllers.nav2_params.migration import migrate_file
+from evolution.driving import DriveSettings
 from evolution.files import csv_of, read_csv, read_json, read_npz
-from evolution.search import EvolveSettings
+from evolution.search import EvolveSettings, read_document
+from evolution.studies.kinds import load_definition
+from evolution.training import train_settings
 from gym_mapbench.bounded import read_bytes
+from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.documents import MAX_NODES, parse_yaml, read_yaml
-from gym_mapbench.errors import ConfigError, MapBenchError, RunError
+from gym_mapbench.errors import ConfigError, MapBenchError, MapFormatError, RunError
 from gym_mapbench.mapio import load_maps
+from gym_mapbench.mapio.poses import read_poses
 from tests.faults.damage import bomb
 
 
@@ -45,8 +54,16 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path):
         assert "expected at most" in refusal(read, path)
 
 
+def merge_bomb(levels=10, width=10):
+    """Return YAML whose merge keys unfold to ``width ** levels`` mappings."""
+    lines = ["a0: &a0 {x: 1}"]
+    lines += [f"a{n}: &a{n} {{<<: [{', '.join([f'*a{n - 1}'] * width)}]}}" for n in range(1, levels)]
+    return "\n".join(lines) + "\n"
+
+
 YAML = {
     bomb(): "aliases unfolded",
+    merge_bomb(): "aliases unfolded",
     "&a [*a]": "aliases unfolded",
     "a: &a {b: *a}": "aliases unfolded",
     "[" + "1," * MAX_NODES + "]": "expected at most 20000 values",
@@ -79,6 +96,67 @@ def test_keys_are_names_and_aliases_and_merges_are_read():
     values, _ = parse_yaml(text, "a.yaml")
     assert values["other"] == {"1": "one", "on": "two", "null": "three"}
     assert values["list"] == [{"1": "one", "on": "two"}]
+
+
+BOMBS = {
+    "aliases": bomb(),
+    "merges": merge_bomb(),
+    "parameters": f"{bomb()}controllers: [dwb, {{name: rpp, params: {{a: *a11}}}}]\n",
+    "without end": "search: &a {search: *a}",
+}
+READERS = {
+    "experiment": read_document,
+    "study": load_definition,
+    "environment": EnvConfig.build,
+    "training": lambda path: train_settings(config=path),
+    "parameters": read_nav2_params,
+    "navigation": lambda path: DriveSettings(navigation=str(path)),
+    "conversion": lambda path: migrate_file(path, "jazzy"),
+    "map": load_maps,
+    "poses": read_poses,
+}
+
+
+@pytest.mark.parametrize("kind", READERS)
+@pytest.mark.parametrize("name", BOMBS)
+def test_no_reader_unfolds_a_bomb(kind, name, tmp_path):
+    (tmp_path / "a.yaml").write_text(BOMBS[name])
+    assert "a.yaml" in refusal(READERS[kind], tmp_path / "a.yaml")
+
+
+def test_a_long_number_to_the_base_of_60_is_a_text():
+    long = "1" + ":1" * 20_000
+    began = time.process_time()
+    assert parse_yaml(f"a: {long}", "a.yaml")[0] == {"a": long}
+    assert time.process_time() - began < 1
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_no_reader_waits_for_a_pipe_that_nobody_writes_to(kind, tmp_path):
+    os.mkfifo(tmp_path / "a.yaml")
+    assert "a pipe that nobody writes to" in refusal(READERS[kind], tmp_path / "a.yaml")
+
+
+def test_a_pipe_is_read_to_its_end(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+
+    def write():
+        with (tmp_path / "pipe").open("wb", buffering=0) as pipe:
+            for part in (b"a", b"b" * 100_000, b"c"):
+                time.sleep(0.05)
+                pipe.write(part)
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    try:
+        assert read_bytes(tmp_path / "pipe", 10**6, RunError) == b"a" + b"b" * 100_000 + b"c"
+    finally:
+        writer.join()
+
+
+@pytest.mark.parametrize(("device", "what"), [("/dev/zero", "expected a file, got a device"), ("/dev/null", "device")])
+def test_a_device_is_called_a_device(device, what):
+    assert what in refusal(read_bytes, device, 1000, MapFormatError)
 
 
 def archive(path, way=zipfile.ZIP_DEFLATED, **members):

@@ -6,19 +6,21 @@ import json
 
 import pytest
 
+from controllers.registry import make_controller
 from evolution.cli import main
 from evolution.files import DirectoryKind
 from evolution.search import read_document
 from evolution.studies.settings import read_definition
+from evolution.training import train_settings
 from gym_mapbench.config import EnvConfig
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, UntrustedError
 from gym_mapbench.registry import Registry
-from gym_mapbench.trust import allow_code, refuse_code
+from gym_mapbench.trust import allow_code, only_code_named_in, refuse_code
 
 
 @pytest.fixture(autouse=True)
 def _nothing_was_asked_for(monkeypatch):
-    monkeypatch.setattr("gym_mapbench.trust._asked_for", set())
+    monkeypatch.setattr("gym_mapbench.trust._ran", set())
 
 
 CODE = [
@@ -28,6 +30,8 @@ CODE = [
     "my_formats:read:maps/a.room",
     "model.zip",
     "sac = models/sac.zip",
+    " module:attribute ",
+    "a = b=model.zip ",
 ]
 HARMLESS = [
     *("dwb", "thesis", "name=dwb", "nav2_mppi_controller::MPPIController", "barn:FOLDER/1", "12:30", "a: b", "x.yaml"),
@@ -50,10 +54,24 @@ def test_other_texts_are_free(text):
 
 
 def test_what_the_user_asked_for_may_stand_in_files():
-    with pytest.raises(ConfigError, match="would run code"):
+    with pytest.raises(UntrustedError, match="would run code"):
         refuse_code(["collections:OrderedDict"], "file")
     Registry("thing", "things", {}).get("collections:OrderedDict")
     refuse_code(["a=collections:OrderedDict"], "file")
+
+
+def test_a_command_loads_only_what_its_arguments_name():
+    things = Registry("thing", "things", {})
+    with only_code_named_in(["bench", "--controllers=dwb, a=collections:OrderedDict", "collections:deque:maps/a"]):
+        things.get("collections:OrderedDict")
+        things.get("collections:deque")
+        for name in ("collections:Counter", "a=collections:OrderedDict"):
+            with pytest.raises(ConfigError):
+                things.get(name)
+        with pytest.raises(UntrustedError, match=r"'b\.zip' would run code, and no argument names it"):
+            make_controller("a=b.zip")
+        with allow_code():
+            things.get("collections:Counter")
 
 
 @pytest.fixture
@@ -97,7 +115,7 @@ def test_it_runs_with_leave(bait, capsys):
 def test_every_reader_of_files_refuses(tmp_path):
     path = tmp_path / "a.yaml"
     path.write_text("{search: 'bait:x'}")
-    for read in (read_document, read_definition, EnvConfig.build):
+    for read in (read_document, read_definition, EnvConfig.build, lambda path: train_settings(config=path)):
         with pytest.raises(ConfigError, match=r"a\.yaml: .*would run code"):
             read(path)
     kind = DirectoryKind("thing", "thing.json", 1)

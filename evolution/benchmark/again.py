@@ -7,8 +7,7 @@ from typing import Any
 
 from evolution.driving import RunResult
 from evolution.files import Row
-from evolution.runs import DrivenAgain, LoadedRun, driven_again
-from evolution.search import experiment_of
+from evolution.runs import DrivenAgain, LoadedRun, driven_again, experiment_in
 
 FIELDS = ("outcome", "time_s", "path_length_m", "reason", "seed")
 KEYS = frozenset({"map", "controller", "repeat", *FIELDS})
@@ -28,7 +27,7 @@ def again_in(rows: Sequence[Row], run: LoadedRun) -> DrivenAgain | None:
     if set(found) != {(name, controller) for name in maps for controller in run.controllers}:
         return None
     results = tuple(tuple(tuple(found[name, controller]) for controller in run.controllers) for name in maps)
-    return driven_again(results, run.best_results, experiment_of(run.config))
+    return driven_again(results, run.best_results, experiment_in(run))
 
 
 def again_sentence(again: DrivenAgain, run: LoadedRun) -> str:

@@ -16,7 +16,6 @@ from typing import Any
 
 from evolution.driving import JobPlan
 from evolution.files import DirectoryKind
-from evolution.runs import STORE
 from gym_mapbench.scenario import Scenario
 
 BENCHMARK = DirectoryKind("benchmark", "benchmark.json", format_version=1)
@@ -32,7 +31,7 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
         resume: Whether to continue a benchmark that was begun there.
 
     Returns:
-        The file that keeps its results.
+        The directory.
 
     Raises:
         ConfigError: If it holds anything, or with ``resume`` if another benchmark was begun there.
@@ -44,7 +43,7 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
         BENCHMARK.check_same(path, config, config.get("benchmark"), document)
     else:
         BENCHMARK.create(path, {"benchmark": document})
-    return path / STORE
+    return path
 
 
 def benchmark_document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str, Any]:

@@ -24,9 +24,8 @@ from evolution.commands.progress import WorkBar, console, errors, note, only_res
 from evolution.driving import ControllerSpec
 from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_benchmark_report
-from evolution.runs import LoadedRun
-from evolution.search import experiment_of
-from gym_mapbench.errors import ConfigError
+from evolution.runs import LoadedRun, experiment_in
+from gym_mapbench.errors import ConfigError, visible
 
 EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
   mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
@@ -110,6 +109,7 @@ def run(args: argparse.Namespace) -> int:
             workers=args.workers,
             executor=options.executor_of(args),
             wait_s=args.wait,
+            run_timeout_s=args.run_timeout,
             out=args.out,
             resume=args.resume,
             on_run=bar.advance,
@@ -125,7 +125,7 @@ def run(args: argparse.Namespace) -> int:
         note(f"wrote {page}; open it in any browser")
     failed = broken(rules, result.rows)
     for line in failed:
-        print(f"mapbench bench: --fail-if {line}", file=sys.stderr)
+        print(f"mapbench bench: --fail-if {visible(line)}", file=sys.stderr)
     return RULE_BROKEN if failed else 0
 
 
@@ -136,7 +136,7 @@ def _print(result: Benchmark, form: str, again: Sequence[str]) -> None:
         return
     print_table(result.table())
     for line in [*result.failures, *again]:
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
+        console.print(line, highlight=False, soft_wrap=True)
 
 
 def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequence[ControllerSpec]:
@@ -144,7 +144,7 @@ def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequen
     named = options.named_controllers(args)
     if named or searched is None:
         return named or options.controllers_of(args)
-    return experiment_of(searched.config).controllers
+    return experiment_in(searched).controllers
 
 
 def _print_barn(scores: Sequence[BarnScore], source: str) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from evolution.api import compose, evolve
 from evolution.commands import COMMON, options
 from evolution.commands.progress import SearchBar, console, note, print_table
-from evolution.runs import LoadedRun, RunDir, confirmed_sentence
+from evolution.runs import LoadedRun, RunDir, confirmed_sentence, experiment_in
 from evolution.search import (
     DEFAULT_PRESET,
     FITNESSES,
@@ -27,7 +27,7 @@ EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
-BESIDE_RESUME = "--workers, --executor, --scheduler, --wait, --quiet, --verbose and --allow-code"
+BESIDE_RESUME = "--workers, --executor, --scheduler, --wait, --run-timeout, --quiet, --verbose and --allow-code"
 SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", "repeats", "metric", "failures", "seed")
 
 
@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     """Evolve, record and draw, and say where the results are."""
     if args.resume:
         _refuse_others(args)
-        experiment = experiment_of(RunDir.open(args.resume).config)
+        experiment = experiment_in(RunDir.open(args.resume))
     else:
         experiment = _experiment(args)
     options.note_models(experiment.controllers, experiment.run)  # type: ignore[arg-type]
@@ -85,6 +85,7 @@ def run(args: argparse.Namespace) -> int:
             workers=args.workers,
             executor=options.executor_of(args),
             wait_s=args.wait,
+            run_timeout_s=args.run_timeout,
             on_generation=bar.on_generation,
             on_run=bar.on_run,
         )
@@ -99,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_others(args: argparse.Namespace) -> None:
     """Refuse options beside ``--resume``: a run is continued with the options it was begun with."""
-    work = ("workers", "executor", "scheduler", "wait", *COMMON)
+    work = ("workers", "executor", "scheduler", "wait", "run_timeout", *COMMON)
     other = ("resume", "run", "command", "given", *work)
     given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:

@@ -12,8 +12,7 @@ from evolution.commands import options
 from evolution.commands.parameter_file import read_parameter_file
 from evolution.commands.progress import console
 from evolution.driving import ControllerSpec, DriveSettings
-from evolution.runs import CONFIG, load_run
-from evolution.search import experiment_of
+from evolution.runs import CONFIG, experiment_in, load_run
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_maps
 from gym_mapbench.mapio.formats import WRITTEN
@@ -57,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _export_gazebo(args: argparse.Namespace) -> list[Path]:
     """Write the bundle with the controllers and parameters the run was driven with."""
-    recorded = experiment_of(load_run(args.source).config) if (Path(args.source) / CONFIG).is_file() else None
+    recorded = experiment_in(load_run(args.source)) if (Path(args.source) / CONFIG).is_file() else None
     settings = options.drive_settings(args, recorded.run if recorded else None)  # type: ignore[arg-type]
     chosen = options.controllers_of(args)
     specs = recorded.controllers if recorded is not None and args.controllers is None else chosen

@@ -14,6 +14,7 @@ from evolution.commands.parameter_file import add_reading_options, describe_para
 from evolution.commands.progress import note
 from evolution.driving import (
     EXECUTORS,
+    RUN_TIMEOUT_SECONDS,
     WAIT_SECONDS,
     ControllerSpec,
     DriveSettings,
@@ -154,7 +155,7 @@ def add_work_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_workers_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--workers``, ``--wait``, ``--executor`` and ``--scheduler``."""
+    """Add ``--workers``, ``--wait``, ``--run-timeout``, ``--executor`` and ``--scheduler``."""
     parser.add_argument("--workers", type=positive, metavar="N", help="worker processes (default: all cores)")
     parser.add_argument(
         "--wait",
@@ -162,6 +163,14 @@ def add_workers_options(parser: argparse.ArgumentParser) -> None:
         default=WAIT_SECONDS,
         metavar="S",
         help=f"seconds to wait for another process that has locked the results (default {WAIT_SECONDS:g})",
+    )
+    parser.add_argument(
+        "--run-timeout",
+        type=positive_number,
+        default=RUN_TIMEOUT_SECONDS,
+        metavar="S",
+        help="wall-clock seconds that a run may take; then it ends in an error, and its worker is replaced (default "
+        f"{RUN_TIMEOUT_SECONDS:g})",
     )
     parser.add_argument(
         "--executor", default="processes", metavar="NAME", help=f"what runs are driven on: {names_in(EXECUTORS)}"

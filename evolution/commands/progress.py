@@ -10,17 +10,18 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.table import Table as Grid
+from rich.text import Text
 
 from evolution.driving import Job, RunResult, is_compiled
 from evolution.files import Table, version_lines
 from evolution.search import EvolveSettings
 from evolution.search import Progress as Generation
+from gym_mapbench.errors import visible
 
 LOG = logging.getLogger(__name__)
 PACKAGES = ("gym_mapbench", "controllers", "evolution")
@@ -29,9 +30,35 @@ COMPILING = "compiling, once per machine, about a minute"
 SECONDS_PER_LINE = 20.0
 """How often a file or pipe, where no bar is seen, gets a line about the runs."""
 
-console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
-errors = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
-notes = Console(stderr=True, width=None if sys.stderr.isatty() else PIPE_WIDTH)
+
+class PlainConsole(Console):
+    """Shows texts as they are: a name in square brackets is no markup, and one with an escape sequence does nothing."""
+
+    def __init__(self, *, stderr: bool = False) -> None:
+        stream = sys.stderr if stderr else sys.stdout
+        super().__init__(stderr=stderr, markup=False, emoji=False, width=None if stream.isatty() else PIPE_WIDTH)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Make a text of what is printed or stands in a table."""
+        return super().render_str(visible(text, "\n"), **options)
+
+
+class PlainColumn(TextColumn):
+    """A column of a bar that shows names as they are."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text, markup=False)
+
+    def render(self, task: Task) -> Text:
+        """Return the text of the column."""
+        shown = super().render(task)
+        shown.plain = visible(shown.plain)
+        return shown
+
+
+console = PlainConsole()
+errors = PlainConsole(stderr=True)
+notes = PlainConsole(stderr=True)
 """Where notes and bars are shown, unless the user wants quiet."""
 
 
@@ -63,12 +90,12 @@ def be_verbose(verbose: bool = True) -> None:
 def say(line: str) -> None:
     """Print a line of progress on standard output, where no bar shows it."""
     if not notes.is_terminal and not notes.quiet:
-        print(line, flush=True)
+        print(visible(line), flush=True)
 
 
 def note(text: str) -> None:
     """Print a message on standard error, apart from the results; it is wrapped on a terminal only."""
-    notes.print(text, highlight=False, markup=False, soft_wrap=not notes.is_terminal)
+    notes.print(text, highlight=False, soft_wrap=not notes.is_terminal)
 
 
 @contextmanager
@@ -93,7 +120,7 @@ def print_table(table: Table) -> None:
     for name in table.columns:
         grid.add_column(name, justify="right" if table.numeric(name) else "left")
     for cells in table.cells():
-        grid.add_row(*map(escape, cells))
+        grid.add_row(*cells)
     console.print(grid)
 
 
@@ -133,7 +160,7 @@ class Bar:
 
     def __init__(self, what: str, total: float | None, *columns: ProgressColumn) -> None:
         self.bar = Progress(
-            TextColumn("{task.description}"),
+            PlainColumn("{task.description}"),
             BarColumn(),
             *columns,
             console=notes,
@@ -165,7 +192,7 @@ class WorkBar(Bar):
     def __init__(self, what: str, total: int | None = None) -> None:
         self.speed = RunsPerSecond()
         self.told = self.speed.began
-        state = TextColumn("{task.fields[state]}")
+        state = PlainColumn("{task.fields[state]}")
         super().__init__(what, total, MofNCompleteColumn(), state, TimeRemainingColumn())
 
     def tell(self, line: str) -> None:

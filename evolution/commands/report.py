@@ -7,7 +7,7 @@ from pathlib import Path
 
 from evolution.commands import options
 from evolution.commands.progress import console, note
-from evolution.runs import LoadedRun, load_run
+from evolution.runs import LoadedRun, experiment_in, load_run
 from evolution.studies import is_study
 from gym_mapbench.errors import ConfigError, RunError
 
@@ -61,7 +61,6 @@ def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
     """Drive one run of the best set again and film it."""
     from evolution.driving import drive
     from evolution.pictures import check_film, save_animation
-    from evolution.search import experiment_of
 
     if args.out is not None:
         raise ConfigError("--out: expected without --gif and --mp4, which name their files themselves")
@@ -70,7 +69,7 @@ def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
     for film in films:
         check_film(film)
     found = _run_of(Path(args.path), args.configuration)
-    experiment = experiment_of(found.config)
+    experiment = experiment_in(found)
     number = args.map or 1
     if number > len(found.best):
         raise ConfigError(f"--map: expected 1 to {len(found.best)}, got {number}")

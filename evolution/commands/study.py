@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import math
 
-from rich.progress import TaskProgressColumn, TextColumn
+from rich.progress import TaskProgressColumn
 from rich.table import Table as Grid
 
 from evolution.api import study
 from evolution.commands import options
 from evolution.commands.progress import (
     Bar,
+    PlainColumn,
     RunsPerSecond,
     best_in_short,
     best_in_words,
@@ -75,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
             workers=args.workers,
             executor=options.executor_of(args),
             wait_s=args.wait,
+            run_timeout_s=args.run_timeout,
             on_progress=bar.show,
             on_run=bar.advance,
         )
@@ -124,9 +126,9 @@ def _print(analysis: StudyAnalysis) -> None:
             table.add_row(*[_cell(row[column]) for column in columns])
         console.print(table)
     for sentence in verdict_of(analysis.results, analysis):
-        console.print(sentence, highlight=False, markup=False)
+        console.print(sentence, highlight=False)
     for line in analysis.results.missing:
-        console.print(f"missing: {line}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"missing: {line}", highlight=False, soft_wrap=True)
 
 
 def _cell(value: object) -> str:
@@ -140,7 +142,7 @@ class StudyBar(Bar):
 
     def __init__(self, name: str) -> None:
         self.speed = RunsPerSecond()
-        super().__init__(name, 1.0, TaskProgressColumn(), TextColumn("{task.fields[state]}"))
+        super().__init__(name, 1.0, TaskProgressColumn(), PlainColumn("{task.fields[state]}"))
 
     def show(self, progress: StudyProgress) -> None:
         """Show where the study stands."""

@@ -7,7 +7,7 @@ jobs, in whichever order the worker processes finish; what was driven before com
 from __future__ import annotations
 
 from evolution.driving.calibration import calibration_loop
-from evolution.driving.evaluator import Evaluator, OnRun
+from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS, Evaluator, OnRun
 from evolution.driving.executors import EXECUTORS, Crew, RunJob
 from evolution.driving.jobs import (
     RESULT_FIELDS,
@@ -33,6 +33,7 @@ __all__ = [
     "EXECUTORS",
     "RESULT_FIELDS",
     "RUN_COLUMNS",
+    "RUN_TIMEOUT_SECONDS",
     "TIME",
     "WAIT_SECONDS",
     "ControllerSpec",

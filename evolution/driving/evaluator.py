@@ -34,6 +34,7 @@ CTRL_C_SECONDS = 0.5
 """How long Ctrl-C may go unnoticed: where another thread receives the signal, it does not wake one that waits."""
 
 MAX_DEAD_POOLS = 3
+RUN_TIMEOUT_SECONDS = 300.0
 
 
 class Evaluator:
@@ -66,7 +67,7 @@ class Evaluator:
         store: ResultStore | None = None,
         *,
         workers: int = 1,
-        timeout_s: float = 300.0,
+        timeout_s: float = RUN_TIMEOUT_SECONDS,
         retries: int = 1,
         warm_up: WarmUp | None = None,
         executor: str = "processes",
@@ -185,7 +186,7 @@ class Evaluator:
         if isinstance(error, NotStartedError):
             raise RunError(f"workers cannot start: {error}") from None
         if isinstance(error, TimeoutError):
-            return error_result(f"no answer within {self.timeout_s:g} s")
+            return error_result(f"no answer within {self.timeout_s:g} s (--run-timeout)")
         if isinstance(error, WorkerDiedError):
             return error_result(str(error))
         return error_result(one_line(error))

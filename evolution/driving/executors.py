@@ -13,14 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from evolution.driving.jobs import Job, RunResult
 from evolution.driving.launching import worker_context
 from evolution.driving.processes import Processes
 from evolution.driving.serving import NotStartedError, belong_to_parent
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, visible
 from gym_mapbench.registry import Registry, must_be_callable
 
 RunJob = Callable[[Job], RunResult]
@@ -106,7 +106,7 @@ def attempt(run_job: RunJob, job: Job) -> RunResult:
         return error_result(one_line(error))
     if not isinstance(result, RunResult):
         return error_result(f"expected a RunResult, got {type(result).__name__}")
-    return result
+    return result if result.reason.isprintable() else replace(result, reason=visible(result.reason))
 
 
 def error_result(reason: str) -> RunResult:
@@ -116,4 +116,4 @@ def error_result(reason: str) -> RunResult:
 
 def one_line(error: BaseException) -> str:
     """Return the type and text of an error as one short line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())[:MAX_REASON]
+    return visible(" ".join(f"{type(error).__name__}: {error}".split()))[:MAX_REASON]

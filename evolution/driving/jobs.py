@@ -14,12 +14,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated, Any, Protocol
 
-from pydantic import Field, JsonValue
+from pydantic import AfterValidator, Field, JsonValue, TypeAdapter
 
 from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
 from evolution.files import PACKAGE_VERSION
 from gym_mapbench.episode import Outcome
-from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.errors import ConfigError, unknown_name, visible
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Scenario
@@ -35,6 +35,9 @@ RUN_COLUMNS = frozenset({"generation", "map", "controller", "repeat", "seed", "n
 """The columns of a table of runs besides the metrics."""
 
 
+MAX_REPEATS = 10_000
+
+
 class ControllerSpec(Settings):
     """A controller under comparison.
 
@@ -44,7 +47,7 @@ class ControllerSpec(Settings):
         params: Its parameters, JSON-able.
     """
 
-    name: Annotated[str, Field(min_length=1)]
+    name: Annotated[str, Field(min_length=1), AfterValidator(visible)]
     kind: str = ""
     params: dict[str, JsonValue] = Field(default_factory=dict)
 
@@ -119,9 +122,12 @@ class RunResult:
 
     @classmethod
     def from_json(cls, text: str) -> RunResult:
-        """Read what :meth:`to_json` wrote."""
+        """Read what :meth:`to_json` wrote; raises ``ValueError`` or ``TypeError`` if it is something else."""
+        _RESULT.validate_json(text, strict=True)
         return cls(**json.loads(text))
 
+
+_RESULT = TypeAdapter(RunResult)
 
 SetResults = tuple[tuple[tuple[RunResult, ...], ...], ...]
 """Results of one map set: ``results[map][controller][repeat]``."""
@@ -177,8 +183,8 @@ class JobPlan:
         object.__setattr__(self, "controllers", tuple(self.controllers))
         object.__setattr__(self, "metrics", asked_for(self.metrics))
         check_controllers(self.controllers)
-        if self.repeats < 1:
-            raise ConfigError(f"repeats: expected at least 1, got {self.repeats}")
+        if not 1 <= self.repeats <= MAX_REPEATS:
+            raise ConfigError(f"repeats: expected 1 to {MAX_REPEATS}, got {self.repeats}")
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -26,6 +26,9 @@ READY = "ready"
 """What a worker says before its first job, once it is prepared."""
 
 MAX_ANSWER_BYTES = 1_000_000
+MAX_MEMORY_BYTES = 4_000_000_000
+"""Data of a worker; one that drives takes some 400 MB, and one with a learned policy 1 GB."""
+
 SET_DEATH_SIGNAL = 1
 """``PR_SET_PDEATHSIG`` of Linux's ``prctl``."""
 
@@ -90,7 +93,7 @@ def _exit_after(wait: Callable[[], object]) -> None:
 
 
 def _be_a_worker() -> None:
-    """Lead a process group, ignore Ctrl-C, write no core files, and be killed by the system when the parent ends.
+    """Lead a process group, ignore Ctrl-C, write no core files, take no more memory than allowed, die with the parent.
 
     A worker inside a kernel that holds Python's lock runs no other thread. The fork server ends with the parent, and
     the system then kills the worker; it also kills copies that a controller makes of it, once the worker is gone.
@@ -101,7 +104,9 @@ def _be_a_worker() -> None:
     import resource
 
     os.setpgid(0, 0)
-    resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+    for kind, most in ((resource.RLIMIT_CORE, 0), (resource.RLIMIT_DATA, MAX_MEMORY_BYTES)):
+        hard = resource.getrlimit(kind)[1]
+        resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
     leave_fork_server()
     os.register_at_fork(after_in_child=_die_with_creator)
     _die_with_creator()

@@ -1,6 +1,7 @@
 """ResultStore: the results of all driven runs, by the key of their job.
 
-One SQLite file (table ``results``: ``key``, ``result`` as JSON). SQLite's write-ahead log
+One SQLite file (table ``results``: ``key``, ``result`` as JSON, whose last member is a checksum of key and result, so
+that a damaged row is never taken for another result; rows of earlier versions have none). SQLite's write-ahead log
 survives ``kill -9`` at any moment, allows several processes to write, and needs no loading. The
 order of the rows means nothing: outputs are written in an order of their own.
 """
@@ -8,6 +9,7 @@ order of the rows means nothing: outputs are written in an order of their own.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import logging
 import sqlite3
 from collections.abc import Iterable, Iterator
@@ -17,7 +19,7 @@ from types import TracebackType
 from typing import Self
 
 from evolution.driving.jobs import RunResult
-from evolution.driving.locks import holders_of
+from evolution.files import locked_by
 from gym_mapbench.errors import RunError
 
 LOG = logging.getLogger(__name__)
@@ -26,6 +28,7 @@ SCHEMA_VERSION = 1
 LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 WAIT_SECONDS = 10.0
 KEYS_PER_QUERY = 500
+MARK = ',"checksum":"'
 
 
 class ResultStore:
@@ -66,8 +69,7 @@ class ResultStore:
     def _locked(self, path: Path) -> str:
         """Say who has locked the file."""
         files = [path.with_name(path.name + end) for end in ("", "-shm", "-wal")]
-        holders = ", ".join(holders_of(files)) or "another process"
-        return f"{path}: locked by {holders} for {self._wait_s:g} s; try again, or wait longer with --wait"
+        return f"{path}: locked by {locked_by(files, self._wait_s)}"
 
     def _prepare(self) -> None:
         """Check the version, or create the table of a new file."""
@@ -97,15 +99,17 @@ class ResultStore:
 
     def _result(self, key: str, text: str) -> RunResult:
         try:
-            return RunResult.from_json(text)
-        except (ValueError, TypeError, RecursionError):
-            where = f"{self.path or 'result store'}: row {key!r}: expected a run's result"
-            raise RunError(f"{where}, got other text; delete the file to drive again") from None
+            return RunResult.from_json(_checked(key, text))
+        except (ValueError, TypeError, RecursionError) as error:
+            where = f"{self.path or 'result store'}: row {key!r:.80}: expected a run's result"
+            reason = " ".join(str(error).split())[:160]
+            raise RunError(f"{where}, got something else ({reason}); delete the file to drive again") from None
 
     def put(self, key: str, result: RunResult) -> None:
         """Keep a result; the first one of a key stays, so that all readers see the same result."""
         with self._errors("cannot be written"):
-            self._database.execute("INSERT OR IGNORE INTO results VALUES (?, ?)", (key, result.to_json()))
+            row = (key, _with_checksum(key, result.to_json()))
+            self._database.execute("INSERT OR IGNORE INTO results VALUES (?, ?)", row)
 
     def __len__(self) -> int:
         (count,) = self._database.execute("SELECT COUNT(*) FROM results").fetchone()
@@ -131,3 +135,21 @@ class ResultStore:
         self, _type: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _with_checksum(key: str, text: str) -> str:
+    """Return the JSON text of a result with its checksum as the last member."""
+    return f'{text[:-1]}{MARK}{_checksum(key, text)}"}}'
+
+
+def _checked(key: str, text: str) -> str:
+    """Take the checksum off a row's text; raises ``ValueError`` if the row is damaged."""
+    body, mark, _ = text.rpartition(MARK)
+    whole = body + "}"
+    if mark and text != _with_checksum(key, whole):
+        raise ValueError("its checksum is wrong")
+    return whole if mark else text
+
+
+def _checksum(key: str, text: str) -> str:
+    return hashlib.blake2b(f"{key} {text}".encode(), digest_size=8).hexdigest()

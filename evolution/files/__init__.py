@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from evolution.files.directories import DirectoryKind, differences, new_directory
 from evolution.files.documents import Document, Versions, check, check_rows
+from evolution.files.locks import locked, locked_by
 from evolution.files.plain import (
     GrowingCsv,
     Row,
@@ -16,10 +17,12 @@ from evolution.files.plain import (
     csv_of,
     make_directory,
     npz_of,
+    read_arrays,
     read_csv,
     read_json,
     read_json_lines,
     read_npz,
+    write_arrays,
     write_bytes,
     write_json,
     write_text,
@@ -42,9 +45,12 @@ __all__ = [
     "check_rows",
     "csv_of",
     "differences",
+    "locked",
+    "locked_by",
     "make_directory",
     "new_directory",
     "npz_of",
+    "read_arrays",
     "read_csv",
     "read_json",
     "read_json_lines",
@@ -52,6 +58,7 @@ __all__ = [
     "readable",
     "software",
     "version_lines",
+    "write_arrays",
     "write_bytes",
     "write_json",
     "write_text",

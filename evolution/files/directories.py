@@ -25,11 +25,14 @@ class DirectoryKind:
         what: What it holds, in one word.
         mark: Name of that file.
         format_version: Version of its format.
+        to_drive: Keys of that file that matter only where something is driven: what they say may name code, which
+            whoever drives must refuse.
     """
 
     what: str
     mark: str
     format_version: int
+    to_drive: tuple[str, ...] = ()
 
     @property
     def format(self) -> str:
@@ -68,7 +71,7 @@ class DirectoryKind:
 
         Raises:
             RunError: If it is not of this kind, or of another format.
-            ConfigError: If it names code.
+            UntrustedError: If it names code.
         """
         if not self.holds(path):
             raise RunError(f"{path}: not a {self.what} directory (no {self.mark})")
@@ -76,7 +79,7 @@ class DirectoryKind:
         if config.get("format") != self.format or config.get("format_version") != self.format_version:
             found = f"{config.get('format')} {config.get('format_version')}"
             raise RunError(f"{path / self.mark}: expected {self.format} {self.format_version}, got {found}")
-        refuse_code(config, path / self.mark)
+        refuse_code({name: config[name] for name in config if name not in self.to_drive}, path / self.mark)
         LOG.info("%s: opened, a %s", path, self.what)
         return config
 

@@ -7,11 +7,13 @@ import io
 import json
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gym_mapbench.bounded import open_zip, read_text
 from gym_mapbench.documents import parse_json
@@ -30,8 +32,9 @@ class WriteError(RunError):
     """A file or directory cannot be written, for example because the disk is full or read-only."""
 
 
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file in one step: it is either as before or complete.
+@contextmanager
+def written_at_once(path: Path) -> Iterator[BinaryIO]:
+    """Write a file in one step: after the ``with`` block it is complete, before and on an error as it was.
 
     Raises:
         WriteError: If it cannot be written.
@@ -39,21 +42,36 @@ def write_bytes(path: Path, content: bytes) -> None:
     partial = path.with_name(f".{path.name}.partial")
     try:
         with open(partial, "wb", opener=_no_link) as file:
-            file.write(content)
+            yield file
         os.replace(partial, path)
     except OSError as error:
         raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
 
 
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file in one step, as :func:`written_at_once` does."""
+    with written_at_once(path) as file:
+        file.write(content)
+
+
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Write arrays as an ``.npz`` file in one step."""
+    with written_at_once(path) as file:
+        np.savez(file, allow_pickle=False, **arrays)  # type: ignore[arg-type]
+
+
 def append_line(path: Path, text: str) -> None:
-    """Add a line to a text file.
+    """Add a line to a text file; one that was not written to its end stays a line of its own.
 
     Raises:
         WriteError: If it cannot be written.
     """
     try:
-        with open(path, "a", encoding="utf-8", opener=_no_link) as file:
-            file.write(text + "\n")
+        with open(path, "a+b", opener=_no_link) as file:
+            if file.tell():
+                file.seek(-1, os.SEEK_END)
+                text = text if file.read(1) == b"\n" else f"\n{text}"
+            file.write(f"{text}\n".encode())
     except OSError as error:
         raise WriteError(f"{path}: cannot be written ({error.strerror})") from None
 
@@ -168,11 +186,27 @@ def read_npz(path: Path, resolution: float) -> dict[str, GridMap]:
     Raises:
         RunError: If it is missing or holds something else.
     """
-    with open_zip(path, MAX_BYTES, RunError):
+    try:
+        return {digest: GridMap(array, resolution) for digest, array in read_arrays(path, MAX_BYTES).items()}
+    except ValueError as error:
+        raise _unreadable(path, error) from None
+
+
+def read_arrays(path: Path, limit: int) -> dict[str, NDArray[Any]]:
+    """Read the arrays of an ``.npz`` file; nothing in it is unpickled.
+
+    Args:
+        path: The file.
+        limit: Most bytes of all arrays together.
+
+    Raises:
+        RunError: If it is missing, larger, or holds something else.
+    """
+    with open_zip(path, limit, RunError):
         pass
     try:
-        with np.load(path) as arrays:
-            return {digest: GridMap(arrays[digest], resolution) for digest in arrays.files}
+        with np.load(path, allow_pickle=False) as arrays:
+            return dict(arrays)
     except Exception as error:  # numpy and zipfile raise many kinds on damaged bytes
         raise _unreadable(path, error) from None
 
@@ -186,17 +220,15 @@ def _parse(column: str, text: str) -> Any:
 
 
 def read_json_lines(path: Path) -> list[Row]:
-    """Read a JSON lines file up to a line that was not written to its end; nothing if there is no file.
+    """Read a JSON lines file without lines that were not written to their end; nothing if there is no file.
 
     Raises:
         RunError: If it is not a text file.
     """
     rows: list[Row] = []
     for line in _read_text(path).splitlines() if path.is_file() else []:
-        try:
+        with suppress(ValueError, RecursionError):
             rows.append(json.loads(line))
-        except (ValueError, RecursionError):
-            break
     return rows
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,12 @@ LIBRARIES = ("numpy", "scipy", "numba", "Box2D", "gymnasium", "pymoo")
 
 def versions() -> dict[str, Any]:
     """Return the versions of this package and of the libraries that results depend on."""
-    return {"version": PACKAGE_VERSION, "libraries": {name: version(name) for name in LIBRARIES}}
+    return {"version": PACKAGE_VERSION, "libraries": dict(_library_versions())}
+
+
+@cache
+def _library_versions() -> tuple[tuple[str, str], ...]:
+    return tuple((name, version(name)) for name in LIBRARIES)
 
 
 def software() -> dict[str, str]:

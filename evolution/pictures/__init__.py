@@ -25,6 +25,7 @@ from evolution.pictures.run_figures import (
     DrivenMap,
     best_maps_figure,
     drive_best,
+    recorded_maps,
     solved_lorenz_figure,
     write_run_figures,
 )
@@ -44,6 +45,7 @@ __all__ = [
     "learning_figure",
     "map_set_figure",
     "maps_figure",
+    "recorded_maps",
     "save_animation",
     "save_figure",
     "show_animation",

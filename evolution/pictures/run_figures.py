@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from evolution.driving import Job, drive
 from evolution.pictures.plots import convergence_figure, lorenz_figure, map_set_figure, save_figure, times_figure
-from evolution.runs import LoadedRun, typical_repeat
+from evolution.runs import LoadedRun, experiment_in, typical_repeat
 from evolution.search import FITNESSES, Experiment, experiment_of
 from gym_mapbench.episode import Episode
 
@@ -31,7 +31,7 @@ class DrivenMap:
         name: Name of the map.
         reading: Its reading, in words.
         spreads: By controller, between which times its runs on the map took, in words; none if it drove only once.
-        episodes: One repeat of every controller, the one nearest to their median times.
+        episodes: One repeat of every controller, the one nearest to their median times; none if none was driven.
     """
 
     name: str
@@ -53,17 +53,28 @@ def drive_best(
         run: The run whose best map set is driven.
         read_experiment: Builds the run's experiment from its configuration.
         drive: Drives a job and records everything.
+
+    Raises:
+        UntrustedError: If the run's experiment names code.
     """
-    plan = read_experiment(run.config, str(run.path)).plan
+    plan = experiment_in(run, read_experiment).plan
     driven = []
     for scenario, entry in zip(run.best, run.best_results["maps"], strict=True):
         failed = {name for name, runs in entry["runs"].items() if not runs or runs[0]["outcome"] == "error"}
         repeat = typical_repeat(entry)
         jobs = [plan.job(scenario, number, repeat) for number, name in enumerate(plan.names) if name not in failed]
-        episodes = tuple(drive(job) for job in jobs)
-        spreads = {name: _spread(runs) for name, runs in entry["runs"].items() if len(runs) > 1}
-        driven.append(DrivenMap(entry["name"], _reading(run, entry["reading"]), episodes, spreads))
+        driven.append(replace(_recorded(run, entry), episodes=tuple(drive(job) for job in jobs)))
     return driven
+
+
+def recorded_maps(run: LoadedRun) -> list[DrivenMap]:
+    """Return the best map set as the search recorded it, without driving it again."""
+    return [_recorded(run, entry) for entry in run.best_results["maps"]]
+
+
+def _recorded(run: LoadedRun, entry: Mapping[str, Any]) -> DrivenMap:
+    spreads = {name: _spread(runs) for name, runs in entry["runs"].items() if len(runs) > 1}
+    return DrivenMap(entry["name"], _reading(run, entry["reading"]), (), spreads)
 
 
 def _spread(runs: Sequence[Mapping[str, Any]]) -> str:

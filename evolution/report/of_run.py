@@ -18,13 +18,16 @@ from evolution.search import SECTIONS
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
 
 
-def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap], sections: Iterable[str] = ()) -> Report:
+def report_of_run(
+    run: LoadedRun, driven: Sequence[DrivenMap], sections: Iterable[str] = (), missing: Iterable[str] = ()
+) -> Report:
     """Collect the report of one evolution run.
 
     Args:
         run: The run, as far as it has come.
         driven: Its best maps, driven again for the replays (:func:`evolution.pictures.run_figures.drive_best`).
         sections: Names of sections to show in addition to those on every page.
+        missing: What could not be done, and why.
     """
     search = run.config["search"]
     made, failed = sections_of(run, sections)
@@ -41,7 +44,7 @@ def report_of_run(run: LoadedRun, driven: Sequence[DrivenMap], sections: Iterabl
         maps=replayed_maps(run, driven),
         sections=made,
         downloads=_downloads(run),
-        missing=[*written_elsewhere(run.config), *_unfinished(run), *_errors(run), *failed],
+        missing=[*missing, *written_elsewhere(run.config), *_unfinished(run), *_errors(run), *failed],
         changed=changed_replays(run, driven),
     )
 
@@ -63,8 +66,11 @@ def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
 
 def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[ReplayedMap]:
     """The best maps with their recorded runs."""
-    radius = float(run.config["run"]["environment"]["robot"]["radius"])
-    return [ReplayedMap(f"{one.name} ({one.reading})", one.episodes, radius) for one in driven if one.episodes]
+    return [ReplayedMap(f"{one.name} ({one.reading})", one.episodes, _radius(run)) for one in driven if one.episodes]
+
+
+def _radius(run: LoadedRun) -> float:
+    return float(run.config["run"]["environment"]["robot"]["radius"])
 
 
 def _verdict(run: LoadedRun) -> list[str]:

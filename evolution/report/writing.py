@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from evolution.files import write_text
-from evolution.pictures import FIGURES, drive_best, write_run_figures
+from evolution.pictures import FIGURES, drive_best, recorded_maps, write_run_figures
 from evolution.report.of_run import report_of_run
 from evolution.report.of_study import report_of_study
 from evolution.report.page import Report, render_page
@@ -27,7 +27,7 @@ from evolution.studies import (
     write_study_figures,
     write_tables,
 )
-from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.errors import ConfigError, RunError, UntrustedError
 
 REPORT = "report.html"
 
@@ -101,9 +101,14 @@ def _run_report(
 ) -> Report:
     run = replace(load_run(path), figures=drawn / FIGURES)
     on_step("driving the best map set again for the replays")
-    driven = drive_best(run, engine.read_experiment, engine.drive)
+    missing = []
+    try:
+        driven = drive_best(run, engine.read_experiment, engine.drive)
+    except UntrustedError as error:
+        driven, missing = recorded_maps(run), [f"There are no replays: {error}"]
+        on_step(missing[0])
     write_run_figures(run, driven)
-    return report_of_run(run, driven, sections)
+    return report_of_run(run, driven, sections, missing)
 
 
 def _study_report(analysis: StudyAnalysis, drawn: Path, engine: Engine, on_step: Callable[[str], object]) -> Report:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
 from evolution.runs.driven_again import DrivenAgain, driven_again, fitness_of, judge
-from evolution.runs.loading import LoadedRun, driven_maps, load_run, reached_maps
-from evolution.runs.rescue import rescuing
+from evolution.runs.filling import filling
+from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, load_run, reached_maps
 from evolution.runs.results import confirmed_sentence, errors_in, results_document, results_in, typical_repeat
 
 __all__ = [
@@ -25,11 +25,12 @@ __all__ = [
     "driven_again",
     "driven_maps",
     "errors_in",
+    "experiment_in",
+    "filling",
     "fitness_of",
     "judge",
     "load_run",
     "reached_maps",
-    "rescuing",
     "results_document",
     "results_in",
     "typical_repeat",

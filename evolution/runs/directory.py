@@ -52,7 +52,7 @@ CONFIG, CHECKPOINT, README = "config.json", "checkpoint.json", "README.txt"
 GENERATIONS, INDIVIDUALS, RUNS = "generations.csv", "individuals.csv", "runs.csv"
 BEST_RESULTS, MAPS, TIMING, STORE = "best_results.json", "maps", "timing.jsonl", "results.sqlite"
 
-RUN = DirectoryKind("run", CONFIG, format_version=1)
+RUN = DirectoryKind("run", CONFIG, format_version=1, to_drive=("controllers", "run"))
 
 README_TEXT = """One run of mapbench. All lengths are m, times s, angles rad; smaller fitness is better.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,12 +11,13 @@ from typing import Any
 
 from evolution.driving import RESULT_FIELDS, RUN_COLUMNS, RunResult
 from evolution.files import Row, Table, Tabled, read_npz
-from evolution.runs.directory import MAPS, RunDir, controllers_in
-from evolution.search import MapResults
+from evolution.runs.directory import CONFIG, MAPS, RunDir, controllers_in
+from evolution.search import Experiment, MapResults, experiment_of
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.generator import ShapeSettings, default_task
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import MapSet, Scenario
+from gym_mapbench.trust import refuse_code
 
 
 @dataclass(frozen=True)
@@ -123,6 +124,23 @@ def load_run(path: str | Path) -> LoadedRun:
         best_results,
         rundir.read_timing(),
     )
+
+
+def experiment_in(
+    run: LoadedRun | RunDir, read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of
+) -> Experiment:
+    """Build the experiment that a run was begun with.
+
+    Args:
+        run: The run.
+        read_experiment: Builds an experiment from a document and the beginning of its error messages.
+
+    Raises:
+        ConfigError: If it cannot be used.
+        UntrustedError: If it names code.
+    """
+    refuse_code(run.config, run.path / CONFIG)
+    return read_experiment(run.config, str(run.path / CONFIG))
 
 
 def driven_maps(run: LoadedRun, until: int | None = None) -> dict[str, MapResults]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from evolution.driving import Job, RunJob, RunResult, drive, run_job, try_controllers, warm_up
+from evolution.driving import RUN_TIMEOUT_SECONDS, Job, RunJob, RunResult, drive, run_job, try_controllers, warm_up
 from evolution.search import Experiment, experiment_of
 from evolution.studies.baselines.path_length import PLANNER, plan_job
 from gym_mapbench.episode import Episode
@@ -30,6 +30,7 @@ class Engine:
         warm_up: Called once in every new worker.
         check_experiment: Refuses an experiment whose runs could only fail.
         executor: What the jobs run on, by name.
+        run_timeout_s: Wall-clock seconds that a run may take.
     """
 
     read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of
@@ -39,6 +40,7 @@ class Engine:
     warm_up: Callable[[], object] | None = warm_up
     check_experiment: Callable[[Experiment], object] = check_experiment
     executor: str = "processes"
+    run_timeout_s: float = RUN_TIMEOUT_SECONDS
 
     @property
     def answer_job(self) -> RunJob:

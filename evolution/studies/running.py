@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from evolution.driving import WAIT_SECONDS, Evaluator, Job, OnRun, ResultStore, RunResult
+from evolution.driving import WAIT_SECONDS, Evaluator, Job, OnRun, RunResult
 from evolution.files import WriteError
-from evolution.runs import load_run, rescuing
+from evolution.runs import filling, load_run
 from evolution.search import Progress
 from evolution.studies.analysis.loading import load_results
 from evolution.studies.analysis.results import StudyResults
@@ -92,10 +92,14 @@ def run_study(
     seeds = settings.seeds[: settings.runs if runs is None else runs]
     directory = _directory(path, settings, resume)
     with (
-        ResultStore(directory.store_path, wait_s=wait_s) as store,
-        rescuing(KIND, directory.path, store),
+        filling(KIND, directory.path, wait_s) as store,
         _StudyEvaluator(
-            engine.answer_job, store, workers=workers, warm_up=engine.warm_up, executor=engine.executor
+            engine.answer_job,
+            store,
+            workers=workers,
+            warm_up=engine.warm_up,
+            executor=engine.executor,
+            timeout_s=engine.run_timeout_s,
         ) as evaluator,
     ):
         work = sum(work_of(first) * len(_of(settings, first, seeds)) for first in chosen)

@@ -9,7 +9,7 @@ from statistics import fmean
 from typing import Any
 
 from controllers.nav2_params.presets import overlay
-from evolution.runs import RunDir, driven_maps, load_run
+from evolution.runs import RunDir, driven_maps, experiment_in, load_run
 from evolution.search import FITNESSES, MAX_MAPS, Experiment, Fitness, calibrate_scale
 from evolution.studies.directory import StudyDir
 from evolution.studies.engine import Engine
@@ -171,7 +171,7 @@ def _mean_fitness(directory: StudyDir, name: str, seeds: Sequence[int]) -> float
 def _times(path: Path, engine: Engine) -> list[tuple[float, ...]]:
     """Return the values of all controllers on each map of a run that has values."""
     run = load_run(path)
-    experiment = engine.read_experiment(run.config, str(path))
+    experiment = experiment_in(run, engine.read_experiment)
     fitness = Fitness.of(experiment.search, experiment.run.time_limit)
     values = [fitness.values_of(results) for results in driven_maps(run).values()]
     return [times for times in values if times is not None]

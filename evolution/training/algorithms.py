@@ -19,7 +19,7 @@ from gymnasium.spaces import Box
 from controllers.learned import Encoder, ModelCard, Normalization, write_card
 from evolution.files import write_bytes
 from evolution.training.settings import TrainSettings
-from gym_mapbench.errors import ConfigError, RunError, unknown_name
+from gym_mapbench.errors import ConfigError, unknown_name
 
 OURS = (
     "policy",
@@ -117,19 +117,6 @@ def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:
     except (TypeError, ValueError, AssertionError) as error:
         reason = " ".join(str(error).split())[:200]
         raise ConfigError(f"hyperparameters of {settings.algorithm}: cannot be used ({reason})") from None
-
-
-def load_model(settings: TrainSettings, path: Path, worlds: Any) -> Any:
-    """Load a model to continue it.
-
-    Raises:
-        RunError: If the file is not such a model.
-    """
-    try:
-        return _class_of(settings).load(path, env=worlds, device="cpu")
-    except Exception as error:
-        reason = " ".join(str(error).split())[:200]
-        raise RunError(f"{path}: cannot be continued as a model of {settings.algorithm} ({reason})") from None
 
 
 def save_model(model: Any, path: Path, card: ModelCard, *, to_drive: bool = False) -> None:

@@ -30,7 +30,7 @@ from gym_mapbench.scenario import Scenario
 CONFIG, STATE, CURVE, README = "training.json", "state.json", "curve.csv", "README.txt"
 BEST, LATEST, CHECKPOINTS, FIGURES, LOGS = "best_model.zip", "model.zip", "checkpoints", "figures", "tensorboard"
 MAPS, CURRICULUM = "maps.json", "curriculum.json"
-STATISTICS, BUFFER = "vecnormalize.pkl", "replay_buffer.pkl"
+STATISTICS, BUFFER = "vecnormalize.npz", "replay_buffer.npz"
 CURVE_FIGURE = "learning_curve"
 
 TRAINING = DirectoryKind("training", CONFIG, format_version=1)
@@ -47,10 +47,11 @@ checkpoints/        the model at every evaluation, by its steps, to be driven
 maps.json, curriculum.json    the maps it trains on, if they are not random
 state.json          where the training stands
 tensorboard/        logs, if TensorBoard was installed
-vecnormalize.pkl, replay_buffer.pkl    what else --resume needs, where the algorithm has it
+vecnormalize.npz, replay_buffer.npz    what else --resume needs, where the algorithm has it
 
 A model is a file of Stable-Baselines3 with a card in it, mapbench.json: what it sees, how often it decides.
-Model files and the .pkl files can run code when they are loaded: use only your own, and those of people you trust.
+Model files can run code when they are loaded to drive: use only your own, and those of people you trust. --resume reads
+numbers only, and runs nothing that is in here.
 """
 
 

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.learned import Features
+from evolution.files import locked
 from evolution.training.algorithms import (
     check_model,
-    load_model,
     make_model,
     tensorboard_is_installed,
 )
+from evolution.training.continuing import continued_model, load_experience, load_statistics
 from evolution.training.directory import (
     BUFFER,
     LATEST,
@@ -69,15 +70,22 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
         The training, as :func:`~evolution.training.directory.load_training` reads it.
 
     Raises:
-        RunError: If the directory is damaged, cannot be written, or was written by another version of this package.
+        RunError: If the directory is damaged, cannot be written, was written by another version of this package, or
+            another process trains there.
         KeyboardInterrupt: If Ctrl-C was pressed; the model is kept and can be continued.
     """
+    with locked(directory.path / TRAINING.mark, 0.0):
+        if not (directory.state or {}).get("finished"):
+            _go_on(directory, on_progress)
+    return load_training(directory.path)
+
+
+def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] | None) -> None:
+    """Train to the end, or until Ctrl-C."""
     from evolution.training.callback import Companion, Interruption
     from evolution.training.vec_env import TrainingWorlds
 
     settings, state = directory.settings, directory.state
-    if state is not None and state["finished"]:
-        return load_training(directory.path)
     TRAINING.check_same(directory.path, directory.config, {}, {})
     maps, curriculum = directory.read_maps()
     worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, 0 if state is None else state["steps"]))
@@ -96,7 +104,6 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
             recorder.keep(model, with_buffer=True)
             raise KeyboardInterrupt
         companion.evaluate()
-    return load_training(directory.path)
 
 
 def make_levels(
@@ -156,21 +163,20 @@ def _normalized(settings: TrainSettings, worlds: Any, resumed: Path | None) -> t
         return worlds, None
     from stable_baselines3.common.vec_env import VecNormalize
 
+    gamma = float(settings.hyperparameters.get("gamma", 0.99))  # type: ignore[arg-type]
+    observations, rewards = settings.normalize_observations, settings.normalize_rewards
+    wrapped = VecNormalize(worlds, norm_obs=observations, norm_reward=rewards, gamma=gamma)
     if resumed is not None:
-        wrapped = VecNormalize.load(str(resumed / STATISTICS), worlds)
-    else:
-        gamma = float(settings.hyperparameters.get("gamma", 0.99))  # type: ignore[arg-type]
-        observations, rewards = settings.normalize_observations, settings.normalize_rewards
-        wrapped = VecNormalize(worlds, norm_obs=observations, norm_reward=rewards, gamma=gamma)
+        load_statistics(wrapped, resumed / STATISTICS)
     return wrapped, wrapped
 
 
 def _model(settings: TrainSettings, directory: TrainingDir, lessons: Any, *, resumed: bool) -> Any:
     """Make a model, or load the one to be continued."""
+    logs = directory.path / LOGS if tensorboard_is_installed() else None
     if not resumed:
-        logs = directory.path / LOGS if tensorboard_is_installed() else None
         return make_model(settings, lessons, logs)
-    model = load_model(settings, directory.path / LATEST, lessons)
+    model = continued_model(settings, directory.path / LATEST, lessons, logs)
     if (directory.path / BUFFER).is_file():
-        model.load_replay_buffer(directory.path / BUFFER)
+        load_experience(model.replay_buffer, directory.path / BUFFER)
     return model

@@ -12,6 +12,7 @@ import numpy as np
 from evolution.files import Row
 from evolution.pictures import learning_figure, save_figure
 from evolution.training.algorithms import card_of, save_model
+from evolution.training.continuing import save_experience, save_statistics
 from evolution.training.directory import (
     BEST,
     BUFFER,
@@ -104,9 +105,9 @@ class Recorder:
         path = self._directory.path
         self._save(model, LATEST, self.rows[-1]["success"] if self.rows else None)
         if self._uses_statistics:
-            self._statistics.save(path / STATISTICS)
-        if with_buffer and hasattr(model, "save_replay_buffer"):
-            model.save_replay_buffer(path / BUFFER)
+            save_statistics(self._statistics, path / STATISTICS)
+        if with_buffer and hasattr(model, "replay_buffer"):
+            save_experience(model.replay_buffer, path / BUFFER)
         finished = model.num_timesteps >= self._settings.steps
         state = {"steps": model.num_timesteps, "seconds": self.seconds, "best": self._best, "finished": finished}
         self._directory.write_state(state)

@@ -15,6 +15,7 @@ from gym_mapbench.config import EnvConfig
 from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings
+from gym_mapbench.trust import refuse_code
 
 Count = Annotated[int, Field(ge=1)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -229,8 +230,10 @@ def train_settings(
     Raises:
         ConfigError: Naming what cannot be used.
     """
-    where = str(config) if isinstance(config, str | Path) else "config"
-    document = read_yaml(config) if isinstance(config, str | Path) else config or {}
+    where, document = "config", config or {}
+    if isinstance(document, str | Path):
+        where, document = str(document), read_yaml(document)
+        refuse_code(document, where)
     if not isinstance(document, Mapping):
         raise ConfigError(f"{where}: expected a mapping of options, got {type(document).__name__}")
     named = algorithm or str(document.get("algorithm", "ppo"))

@@ -7,7 +7,7 @@ import itertools
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -21,9 +21,11 @@ WANTED = ("accepted", "refused", "same bytes", "was too late", "no other run los
 SHARES = {"inputs": 0.5, "workers": 0.1, "kills": 0.4}
 """What part of the time each part of the campaign gets."""
 
-HANG_SECONDS = 60.0
-BATCH = 64
+BATCH_SECONDS = 1.0
+"""Processor seconds that one kind of input gets before it is another one's turn."""
+
 Try = Callable[[int], End]
+TrySome = Callable[[int, float], list[End]]
 Counts = dict[str, Counter[str]]
 
 
@@ -31,26 +33,31 @@ def main() -> int:
     """Run the campaign."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--inputs", type=int, default=10**9, help="most damaged files to try (default: no limit)")
+    parser.add_argument("--parts", nargs="+", choices=SHARES, default=list(SHARES), help="what to try (default: all)")
     parser.add_argument("--seed", type=int, default=0, help="number of the first of the inputs")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        counts = campaign(Path(name), 60 * options.minutes, options.seed)
+        counts = campaign(Path(name), options.parts, options.inputs, 60 * options.minutes, options.seed)
     print(table(counts))
     return 1 if any(how not in WANTED for ends in counts.values() for how in ends) else 0
 
 
-def campaign(folder: Path, seconds: float, seed: int) -> Counts:
-    """Try everything for some time; returns for each kind how often it ended how."""
-    samples = write_samples(folder / "samples")
-    kills.whole_run(folder)
-    files = {name: partial(inputs.try_one, samples, name) for name in (*inputs.SETTINGS, *inputs.RESULTS)}
-    faults: dict[str, Try] = {f"controller: {name}": partial(workers.try_one, name) for name in workers.KINDS}
-    searches: dict[str, Try] = {f"search: {name}": partial(kills.try_one, folder, name) for name in kills.KINDS}
-    return {
-        **tried_in_processes(files, seconds * SHARES["inputs"], seed),
-        **tried(faults, seconds * SHARES["workers"], seed),
-        **tried(searches, seconds * SHARES["kills"], seed),
-    }
+def campaign(folder: Path, parts: Sequence[str], most: int, seconds: float, seed: int) -> Counts:
+    """Try the parts for some time; returns for each kind how often it ended how."""
+    share = {name: seconds * SHARES[name] / sum(SHARES[part] for part in parts) for name in parts}
+    counts: Counts = {}
+    if "inputs" in parts:
+        samples = write_samples(folder / "samples")
+        files = {name: partial(inputs.try_some, samples, name) for name in (*inputs.SETTINGS, *inputs.RESULTS)}
+        counts |= tried_in_processes(files, most, share["inputs"], seed)
+    if "workers" in parts:
+        faults: dict[str, Try] = {f"controller: {name}": partial(workers.try_one, name) for name in workers.KINDS}
+        counts |= tried(faults, share["workers"], seed)
+    if "kills" in parts:
+        searches: dict[str, Try] = {f"search: {name}": partial(kills.try_one, folder, name) for name in kills.KINDS}
+        counts |= tried(searches, share["kills"], seed)
+    return counts
 
 
 def tried(kinds: dict[str, Try], seconds: float, seed: int) -> Counts:
@@ -66,21 +73,19 @@ def tried(kinds: dict[str, Try], seconds: float, seed: int) -> Counts:
     return counts
 
 
-def tried_in_processes(kinds: dict[str, Try], seconds: float, seed: int) -> Counts:
-    """The same in worker processes, which are killed where an input hangs."""
+def tried_in_processes(kinds: dict[str, TrySome], most: int, seconds: float, seed: int) -> Counts:
+    """Try inputs in worker processes, all kinds for equally long in turn, until the time is over or they are enough."""
     counts: Counts = {name: Counter() for name in kinds}
-    end, numbers = time.monotonic() + seconds, itertools.count(seed, BATCH)
-    pool = Processes(available_cores(), HANG_SECONDS, int, worker_context())
-    while time.monotonic() < end:
-        first = next(numbers)
-        batch = [
-            (name, number, pool.submit(attempt, number))
-            for name, attempt in kinds.items()
-            for number in range(first, first + BATCH)
-        ]
-        for name, number, future in batch:
+    end = time.monotonic() + seconds
+    pool = Processes(available_cores(), 2 * inputs.HANG_SECONDS, int, worker_context())
+    while time.monotonic() < end and sum(map(Counter.total, counts.values())) < most:
+        first = {name: seed + counts[name].total() for name in kinds}
+        batches = {name: pool.submit(attempt, first[name], BATCH_SECONDS) for name, attempt in kinds.items()}
+        for name, future in batches.items():
             error = future.exception()
-            note(counts, name, number, future.result() if error is None else End(type(error).__name__, str(error)))
+            ends = future.result() if error is None else [End(type(error).__name__, str(error))]
+            for number, one in enumerate(ends, start=first[name]):
+                note(counts, name, number, one)
     pool.shutdown()
     return counts
 

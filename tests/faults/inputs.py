@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import copy
 import json
+import shutil
+import signal
 import tempfile
 import time
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -30,12 +33,15 @@ from evolution.search import check_experiment, experiment_of, read_document
 from evolution.studies import NAV2, SweepSettings, load_results, load_sweep
 from evolution.studies.kinds import load_definition
 from evolution.studies.tasks import check_study
+from evolution.training import TrainingDir, train_settings
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import MapBenchError
 from gym_mapbench.mapio import load_maps
 from tests.faults.damage import as_json, as_yaml, damaged, damaged_bytes
+from tests.mapio import fuzz
 
 MOST_LETTERS = 2100
+HANG_SECONDS = 60.0
 SLOW = 2.0
 """Processor seconds after which a refusal comes late; most of it is the loading of kernels."""
 
@@ -75,6 +81,15 @@ def read_environment(path: Path) -> None:
     EnvConfig.build(path).load_scenarios()
 
 
+def read_training(path: Path) -> None:
+    """As ``mapbench train --resume``, without learning."""
+    directory = TrainingDir.open(path)
+    assert directory.settings
+    assert directory.state
+    directory.read_maps()
+    directory.read_curve()
+
+
 def read_run(path: Path) -> None:
     """As ``mapbench report``, without driving."""
     run = load_run(path)
@@ -92,6 +107,8 @@ def documents(kind: str) -> list[object]:
     if kind == "study":
         names = ("quick", "thesis", "noise")
         return [yaml.safe_load(_text("evolution.studies", f"definitions/{name}.yaml")) for name in names]
+    if kind == "training":
+        return [train_settings(name).model_dump(mode="json") for name in ("ppo", "sac")]
     assert kind == "environment"
     rows = ["#" * 40, *["#" + "." * 38 + "#"] * 30, "#" * 40]
     few = {"maps": rows, "start": [0.5, 0.5, 0.0], "goal": [1.0, 1.0, 0.0], "noise": "nominal"}
@@ -116,13 +133,16 @@ def write_yaml(kind: str, folder: Path, rng: np.random.Generator) -> Path:
 
 def write_params(folder: Path, rng: np.random.Generator) -> Path:
     """Write a damaged ``nav2_params.yaml``."""
-    text = (REPOSITORY / "examples" / "nav2_params.yaml").read_bytes()
+    text, document = _parameters()
     path = folder / "params.yaml"
-    if rng.integers(2):
-        path.write_bytes(as_yaml(damaged(yaml.safe_load(text), rng)))
-    else:
-        path.write_bytes(damaged_bytes(text, rng))
+    path.write_bytes(as_yaml(damaged(document, rng)) if rng.integers(2) else damaged_bytes(text, rng))
     return path
+
+
+@cache
+def _parameters() -> tuple[bytes, object]:
+    text = (REPOSITORY / "examples" / "nav2_params.yaml").read_bytes()
+    return text, yaml.safe_load(text)
 
 
 def write_picture(folder: Path, rng: np.random.Generator) -> Path:
@@ -150,14 +170,22 @@ def write_model(folder: Path, rng: np.random.Generator) -> Path:
 def write_results(sample: Path, folder: Path, rng: np.random.Generator) -> Path:
     """Copy a directory of results, or a file of them, with damage in one of its files."""
     copy_of = folder / sample.name
-    files = [sample] if sample.is_file() else sorted(path for path in sample.rglob("*") if path.is_file())
-    texts = [path for path in files if path.suffix in (".json", ".csv", ".jsonl", ".npz")]
+    if sample.is_file():
+        copy_of.write_bytes(_spoilt(sample, rng))
+        return copy_of
+    shutil.copytree(sample, copy_of, ignore=shutil.ignore_patterns("*.svg", "*.png", "*.html", "*.sqlite*"))
+    texts = sorted(path for path in copy_of.rglob("*") if path.suffix in (".json", ".csv", ".jsonl", ".npz"))
     victim = texts[rng.integers(len(texts))]
-    for path in files:
-        target = copy_of / path.relative_to(sample) if sample.is_dir() else copy_of
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(_spoilt(path, rng) if path == victim else path.read_bytes())
+    victim.write_bytes(_spoilt(victim, rng))
     return copy_of
+
+
+def write_map(sample: Path, folder: Path, rng: np.random.Generator) -> Path:
+    """Copy the files of a map, with damage in one of them; returns the one to load."""
+    cases = fuzz.sample_cases(shutil.copytree(sample, folder / sample.name))
+    path, victim = cases[rng.integers(len(cases))]
+    victim.write_bytes(damaged_bytes(victim.read_bytes(), rng, fuzz.STRANGE))
+    return path
 
 
 def _spoilt(path: Path, rng: np.random.Generator) -> bytes:
@@ -168,8 +196,8 @@ def _spoilt(path: Path, rng: np.random.Generator) -> bytes:
     return damaged_bytes(data, rng)
 
 
-SETTINGS = ("experiment", "study", "environment", "parameters", "picture", "model")
-RESULTS = ("run", "study results", "sweep results", "benchmark")
+SETTINGS = ("experiment", "study", "environment", "training", "parameters", "picture", "model")
+RESULTS = ("map", "run", "study results", "sweep results", "benchmark", "training results")
 
 
 @dataclass(frozen=True)
@@ -198,9 +226,12 @@ def try_one(samples: Path, name: str, seed: int) -> End:
         path = kind.write(Path(folder), rng)
         began = time.process_time()
         try:
-            kind.read(path)
+            with _limited():
+                kind.read(path)
         except MapBenchError as error:
             text, seconds = str(error), time.process_time() - began
+        except HangError:
+            return End("hang")
         except Exception as error:
             return End("traceback", f"{type(error).__name__}: {error}"[:300])
         else:
@@ -210,11 +241,38 @@ def try_one(samples: Path, name: str, seed: int) -> End:
     return End("refused" if seconds < SLOW else "refused late", text)
 
 
+class HangError(BaseException):
+    """An input was read for too long."""
+
+
+@contextmanager
+def _limited() -> Iterator[None]:
+    """Raise :class:`HangError` where the ``with`` block takes longer than :data:`HANG_SECONDS`."""
+
+    def stop(*_: object) -> None:
+        raise HangError
+
+    signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, HANG_SECONDS)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def try_some(samples: Path, name: str, first: int, seconds: float) -> list[End]:
+    """Try inputs of a kind, from a number on, for some processor seconds, and say how each ended."""
+    ends, until = [], time.process_time() + seconds
+    while time.process_time() < until:
+        ends.append(try_one(samples, name, first + len(ends)))
+    return ends
+
+
 def kinds(samples: Path) -> dict[str, Kind]:
     """Return every kind of file by name.
 
     Args:
-        samples: Folder with results to damage: ``run``, ``study``, ``sweep`` and ``bench.json``.
+        samples: Folder with files to damage: those of :func:`tests.faults.samples.write_samples`.
     """
 
     def results(name: str, read: Callable[[Path], object]) -> Kind:
@@ -227,11 +285,14 @@ def kinds(samples: Path) -> dict[str, Kind]:
         "experiment": settings("experiment", read_experiment),
         "study": settings("study", read_study),
         "environment": settings("environment", read_environment),
+        "training": settings("training", lambda path: train_settings(config=path)),
         "parameters": Kind(write_params, read_nav2_params),
         "picture": Kind(write_picture, load_maps),
         "model": Kind(write_model, lambda path: load_sb3(path, "model")),
+        "map": Kind(lambda folder, rng: write_map(samples / "maps", folder, rng), fuzz.load),
         "run": results("run", read_run),
         "study results": results("study", load_results),
         "sweep results": results("sweep", load_sweep),
         "benchmark": results("bench.json", read_bench),
+        "training results": results("training", read_training),
     }

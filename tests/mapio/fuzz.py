@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import collections
 import json
-import re
 import resource
 import shutil
 import tempfile
@@ -26,6 +25,7 @@ from gym_mapbench.mapio import load_maps, save_map_set
 from gym_mapbench.mapio.barn import read_barn_path, read_dwa_reference
 from gym_mapbench.mapio.runner_results import COLUMNS, read_runner_results
 from gym_mapbench.scenario import MapSet, Pose, Scenario
+from tests.faults.damage import damaged_bytes
 from tests.mapio import samples
 from tests.oracle_data import DATA
 
@@ -41,14 +41,13 @@ STRANGE += [
     b"\r\n",
     b"9" * 5000,
 ]
-NUMBER = re.compile(rb"-?\d+(?:\.\d+)?")
 
 
 def write_samples(folder):
     """Write one small file of every kind; return what to load, and the file to damage, for each."""
     white = np.full((6, 6), 254)
     (folder / "maze").mkdir()
-    yaml = samples.map_server_files(folder, white)
+    samples.map_server_files(folder, white)
     (folder / "office_poses.yaml").write_text("- [-0.95, 2.05, 0.5]\n- [-0.55, 2.45, 0.7]\n")
     plain = folder / "plain.pgm"
     plain.write_text("P2 # hand\n3 2\n255\n0 1 2\n200 254 255\n")
@@ -59,13 +58,19 @@ def write_samples(folder):
     (folder / "tiny.map.scen").write_text(samples.MOVINGAI_SCEN)
     (folder / "world_7.world").write_text(samples.barn_world([*samples.barn_border()[::9], (40, 12), (63, 3)]))
     np.save(folder / "path_7.npy", np.array([[17, 0], [17, 1], [18, 1]]))
-    mrpb = samples.map_server_files(folder / "maze", white, name="map")
+    samples.map_server_files(folder / "maze", white, name="map")
     (folder / "maze" / "config.txt").write_text(samples.MRPB_CONFIG)
     test = {"start": [-0.85, 2.15, 1.5], "goal": [-0.75, 2.25, -3.1]}
     (folder / "tasks.json").write_text(json.dumps({"maze": {"tests": [test]}}))
     (folder / "times.csv").write_text(",".join(COLUMNS) + "\nm,dwb,0,goal,12.5,3.5,1\n")
     head = "world,runs,success,collision,timeout,mean_time_success,std_time_success,official_path_m\n"
     (folder / "dwa.csv").write_text(head + "7,10,8,1,1,35.3,9.0,13.4\n")
+    return sample_cases(folder)
+
+
+def sample_cases(folder):
+    """Return what to load, and the file to damage, for each of the samples in a folder."""
+    yaml, mrpb = folder / "office.yaml", folder / "maze" / "map.yaml"
     names = ["plan.png", "m.json", "tiny.map", "tiny.map.scen", "world_7.world", "plain.pgm", "tasks.json"]
     cases = [(folder / name, folder / name) for name in names]
     cases += [(yaml, yaml), (yaml, folder / "office.pgm"), (yaml, folder / "office_poses.yaml")]
@@ -89,38 +94,6 @@ def copy_published(folder):
     return [*cases, (pgm.with_suffix(".yaml"), pgm), (arena.with_name("arena.map.scen"), arena)]
 
 
-def damage(data, rng):
-    """Return the bytes with one to three faults."""
-    for _ in range(rng.integers(1, 4)):
-        kind = rng.integers(6)
-        at = int(rng.integers(len(data) + 1))
-        if kind == 0:
-            data = data[:at]
-        elif kind == 1 and at < len(data):
-            data = data[:at] + bytes([data[at] ^ (1 << int(rng.integers(8)))]) + data[at + 1 :]
-        elif kind == 2:
-            data = data[:at] + rng.bytes(int(rng.integers(1, 9))) + data[at:]
-        elif kind == 3:
-            strange = STRANGE[rng.integers(len(STRANGE))]
-            data = data[:at] + strange + data[at + int(rng.integers(12)) :]
-        elif kind == 4:
-            data = replace_number(data, rng)
-        else:
-            end = at + int(rng.integers(200))
-            data = data[:end] + data[at:end] * int(rng.integers(1, 20)) + data[end:]
-    return data
-
-
-def replace_number(data, rng):
-    """Put something strange in the place of a number near the beginning, where headers are."""
-    found = list(NUMBER.finditer(data[:4000]))
-    if not found:
-        return data
-    number = found[rng.integers(len(found))]
-    strange = [b"999999999", b"100000", b"-5", b"0", b"4294967297", b"1e5", b".", b""][rng.integers(8)]
-    return data[: number.start()] + strange + data[number.end() :]
-
-
 def load(path):
     """Read a file as its kind; return the number of tasks."""
     if path.suffix == ".npy":
@@ -133,7 +106,7 @@ def load(path):
 def try_one(path, victim, rng):
     """Damage a file, load it, put it back; say how it ended. Whatever is no one-line refusal is raised."""
     original = victim.read_bytes()
-    victim.write_bytes(damage(original, rng))
+    victim.write_bytes(damaged_bytes(original, rng, STRANGE))
     try:
         load(path)
     except MapBenchError as error:

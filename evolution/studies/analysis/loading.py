@@ -11,7 +11,7 @@ from typing import Any
 
 from controllers.nav2_params.presets import overlay
 from evolution.files import Versions, check, differences, written_elsewhere
-from evolution.runs import CONFIG, RunDir, errors_in, load_run, results_in
+from evolution.runs import CONFIG, RunDir, errors_in, experiment_in, load_run, results_in
 from evolution.search import Experiment
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.directory import RESOLVED, STUDY, StudyDir
@@ -149,7 +149,7 @@ class _Reader:
         stated = self.directory.settings.document(configuration, seed, self._taken)
         run = {name: value for name, value in stated.get("run", {}).items() if name != "navigation"}
         path = rundir.path / CONFIG
-        found = self.engine.read_experiment(rundir.config, str(path))
+        found = experiment_in(rundir, self.engine.read_experiment)
         said = self.engine.read_experiment(overlay(rundir.config, {**stated, "run": run}), str(path))
         for name, was, now in differences(found.document(), said.document()):
             raise RunError(f"{path}: belongs to another experiment: {name} is {was!r:.80}, expected {now!r:.80}")

@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from evolution.benchmark import bench_row
-from evolution.driving import WAIT_SECONDS, Evaluator, Job, OnRun, ResultStore, RunResult, check_room, try_controllers
+from evolution.driving import WAIT_SECONDS, Evaluator, Job, OnRun, RunResult, check_room, try_controllers
 from evolution.files import DirectoryKind, Row, Table, Tabled, csv_of, read_csv, write_text
 from evolution.pictures import effects_figure, save_figure
-from evolution.runs import STORE, rescuing
+from evolution.runs import filling
 from evolution.studies.engine import NAV2, Engine
 from evolution.studies.sweep.effects import effect_rows
 from evolution.studies.sweep.settings import SweepSettings
@@ -100,10 +100,14 @@ def run_sweep(
     _begin(path, settings, resume)
     jobs = [(name, job) for name in worlds for scenario in scenarios for job in plans[name].jobs(scenario)]
     with (
-        ResultStore(path / STORE, wait_s=wait_s) as store,
-        rescuing(SWEEP, path, store),
+        filling(SWEEP, path, wait_s) as store,
         Evaluator(
-            engine.run_job, store, workers=workers, warm_up=engine.warm_up, executor=engine.executor
+            engine.run_job,
+            store,
+            workers=workers,
+            warm_up=engine.warm_up,
+            executor=engine.executor,
+            timeout_s=engine.run_timeout_s,
         ) as evaluator,
     ):
         results = evaluator.run([job for _, job in jobs], on_run)

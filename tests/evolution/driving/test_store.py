@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sqlite3
 import subprocess
 import sys
 import threading
 import time
+from contextlib import closing
 
+import numpy as np
 import pytest
 
 from evolution.driving import ResultStore, RunResult
-from evolution.driving.locks import LOCKS
+from evolution.files.locks import LOCKS
 from gym_mapbench.errors import RunError
 
 HOLD = """
@@ -40,7 +43,7 @@ def holder(tmp_path):
 def test_a_locked_store_says_who_holds_it_as_soon_as_told(holder, tmp_path):
     who = f"process {holder.pid} \\(.*sqlite" if LOCKS.is_file() else "another process"
     began = time.monotonic()
-    with pytest.raises(RunError, match=f"results.sqlite: locked by {who}.* for 0.2 s; .*--wait"):
+    with pytest.raises(RunError, match=f"results.sqlite: locked by {who}.* wait longer than 0.2 s with --wait"):
         ResultStore(tmp_path / "results.sqlite", wait_s=0.2)
     assert time.monotonic() - began < 5
 
@@ -51,6 +54,71 @@ def test_a_store_that_is_locked_for_a_while_is_waited_for(holder, tmp_path):
     with ResultStore(tmp_path / "results.sqlite", wait_s=60) as store:
         store.put("other", RunResult("goal", 1.0, 2.0))
         assert len(store) == 2
+
+
+RESULT = RunResult("goal", 1.5, 2.0, metrics={"min_clearance": 0.2}, timings={"controller_ms": 0.1}, seed=7)
+
+
+def with_row(path, text, key="key"):
+    """Write a row as somebody else may have."""
+    with ResultStore(path):
+        pass
+    with closing(sqlite3.connect(path)) as database, database:
+        database.execute("INSERT OR REPLACE INTO results VALUES (?, ?)", (key, text))
+
+
+def row_of(path):
+    with closing(sqlite3.connect(path)) as database:
+        return database.execute("SELECT result FROM results").fetchone()[0]
+
+
+def test_no_bit_of_a_row_can_change_unnoticed(tmp_path):
+    with ResultStore(tmp_path / "a") as store:
+        store.put("key", RESULT)
+        assert store.get("key") == RESULT
+    text = row_of(tmp_path / "a").encode()
+    for bit in np.random.default_rng(0).choice(8 * len(text), 150, replace=False):
+        flipped = bytearray(text)
+        flipped[bit // 8] ^= 1 << bit % 8
+        with_row(tmp_path / "b", flipped.decode(errors="replace"))
+        with ResultStore(tmp_path / "b") as store, pytest.raises(RunError, match="row 'key': expected a run's result"):
+            store.get("key")
+
+
+def test_a_row_that_was_moved_to_another_key_is_noticed(tmp_path):
+    with ResultStore(tmp_path / "a") as store:
+        store.put("key", RESULT)
+    with_row(tmp_path / "a", row_of(tmp_path / "a"), "other")
+    with ResultStore(tmp_path / "a") as store, pytest.raises(RunError, match="its checksum is wrong"):
+        store.get("other")
+
+
+def test_rows_of_earlier_versions_are_read(tmp_path):
+    with_row(tmp_path / "a", RESULT.to_json())
+    with ResultStore(tmp_path / "a") as store:
+        assert store.get("key") == RESULT
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"outcome": 1},
+        {"outcome": "won"},
+        {"time_s": "long"},
+        {"time_s": None},
+        {"metrics": [1]},
+        {"metrics": {"a": "b"}},
+        {"timings": 3},
+        {"seed": 1.5},
+        {"reason": ["x"]},
+        {"unknown": 1},
+    ],
+)
+def test_wrong_types_in_a_row_are_named(tmp_path, values):
+    with_row(tmp_path / "a", json.dumps({**vars(RESULT), **values}))
+    with ResultStore(tmp_path / "a") as store, pytest.raises(RunError, match=next(iter(values))) as caught:
+        store.get("key")
+    assert str(caught.value).isprintable()
 
 
 def test_results_outlive_the_file(tmp_path):

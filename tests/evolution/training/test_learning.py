@@ -106,7 +106,7 @@ def test_statistics_travel_with_the_model(tmp_path):
     training = train("ppo", config=config, out=tmp_path / "run")
     card = read_card(training.best)
     assert len(card.normalization.mean) == card.input_size
-    assert (training.path / "vecnormalize.pkl").is_file()
+    assert (training.path / "vecnormalize.npz").is_file()
     assert np.std(card.normalization.mean) > 0
 
 

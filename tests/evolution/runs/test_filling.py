@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 
 import pytest
 
-from evolution.driving import Evaluator, ResultStore
-from evolution.runs import RUN, RunDir, rescuing
+from evolution.driving import Evaluator
+from evolution.files.locks import LOCKS
+from evolution.runs import RUN, RunDir, filling
 from evolution.search import evolve
 from gym_mapbench.errors import RunError
 from tests.evolution import fake_study
@@ -21,8 +24,7 @@ def run(path, on_generation=None):
     experiment = read_experiment({"search": SEARCH})
     rundir = RunDir.open(path) if RUN.holds(path) else RunDir.create(path, experiment)
     with (
-        ResultStore(rundir.store_path) as store,
-        rescuing(RUN, rundir.path, store),
+        filling(RUN, rundir.path, 0.0) as store,
         Evaluator(fake_study.run_job, store) as evaluator,
     ):
         evolve(experiment, evaluator, rundir, on_generation=on_generation)
@@ -67,3 +69,27 @@ def test_a_link_is_not_written_through(tmp_path):
     with pytest.raises(RunError, match="cannot be written"):
         rundir.write_checkpoint({})
     assert (tmp_path / "outside").read_text() == "precious"
+
+
+HOLD = """
+import sys
+from pathlib import Path
+from evolution.files import locked
+with locked(Path(sys.argv[1]), 0.0):
+    print("locked", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_whoever_comes_second_is_told_who_fills_the_directory(tmp_path):
+    run(tmp_path)
+    before = files_of(tmp_path)
+    command = [sys.executable, "-c", HOLD, str(tmp_path / RUN.mark)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        process.stdout.readline()
+        who = rf"process {process.pid} \(.*python" if LOCKS.is_file() else "another process"
+        with pytest.raises(RunError, match=rf"is being filled by {who}.*; try again when it has ended$"):
+            run(tmp_path)
+        process.kill()
+    assert run(tmp_path) == 0
+    assert files_of(tmp_path) == before

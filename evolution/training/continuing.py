@@ -1,0 +1,115 @@
+"""What a training is continued from: weights, statistics and experience, kept as numbers.
+
+Stable-Baselines3 would unpickle its files, and so run whatever a directory that came from somebody else holds. Of its
+model file only the weights are read, and the counters that are plain JSON; everything else follows from the settings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.model_files import model_data
+from evolution.files import read_arrays, write_arrays
+from evolution.training.algorithms import make_model
+from evolution.training.settings import TrainSettings
+from gym_mapbench.errors import ConfigError, RunError
+
+COUNTERS = ("num_timesteps", "_n_updates", "_episode_num")
+MOMENTS = ("mean", "var", "count")
+NORMALIZED = ("obs_rms", "ret_rms")
+SLACK = 1_000_000
+"""Bytes that headers may take in a file of arrays."""
+
+
+def continued_model(settings: TrainSettings, path: Path, worlds: Any, logs: Path | None) -> Any:
+    """Make a model that goes on where another was saved.
+
+    Args:
+        settings: What it is trained with.
+        path: The saved model.
+        worlds: What it learns in, a VecEnv.
+        logs: Where TensorBoard's files go; None for none.
+
+    Raises:
+        RunError: If the file is not such a model.
+    """
+    from stable_baselines3.common.save_util import load_from_zip_file, recursive_setattr
+
+    model = make_model(settings, worlds, logs)
+    try:
+        data = model_data(path)
+        counted = {name: int(data[name]) for name in COUNTERS}
+        _, weights, variables = load_from_zip_file(path, load_data=False, device="cpu")
+        model.set_parameters(weights, exact_match=True, device="cpu")
+        for name, value in (variables or {}).items():
+            recursive_setattr(model, f"{name}.data", value.data)
+    except ConfigError as error:
+        raise RunError(str(error)) from None
+    except Exception as error:
+        reason = " ".join(str(error).split())[:200]
+        raise RunError(f"{path}: cannot be continued as a model of {settings.algorithm} ({reason})") from None
+    vars(model).update(counted)
+    return model
+
+
+def save_statistics(statistics: Any, path: Path) -> None:
+    """Write what a VecNormalize has measured."""
+    found = _moments(statistics)
+    write_arrays(
+        path, {f"{name}.{part}": np.asarray(getattr(one, part)) for name, one in found.items() for part in MOMENTS}
+    )
+
+
+def load_statistics(statistics: Any, path: Path) -> None:
+    """Let a VecNormalize go on from what another has measured; raises ``RunError`` if the file is damaged."""
+    arrays = read_arrays(path, SLACK)
+    for name, one in _moments(statistics).items():
+        for part in MOMENTS:
+            value = _fitting(arrays, f"{name}.{part}", np.shape(getattr(one, part)), path)
+            setattr(one, part, value if value.shape else float(value))
+
+
+def save_experience(buffer: Any, path: Path) -> None:
+    """Write what a replay buffer holds."""
+    write_arrays(
+        path,
+        {name: array[: buffer.size()] for name, array in _arrays(buffer).items()} | {"pos": np.asarray(buffer.pos)},
+    )
+
+
+def load_experience(buffer: Any, path: Path) -> None:
+    """Fill a new replay buffer; raises ``RunError`` if the file is damaged or of another training."""
+    own = _arrays(buffer)
+    arrays = read_arrays(path, SLACK + sum(array.nbytes for array in own.values()))
+    kept = min(len(arrays.get(next(iter(own)), ())), buffer.buffer_size)
+    for name, array in own.items():
+        array[:kept] = _fitting(arrays, name, (kept, *array.shape[1:]), path)
+    buffer.full = kept == buffer.buffer_size
+    buffer.pos = int(_fitting(arrays, "pos", (), path)) % buffer.buffer_size
+
+
+def _moments(statistics: Any) -> dict[str, Any]:
+    return {name: getattr(statistics, name) for name in NORMALIZED if hasattr(statistics, name)}
+
+
+def _arrays(buffer: Any) -> dict[str, NDArray[Any]]:
+    return {name: value for name, value in vars(buffer).items() if isinstance(value, np.ndarray)}
+
+
+def _fitting(arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...], path: Path) -> NDArray[Any]:
+    """Return an array of numbers of the right shape."""
+    found = arrays.get(name)
+    if (
+        found is None
+        or found.shape != shape
+        or not np.issubdtype(found.dtype, np.number)
+        or not np.isfinite(found).all()
+    ):
+        what = "none" if found is None else f"{found.dtype} {found.shape}"
+        raise RunError(f"{path}: {name}: expected finite numbers of shape {shape}, got {what}")
+    return found
