@@ -7,7 +7,7 @@ import re
 import textwrap
 
 ROLE = re.compile(r":(?:\w+:)+`~?(?:[\w.]+\.)?(\w+)`")
-SECTION = r"^{name}:\n((?:    .*\n|\s*\n)*)"
+ARGS = r"^Args:\n((?:    .*\n|\s*\n)*)"
 ARGUMENT = re.compile(r"^(\w+): (.*(?:\n +.*)*)", re.MULTILINE)
 
 
@@ -22,11 +22,18 @@ def summary(entry: object) -> str:
     return plain(" ".join((inspect.getdoc(entry) or "").partition("\n\n")[0].split()))
 
 
-def arguments(entry: object, section: str = "Args") -> dict[str, str]:
-    """Return the descriptions in the section ``Args`` of a Google docstring, each in one line, by name."""
-    found = re.search(SECTION.format(name=section), (inspect.getdoc(entry) or "") + "\n", re.MULTILINE)
-    block = textwrap.dedent(found[1]) if found else ""
-    return {name: plain(" ".join(text.split())) for name, text in ARGUMENT.findall(block)}
+def arguments(entry: object) -> dict[str, str]:
+    """Return the descriptions in the section ``Args`` of a Google docstring, each in one line, by name.
+
+    A class has those of the classes that it is made of, too.
+    """
+    parts = reversed(entry.__mro__) if isinstance(entry, type) else (entry,)
+    found = {}
+    for part in parts:
+        text = re.search(ARGS, inspect.cleandoc(part.__doc__ or "") + "\n", re.MULTILINE)
+        block = textwrap.dedent(text[1]) if text else ""
+        found |= {name: plain(" ".join(about.split())) for name, about in ARGUMENT.findall(block)}
+    return found
 
 
 def block_of(entry: object) -> str:
