@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 FACE = """::: {module}
     options:
       show_root_heading: true
+      show_root_full_path: true
       heading_level: 2
       members: {members}
 """
@@ -12,6 +15,4 @@ FACE = """::: {module}
 
 def face(module: str) -> str:
     """Return the directive for one module."""
-    from importlib import import_module
-
     return FACE.format(module=module, members=list(import_module(module).__all__))

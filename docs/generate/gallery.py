@@ -9,9 +9,10 @@ from tempfile import TemporaryDirectory
 
 from evolution.pictures import DrivenMap, best_maps_figure, drive_best, save_figure, write_run_figures
 from evolution.report import picture
-from evolution.report.of_run import report_of_run
+from evolution.report.of_run import changed_replays, report_of_run
 from evolution.report.page import render_page
 from evolution.runs import LoadedRun, RunDir
+from gym_mapbench.errors import RunError
 
 KEPT = Path(__file__).parents[1] / "gallery"
 """Directories of runs without what is large: the driven maps, the table of all runs and the store."""
@@ -36,6 +37,8 @@ def gallery_files(folder: Path) -> Iterator[Path]:
     for name in gallery_names():
         run = kept_run(name)
         maps = drive_best(run)
+        if changed := changed_replays(run, maps):
+            raise RunError(f"{run.path}: evolve this set again, for the code drives otherwise now: {changed[0]}")
         page = folder / f"replays_{name}.html"
         page.write_text(_page(run, maps), encoding="utf-8")
         yield page

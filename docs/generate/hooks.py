@@ -16,6 +16,7 @@ sys.path.insert(0, str(ROOT))
 from docs.generate.inserts import filled  # noqa: E402
 from docs.generate.made import made_files  # noqa: E402
 
+PICTURE = re.compile(r'(<img [^>]*src="([^"]+)"[^>]*>)')
 FROM_ELSEWHERE = re.compile(r"<(?:script|link|img|iframe|source)\b[^>]*\b(?:src|href)=[\"']?(?:https?:)?//[^>]*>")
 
 
@@ -29,6 +30,11 @@ def on_files(files: Files, config: Any) -> Files:
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Fill in what the page takes from the code."""
     return filled(markdown)
+
+
+def on_page_content(html: str, **_: Any) -> str:
+    """Make every picture a link to itself, so that it can be seen in full size on a small screen."""
+    return PICTURE.sub(r'<a href="\2">\1</a>', html)
 
 
 def on_post_page(output: str, page: Any, **_: Any) -> str:

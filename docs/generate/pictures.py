@@ -73,8 +73,8 @@ def _global_costmap(scenario: Scenario, navigation: NavigationParams) -> Snapsho
 def costmaps() -> Any:
     """The global and the local costmap on the office map, and the cost by distance."""
     scenario, navigation = _office(), load_preset("fair")
-    figure, (left, middle, right) = new_figure(3, width=13.0, height=4.6)
-    _shown(left, _global_costmap(scenario, navigation), "global costmap, and the planned path")
+    figure, (left, middle, right) = new_figure(3, width=10.5, height=3.6)
+    _shown(left, _global_costmap(scenario, navigation), "global costmap and path")
     _shown(middle, _seen_at(scenario, "none"), f"local costmap after {MOMENT:g} s")
     _draw_inflation(right, navigation)
     return figure
@@ -87,18 +87,19 @@ def _draw_inflation(axes: Any, navigation: NavigationParams) -> None:
     reach = int(layer.inflation_radius / 0.001)
     costs = inflation_costs(layer, reach, 0.001, radius)[np.arange(reach + 1) ** 2]
     axes.plot(np.arange(reach + 1) * 0.001, costs, color=colour_of(["cost"], "cost"))
-    for place, words in ((radius, "inscribed\nradius"), (layer.inflation_radius, "inflation\nradius")):
+    for place, words in ((radius, "inscribed radius"), (layer.inflation_radius, "inflation radius")):
         axes.axvline(place, color="#888888", linestyle="--", linewidth=1)
-        axes.text(place + 0.01, 200, words, fontsize=8)
+        axes.text(place + 0.01, 20, words, fontsize=8, rotation=90)
     axes.set_xlim(0, layer.inflation_radius * 1.25)
-    axes.set_title("cost by the distance from an obstacle", fontsize=10)
+    axes.set_ylim(0, 265)
+    axes.set_title("cost by distance", fontsize=10)
     axes.set_xlabel("distance, m")
     axes.set_ylabel("cost (254: obstacle)")
 
 
 def noise_seen() -> Any:
     """The same moment of the same drive at three levels of noise."""
-    figure, panels = new_figure(3, width=13.0, height=4.6)
+    figure, panels = new_figure(3, width=10.5, height=3.1)
     for axes, level in zip(panels, LEVELS, strict=True):
         _shown(axes, _seen_at(_office(), level), f"noise: {level}")
     return figure
@@ -107,7 +108,7 @@ def noise_seen() -> Any:
 def noise_driven() -> Any:
     """Ten drives of one controller at three levels of noise."""
     scenario = _office()
-    figure, panels = new_figure(3, width=13.0, height=4.9)
+    figure, panels = new_figure(3, width=10.5, height=3.1)
     for axes, level in zip(panels, LEVELS, strict=True):
         episodes = [drive(_job(scenario, level, repeat)) for repeat in range(10)]
         draw_map(axes, scenario)
@@ -115,7 +116,7 @@ def noise_driven() -> Any:
             axes.plot(*episode.trajectory[:, :2].T, color=colour_of(["rpp"], "rpp"), linewidth=0.8, alpha=0.7)
         times = [episode.time for episode in episodes if episode.success]
         spread = f"{min(times):.1f} to {max(times):.1f} s" if times else "none"
-        axes.set_title(f"noise: {level}; {len(times)} of 10 at the goal, {spread}", fontsize=10)
+        axes.set_title(f"{level}: {len(times)} of 10, {spread}", fontsize=10)
     return figure
 
 
