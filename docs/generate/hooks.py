@@ -9,6 +9,7 @@ from typing import Any
 
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
@@ -27,8 +28,10 @@ def on_files(files: Files, config: Any) -> Files:
     return files
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Fill in what the page takes from the code."""
+def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
+    """Fill in what the page takes from the code; a page without neighbours needs no column for them."""
+    if page.parent is None:
+        page.meta["hide"] = ["navigation"]
     return filled(markdown)
 
 
@@ -37,7 +40,7 @@ def on_page_content(html: str, **_: Any) -> str:
     return PICTURE.sub(r'<a href="\2">\1</a>', html)
 
 
-def on_post_page(output: str, page: Any, **_: Any) -> str:
+def on_post_page(output: str, page: Page, **_: Any) -> str:
     """Refuse a page that cannot be read without a network."""
     if found := FROM_ELSEWHERE.search(output):
         raise PluginError(f"{page.file.src_uri}: loads something from another host: {found[0]}")

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from controllers.nav2_params import NavigationParams, load_preset
-from docs.generate.gallery import kept_run
+from docs.generate.gallery import KEPT
 from evolution.driving import ControllerSpec, DriveSettings, Job, JobPlan, drive
-from evolution.pictures import colour_of, maps_figure, solved_lorenz_figure
-from evolution.pictures.plots import draw_map, lorenz_figure, new_figure
+from evolution.pictures import colour_of, draw_map, lorenz_figure, maps_figure, new_figure, solved_lorenz_figure
+from evolution.runs import load_run
 from evolution.search import gini
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import build_static_costmap, inflation_costs
@@ -158,7 +158,7 @@ def _readings(entry: dict[str, Any]) -> list[float]:
 
 def confirmation() -> Any:
     """Single drives of the maps of the kept set: with seeds that chose it, and with new ones."""
-    run = kept_run("quick")
+    run = load_run(KEPT / "quick")
     new = run.best_results["confirmation"]["seeds"]
     figure, (axes,) = new_figure(width=7.0, height=3.2)
     for place, entry in enumerate(run.best_results["maps"]):
@@ -182,6 +182,6 @@ PICTURES: dict[str, Callable[[], Any]] = {
     "lorenz": lorenz,
     "families": families,
     "confirmation": confirmation,
-    "set_lorenz": lambda: solved_lorenz_figure(kept_run("quick").best_results["maps"]),
+    "set_lorenz": lambda: solved_lorenz_figure(load_run(KEPT / "quick").best_results["maps"]),
 }
 """Functions that draw a figure, by the name of its file."""
