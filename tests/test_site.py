@@ -49,7 +49,7 @@ REDUCED = (
 """What is added to a command that runs here; of an option that is given twice, the last counts."""
 ONLY_PARSED = (
     r"mapbench (train|study|validate)",  # hours; tests of their own run them with small budgets
-    r"runs/(ppo|study)",  # needs what those would have made
+    r"runs/(ppo|study)|report runs/thesis",  # needs what those would have made; one report is enough
     r"--config mine.yaml",  # three controllers, three roles; the page's Python block reads the file
     r"--out runs/(mine|cluster|doors|pairs)",  # one more search each, of which others run
     r"cluster.md|dask|pip install|scheduler",
