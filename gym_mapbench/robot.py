@@ -37,6 +37,7 @@ class RobotSpec(Settings):
     The limits are those of the wheels: what the base can do, whatever is commanded.
 
     Args:
+        name: Its name in tables.
         radius: Radius of the disc, m; ignored where ``footprint`` is given.
         footprint: Convex polygon, ``((x, y), ...)`` m in the robot frame, or None.
         max_linear_velocity: Top speed forwards, m/s.

@@ -7,6 +7,7 @@ replays, tables and figures.
 from __future__ import annotations
 
 from evolution.report.of_benchmark import verdict_of_benchmark, write_benchmark_report
+from evolution.report.of_run import changed_replays
 from evolution.report.page import Attachment, Section, Table, picture
 from evolution.report.sections import SECTIONS
 from evolution.report.writing import REPORT, new_page, write_report
@@ -17,6 +18,7 @@ __all__ = [
     "Attachment",
     "Section",
     "Table",
+    "changed_replays",
     "new_page",
     "picture",
     "verdict_of_benchmark",

@@ -27,7 +27,11 @@ LAYERS = ("static_layer", *OBSTACLE_LAYERS, "inflation_layer")
 
 
 class StaticLayer(Settings):
-    """Nav2's ``StaticLayer``: writes the map."""
+    """Nav2's ``StaticLayer``: writes the map.
+
+    Args:
+        enabled: Whether the layer writes.
+    """
 
     enabled: bool = True
 
@@ -138,6 +142,10 @@ class CostmapParams(Settings):
         unknown_cost_value: Map value, as an unsigned byte, that means unknown.
         trinary_costmap: Whether map values below the threshold are free rather than scaled.
         plugins: Names of the layers in the order in which they write.
+        static_layer: Options of the layer of this name, as in the next three.
+        obstacle_layer: Likewise.
+        voxel_layer: Likewise.
+        inflation_layer: Likewise.
         release: Release of Nav2 whose layers these are; not a parameter of Nav2. Jazzy's voxel layer loses no ray that
             leaves the window and obeys ``min_obstacle_height``, its obstacle layer also checks ranges in metres, its
             inflation layer starts over after a reset, and ``combination_method`` may be 2.

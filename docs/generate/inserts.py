@@ -1,0 +1,37 @@
+"""Inserts: what a page of the site takes from the code.
+
+A line ``<!-- insert NAME ARGUMENT ... -->`` of a page is replaced by what the function of this name returns, when the
+site is built; a reader of the file itself does not see it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from docs.generate.api import face
+from docs.generate.commands import command_reference
+from docs.generate.files import files_of
+from docs.generate.names import contents_of, names_of
+from docs.generate.options import family_reference, option_reference, planner_reference
+from docs.generate.truth import measures_of
+
+LINE = re.compile(r"^<!-- insert (\w+)((?: [\w.-]+)*) -->$", re.MULTILINE)
+
+INSERTS: dict[str, Callable[..., str]] = {
+    "commands": command_reference,
+    "options": option_reference,
+    "family_options": family_reference,
+    "planner_options": planner_reference,
+    "names": names_of,
+    "contents": contents_of,
+    "files": files_of,
+    "measures": measures_of,
+    "face": face,
+}
+"""The functions by name; each takes the arguments of the line, and returns Markdown."""
+
+
+def filled(markdown: str) -> str:
+    """Return the text of a page with every insert in its place."""
+    return LINE.sub(lambda found: INSERTS[found[1]](*found[2].split()), markdown)

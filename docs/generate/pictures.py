@@ -1,0 +1,187 @@
+"""Pictures of the concepts, drawn by the code that they explain when the site is built."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from controllers.nav2_params import NavigationParams, load_preset
+from docs.generate.gallery import KEPT
+from evolution.driving import ControllerSpec, DriveSettings, Job, JobPlan, drive
+from evolution.pictures import colour_of, draw_map, lorenz_figure, maps_figure, new_figure, solved_lorenz_figure
+from evolution.runs import load_run
+from evolution.search import gini
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.costmap import build_static_costmap, inflation_costs
+from gym_mapbench.frames import IDENTITY
+from gym_mapbench.generator import FAMILIES, draw_from
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.planners import make_planner
+from gym_mapbench.render import SeenCostmap, Snapshot, draw
+from gym_mapbench.robot import make_robot
+from gym_mapbench.scenario import Pose, Scenario
+
+ROOT = Path(__file__).parents[2]
+ROBOT = make_robot("turtlebot3_waffle")
+LEVELS = ("none", "nominal", "rough")
+MOMENT = 9.0
+"""Seconds after the start at which a local costmap is shown."""
+GINIS = ((20.0, 20.0, 20.0), (20.0, 25.0, 30.0), (20.0, 20.0, 70.0), (10.0, 10.0, 130.0))
+"""Times of three controllers whose Gini coefficients are worth knowing."""
+PIXELS = 600
+
+
+def _office() -> Scenario:
+    return load_scenarios(ROOT / "examples" / "office.yaml")[0]
+
+
+def _job(scenario: Scenario, noise: str, repeat: int = 0) -> Job:
+    world = {"noise": noise, "time_limit": 150.0, "collision_ends_episode": False}
+    settings = DriveSettings.from_mapping({"navigation": "fair", "environment": world}, "pictures")
+    return JobPlan((ControllerSpec(name="rpp"),), settings, root_seed=1).job(scenario, 0, repeat)
+
+
+def _shown(axes: Any, snapshot: Snapshot, title: str) -> None:
+    """Draw a snapshot in the colours of ``mapbench drive --show-costmap``."""
+    x0, y0, x1, y1 = snapshot.scenario.map.bounds
+    axes.imshow(draw(snapshot, PIXELS), extent=(x0, x1, y0, y1))
+    axes.set_title(title, fontsize=10)
+    axes.set_xlabel("x, m")
+
+
+def _seen_at(scenario: Scenario, noise: str) -> Snapshot:
+    """The local costmap of RPP's robot at :data:`MOMENT`."""
+    seen: list[SeenCostmap] = []
+    episode = drive(_job(scenario, noise), lambda controller: seen.append(controller.seen_costmap))  # type: ignore[attr-defined]
+    row = round(MOMENT / episode.control_period)
+    pose, trail = Pose(*episode.trajectory[row, :3].tolist()), episode.trajectory[: row + 1, :2]
+    return Snapshot(scenario, ROBOT, pose, trail, episode.path, seen=seen[row])
+
+
+def _global_costmap(scenario: Scenario, navigation: NavigationParams) -> Snapshot:
+    params = navigation.global_costmap
+    costmap = build_static_costmap(scenario.map, params, params.make_footprint(ROBOT))
+    path = make_planner("navfn").plan(costmap, scenario.start, scenario.goal)
+    seen = SeenCostmap(costmap, IDENTITY, scenario.start)
+    return Snapshot(scenario, ROBOT, scenario.start, path[:1, :2], path, seen=seen)
+
+
+def costmaps() -> Any:
+    """The global and the local costmap on the office map, and the cost by distance."""
+    scenario, navigation = _office(), load_preset("fair")
+    figure, (left, middle, right) = new_figure(3, width=10.5, height=3.6)
+    _shown(left, _global_costmap(scenario, navigation), "global costmap and path")
+    _shown(middle, _seen_at(scenario, "none"), f"local costmap after {MOMENT:g} s")
+    _draw_inflation(right, navigation)
+    return figure
+
+
+def _draw_inflation(axes: Any, navigation: NavigationParams) -> None:
+    """Draw the cost over the distance from an obstacle."""
+    params = navigation.local_costmap
+    layer, radius = params.inflation_layer, params.make_footprint(ROBOT).inscribed_radius
+    reach = int(layer.inflation_radius / 0.001)
+    costs = inflation_costs(layer, reach, 0.001, radius)[np.arange(reach + 1) ** 2]
+    axes.plot(np.arange(reach + 1) * 0.001, costs, color=colour_of(["cost"], "cost"))
+    for place, words in ((radius, "inscribed radius"), (layer.inflation_radius, "inflation radius")):
+        axes.axvline(place, color="#888888", linestyle="--", linewidth=1)
+        axes.text(place + 0.01, 20, words, fontsize=8, rotation=90)
+    axes.set_xlim(0, layer.inflation_radius * 1.25)
+    axes.set_ylim(0, 265)
+    axes.set_title("cost by distance", fontsize=10)
+    axes.set_xlabel("distance, m")
+    axes.set_ylabel("cost (254: obstacle)")
+
+
+def noise_seen() -> Any:
+    """The same moment of the same drive at three levels of noise."""
+    figure, panels = new_figure(3, width=10.5, height=3.1)
+    for axes, level in zip(panels, LEVELS, strict=True):
+        _shown(axes, _seen_at(_office(), level), f"noise: {level}")
+    return figure
+
+
+def noise_driven() -> Any:
+    """Ten drives of one controller at three levels of noise."""
+    scenario = _office()
+    figure, panels = new_figure(3, width=10.5, height=3.1)
+    for axes, level in zip(panels, LEVELS, strict=True):
+        episodes = [drive(_job(scenario, level, repeat)) for repeat in range(10)]
+        draw_map(axes, scenario)
+        for episode in episodes:
+            axes.plot(*episode.trajectory[:, :2].T, color=colour_of(["rpp"], "rpp"), linewidth=0.8, alpha=0.7)
+        times = [episode.time for episode in episodes if episode.success]
+        spread = f"{min(times):.1f} to {max(times):.1f} s" if times else "none"
+        axes.set_title(f"{level}: {len(times)} of 10, {spread}", fontsize=10)
+    return figure
+
+
+def ginis() -> Any:
+    """Times of three controllers with Gini coefficients from 0 to 0.5, and their Lorenz curves."""
+    names, order = ("A", "B", "C"), sorted(GINIS, key=gini)
+    figure, panels = new_figure(len(order), width=10.0, height=2.9, sharey=True)
+    for axes, times in zip(panels, order, strict=True):
+        axes.bar(names, times, color=[colour_of(names, name) for name in names])
+        axes.set_title(f"Gini {gini(times):.2f}", fontsize=10)
+        for place, time in enumerate(times):
+            axes.text(place, time + 2, f"{time:g}", ha="center", fontsize=8)
+    panels[0].set_ylabel("travel time, s")
+    panels[0].set_ylim(0, 145)
+    return figure
+
+
+def lorenz() -> Any:
+    """The Lorenz curves of the same times."""
+    order = sorted(GINIS, key=gini)
+    return lorenz_figure(order, [f"Gini {gini(times):.2f}" for times in order])
+
+
+def families() -> Any:
+    """One map of every family."""
+    scenarios = []
+    for name in FAMILIES:
+        config = EnvConfig(family=name)
+        drawn = draw_from(np.random.default_rng(3), config.family, config.shapes, config.robot)
+        scenarios.append(config.make_scenario(GridMap(drawn.cells, config.shapes.resolution), name))
+    return maps_figure(scenarios)
+
+
+def _readings(entry: dict[str, Any]) -> list[float]:
+    """The Gini coefficient of every single drive of a map, in the order of its seeds."""
+    by_seed = zip(*[[one["time_s"] for one in runs] for runs in entry["runs"].values()], strict=True)
+    return [gini(times) for times in by_seed]
+
+
+def confirmation() -> Any:
+    """Single drives of the maps of the kept set: with seeds that chose it, and with new ones."""
+    run = load_run(KEPT / "quick")
+    new = run.best_results["confirmation"]["seeds"]
+    figure, (axes,) = new_figure(width=7.0, height=3.2)
+    for place, entry in enumerate(run.best_results["maps"]):
+        readings = _readings(entry)
+        chose, fresh = readings[:-new], readings[-new:]
+        axes.plot(chose, np.full(len(chose), place + 0.12), "o", color=colour_of("ab", "a"), alpha=0.7)
+        axes.plot(fresh, np.full(len(fresh), place - 0.12), "D", color=colour_of("ab", "b"), alpha=0.7)
+    axes.plot([], [], "o", color=colour_of("ab", "a"), label="seeds of the search and of the choice")
+    axes.plot([], [], "D", color=colour_of("ab", "b"), label=f"{new} new seeds, which chose nothing")
+    axes.set_yticks(range(len(run.best_results["maps"])), [entry["name"] for entry in run.best_results["maps"]])
+    axes.set_xlabel("Gini coefficient of a single drive")
+    figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=2)
+    return figure
+
+
+PICTURES: dict[str, Callable[[], Any]] = {
+    "costmaps": costmaps,
+    "noise_seen": noise_seen,
+    "noise_driven": noise_driven,
+    "ginis": ginis,
+    "lorenz": lorenz,
+    "families": families,
+    "confirmation": confirmation,
+    "set_lorenz": lambda: solved_lorenz_figure(load_run(KEPT / "quick").best_results["maps"]),
+}
+"""Functions that draw a figure, by the name of its file."""

@@ -1,0 +1,213 @@
+"""The pages of the site: every command on them parses, every block runs, and what they take from the code is there.
+
+The blocks run in this process, in one folder, with small budgets, so that the pages share what they make; README.md and
+docs/extending.md run as a reader runs them, in test_documents.py.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import runpy
+import shlex
+import shutil
+import subprocess
+from concurrent.futures import Executor, Future
+from contextlib import chdir
+
+import pytest
+import yaml
+
+from docs.generate import options
+from docs.generate.commands import command_reference
+from docs.generate.docstrings import arguments, block_of, plain
+from docs.generate.inserts import INSERTS, LINE, filled
+from docs.generate.markdown import table
+from evolution.cli import build_parser, main
+from evolution.commands import COMMANDS
+from evolution.commands.catalogue import KINDS
+from evolution.driving import EXECUTORS
+from tests.test_documents import DOCUMENTS, ROOT, blocks_of, name_of
+
+SITE = yaml.load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"), yaml.BaseLoader)
+PAGES = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))
+IN_ORDER = re.findall(r"[\w/-]+\.md", str(SITE["nav"]))
+RUN_HERE = [f"docs/{page}" for page in IN_ORDER if f"docs/{page}" not in DOCUMENTS]
+
+TINY = """
+search: {elite_seeds: 0, confirmation: {seeds: 2, candidates: 2, claim_seeds: 2}}
+controllers: [dwb, rpp]
+run: {environment: {time_limit: 60.0}}
+"""
+FEW = "--pop-size 2 --evaluations 2 --maps-per-set 2"
+REDUCED = (
+    (r"mapbench evolve .*--preset thesis", f"{FEW} --controllers dwb,rpp --time-limit 60"),
+    (r"mapbench evolve", f"{FEW} --config tiny.yaml"),
+    (r"mapbench bench", "--repeats 1 --time-limit 60"),
+    (r"mapbench drive", "--time-limit 2"),
+)
+"""What is added to a command that runs here; of an option that is given twice, the last counts."""
+ONLY_PARSED = (
+    r"mapbench (train|study|validate)",  # hours; tests of their own run them with small budgets
+    r"runs/(ppo|study)|report runs/thesis",  # needs what those would have made; one report is enough
+    r"--config mine.yaml",  # three controllers, three roles; the page's Python block reads the file
+    r"--out runs/(mine|cluster|doors|pairs)",  # one more search each, of which others run
+    r"cluster.md|dask|pip install|scheduler",
+)
+FOREIGN = ("dask_jobqueue", "dask_kubernetes")
+"""Modules of clusters, which no test has."""
+
+
+class AtOnce(Executor):
+    """Drives in the calling process: no worker has to start."""
+
+    def submit(self, function, /, *args, **kwargs):
+        future = Future()
+        future.set_result(function(*args, **kwargs))
+        return future
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder for all pages, with the examples in it as in a clone."""
+    folder = tmp_path_factory.mktemp("reader")
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    (folder / "tiny.yaml").write_text(TINY, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def done():
+    """Commands that were run; one that stands on two pages runs once."""
+    return set()
+
+
+@pytest.mark.parametrize("page", RUN_HERE)
+def test_blocks_run(page, folder, done, monkeypatch):
+    monkeypatch.setitem(EXECUTORS._entries, "processes", lambda crew: AtOnce())
+    monkeypatch.syspath_prepend(folder)
+    with chdir(folder):
+        for position, (language, text) in enumerate(blocks_of(page)):
+            if language == "python" and not any(module in text for module in FOREIGN):
+                script = folder / name_of(text, position, language)
+                script.write_text(text, encoding="utf-8")
+                runpy.run_path(str(script), run_name="__main__")
+            elif language == "bash":
+                run_lines(text, done)
+
+
+def run_lines(text, done):
+    """Run the lines of a block: those of ``mapbench`` in this process, the others in between by bash."""
+    for part in re.split(r"^(mapbench .*)$", text, flags=re.MULTILINE):
+        if not part.startswith("mapbench "):
+            if part.strip() and not skipped(part):
+                subprocess.run(["bash", "-e", "-c", part], check=True)
+        elif part not in done and not skipped(part):
+            done.add(part)
+            extra = next((extra for pattern, extra in REDUCED if re.match(pattern, part)), "")
+            assert main([*shlex.split(part, comments=True)[1:], *extra.split()]) == 0, part
+
+
+def skipped(part):
+    return any(re.search(pattern, part) for pattern in ONLY_PARSED)
+
+
+def commands_in(text):
+    """All commands of a page: lines of its blocks, and what stands in code type in its sentences."""
+    blocks = re.findall(r"```\w+\n(.*?)```", text, flags=re.DOTALL)
+    lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
+    return [*lines, *re.findall(r"`([^`]+)`", re.sub(r"```.*?```", "", text, flags=re.DOTALL).replace("\n", " "))]
+
+
+@pytest.mark.parametrize("page", ["README.md", *PAGES])
+def test_commands_parse(page, monkeypatch):
+    parser = build_parser()
+    monkeypatch.setattr(type(parser), "error", refuse)
+    for line in commands_in((ROOT / page).read_text(encoding="utf-8")):
+        words = line.partition(" > ")[0].split()
+        if words[:1] == ["mapbench"] and words[1:2] and words[1] in COMMANDS:
+            parse(parser, shlex.split(" ".join(words), comments=True)[1:], line)
+
+
+def parse(parser, words, line):
+    try:
+        parser.parse_args(words)
+    except argparse.ArgumentError as problem:
+        pytest.fail(f"{line}: {problem.message}")
+    except SystemExit:
+        pass  # --help, or something that a sentence leaves out
+
+
+def refuse(self, message):
+    """Let pass what a sentence leaves out, and nothing else."""
+    if "the following arguments are required" in message or "expected one argument" in message:
+        raise SystemExit
+    raise argparse.ArgumentError(None, message)
+
+
+def test_every_page_has_its_place():
+    assert sorted(f"docs/{page}" for page in IN_ORDER) == PAGES
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
+def test_links_lead_to_files(page):
+    for target in re.findall(r"\]\(([^)#:]+)(?:#[\w-]*)?\)", (ROOT / page).read_text(encoding="utf-8")):
+        assert "made/" in target or (ROOT / page).parent.joinpath(target).is_file(), f"{page}: {target}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_inserts_are_filled_in(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    assert len(re.findall("<!-- insert", text)) == len(LINE.findall(text))
+    assert "<!-- insert" not in filled(text)
+
+
+def test_the_reference_of_commands_is_complete():
+    text = command_reference()
+    assert all(f"\n## mapbench {name}\n" in f"\n{text}" for name in COMMANDS)
+    assert "### mapbench maps draw" in text
+    assert "| `--fail-if RULE` |" in text
+
+
+@pytest.mark.parametrize("root", options.ROOTS)
+def test_every_option_is_described(root):
+    text = options.option_reference(root) + options.family_reference() + options.planner_reference()
+    rows = re.findall(r"^\| `(\w+)` \|.*\| (.*?) \|$", text, re.MULTILINE)
+    assert len(rows) > 40
+    assert [name for name, about in rows if not about.strip()] == []
+
+
+def test_all_names_are_on_the_page():
+    shown = {words[0] for name, words in inserts_of("docs/reference/names.md") if name == "names"}
+    assert shown == set(KINDS)
+
+
+def inserts_of(page):
+    return [(name, words.split()) for name, words in LINE.findall((ROOT / page).read_text(encoding="utf-8"))]
+
+
+def test_every_kind_of_insert_is_used():
+    assert {name for page in PAGES for name, _ in inserts_of(page)} == set(INSERTS)
+
+
+def test_docstrings_are_read():
+    def example(first, second):
+        """Do something.
+
+        ::
+
+            file    what it is
+
+        Args:
+            first: With a ``word``, and
+                a second line.
+            second: See :class:`~some.module.Name`.
+        """
+
+    assert arguments(example) == {"first": "With a `word`, and a second line.", "second": "See `Name`."}
+    assert block_of(example) == "file    what it is"
+    assert plain("so:\n\n::\n\n    code") == "so:\n\nFor example:\n\n    code"
+
+
+def test_cells_of_tables_are_escaped():
+    assert table(["a"], [["x | `<b>` <i>"]]).splitlines()[-1] == "| x \\| `<b>` &lt;i> |"
