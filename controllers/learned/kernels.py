@@ -51,7 +51,10 @@ def block_arcs(along, aside, radius, curvatures, free):
     if square <= radius * radius:
         free[0 if along > 0.0 else 1] = 0.0  # covered: only the way out of it is free
         return
+    least = math.sqrt(square) - radius  # no arc is shorter than the straight way
     for k in range(len(curvatures)):
+        if least >= free[0, k] and least >= free[1, k]:
+            continue
         if abs(curvatures[k]) < STRAIGHT:
             if abs(aside) < radius:
                 way = 0 if along > 0.0 else 1

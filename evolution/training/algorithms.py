@@ -16,7 +16,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from controllers.learned import Encoder, ModelCard, Normalization, write_card
+from controllers.learned import ModelCard, Normalization, Sight, write_card
 from evolution.files import write_bytes
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import ConfigError, RunError, unknown_name
@@ -56,7 +56,7 @@ class Blank(gymnasium.Env[Any, Any]):
     """
 
     def __init__(self, settings: TrainSettings) -> None:
-        inputs = settings.encoding.frames * Encoder(settings.encoding, settings.world).size
+        inputs = Sight(1, settings.encoding, settings.world).size
         self.observation_space = Box(-1.0, 1.0, (inputs,), np.float32)
         self.action_space = Box(-1.0, 1.0, (2,), np.float32)
 
