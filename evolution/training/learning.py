@@ -16,6 +16,7 @@ from evolution.training.algorithms import (
     load_model,
     make_model,
     tensorboard_is_installed,
+    threads,
 )
 from evolution.training.directory import (
     BUFFER,
@@ -89,7 +90,7 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
     companion = Companion(
         settings, worlds, recorder, partial(_judge_all, settings, groups, statistics), interruption, on_progress
     )
-    with interruption.heeded():
+    with interruption.heeded(), threads(settings.threads):
         left = settings.steps - model.num_timesteps
         model.learn(left, callback=companion, reset_num_timesteps=state is None, tb_log_name=settings.algorithm)
         if interruption.asked:

@@ -113,9 +113,6 @@ class EncodedWorlds:
 
     def _begin(self, which: NDArray[np.bool_]) -> Features:
         """Put some worlds on their levels, each on its own."""
-        for number in np.flatnonzero(which):
-            mask = np.zeros(self.count, dtype=np.bool_)
-            mask[number] = True
-            observation, _ = self.worlds.reset(options={"reset_mask": mask, "scenario": self._levels[number]})
+        observation, _ = self.worlds.reset(options={"reset_mask": which.copy(), "scenarios": self._levels})
         self._shaping.begin(which)
         return self._sight.begin(observation, which)
