@@ -14,7 +14,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
-from evolution.pictures.animation import Frame, frames
+from evolution.pictures import Frame, frames
 from gym_mapbench.episode import Episode
 from gym_mapbench.mapio import load_scenarios
 
@@ -31,10 +31,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--map", type=Path, required=True, help="any file of maps")
     parser.add_argument("--scenario", type=int, default=1, help="which of them (default 1)")
+    parser.add_argument("--policy", type=Path, default=POLICY, help=f"the model (default {POLICY})")
     parser.add_argument("--out", type=Path, default=Path("docs/policy.gif"))
     args = parser.parse_args()
     scenario = load_scenarios(args.map)[args.scenario - 1]
-    controllers = [ControllerSpec(name="policy", kind=str(POLICY.resolve())), ControllerSpec(name="mppi", kind="mppi")]
+    controllers = [
+        ControllerSpec(name="policy", kind=str(args.policy.resolve())),
+        ControllerSpec(name="mppi", kind="mppi"),
+    ]
     settings = DriveSettings(navigation="fair")
     episodes = [drive(job) for job in JobPlan(controllers, settings, 0).jobs(scenario)]
     pictures = [Image.fromarray(frame).quantize(COLOURS) for frame in beside(episodes, settings)]

@@ -125,7 +125,8 @@ class Trail:
         x, y = _turned(before[..., 0], before[..., 1], goal[:, 2])
         away = np.stack([x + goal[:, 0], y + goal[:, 1]], axis=-1)
         near = away / (1.0 + np.linalg.norm(away, axis=-1, keepdims=True))
-        return near.swapaxes(0, 1).reshape(len(goal), -1).astype(np.float32)
+        trails: Features = near.swapaxes(0, 1).reshape(len(goal), -1).astype(np.float32)
+        return trails
 
 
 def _place(goal: NDArray[Any]) -> NDArray[np.float64]:
