@@ -45,7 +45,7 @@ class DistanceToGoal:
     def __init__(self, scenario: Scenario, robot: RobotSpec) -> None:
         grid = scenario.map
         cell = grid.world_to_cell(scenario.goal.x, scenario.goal.y)
-        distance = geodesic_distance(~open_cells(scenario, robot), *(cell or (0, 0)))
+        distance = self._measure(scenario, robot, cell or (0, 0))
         self.solvable = math.isfinite(distance[grid.world_to_cell(scenario.start.x, scenario.start.y) or (0, 0)])
         fill_unreached(distance)
         self.cells: NDArray[np.float64] = distance
@@ -55,6 +55,10 @@ class DistanceToGoal:
     def at(self, x: float, y: float) -> float:
         """Return the distance from a point on the map, m."""
         return float(distance_at(self.cells, self._resolution, *self._origin, x, y))
+
+    def _measure(self, scenario: Scenario, robot: RobotSpec, goal: tuple[int, int]) -> NDArray[np.float64]:
+        """Return the distances of all cells from the goal's, in cells; inf where there is no way."""
+        return geodesic_distance(~open_cells(scenario, robot), *goal)  # type: ignore[no-any-return]
 
 
 @functools.lru_cache(maxsize=8)
@@ -74,14 +78,15 @@ class CautiousDistance(DistanceToGoal):
     """
 
     def __init__(self, scenario: Scenario, robot: RobotSpec, caution: float, reach: float) -> None:
+        self._caution, self._reach = caution, reach
         super().__init__(scenario, robot)
+
+    def _measure(self, scenario: Scenario, robot: RobotSpec, goal: tuple[int, int]) -> NDArray[np.float64]:
         grid = scenario.map
         room = np.sqrt(squared_distance(grid.occupancy)) * grid.resolution - inscribed_radius(robot)
-        costs = 1.0 + caution * np.clip(1.0 - room / reach, 0.0, 1.0) ** 2
+        costs = 1.0 + self._caution * np.clip(1.0 - room / self._reach, 0.0, 1.0) ** 2
         costs[~open_cells(scenario, robot)] = np.inf
-        cell = grid.world_to_cell(scenario.goal.x, scenario.goal.y)
-        self.cells = weighted_distance(costs, *(cell or (0, 0)))
-        fill_unreached(self.cells)
+        return weighted_distance(costs, *goal)  # type: ignore[no-any-return]
 
 
 @functools.lru_cache(maxsize=8)

@@ -78,8 +78,14 @@ class MapBenchVectorEnv(SyncVectorEnv):
 
         Args:
             seed: Of the first world; the others get the following numbers, or those of a list.
-            options: As for MapBenchEnv, the same for every world.
+            options: As for MapBenchEnv, the same for every world; or ``scenarios``, one Scenario for each world, of
+                which those of the worlds that begin are used.
+
+        Raises:
+            ConfigError: As MapBenchEnv, or if there is not one scenario for each world.
         """
+        if options is not None and len(options.get("scenarios", self._members)) != self.num_envs:
+            raise ConfigError(f"scenarios: expected one for each of {self.num_envs} worlds")
         # A masked reset returns the last observations of the worlds that it leaves alone.
         kept: list[Any] = [{key: rows[i] for key, rows in self._last.items()} for i in range(self.num_envs)]
         self._env_obs = kept
@@ -155,6 +161,9 @@ class _World(MapBenchEnv):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """As :meth:`MapBenchEnv.reset`."""
+        if options is not None and "scenarios" in options:
+            others = {name: value for name, value in options.items() if name != "scenarios"}
+            options = {**others, "scenario": options["scenarios"][self._index]}
         result = super().reset(seed=seed, options=options)
         if self.task is not None:
             self._batch.settle(self._index, self.scenario.map.framed, self.task.field)

@@ -10,7 +10,7 @@ import gym_mapbench  # noqa: F401, registers the env
 from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.groups import OBSERVATION_KEYS
-from gym_mapbench.scenario import MapSet
+from gym_mapbench.scenario import MapSet, Scenario
 from gym_mapbench.vector import MapBenchVectorEnv
 from tests.test_env import SCENARIO
 from tests.worlds import ROOM, ROOM_OPTIONS
@@ -92,6 +92,20 @@ def test_every_world_is_the_single_env_of_its_seed(name, mode):
             resets = [envs.reset(options={"reset_mask": over.copy()}) for envs in (alone, together)]
             assert_same(*resets, f"reset {count} ")
     assert ended.all()
+
+
+def test_every_world_may_be_given_its_own_scenario():
+    rooms = [Scenario(SCENARIO.map, SCENARIO.start._replace(yaw=0.1 * i), SCENARIO.goal) for i in range(3)]
+    envs = MapBenchVectorEnv(3, autoreset_mode="Disabled", **ROOM_OPTIONS)
+    _, infos = envs.reset(seed=0, options={"scenarios": rooms})
+    assert infos["pose"][:, 2] == pytest.approx([0.0, 0.1, 0.2])
+    some = np.array([False, True, False])
+    envs.reset(options={"scenarios": rooms[::-1], "reset_mask": some})
+    assert [envs.envs[i].scenario for i in range(3)] == [rooms[0], rooms[1], rooms[2]]
+    envs.reset(options={"scenarios": rooms[1:] + rooms[:1], "reset_mask": some})
+    assert [envs.envs[i].scenario for i in range(3)] == [rooms[0], rooms[2], rooms[2]]
+    with pytest.raises(ConfigError, match="scenarios: expected one for each of 3 worlds"):
+        envs.reset(options={"scenarios": rooms[:2]})
 
 
 def test_next_step_resets_on_the_step_after_the_end():

@@ -5,17 +5,17 @@ A model with a card drives through :class:`TrainedPolicy`; any other policy thro
 
 from __future__ import annotations
 
-from controllers.learned.encoding import Encoder, EncodingSettings, Features, Frames
+from controllers.learned.encoding import EncodingSettings, Features
+from controllers.learned.memory import Sight
 from controllers.learned.model_card import ModelCard, Normalization, read_card, write_card
 from controllers.learned.trained import TrainedPolicy
 
 __all__ = [
-    "Encoder",
     "EncodingSettings",
     "Features",
-    "Frames",
     "ModelCard",
     "Normalization",
+    "Sight",
     "TrainedPolicy",
     "read_card",
     "write_card",

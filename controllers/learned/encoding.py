@@ -1,4 +1,4 @@
-"""What a network sees: the env's observation as one egocentric vector, every entry within [-1, 1], several frames deep.
+"""What a network sees of a moment: the env's observation as one egocentric vector, every entry within [-1, 1].
 
 The same code encodes in training and in driving, on batches: every array has the worlds as its first axis.
 """
@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from controllers.learned.kernels import free_arcs
 from gym_mapbench.config import EnvConfig
@@ -33,6 +33,8 @@ class EncodingSettings(Settings):
             forwards and backwards, until it touches something, with each of the ``margins`` around it.
         frames: How many observations it sees at once, the newest first.
         frame_spacing: Decisions between two of them.
+        trail: How many decisions ago the places are that it remembers: where the robot was then, in its present frame,
+            as the goal shows it.
         reach: Distance at which the distance to the goal, and the coordinates of path points, are clipped, m.
         near: Distance that is encoded as -1 in scans, m; shorter ones, too. Scans are encoded by their logarithm, so
             that a centimetre counts more the nearer a wall is.
@@ -44,6 +46,7 @@ class EncodingSettings(Settings):
     features: tuple[str, ...] = ("goal", "velocity", "scan")
     frames: Annotated[int, Field(ge=1, le=100)] = 1
     frame_spacing: Annotated[int, Field(ge=1, le=1000)] = 1
+    trail: tuple[Annotated[int, Field(ge=1, le=1000)], ...] = ()
     reach: Annotated[float, Field(gt=0)] = 10.0
     near: Annotated[float, Field(gt=0)] = 0.2
     curvatures: tuple[Annotated[float, Field(ge=0)], ...] = (0.0, 0.3, 0.7, 1.2, 2.0, 3.5, 7.0)
@@ -69,6 +72,12 @@ class EncodingSettings(Settings):
         if not value or len(set(value)) < len(value):
             raise ConfigError(f"expected at least one feature, each once, got {value}")
         return value
+
+    @model_validator(mode="after")
+    def _sees_where_it_was(self) -> Self:
+        if self.trail and "goal" not in self.features:
+            raise ConfigError(f"trail: expected goal among the features, by which it is measured, got {self.features}")
+        return self
 
 
 class Encoder:
@@ -161,38 +170,3 @@ SIZES: dict[str, Callable[[Encoder], int]] = {
 }
 SOURCES = {"arcs": "scan"}
 """The key of the observation that a feature is made of, where it has another name."""
-
-
-class Frames:
-    """The last frames of several worlds; before the first step of an episode, its first frame stands for all.
-
-    Args:
-        worlds: How many worlds.
-        size: Entries of one frame.
-        settings: How many frames, how far apart.
-
-    Attributes:
-        count: Frames in a stack.
-    """
-
-    def __init__(self, worlds: int, size: int, settings: EncodingSettings) -> None:
-        length = (settings.frames - 1) * settings.frame_spacing + 1
-        self._history = np.zeros((length, worlds, size), dtype=np.float32)
-        self._spacing = settings.frame_spacing
-        self.count = settings.frames
-
-    def begin(self, features: Features, which: NDArray[np.bool_]) -> Features:
-        """Begin episodes in some worlds with a first frame; return the stacks of all."""
-        self._history[:, which] = features[which]
-        return self.stacked()
-
-    def push(self, features: Features) -> Features:
-        """Add one frame to every world; return the stacks."""
-        self._history[1:] = self._history[:-1].copy()
-        self._history[0] = features
-        return self.stacked()
-
-    def stacked(self) -> Features:
-        """Return ``(worlds, frames * size)``, the newest frame first, in a new array."""
-        chosen = self._history[:: self._spacing]
-        return np.concatenate(list(chosen), axis=1)

@@ -32,40 +32,60 @@ def free_arcs(scans, beams, x, y, seen, radii, curvatures, reach, free):
             distance = scans[world, i]
             if 0.0 < distance < seen:
                 along, aside = x + distance * beams[i, 0], y + distance * beams[i, 1]
-                for disc in range(len(radii)):
-                    block_arcs(along, aside, radii[disc], curvatures, free[world, disc])
+                block_arcs(along, aside, radii, curvatures, free[world])
 
 
 @kernel
-def block_arcs(along, aside, radius, curvatures, free):
-    """Shorten the arcs on which a disc meets a point.
+def block_arcs(along, aside, radii, curvatures, free):
+    """Shorten the arcs on which discs meet a point.
 
     Args:
         along: x of the point, m.
         aside: y of the point, m.
-        radius: Of the disc, m.
+        radii: ``(discs,)`` m.
         curvatures: ``(arcs,)`` 1/m.
-        free: ``(2, arcs)`` free lengths forwards and backwards, m, in and out.
+        free: ``(discs, 2, arcs)`` free lengths forwards and backwards, m, in and out.
     """
-    square = along * along + aside * aside
-    if square <= radius * radius:
-        free[0 if along > 0.0 else 1] = 0.0  # covered: only the way out of it is free
-        return
+    straight = math.sqrt(along * along + aside * aside)
+    for disc in range(len(radii)):
+        if straight <= radii[disc]:
+            free[disc, 0 if along > 0.0 else 1] = 0.0  # covered: only the way out of it is free
     for k in range(len(curvatures)):
         if abs(curvatures[k]) < STRAIGHT:
-            if abs(aside) < radius:
-                way = 0 if along > 0.0 else 1
-                free[way, k] = min(free[way, k], abs(along) - math.sqrt(radius * radius - aside * aside))
+            block_line(along, aside, straight, radii, free, k)
+        else:
+            block_arc(along, aside, straight, radii, curvatures[k], free, k)
+
+
+@kernel
+def block_line(along, aside, straight, radii, free, k):
+    """Shorten the way straight ahead, arc ``k``, and straight back."""
+    way = 0 if along > 0.0 else 1
+    for disc in range(len(radii)):
+        radius = radii[disc]
+        if abs(aside) < radius < straight:
+            free[disc, way, k] = min(free[disc, way, k], abs(along) - math.sqrt(radius * radius - aside * aside))
+
+
+@kernel
+def block_arc(along, aside, straight, radii, curvature, free, k):
+    """Shorten arc ``k``, forwards and backwards."""
+    turning = 1.0 / abs(curvature)
+    inwards = aside if curvature > 0.0 else -aside
+    away = math.sqrt(along * along + (turning - inwards) * (turning - inwards))  # from the arc's centre
+    bearing = -1.0
+    for disc in range(len(radii)):
+        radius = radii[disc]
+        least = straight - radius  # no arc is shorter than the straight way
+        if abs(away - turning) >= radius or away <= radius - turning or least <= 0.0:
             continue
-        turning = 1.0 / abs(curvatures[k])
-        inwards = aside if curvatures[k] > 0.0 else -aside
-        away = square - 2.0 * turning * inwards + turning * turning  # squared distance from the arc's centre
-        outer = turning + radius
-        if away >= outer * outer or (turning > radius and away <= (turning - radius) * (turning - radius)):
+        if least >= free[disc, 0, k] and least >= free[disc, 1, k]:
             continue
-        bearing = math.atan2(along, turning - inwards) % FULL_TURN
-        share = (turning * turning + away - radius * radius) / (2.0 * turning * math.sqrt(away))
+        if bearing < 0.0:
+            bearing = math.atan2(along, turning - inwards)
+            bearing += FULL_TURN if bearing < 0.0 else 0.0
+        share = (turning * turning + away * away - radius * radius) / (2.0 * turning * away)
         early = math.acos(max(-1.0, min(1.0, share)))
         # Backwards is forwards in the mirror: the centre stays on the same side.
-        free[0, k] = min(free[0, k], turning * (bearing - early))
-        free[1, k] = min(free[1, k], turning * (FULL_TURN - bearing - early))
+        free[disc, 0, k] = min(free[disc, 0, k], turning * (bearing - early))
+        free[disc, 1, k] = min(free[disc, 1, k], turning * (FULL_TURN - bearing - early))

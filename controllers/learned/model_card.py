@@ -13,7 +13,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from controllers.learned.encoding import Encoder, EncodingSettings, Features
+from controllers.learned.encoding import EncodingSettings, Features
+from controllers.learned.memory import Sight
 from controllers.model_files import MAX_MODEL_BYTES
 from gym_mapbench.bounded import open_zip
 from gym_mapbench.config import EnvConfig
@@ -74,7 +75,7 @@ class ModelCard(Settings):
     @property
     def input_size(self) -> int:
         """Entries of the model's input."""
-        return self.encoding.frames * Encoder(self.encoding, self.world).size
+        return Sight(1, self.encoding, self.world).size
 
     def repeats_in(self, config: EnvConfig) -> int:
         """Return for how many control steps of a world an action holds.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from controllers.base import Context, Observation
-from controllers.learned.encoding import Encoder, Frames
+from controllers.learned.memory import Sight
 from controllers.learned.model_card import ModelCard
 from gym_mapbench.action import to_command
 from gym_mapbench.config import EnvConfig
@@ -49,8 +49,7 @@ class TrainedPolicy:
         """Forget what was seen."""
         card = self.card
         self._world = card.world.replace(robot=context.robot, lidar=context.lidar, action="normalized")
-        self._encoder = Encoder(card.encoding, self._world)
-        self._frames = Frames(1, self._encoder.size, card.encoding)
+        self._sight = Sight(1, card.encoding, self._world)
         self._repeats = round(1.0 / context.control_period / card.world.control_hz)
         self._step = 0
 
@@ -67,8 +66,7 @@ class TrainedPolicy:
 
     def _decide(self, observation: Observation) -> tuple[float, float]:
         batch = {key: np.asarray(observation[key])[np.newaxis] for key in self.observation_keys}
-        features = self._encoder.encode(batch)
-        seen = self._frames.push(features) if self._step else self._frames.begin(features, ONE)
+        seen = self._sight.push(batch) if self._step else self._sight.begin(batch, ONE)
         if self.card.normalization is not None:
             seen = self.card.normalization.apply(seen)
         actions, _ = self._predict(seen, deterministic=True)

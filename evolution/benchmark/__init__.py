@@ -20,11 +20,14 @@ from evolution.benchmark.comparison import Comparison, compare, our_times, times
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
 from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule
 from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
+from evolution.benchmark.scores import MEANS, SHARES, pair_rows, score_rows
 
 __all__ = [
     "BENCHMARK",
+    "MEANS",
     "MEASURES",
     "PREFIX",
+    "SHARES",
     "BarnScore",
     "Benchmark",
     "Comparison",
@@ -41,9 +44,11 @@ __all__ = [
     "correlation_with",
     "load_barn",
     "our_times",
+    "pair_rows",
     "read_bench",
     "read_rule",
     "reference_of",
+    "score_rows",
     "score_runs",
     "times_of_results",
 ]

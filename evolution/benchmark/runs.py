@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import FiniteFloat
 
 from evolution.benchmark.directory import BENCHMARK
+from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
 from evolution.files import Document, Row, Table, Tabled, check_rows, read_json, write_text
 from evolution.runs import DrivenAgain
@@ -21,7 +22,7 @@ from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.scenario import Scenario
 
 BENCH, BENCH_TABLE = "bench.json", "bench.csv"
-TABLES = ("summary", "runs")
+TABLES = ("summary", "runs", "controllers", "pairs")
 
 
 class BenchRow(Document):
@@ -57,14 +58,18 @@ class Benchmark(Tabled):
         """Return a table.
 
         Args:
-            name: ``summary`` (one row per map and controller; measures are means over the runs that reached the goal)
-                or ``runs`` (one row per run).
+            name: ``summary`` (one row per map and controller; measures are means over the runs that reached the goal),
+                ``runs`` (one row per run), ``controllers`` (one per controller, over all maps) or ``pairs`` (one per
+                two controllers, on the same maps); the last two with intervals.
 
         Raises:
             ConfigError: If there is no such table.
         """
         if (name or "summary") not in TABLES:
             raise unknown_name("table", name, TABLES)
+        if name in ("controllers", "pairs"):
+            names = list(dict.fromkeys(row["controller"] for row in self.rows))
+            return Table((score_rows if name == "controllers" else pair_rows)(self.rows, names))
         return Table(self.rows) if name == "runs" else Table(_summary(rows, self.metrics) for rows in self._groups())
 
     @property

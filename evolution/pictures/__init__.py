@@ -6,7 +6,7 @@ equal bytes.
 
 from __future__ import annotations
 
-from evolution.pictures.animation import check_display, check_film, save_animation, show_animation
+from evolution.pictures.animation import Frame, check_display, check_film, frames, save_animation, show_animation
 from evolution.pictures.map_table import maps_figure
 from evolution.pictures.plots import (
     box_figure,
@@ -36,6 +36,7 @@ from evolution.pictures.run_figures import (
 __all__ = [
     "FIGURES",
     "DrivenMap",
+    "Frame",
     "best_maps_figure",
     "box_figure",
     "check_display",
@@ -46,6 +47,7 @@ __all__ = [
     "draw_map",
     "drive_best",
     "effects_figure",
+    "frames",
     "learning_figure",
     "lorenz_figure",
     "map_set_figure",

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from itertools import combinations
 from pathlib import Path
-from statistics import fmean
 
 import numpy as np
 import yaml
 
-from evolution.benchmark import Benchmark, benchmark_document
+from evolution.benchmark import SHARES, Benchmark, benchmark_document, pair_rows, score_rows
 from evolution.driving import Job, JobPlan, drive
 from evolution.files import Row, Table, write_text
 from evolution.report.page import Attachment, Report, Section, render_page
 from evolution.report.page import Table as PageTable
 from evolution.report.replays import ReplayedMap
-from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, wilson_interval
+from evolution.statistics import FEWEST_FOR_INTERVAL
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import RunError
 from gym_mapbench.scenario import Scenario
@@ -25,9 +23,8 @@ from gym_mapbench.scenario import Scenario
 MOST_REPLAYS = 24
 """Maps with replays on one page; more would make it too large to open."""
 
-BOOTSTRAP_SEED = 0
 INTERVALS = (
-    "Intervals are of 95 %: Wilson's for the share of goals, bootstrap for times and their differences, over "
+    "Intervals are of 95 %: Wilson's for shares of runs, bootstrap for means and for differences, over "
     f"maps where there are {FEWEST_FOR_INTERVAL} or more, else over runs; there is none for fewer than "
     f"{FEWEST_FOR_INTERVAL}."
 )
@@ -89,36 +86,8 @@ def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> lis
         controllers: Who drove, in order.
     """
     ordered = sorted(score_rows(rows, controllers), key=lambda row: (-row["success"], row["mean s"] or np.inf))
-    pairs = [
-        sentence for pair in combinations([row["controller"] for row in ordered], 2) for sentence in _pair(rows, *pair)
-    ]
+    pairs = [sentence for pair in pair_rows(rows, [row["controller"] for row in ordered]) for sentence in _faster(pair)]
     return [_sentence(row) for row in ordered] + pairs
-
-
-def score_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
-    """Return a row per controller: goals, success and mean time with 95 % intervals, and what else happened."""
-    return [_score(name, [row for row in rows if row["controller"] == name]) for name in controllers]
-
-
-def _score(name: str, rows: Sequence[Row]) -> Row:
-    goals = [row for row in rows if row["outcome"] == "goal"]
-    low, high = wilson_interval(len(goals), len(rows))
-    recoveries = [row["n_recoveries"] for row in rows if row.get("n_recoveries") is not None]
-    times = [(row["map"], row["time_s"]) for row in goals]
-    time_low, time_high = _interval(times)
-    return {
-        "controller": name,
-        "goals": len(goals),
-        "runs": len(rows),
-        "success": len(goals) / len(rows),
-        "success from": low,
-        "success to": high,
-        "mean s": fmean(time for _, time in times) if times else None,
-        "mean s from": time_low,
-        "mean s to": time_high,
-        "recoveries": fmean(recoveries) if recoveries else None,
-        "collisions": sum(row["outcome"] == "collision" for row in rows),
-    }
 
 
 def _sentence(row: Row) -> str:
@@ -134,40 +103,19 @@ def _sentence(row: Row) -> str:
     return f"{text}, in {row['mean s']:.1f} s{interval} in the mean of these."
 
 
-def _pair(rows: Sequence[Row], first: str, second: str) -> Iterator[str]:
+def _faster(pair: Row) -> Iterator[str]:
     """Say which of two controllers is faster where both reached the goal; nothing if there are too few such runs."""
-    times = [
-        {
-            (row["map"], row["repeat"]): row["time_s"]
-            for row in rows
-            if row["controller"] == name and row["outcome"] == "goal"
-        }
-        for name in (first, second)
-    ]
-    gains = [(key[0], times[1][key] - times[0][key]) for key in times[0] if key in times[1]]
-    low, high = _interval(gains)
-    if low is None or high is None:
+    mean, low, high = (pair[name] for name in ("faster s", "faster s from", "faster s to"))
+    if low is None:
         return
-    mean = fmean(gain for _, gain in gains)
-    fast, slow, low, high = (first, second, low, high) if mean >= 0 else (second, first, -high, -low)
+    fast, slow, low, high = (
+        (pair["first"], pair["second"], -high, -low) if mean <= 0 else (pair["second"], pair["first"], low, high)
+    )
     sure = "" if low > 0 else ", so neither is shown to be faster"
     yield (
-        f"Where both reach the goal ({len(gains)} pairs of runs on the same map and noise), {fast} is "
+        f"Where both reach the goal ({pair['both']} pairs of runs on the same map and noise), {fast} is "
         f"{abs(mean):.1f} s faster than {slow} in the mean (95 % interval {low:.1f} to {high:.1f} s{sure})."
     )
-
-
-def _interval(values: Sequence[tuple[str, float]]) -> tuple[float | None, float | None]:
-    """Return the 95 % interval of the mean of values with their maps; None for too few."""
-    groups: dict[str, list[float]] = {}
-    for name, value in values:
-        groups.setdefault(name, []).append(value)
-    units = (
-        [fmean(group) for group in groups.values()] if len(groups) >= FEWEST_FOR_INTERVAL else [v for _, v in values]
-    )
-    if len(units) < FEWEST_FOR_INTERVAL:
-        return None, None
-    return bootstrap_interval(units, np.random.default_rng(BOOTSTRAP_SEED))
 
 
 def _driven(result: Benchmark, plan: JobPlan, scenario: Scenario, drive: Callable[[Job], Episode]) -> list[Episode]:
@@ -203,9 +151,9 @@ def _missing(result: Benchmark) -> list[str]:
 
 
 def _tables(result: Benchmark, controllers: Sequence[str]) -> list[PageTable]:
-    scores = Table(map(_in_percent, score_rows(result.rows, controllers)))
     return [
-        _page_table("Controllers", scores),
+        _page_table("Controllers", Table(map(_in_percent, result.table("controllers")))),
+        *([_page_table("Pairs", result.table("pairs"))] if len(controllers) > 1 else []),
         _page_table("Maps", result.table()),
         _page_table("Runs", Table(map(_long_last, result.rows))),
     ]
@@ -214,7 +162,7 @@ def _tables(result: Benchmark, controllers: Sequence[str]) -> list[PageTable]:
 def _in_percent(row: Row) -> Row:
     """Return a row whose shares are whole percentages; the names of the columns say so."""
     return {
-        f"{name} %" if name.startswith("success") else name: round(100 * value) if name.startswith("success") else value
+        f"{name} %" if (share := name.split()[0] in SHARES) else name: round(100 * value) if share else value
         for name, value in row.items()
     }
 

@@ -16,7 +16,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from controllers.learned import Encoder, ModelCard, Normalization, write_card
+from controllers.learned import ModelCard, Normalization, Sight, write_card
 from evolution.files import write_bytes
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import ConfigError, unknown_name
@@ -34,6 +34,10 @@ OURS = (
     "action_noise",
 )
 """Arguments of an algorithm that follow from other settings."""
+
+
+LEARNER_STATE = ("_last_obs", "_last_original_obs", "_last_episode_starts", "ep_info_buffer", "ep_success_buffer")
+"""Attributes of a model that are of no use for driving."""
 
 
 def stable_baselines3() -> Any:
@@ -56,7 +60,7 @@ class Blank(gymnasium.Env[Any, Any]):
     """
 
     def __init__(self, settings: TrainSettings) -> None:
-        inputs = settings.encoding.frames * Encoder(settings.encoding, settings.world).size
+        inputs = Sight(1, settings.encoding, settings.world).size
         self.observation_space = Box(-1.0, 1.0, (inputs,), np.float32)
         self.action_space = Box(-1.0, 1.0, (2,), np.float32)
 
@@ -126,11 +130,12 @@ def save_model(model: Any, path: Path, card: ModelCard, *, to_drive: bool = Fals
         model: The model.
         path: The file.
         card: Its card.
-        to_drive: Whether to leave out what the optimizers have gathered, two thirds of the file.
+        to_drive: Whether to leave out what only learning needs, most of the file: what the optimizers have gathered,
+            and the latest observations.
     """
     partial = path.with_name(f".{path.name}")
     with _forgetful(model) if to_drive else nullcontext():
-        model.save(partial)
+        model.save(partial, exclude=LEARNER_STATE if to_drive else None)
     write_card(partial, card)
     write_bytes(path, partial.read_bytes())
     partial.unlink()
@@ -159,6 +164,19 @@ def card_of(settings: TrainSettings, statistics: Any, **training: Any) -> ModelC
         normalization=normalization,
         training={"seed": settings.seed, **training},
     )
+
+
+@contextmanager
+def threads(count: int) -> Iterator[None]:
+    """Let networks use as many CPU threads inside the ``with`` block; their sums, and so the models, depend on it."""
+    import torch
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(count)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 def tensorboard_is_installed() -> bool:

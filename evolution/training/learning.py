@@ -16,6 +16,7 @@ from evolution.training.algorithms import (
     check_model,
     make_model,
     tensorboard_is_installed,
+    threads,
 )
 from evolution.training.continuing import continued_model, load_experience, load_statistics
 from evolution.training.directory import (
@@ -97,7 +98,7 @@ def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] 
     companion = Companion(
         settings, worlds, recorder, partial(_judge_all, settings, groups, statistics), interruption, on_progress
     )
-    with interruption.heeded():
+    with interruption.heeded(), threads(settings.threads):
         left = settings.steps - model.num_timesteps
         model.learn(left, callback=companion, reset_num_timesteps=state is None, tb_log_name=settings.algorithm)
         if interruption.asked:

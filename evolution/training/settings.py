@@ -110,6 +110,8 @@ class TrainSettings(Settings):
         steps: Decisions in all worlds together.
         envs: Worlds stepped together.
         seed: Root of all randomness.
+        threads: CPU threads of the networks. More than one hardly helps networks as small as these; two trainings side
+            by side use two cores better.
         world: The env. One decision a control step: ``control_hz`` is the rate at which the model decides.
         encoding: How observations become the input of the networks.
         obstacles: Curriculum of the random maps; the first stage begins at 0.
@@ -131,6 +133,7 @@ class TrainSettings(Settings):
     steps: Count
     envs: Count = 64
     seed: Annotated[int, Field(ge=0)] = 0
+    threads: Count = 1
     world: EnvConfig = EnvConfig()
     encoding: EncodingSettings = EncodingSettings()
     obstacles: tuple[Stage, ...] = (Stage(after=0.0, fewest=15, most=40),)

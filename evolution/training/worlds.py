@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 import gym_mapbench  # noqa: F401, registers MapBench-v0
-from controllers.learned import Encoder, EncodingSettings, Features, Frames
+from controllers.learned import EncodingSettings, Features, Sight
 from evolution.training.settings import ShapingSettings
 from evolution.training.shaping import Shaping
 from gym_mapbench.config import EnvConfig
@@ -70,8 +70,7 @@ class EncodedWorlds:
             config=world,
             autoreset_mode=AutoresetMode.DISABLED,
         )
-        self._encoder = Encoder(encoding, world)
-        self._frames = Frames(count, self._encoder.size, encoding)
+        self._sight = Sight(count, encoding, world)
         self._shaping = Shaping(shaping, world, count)
         self._stall = shaping.stall if shaping.stall_time else 0.0
         self._next_level = next_level
@@ -81,7 +80,7 @@ class EncodedWorlds:
     @property
     def inputs(self) -> int:
         """Entries of the networks' input."""
-        return self._encoder.size * self._frames.count
+        return self._sight.size
 
     def reset(self) -> Features:
         """Begin an episode in every world; the first time, the worlds are seeded."""
@@ -97,7 +96,7 @@ class EncodedWorlds:
         stalled = self._shaping.stalled(info["reward_terms"]["progress"]) & ~terminated & ~truncated
         rewards = rewards - self._shaping.taken_off(observation) - self._stall * stalled
         ended = terminated | truncated | stalled
-        features = self._frames.push(self._encoder.encode(observation))
+        features = self._sight.push(observation)
         how = np.where(stalled, "stalled", info["outcome"])
         outcomes = {int(i): (self._levels[i], str(how[i])) for i in np.flatnonzero(ended)}
         return Step(features, rewards, ended, truncated & ~terminated, outcomes)
@@ -114,9 +113,6 @@ class EncodedWorlds:
 
     def _begin(self, which: NDArray[np.bool_]) -> Features:
         """Put some worlds on their levels, each on its own."""
-        for number in np.flatnonzero(which):
-            mask = np.zeros(self.count, dtype=np.bool_)
-            mask[number] = True
-            observation, _ = self.worlds.reset(options={"reset_mask": mask, "scenario": self._levels[number]})
+        observation, _ = self.worlds.reset(options={"reset_mask": which.copy(), "scenarios": self._levels})
         self._shaping.begin(which)
-        return self._frames.begin(self._encoder.encode(observation), which)
+        return self._sight.begin(observation, which)

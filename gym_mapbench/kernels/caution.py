@@ -9,7 +9,6 @@ import numpy as np
 from gym_mapbench.kernels.jit import kernel
 
 DIAGONAL = math.sqrt(2.0)
-STEP_ROW, STEP_COL = (0, -1, 0, 1, -1, -1, 1, 1), (-1, 0, 1, 0, -1, 1, 1, -1)
 
 
 @kernel
@@ -49,31 +48,43 @@ def spread_weighted(distance, costs, width, start):
     listed = np.empty((buckets, len(distance)), np.int32)
     counts = np.zeros(buckets, np.int64)
     listed[0, 0], counts[0] = start, 1
-    whole = 0
-    while counts.sum() > 0:
+    whole, left = 0, 1
+    while left > 0:
         bucket = whole % buckets
         for i in range(counts[bucket]):
             cell = listed[bucket, i]
-            if distance[cell] < whole:
-                continue
-            for side in range(8):
-                list_neighbour(distance, costs, width, cell, side, listed, counts)
+            if distance[cell] >= whole:
+                left += list_neighbours(distance, costs, width, cell, listed, counts)
+        left -= counts[bucket]
         counts[bucket] = 0
         whole += 1
 
 
 @kernel
-def list_neighbour(distance, costs, width, cell, side, listed, counts):
-    """Shorten the way to one neighbour of a cell, and list it in its bucket unless that has it already."""
-    near = cell + STEP_ROW[side] * width + STEP_COL[side]
-    length = distance[cell] + costs[near] * (1.0 if side < 4 else DIAGONAL)
+def list_neighbours(distance, costs, width, cell, listed, counts):
+    """Shorten the ways to the neighbours of a cell; return how many were listed."""
+    count = 0
+    for row in (-width, width):
+        count += list_neighbour(distance, costs, cell, cell + row, 1.0, listed, counts)
+        for col in (-1, 1):
+            if costs[cell + row] < np.inf and costs[cell + col] < np.inf:
+                count += list_neighbour(distance, costs, cell, cell + row + col, DIAGONAL, listed, counts)
+    for col in (-1, 1):
+        count += list_neighbour(distance, costs, cell, cell + col, 1.0, listed, counts)
+    return count
+
+
+@kernel
+def list_neighbour(distance, costs, cell, near, way, listed, counts):
+    """Shorten the way to one neighbour of a cell; list it in its bucket, and return 1, unless that has it already."""
+    length = distance[cell] + costs[near] * way
     before = distance[near]
     if length >= before:
-        return
-    if side >= 4 and max(costs[cell + STEP_ROW[side] * width], costs[cell + STEP_COL[side]]) == np.inf:
-        return
+        return 0
     distance[near] = length
-    if before == np.inf or int(before) != int(length):
-        later = int(length) % len(counts)
-        listed[later, counts[later]] = near
-        counts[later] += 1
+    if before < np.inf and int(before) == int(length):
+        return 0
+    later = int(length) % len(counts)
+    listed[later, counts[later]] = near
+    counts[later] += 1
+    return 1

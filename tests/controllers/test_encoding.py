@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controllers.learned.encoding import FEATURES, SOURCES, Encoder, EncodingSettings, Frames
+from controllers.learned.encoding import FEATURES, SOURCES, Encoder, EncodingSettings
 from controllers.learned.kernels import free_arcs
+from controllers.learned.memory import Frames, Sight
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.errors import ConfigError
@@ -66,6 +67,37 @@ def test_a_stack_that_was_returned_does_not_change(count):
     assert (first == 0).all()
 
 
+@given(st.integers(0, 10_000))
+def test_a_trail_is_where_the_robot_was_as_it_sees_it_now(seed):
+    env = MapBenchEnv(WORLD, observation=("goal",), collision_ends_episode=False, control_hz=5.0)
+    sight = Sight(1, EncodingSettings(features=("goal",), trail=(1, 4)), env.config)
+    observation, info = env.reset(seed=seed)
+    env.action_space.seed(seed)
+    poses = [info["pose"]] * 5
+    seen = sight.begin({"goal": observation["goal"][np.newaxis]}, np.ones(1, dtype=bool))
+    assert (seen[0, 6:] == 0).all()
+    for _ in range(6):
+        observation, _, _, _, info = env.step(env.action_space.sample())
+        poses.append(info["pose"])
+        seen = sight.push({"goal": observation["goal"][np.newaxis]})
+    x, y, yaw = poses[-1]
+    for number, ago in enumerate((1, 4)):
+        east, north = poses[-1 - ago][0] - x, poses[-1 - ago][1] - y
+        ahead, left = math.cos(yaw) * east + math.sin(yaw) * north, math.cos(yaw) * north - math.sin(yaw) * east
+        near = np.array([ahead, left]) / (1.0 + math.hypot(ahead, left))
+        assert seen[0, 6 + 2 * number : 8 + 2 * number] == pytest.approx(near, abs=1e-5)
+
+
+def test_trails_of_worlds_that_begin_anew_are_forgotten_alone():
+    sight = Sight(2, EncodingSettings(features=("goal",), trail=(1,)), WORLD)
+    goal = np.array([[3.0, 0.0, 0.5], [3.0, 0.0, 0.5]])
+    sight.begin({"goal": goal}, np.ones(2, dtype=bool))
+    moved = goal - np.array([1.0, 0.0, 0.0])
+    assert sight.push({"goal": moved})[:, 6:] == pytest.approx(np.array([[-0.5, 0.0], [-0.5, 0.0]]), abs=1e-6)
+    begun = sight.begin({"goal": moved}, np.array([True, False]))
+    assert begun[:, 6:] == pytest.approx(np.array([[0.0, 0.0], [-0.5, 0.0]]), abs=1e-6)
+
+
 @given(st.integers(0, 10_000), st.integers(0, 30))
 def test_every_entry_lies_within_one(seed, steps):
     settings = EncodingSettings(features=tuple(FEATURES))
@@ -88,6 +120,11 @@ def test_every_entry_lies_within_one(seed, steps):
 def test_features_that_there_are_not(features, message):
     with pytest.raises(ConfigError, match=message):
         EncodingSettings(features=features)
+
+
+def test_a_trail_needs_the_goal():
+    with pytest.raises(ConfigError, match="trail: expected goal among the features"):
+        EncodingSettings(features=("scan",), trail=(5,))
 
 
 def plain_free_length(point, radius, curvature, reach, backwards):

@@ -11,7 +11,7 @@ import pytest
 from evolution.benchmark import read_bench
 from evolution.cli import main
 from evolution.report import write_benchmark_report
-from evolution.report.of_benchmark import _in_percent, _long_last, score_rows, verdict_of_benchmark
+from evolution.report.of_benchmark import _in_percent, _long_last, verdict_of_benchmark
 from gym_mapbench.errors import RunError
 
 OFFICE = str(Path(__file__).resolve().parents[3] / "examples" / "office.yaml")
@@ -46,16 +46,6 @@ def test_no_difference_is_called_none():
     rows = runs("a", [20.0, 10.0, 21.0, 10.0, 24.0, 9.0]) + runs("b", [10.0, 20.0, 11.0, 21.0, 9.0, 23.9])
     *_, pair = verdict_of_benchmark(rows, ("a", "b"))
     assert "so neither is shown to be faster" in pair
-
-
-def test_one_map_gives_intervals_over_its_runs_and_few_runs_none():
-    rows = [{**row, "map": "only", "repeat": number} for number, row in enumerate(runs("a", [1.0, 2.0, 3.0, 4.0, 5.0]))]
-    (score,) = score_rows(rows, ("a",))
-    assert 1.0 < score["mean s from"] < 3.0 < score["mean s to"] < 5.0
-    (few,) = score_rows(rows[:4], ("a",))
-    assert few["mean s from"] is None
-    (none,) = score_rows(runs("a", [1.0], "timeout"), ("a",))
-    assert (none["success"], none["mean s"]) == (0.0, None)
 
 
 def test_the_command_writes_the_page_and_fails_by_rule(tmp_path, capsys):

@@ -69,6 +69,16 @@ def test_an_algorithm_learns_and_its_model_drives(algorithm, tmp_path):
     assert read.table().columns[:2] == ("steps", "seconds")
 
 
+def test_networks_use_the_threads_that_they_are_given(tmp_path):
+    import torch
+
+    before, during = torch.get_num_threads(), []
+    config = small(threads=3)
+    train("ppo", config=config, out=tmp_path / "run", on_progress=lambda _: during.append(torch.get_num_threads()))
+    assert set(during) == {3}
+    assert torch.get_num_threads() == before
+
+
 def test_the_same_seed_is_the_same_model_and_another_is_not(tmp_path):
     def weights(name, seed):
         from stable_baselines3 import PPO

@@ -1,0 +1,96 @@
+"""How well each controller drove over all maps, and how two of them differ on the same ones, with 95 % intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from statistics import fmean
+
+import numpy as np
+
+from evolution.files import Row
+from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, wilson_interval
+
+BOOTSTRAP_SEED = 0
+OF_GOALS = {
+    "mean s": "time_s",
+    "length m": "path_length_m",
+    "clearance m": "min_clearance",
+    "smoothness": "path_smoothness",
+}
+"""Columns that are means over the runs that reached the goal, and what they are means of."""
+OF_ALL = {"spl": "spl", "ms": "controller_ms", "recoveries": "n_recoveries"}
+"""Columns that are means over all runs: success weighted by path length, controller time per decision, recoveries."""
+MEANS = (*OF_GOALS, *OF_ALL)
+SHARES = {"success": "goal", "collision": "collision", "timeout": "timeout"}
+"""Columns that are shares of the runs, and the outcome whose share they are."""
+
+Values = Sequence[tuple[str, float]]
+"""Values with the names of their maps."""
+
+
+def score_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
+    """Return a row per controller: its goals, shares of outcomes, and means of measures.
+
+    Of every share and mean there are also the ends of its interval, ``NAME from`` and ``NAME to``: Wilson's for shares,
+    bootstrap for means, over maps where there are enough, else over runs; None for too few.
+    """
+    return [_score(name, [row for row in rows if row["controller"] == name]) for name in controllers]
+
+
+def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
+    """Return a row per two controllers, over the pairs of their runs on the same map and noise.
+
+    ``gained`` is the success of the second minus that of the first, ``faster s`` by how much it is faster where both
+    reach the goal, in ``both`` pairs; intervals as for :func:`score_rows`.
+    """
+    return [_pair(rows, *names) for names in combinations(controllers, 2)]
+
+
+def _score(name: str, rows: Sequence[Row]) -> Row:
+    goals = [row for row in rows if row["outcome"] == "goal"]
+    scored: Row = {"controller": name, "goals": len(goals), "runs": len(rows)}
+    for column, outcome in SHARES.items():
+        count = sum(row["outcome"] == outcome for row in rows)
+        low, high = wilson_interval(count, len(rows))
+        scored |= {column: count / len(rows), f"{column} from": low, f"{column} to": high}
+    for chosen, columns in ((goals, OF_GOALS), (rows, OF_ALL)):
+        for column, field in columns.items():
+            scored |= _mean(column, [(row["map"], row[field]) for row in chosen if row.get(field) is not None])
+    return scored
+
+
+def _pair(rows: Sequence[Row], first: str, second: str) -> Row:
+    before, now = (
+        {(row["map"], row.get("repeat")): row for row in rows if row["controller"] == name} for name in (first, second)
+    )
+    pairs = [(key[0], before[key], now[key]) for key in before if key in now]
+    gained = [(name, float(b["outcome"] == "goal") - float(a["outcome"] == "goal")) for name, a, b in pairs]
+    faster = [(name, a["time_s"] - b["time_s"]) for name, a, b in pairs if a["outcome"] == b["outcome"] == "goal"]
+    return {
+        "first": first,
+        "second": second,
+        "pairs": len(pairs),
+        **_mean("gained", gained),
+        "both": len(faster),
+        **_mean("faster s", faster),
+    }
+
+
+def _mean(name: str, values: Values) -> Row:
+    """Return the mean of values with the ends of its interval."""
+    low, high = mean_interval(values)
+    return {name: fmean(value for _, value in values) if values else None, f"{name} from": low, f"{name} to": high}
+
+
+def mean_interval(values: Values) -> tuple[float | None, float | None]:
+    """Return the 95 % interval of the mean of values with their maps; None for too few."""
+    groups: dict[str, list[float]] = {}
+    for name, value in values:
+        groups.setdefault(name, []).append(value)
+    units = (
+        [fmean(group) for group in groups.values()] if len(groups) >= FEWEST_FOR_INTERVAL else [v for _, v in values]
+    )
+    if len(units) < FEWEST_FOR_INTERVAL:
+        return None, None
+    return bootstrap_interval(units, np.random.default_rng(BOOTSTRAP_SEED))

@@ -1,0 +1,62 @@
+"""Scores over all maps and of pairs, from runs made by hand."""
+
+from __future__ import annotations
+
+import pytest
+
+from evolution.benchmark import Benchmark, pair_rows, score_rows
+from evolution.statistics import wilson_interval
+
+
+def runs(controller, times, outcome="goal", **measures):
+    return [
+        {"map": f"map_{number}", "controller": controller, "repeat": 0, "outcome": outcome, "time_s": time, **measures}
+        for number, time in enumerate(times)
+    ]
+
+
+def test_one_map_gives_intervals_over_its_runs_and_few_runs_none():
+    rows = [{**row, "map": "only", "repeat": number} for number, row in enumerate(runs("a", [1.0, 2.0, 3.0, 4.0, 5.0]))]
+    (score,) = score_rows(rows, ("a",))
+    assert 1.0 < score["mean s from"] < 3.0 < score["mean s to"] < 5.0
+    (few,) = score_rows(rows[:4], ("a",))
+    assert few["mean s from"] is None
+    (none,) = score_rows(runs("a", [1.0], "timeout"), ("a",))
+    assert (none["success"], none["mean s"]) == (0.0, None)
+
+
+def test_shares_are_of_all_runs_and_measures_of_those_at_the_goal():
+    rows = runs("a", [10.0, 20.0, 30.0], min_clearance=0.1, spl=0.8)
+    rows += [{**row, "map": "other"} for row in runs("a", [99.0], "collision", min_clearance=0.0, spl=0.0)]
+    (score,) = score_rows(rows, ("a",))
+    assert (score["goals"], score["runs"], score["success"], score["collision"], score["timeout"]) == (
+        3,
+        4,
+        0.75,
+        0.25,
+        0,
+    )
+    assert (score["success from"], score["success to"]) == wilson_interval(3, 4)
+    assert (score["mean s"], score["clearance m"], score["spl"]) == (20.0, pytest.approx(0.1), pytest.approx(0.6))
+    assert score["length m"] is None
+
+
+def test_pairs_are_runs_on_the_same_map_and_noise():
+    rows = (
+        runs("a", [10.0] * 6)
+        + runs("b", [8.0, 7.0, 9.0, 8.0, 8.0])
+        + [{**runs("b", [5.0], "timeout")[0], "map": "map_5"}]
+    )
+    (pair,) = pair_rows(rows, ("a", "b"))
+    assert (pair["first"], pair["second"], pair["pairs"], pair["both"]) == ("a", "b", 6, 5)
+    assert pair["gained"] == pytest.approx(-1 / 6)
+    assert pair["gained from"] < pair["gained"] < pair["gained to"] <= 0.0
+    assert pair["faster s"] == pytest.approx(2.0)
+    assert 1.0 <= pair["faster s from"] < 2.0 < pair["faster s to"] <= 3.0
+    assert pair_rows(rows, ("a",)) == []
+
+
+def test_a_benchmark_has_both_tables():
+    result = Benchmark(tuple(runs("a", [1.0, 2.0]) + runs("b", [2.0, 4.0])))
+    assert [row["mean s"] for row in result.table("controllers")] == [1.5, 3.0]
+    assert [row["faster s"] for row in result.table("pairs")] == [-1.5]
