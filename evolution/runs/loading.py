@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from statistics import fmean
+from statistics import median
 from typing import Any
 
 from evolution.driving import RESULT_FIELDS, RUN_COLUMNS, RunResult
@@ -52,7 +52,7 @@ class LoadedRun(Tabled):
         """Return a table.
 
         Args:
-            name: ``best`` (the best map set: one row per map, with every controller's mean time in s and the reading
+            name: ``best`` (the best map set: one row per map, with every controller's median time in s and the reading
                 of the map), ``generations``, ``individuals`` or ``runs`` (the files of these names).
 
         Raises:
@@ -173,8 +173,11 @@ def _result(row: Mapping[str, Any]) -> RunResult:
 
 
 def _time_or_outcome(runs: Sequence[Mapping[str, Any]]) -> float | str:
-    """Return the mean time of one controller's runs on one map, s, or how the first that failed ended."""
+    """Return the median time of one controller's runs to the goal, s, and how many failed; or how they all failed."""
     if not runs:
         return "not driven"
-    failed = [run["outcome"] for run in runs if run["outcome"] != "goal"]
-    return str(failed[0]) if failed else fmean(run["time_s"] for run in runs)
+    times = [run["time_s"] for run in runs if run["outcome"] == "goal"]
+    if not times:
+        return str(runs[0]["outcome"])
+    failed = len(runs) - len(times)
+    return f"{median(times):.2f} ({failed} of {len(runs)} failed)" if failed else median(times)
