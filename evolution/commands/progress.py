@@ -12,8 +12,10 @@ from contextlib import contextmanager, redirect_stdout
 from types import TracebackType
 from typing import Self
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
+from rich.measure import Measurement
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table as Grid
 
@@ -25,6 +27,10 @@ from evolution.search import Progress as Generation
 LOG = logging.getLogger(__name__)
 PACKAGES = ("gym_mapbench", "controllers", "evolution")
 PIPE_WIDTH = 160
+UNLIMITED = 10_000
+SLOW = 0.5
+"""Runs a second below which they are counted by the minute."""
+
 COMPILING = "compiling, once per machine, about a minute"
 SECONDS_PER_LINE = 20.0
 """How often a file or pipe, where no bar is seen, gets a line about the runs."""
@@ -88,12 +94,20 @@ def only_results_on_stdout() -> Iterator[None]:
 
 
 def print_table(table: Table) -> None:
-    """Print a table on standard output, numbers aligned to the right."""
+    """Print a table on standard output, numbers aligned to the right, without columns that hold nothing.
+
+    Where it is too wide, it does without lines between columns, and texts go on below rather than being cut off.
+    """
     grid = Grid(title=table.title or None, title_justify="left")
-    for name in table.columns:
-        grid.add_column(name, justify="right" if table.numeric(name) else "left")
-    for cells in table.cells():
-        grid.add_row(*map(escape, cells))
+    cells = table.cells()
+    shown = [place for place in range(len(table.columns)) if any(line[place] for line in cells)]
+    for name in (table.columns[place] for place in shown):
+        longest = max(map(len, name.split()))
+        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold", min_width=longest)
+    for line in cells:
+        grid.add_row(*(escape(line[place]) for place in shown))
+    if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
+        grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
     console.print(grid)
 
 
@@ -120,6 +134,10 @@ class RunsPerSecond:
     def rate(self) -> float:
         """Driven runs per second so far."""
         return self.runs / max(time.perf_counter() - self.began, 1e-9)
+
+    def __str__(self) -> str:
+        """The rate in words, also where it is small."""
+        return f"{self.rate:.1f} runs/s" if self.rate >= SLOW else f"{60 * self.rate:.2g} runs/min"
 
 
 class Bar:
@@ -173,14 +191,14 @@ class WorkBar(Bar):
         now = time.perf_counter()
         if not notes.is_terminal and now - self.told >= SECONDS_PER_LINE:
             self.told = now
-            note(f"{line}, {self.speed.rate:.1f} runs/s")
+            note(f"{line}, {self.speed}")
 
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a benchmark."""
         self.speed.runs += 1
         self.tell(f"{self.speed.runs} of {self.speed.runs + left} runs driven")
         self.bar.update(self.task, total=self.speed.runs + left)
-        state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed.rate:.1f} runs/s"
+        state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed}"
         self.bar.update(self.task, advance=1, state=state)
 
 
@@ -200,7 +218,7 @@ class SearchBar(WorkBar):
         """Show one generation of a search."""
         row, runs = generation.row, self.search.runs
         self.asked += generation.driven + generation.reused
-        state = f"gen {row['generation']}, {best_in_short(row['best'])}, {self.speed.rate:.1f} runs/s"
+        state = f"gen {row['generation']}, {best_in_short(row['best'])}, {self.speed}"
         self.bar.update(self.task, completed=self.asked if runs else row["evaluations"], state=state)
         replayed = " (replayed)" if generation.replayed else ""
         say(
