@@ -96,18 +96,20 @@ def only_results_on_stdout() -> Iterator[None]:
 def print_table(table: Table) -> None:
     """Print a table on standard output, numbers aligned to the right, without columns that hold nothing.
 
-    Where it is too wide, it does without lines between columns, and texts go on below rather than being cut off.
+    Where it is too wide, it does without lines between columns, headings are broken at their spaces, and texts go on
+    below rather than being cut off.
     """
     grid = Grid(title=table.title or None, title_justify="left")
     cells = table.cells()
     shown = [place for place in range(len(table.columns)) if any(line[place] for line in cells)]
     for name in (table.columns[place] for place in shown):
-        longest = max(map(len, name.split()))
-        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold", min_width=longest)
+        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold")
     for line in cells:
         grid.add_row(*(escape(line[place]) for place in shown))
     if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
         grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
+        for column in grid.columns:
+            column.header = str(column.header).replace(" ", "\n")
     console.print(grid)
 
 
@@ -230,4 +232,4 @@ class SearchBar(WorkBar):
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
         """Count one driven run of a search."""
         self.speed.runs += 1
-        self.tell(f"{self.speed.runs} runs driven")
+        self.tell(f"runs driven: {self.speed.runs}")
