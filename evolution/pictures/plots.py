@@ -121,7 +121,8 @@ def map_set_figure(
         draw_trajectories(axes, episodes, names, spread)
         axes.set_title(title, fontsize=10)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=8, frameon=False)
-    figure.supxlabel(MAP_SIGNS, fontsize=8, color="#555555")  # below the legends, whatever the shape of the maps
+    # Just below what the layout fills, legends included; pictures are saved with all that is drawn around it.
+    figure.text(0.5, -0.02, MAP_SIGNS, ha="center", va="top", fontsize=8, color="#555555")
     return figure
 
 
