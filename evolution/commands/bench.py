@@ -126,7 +126,7 @@ def run(args: argparse.Namespace) -> int:
     if barn := barn_source(args.maps):
         _print_barn(score_runs(result, barn, args.lo), barn)
         if not args.unknown_map:
-            errors.print(KNOWN_MAP, highlight=False)
+            note(KNOWN_MAP)
     if page is not None:
         write_benchmark_report(result, page, args.given, again)
         note(f"wrote {page}; open it in any browser")

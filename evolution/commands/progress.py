@@ -12,7 +12,9 @@ from contextlib import contextmanager, redirect_stdout
 from types import TracebackType
 from typing import Any, Self
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.measure import Measurement
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.table import Table as Grid
 from rich.text import Text
@@ -26,6 +28,10 @@ from gym_mapbench.errors import visible
 LOG = logging.getLogger(__name__)
 PACKAGES = ("gym_mapbench", "controllers", "evolution")
 PIPE_WIDTH = 160
+UNLIMITED = 10_000
+SLOW = 0.5
+"""Runs a second below which they are counted by the minute."""
+
 COMPILING = "compiling, once per machine, about a minute"
 SECONDS_PER_LINE = 20.0
 """How often a file or pipe, where no bar is seen, gets a line about the runs."""
@@ -115,12 +121,22 @@ def only_results_on_stdout() -> Iterator[None]:
 
 
 def print_table(table: Table) -> None:
-    """Print a table on standard output, numbers aligned to the right."""
+    """Print a table on standard output, numbers aligned to the right, without columns that hold nothing.
+
+    Where it is too wide, it does without lines between columns, headings are broken at their spaces, and texts go on
+    below rather than being cut off.
+    """
     grid = Grid(title=table.title or None, title_justify="left")
-    for name in table.columns:
-        grid.add_column(name, justify="right" if table.numeric(name) else "left")
-    for cells in table.cells():
-        grid.add_row(*cells)
+    cells = table.cells()
+    shown = [place for place in range(len(table.columns)) if any(line[place] for line in cells)]
+    for name in (table.columns[place] for place in shown):
+        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold")
+    for line in cells:
+        grid.add_row(*(line[place] for place in shown))
+    if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
+        grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
+        for column in grid.columns:
+            column.header = str(column.header).replace(" ", "\n")
     console.print(grid)
 
 
@@ -147,6 +163,10 @@ class RunsPerSecond:
     def rate(self) -> float:
         """Driven runs per second so far."""
         return self.runs / max(time.perf_counter() - self.began, 1e-9)
+
+    def __str__(self) -> str:
+        """The rate in words, also where it is small."""
+        return f"{self.rate:.1f} runs/s" if self.rate >= SLOW else f"{60 * self.rate:.2g} runs/min"
 
 
 class Bar:
@@ -200,14 +220,14 @@ class WorkBar(Bar):
         now = time.perf_counter()
         if not notes.is_terminal and now - self.told >= SECONDS_PER_LINE:
             self.told = now
-            note(f"{line}, {self.speed.rate:.1f} runs/s")
+            note(f"{line}, {self.speed}")
 
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a benchmark."""
         self.speed.runs += 1
         self.tell(f"{self.speed.runs} of {self.speed.runs + left} runs driven")
         self.bar.update(self.task, total=self.speed.runs + left)
-        state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed.rate:.1f} runs/s"
+        state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed}"
         self.bar.update(self.task, advance=1, state=state)
 
 
@@ -227,7 +247,7 @@ class SearchBar(WorkBar):
         """Show one generation of a search."""
         row, runs = generation.row, self.search.runs
         self.asked += generation.driven + generation.reused
-        state = f"gen {row['generation']}, {best_in_short(row['best'])}, {self.speed.rate:.1f} runs/s"
+        state = f"gen {row['generation']}, {best_in_short(row['best'])}, {self.speed}"
         self.bar.update(self.task, completed=self.asked if runs else row["evaluations"], state=state)
         replayed = " (replayed)" if generation.replayed else ""
         say(
@@ -239,4 +259,4 @@ class SearchBar(WorkBar):
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
         """Count one driven run of a search."""
         self.speed.runs += 1
-        self.tell(f"{self.speed.runs} runs driven")
+        self.tell(f"runs driven: {self.speed.runs}")

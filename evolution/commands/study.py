@@ -159,10 +159,10 @@ class StudyBar(Bar):
         """Show one finished run of a sweep."""
         self.speed.runs += 1
         whole = self.speed.runs + left
-        state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed.rate:.1f} runs/s"
+        state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed}"
         self.bar.update(self.task, completed=self.speed.runs / whole, state=state)
         if left == 0 or self.speed.runs % RUNS_PER_LINE == 0:
-            say(f"{self.speed.runs} of {whole} runs driven, {self.speed.rate:.1f} runs/s")
+            say(f"{self.speed.runs} of {whole} runs driven, {self.speed}")
 
 
 def duration(seconds: float) -> str:

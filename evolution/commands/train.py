@@ -9,7 +9,7 @@ from rich.progress import TimeRemainingColumn
 
 from evolution.api import train
 from evolution.commands import options
-from evolution.commands.progress import Bar, PlainColumn, console, errors, print_table
+from evolution.commands.progress import Bar, PlainColumn, console, print_table, say
 from evolution.files import Row, Table
 from evolution.training import Training, TrainProgress, algorithm_names
 
@@ -95,9 +95,8 @@ class TrainBar(Bar):
         )
         if progress.row is not None and progress.row != self._shown:
             self._shown = progress.row
-            if not errors.is_terminal:
-                left = "" if progress.left is None else f", {progress.left / 60:.0f} min left"
-                print(state + _held_out(progress.row) + left, flush=True)
+            left = "" if progress.left is None else f", {progress.left / 60:.0f} min left"
+            say(state + _held_out(progress.row) + left)
 
 
 def _held_out(row: Row | None) -> str:

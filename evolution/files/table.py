@@ -6,6 +6,7 @@ import html
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
+from statistics import median
 from typing import TYPE_CHECKING, Any, overload
 
 from evolution.files.plain import Row, csv_of
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
 
 SMALL, LARGE = 1e-3, 1e6
 """Numbers below and above are shown with an exponent."""
+
+FAR = 100
+"""Numbers that are so many times the median of their column do not decide on its decimals."""
 
 
 class Table(Sequence[Row]):
@@ -108,13 +112,26 @@ class Tabled(ABC):
 def readable(values: Sequence[Any]) -> list[str]:
     """Format the values of one column for a reader: numbers with the decimals that four digits of the largest take.
 
-    Decimals that are zero in the whole column are left out, zero has none, and what has no value is a dash.
+    Decimals that are zero in the whole column are left out, zero has none, and what has no value is a dash. A number
+    that is far larger than the others, such as a penalty, does not take their decimals away, and has its own.
     """
     numbers = [value for value in values if isinstance(value, int | float) and abs(value) < LARGE]
-    largest = max(map(abs, numbers), default=0.0)
-    most = min(3, max(0, 3 - math.floor(math.log10(largest)))) if largest else 0
-    kept = [decimals for decimals in range(most) if all(round(one, decimals) == round(one, most) for one in numbers)]
-    return [_text(value, min(kept, default=most)) for value in values]
+    sizes = [abs(number) for number in numbers if number]
+    usual = FAR * median(sizes) if sizes else 0.0
+    near = [number for number in numbers if abs(number) <= usual]
+    most = _decimals(max(map(abs, near), default=0.0))
+    kept = [decimals for decimals in range(most) if all(round(one, decimals) == round(one, most) for one in near)]
+    shown = min(kept, default=most)
+    return [_text(value, _decimals(abs(value)) if _is_far(value, usual) else shown) for value in values]
+
+
+def _is_far(value: Any, usual: float) -> bool:
+    return isinstance(value, float) and usual < abs(value) < LARGE
+
+
+def _decimals(size: float) -> int:
+    """Return the decimals that four digits of a number take, three at most."""
+    return min(3, max(0, 3 - math.floor(math.log10(size)))) if size else 0
 
 
 def _text(value: Any, decimals: int) -> str:

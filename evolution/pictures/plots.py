@@ -113,14 +113,16 @@ def map_set_figure(
         names: All controllers, which fixes their colours.
         spreads: For each map, by controller, words about its other runs.
     """
-    figure, columns = new_figure(len(groups), width=4.6 * len(groups), height=4.9 + 0.22 * len(names))
+    shapes = [episodes[0].scenario.map.shape for episodes in groups]
+    tallest = max(rows / cols for rows, cols in shapes)
+    figure, columns = new_figure(len(groups), width=4.6 * len(groups), height=0.9 + 4.0 * tallest + 0.22 * len(names))
     for axes, episodes, title, spread in zip(columns, groups, titles, spreads or [{}] * len(groups), strict=True):
         draw_map(axes, episodes[0].scenario)
         draw_trajectories(axes, episodes, names, spread)
         axes.set_title(title, fontsize=10)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=8, frameon=False)
-    middle, below = columns[len(columns) // 2], -0.16 - 0.045 * len(names)  # of the axes, under the legends
-    middle.text(0.5, below, MAP_SIGNS, transform=middle.transAxes, ha="center", va="top", fontsize=8, color="#555555")
+    # Just below what the layout fills, legends included; pictures are saved with all that is drawn around it.
+    figure.text(0.5, -0.02, MAP_SIGNS, ha="center", va="top", fontsize=8, color="#555555")
     return figure
 
 
