@@ -100,7 +100,7 @@ def test_blocks_run(page, folder, done, monkeypatch):
 
 def run_lines(text, done):
     """Run the lines of a block: those of ``mapbench`` in this process, the others in between by bash."""
-    for part in re.split(r"^(mapbench .*)$", text, flags=re.MULTILINE):
+    for part in re.split(r"^(mapbench .*)$", text.replace("\\\n", " "), flags=re.MULTILINE):
         if not part.startswith("mapbench "):
             if part.strip() and not skipped(part):
                 subprocess.run(["bash", "-e", "-c", part], check=True)
