@@ -18,15 +18,17 @@ from contextlib import chdir
 import pytest
 import yaml
 
-from docs.generate import options
+from docs.generate import gallery, options
 from docs.generate.commands import command_reference
 from docs.generate.docstrings import arguments, block_of, plain
+from docs.generate.gallery import KEPT
 from docs.generate.inserts import INSERTS, LINE, filled
 from docs.generate.markdown import table
 from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS
 from evolution.commands.catalogue import KINDS
 from evolution.driving import EXECUTORS
+from evolution.runs import load_run
 from tests.test_documents import DOCUMENTS, ROOT, blocks_of, name_of
 
 SITE = yaml.load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"), yaml.BaseLoader)
@@ -98,7 +100,7 @@ def test_blocks_run(page, folder, done, monkeypatch):
 
 def run_lines(text, done):
     """Run the lines of a block: those of ``mapbench`` in this process, the others in between by bash."""
-    for part in re.split(r"^(mapbench .*)$", text, flags=re.MULTILINE):
+    for part in re.split(r"^(mapbench .*)$", text.replace("\\\n", " "), flags=re.MULTILINE):
         if not part.startswith("mapbench "):
             if part.strip() and not skipped(part):
                 subprocess.run(["bash", "-e", "-c", part], check=True)
@@ -172,7 +174,7 @@ def test_the_reference_of_commands_is_complete():
 @pytest.mark.parametrize("root", options.ROOTS)
 def test_every_option_is_described(root):
     text = options.option_reference(root) + options.family_reference() + options.planner_reference()
-    rows = re.findall(r"^\| `(\w+)` \|.*\| (.*?) \|$", text, re.MULTILINE)
+    rows = re.findall(r"^\| `(\w+)` \| (.*?) \| .* \| .* \|$", text, re.MULTILINE)
     assert len(rows) > 40
     assert [name for name, about in rows if not about.strip()] == []
 
@@ -188,6 +190,21 @@ def inserts_of(page):
 
 def test_every_kind_of_insert_is_used():
     assert {name for page in PAGES for name, _ in inserts_of(page)} == set(INSERTS)
+
+
+@pytest.mark.parametrize("kept", sorted(KEPT.iterdir()), ids=lambda path: path.name)
+def test_kept_runs_are_read(kept):
+    run = load_run(kept)
+    assert run.finished
+    assert run.best_results["confirmation"]["goals"] == run.best_results["confirmation"]["runs"]
+    assert sum(path.stat().st_size for path in kept.iterdir()) < 300_000
+
+
+def test_a_run_is_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(gallery, "KEPT", tmp_path)
+    source = next(KEPT.iterdir())
+    gallery.keep(source, "again")
+    assert load_run(tmp_path / "again").best == load_run(source).best
 
 
 def test_docstrings_are_read():

@@ -1,17 +1,37 @@
-"""The gallery: runs that are kept in docs/gallery, whose best sets are driven again for pictures and replays."""
+"""The gallery: runs that are kept in docs/gallery, whose best sets are driven again for pictures and replays.
+
+``python -m docs.generate.gallery runs/mine NAME``, from the root of the project, keeps a finished run.
+"""
 
 from __future__ import annotations
 
+import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from evolution.files import csv_of, read_csv, write_text
 from evolution.pictures import best_maps_figure, drive_best, save_figure
 from evolution.report import changed_replays, picture, write_report
 from evolution.runs import load_run
 from gym_mapbench.errors import RunError
 
 KEPT = Path(__file__).parents[1] / "gallery"
-"""Directories of runs without what is large and not needed here: the driven maps, figures, timing and the store."""
+WHOLE = ("config.json", "checkpoint.json", "generations.csv", "best_map_set.json", "best_results.json")
+"""Files of a run that are kept as they are; its tables of individuals and runs are cut down to the last generation."""
+
+
+def keep(run: Path, name: str) -> None:
+    """Copy what a site needs of a finished run into the gallery."""
+    folder = KEPT / name
+    folder.mkdir(parents=True)
+    for file in WHOLE:
+        shutil.copy(run / file, folder)
+    individuals = read_csv(run / "individuals.csv")
+    last = [row for row in individuals if row["generation"] == individuals[-1]["generation"]]
+    maps = {value for row in last for key, value in row.items() if key.startswith("map_") and key != "map_set"}
+    write_text(folder / "individuals.csv", csv_of(last))
+    write_text(folder / "runs.csv", csv_of([row for row in read_csv(run / "runs.csv") if row["map"] in maps]))
 
 
 def gallery_files(folder: Path) -> Iterator[Path]:
@@ -32,3 +52,7 @@ def gallery_files(folder: Path) -> Iterator[Path]:
         (drawn,) = save_figure(figure, folder / f"set_{kept.name}", formats=("png",))
         drawn.write_bytes(picture(kept.name, drawn.read_bytes()).content)
         yield drawn
+
+
+if __name__ == "__main__":
+    keep(Path(sys.argv[1]), sys.argv[2])

@@ -86,9 +86,9 @@ def _inner(field: FieldInfo) -> list[type[Settings]]:
 
 def _section(where: str, model: type[Settings]) -> str:
     texts = arguments(model)
-    rows = [[name(key), _type(field), _default(field), texts.get(key, "")] for key, field in _fields(model)]
+    rows = [[name(key), texts.get(key, ""), _type(field), _default(field)] for key, field in _fields(model)]
     title = f"### `{where}`\n\n" if where else ""
-    return f"{title}{summary(model)}\n\n{table(['option', 'value', 'default', 'what it is'], rows)}"
+    return f"{title}{summary(model)}\n\n{table(['option', 'what it is', 'value', 'default'], rows)}"
 
 
 def _type(field: FieldInfo) -> str:
