@@ -98,8 +98,8 @@ def open_zip(path: str | Path, limit: int, raises: type[MapBenchError]) -> Itera
         raises: If it is no archive, has too many members or too large ones, or one that is encrypted or compressed in
             a way that neither numpy nor PyTorch uses; or if what is done inside the ``with`` block finds it damaged.
     """
-    if not Path(path).is_file():
-        what = "is not a file" if Path(path).exists() else "does not exist"
+    if not os.path.isfile(path):
+        what = "is not a file" if os.path.exists(path) else "does not exist"
         raise raises(f"{path} {what}")
     try:
         with zipfile.ZipFile(path) as archive:

@@ -135,10 +135,10 @@ class GridMap:
 
     def world_to_cell(self, x: float, y: float) -> tuple[int, int] | None:
         """Return ``(row, col)`` of the cell that holds the point, None outside the map."""
-        col = int(np.floor((x - self.origin[0]) / self.resolution))
-        row = int(np.floor((y - self.origin[1]) / self.resolution))
+        col = (x - self.origin[0]) / self.resolution
+        row = (y - self.origin[1]) / self.resolution
         rows, cols = self.shape
-        return (row, col) if 0 <= row < rows and 0 <= col < cols else None
+        return (int(row), int(col)) if 0 <= row < rows and 0 <= col < cols else None
 
     def cell_to_world(self, row: float, col: float) -> tuple[float, float]:
         """Return the centre ``(x, y)`` of a cell, m."""

@@ -43,6 +43,16 @@ def test_impossible_starts_are_refused(start, message):
         Scenario(GRID, start, GOAL)
 
 
+def test_a_start_beyond_all_numbers_is_off_the_map():
+    grid = GridMap.from_rows(["####", "#..#", "####"], 0.05)
+    with pytest.raises(ConfigError, match="start: expected a point on the map"):
+        Scenario(grid, Pose(1e308, 0.1), Pose(0.12, 0.07))
+
+
+def test_a_name_is_a_text_that_can_be_printed():
+    assert Scenario(GRID, START, GOAL, "[/x]\x1b[31m").name == "[/x]\\x1b[31m"
+
+
 def test_poses_become_poses_and_yaws_are_wrapped():
     scenario = Scenario(GRID, (1.5, 1.5, 7.0), [2.5, 2.5, 0.0])
     assert scenario.start == Pose(1.5, 1.5, wrap_angle(7.0))

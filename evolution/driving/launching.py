@@ -15,6 +15,8 @@ from multiprocessing.context import BaseContext, ForkServerContext, ForkServerPr
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+from evolution.files import temporary_directory
+
 MAIN = ("init_main_from_name", "init_main_from_path")
 """Keys under which a new process is told which script to import."""
 
@@ -35,6 +37,7 @@ def worker_context(modules: Sequence[str] = ()) -> BaseContext:
     """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
+    multiprocessing.current_process()._config.setdefault("tempdir", str(temporary_directory()))  # type: ignore[attr-defined]
     context = _Context()
     context.set_forkserver_preload(list(modules))
     return context

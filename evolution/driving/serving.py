@@ -26,8 +26,9 @@ READY = "ready"
 """What a worker says before its first job, once it is prepared."""
 
 MAX_ANSWER_BYTES = 1_000_000
-MAX_MEMORY_BYTES = 4_000_000_000
-"""Data of a worker; one that drives takes some 400 MB, and one with a learned policy 1 GB."""
+MAX_MEMORY_BYTES = 4_000_000_000 + 100_000_000 * (os.cpu_count() or 1)
+"""Data of a worker: one that drives takes some 400 MB, one with a learned policy 1 GB, and numeric libraries set memory
+apart for every core."""
 
 SET_DEATH_SIGNAL = 1
 """``PR_SET_PDEATHSIG`` of Linux's ``prctl``."""

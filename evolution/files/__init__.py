@@ -28,6 +28,7 @@ from evolution.files.plain import (
     write_text,
 )
 from evolution.files.table import Table, Tabled, readable
+from evolution.files.temporary import temporary_directory
 from evolution.files.versions import PACKAGE_VERSION, software, version_lines, written_elsewhere
 
 __all__ = [
@@ -57,6 +58,7 @@ __all__ = [
     "read_npz",
     "readable",
     "software",
+    "temporary_directory",
     "version_lines",
     "write_arrays",
     "write_bytes",

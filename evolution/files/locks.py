@@ -6,11 +6,11 @@ Linux tells who holds a lock; elsewhere nobody is named. A lock ends with its pr
 from __future__ import annotations
 
 import contextlib
-import importlib
+import importlib.util
+import os
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import BinaryIO
 
 from gym_mapbench.errors import RunError
 
@@ -31,16 +31,34 @@ def locked(file: Path, wait_s: float) -> Iterator[None]:
         RunError: If it stays locked, or cannot be opened.
     """
     try:
-        opened = file.open("rb")
+        opened = os.open(file, os.O_RDONLY)
     except OSError as error:
         raise RunError(f"{file}: cannot be read ({error.strerror})") from None
-    with opened:
+    try:
         until = time.monotonic() + wait_s
         while not _lock(opened):
             if time.monotonic() >= until:
                 raise RunError(f"{file.parent}: is being filled by {locked_by([file], wait_s)}")
             time.sleep(PAUSE)
         yield
+    finally:
+        os.close(opened)
+
+
+def take(path: Path) -> bool:
+    """Hold a lock on a file or directory as long as this process lives; returns whether it was free."""
+    return _lock(os.open(path, os.O_RDONLY))
+
+
+def is_free(path: Path) -> bool:
+    """Whether no process holds a lock on a file or directory; False where there are no such locks."""
+    if importlib.util.find_spec("fcntl") is None:
+        return False
+    opened = os.open(path, os.O_RDONLY)
+    try:
+        return _lock(opened)
+    finally:
+        os.close(opened)
 
 
 def locked_by(files: Iterable[Path], wait_s: float) -> str:
@@ -69,7 +87,7 @@ def holders_of(files: Iterable[Path]) -> list[str]:
     return [_named(pid) for pid in dict.fromkeys(found)]
 
 
-def _lock(file: BinaryIO) -> bool:
+def _lock(file: int) -> bool:
     """Take the lock of an open file; returns whether it was free, which it always is where there are no such locks."""
     try:
         fcntl = importlib.import_module("fcntl")

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from evolution.files import write_text
+from evolution.files import temporary_directory, write_text
 from evolution.pictures import FIGURES, drive_best, recorded_maps, write_run_figures
 from evolution.report.of_run import report_of_run
 from evolution.report.of_study import report_of_study
@@ -69,7 +69,7 @@ def write_report(
         SECTIONS.get(name)
     own = path / REPORT
     target = new_page(own if out is None else out, own)
-    with nullcontext(path) if out is None else TemporaryDirectory() as drawn:
+    with nullcontext(path) if out is None else TemporaryDirectory(dir=temporary_directory()) as drawn:
         if is_study(path):
             report = _study_report(analysis or analyse(load_results(path, engine)), Path(drawn), engine, on_step)
         else:

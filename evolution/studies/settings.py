@@ -220,10 +220,12 @@ class StudySettings(Settings):
 
 
 def checked_sections(document: Document) -> Document:
-    """Refuse unknown sections of an experiment, and a seed: the study has its own."""
+    """Refuse unknown sections of an experiment, a world that is none, and a seed: the study has its own."""
     for name in document:
         if name not in SECTIONS:
             raise unknown_name("section", name, SECTIONS)
+    if not isinstance(run := document.get("run", {}), Mapping):
+        raise ConfigError(f"run: expected a mapping of options, got {type(run).__name__}")
     if "seed" in search_of(document):
         raise ConfigError("search.seed: expected none; first_seed and runs of the study say which seeds are used")
     return document

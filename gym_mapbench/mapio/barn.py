@@ -11,6 +11,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
 import re
 from pathlib import Path
 from typing import NamedTuple
@@ -112,7 +113,7 @@ def read_barn_path(world: Path) -> BarnPath | None:
     """
     match = _WORLD_NAME.fullmatch(world.name)
     places = (world.parent, world.parent / "path_files", world.parent.parent / "path_files")
-    file = next((p for place in places if match and (p := place / f"path_{match[1]}.npy").is_file()), None)
+    file = next((p for place in places if match and os.path.isfile(p := place / f"path_{match[1]}.npy")), None)
     if file is None:
         return None
     cells = _load_cells(file)

@@ -22,7 +22,7 @@ from typing import Any
 
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.mapio.source import as_number, as_numbers, check_size, read_json, short
+from gym_mapbench.mapio.source import MAX_JSON_BYTES, as_number, as_numbers, check_size, read_json, short
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
 from gym_mapbench.scenario import MapSet, Pose
 
@@ -66,8 +66,17 @@ def bundle_document(maps: Sequence[TaskedMap]) -> dict[str, Any]:
 
 
 def bundle_text(maps: Sequence[TaskedMap]) -> str:
-    """Return the text of a map-set file."""
-    return json.dumps(bundle_document(maps), indent=1, allow_nan=False) + "\n"
+    """Return the text of a map-set file.
+
+    Raises:
+        ConfigError: If it would be larger than what is read.
+    """
+    text = json.dumps(bundle_document(maps), indent=1, allow_nan=False) + "\n"
+    if len(text) > MAX_JSON_BYTES:
+        raise ConfigError(
+            f"expected fewer cells: the map-set file would have {len(text)} bytes, {MAX_JSON_BYTES} are read"
+        )
+    return text
 
 
 def write_bundle(maps: Sequence[TaskedMap], path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -107,7 +108,7 @@ def _read(name: str, path: Path, options: dict[str, float]) -> list[TaskedMap]:
     """Read a file, or those of a folder, in a format."""
     form = FORMATS.get(name)
     with FORMATS.blamed(name):
-        files = form.files_in(path) if path.is_dir() else [path]
+        files = form.files_in(path) if os.path.isdir(path) else [path]
         read = [form.read(file, **options) for file in files]
     if not files:
         raise MapFormatError(f"{path}: no {name} maps found in this folder")
@@ -120,8 +121,8 @@ def _read(name: str, path: Path, options: dict[str, float]) -> list[TaskedMap]:
 def _format_and_path(text: str) -> tuple[str, Path]:
     """Tell which format a path is in: the one named before it, or else the one that recognises its name."""
     prefixed = PREFIXED.fullmatch(text)
-    if prefixed and not Path(text).exists() and (":" in prefixed[1] or prefixed[1] in FORMATS):
-        if not Path(prefixed[2]).exists():
+    if prefixed and not os.path.exists(text) and (":" in prefixed[1] or prefixed[1] in FORMATS):
+        if not os.path.exists(prefixed[2]):
             raise MapFormatError(f"{prefixed[2]}: no such file or folder")
         return prefixed[1], Path(prefixed[2])
     path = Path(text)
@@ -135,24 +136,24 @@ def _format_and_path(text: str) -> tuple[str, Path]:
 
 def _holds(form: MapFormat, path: Path) -> bool:
     """Whether a folder holds maps of a format."""
-    return path.is_dir() and bool(form.files_in(path))
+    return os.path.isdir(path) and bool(form.files_in(path))
 
 
 def _is_called(form: MapFormat, path: Path) -> bool:
     """Whether a file is in a format by its whole name."""
-    return path.name in form.names and not path.is_dir()
+    return path.name in form.names and not os.path.isdir(path)
 
 
 def _ends(form: MapFormat, path: Path) -> bool:
     """Whether a file is in a format by the end of its name."""
-    return path.suffix.lower() in form.suffixes and not path.is_dir()
+    return path.suffix.lower() in form.suffixes and not os.path.isdir(path)
 
 
 def _nobody_knows(path: Path) -> str:
     """Say why a path is in no format."""
-    if path.is_dir():
+    if os.path.isdir(path):
         return f"{path}: no maps found in this folder"
-    if not path.exists():
+    if not os.path.exists(path):
         return f"{path}: no such file or folder"
     known = ", ".join(suffix for name in FORMATS for suffix in FORMATS.get(name).suffixes)
     return f"{path}: no map format known by this name (expected {known} or a folder)"

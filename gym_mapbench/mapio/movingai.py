@@ -8,6 +8,7 @@ lengths in cells are lengths in m.
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections import defaultdict
 from collections.abc import Sequence
@@ -131,7 +132,7 @@ def map_of_scen(path: Path) -> Path:
     if len(fields) < 2:
         raise MapFormatError(f"{path}: expected a task with the name of its map")
     map_path = file_inside(path.parent, re.split(r"[/\\]", fields[1])[-1], f"{path}: map")
-    if not map_path.is_file():
+    if not os.path.isfile(map_path):
         raise MapFormatError(f"{path}: expected its map {map_path.name} beside it")
     return map_path
 
@@ -224,7 +225,7 @@ def _pair(path: Path) -> tuple[Path, Path | None]:
     if path.suffix.lower() == ".scen":
         return map_of_scen(path), path
     beside = (path.with_name(path.name + ".scen"), path.with_suffix(".scen"))
-    return path, next((scen for scen in beside if scen.is_file()), None)
+    return path, next((scen for scen in beside if os.path.isfile(scen)), None)
 
 
 def _poses(grid: GridMap, task: ScenTask) -> tuple[Pose, Pose]:

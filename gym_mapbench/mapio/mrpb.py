@@ -8,6 +8,7 @@ Approaches", 2021.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -34,7 +35,7 @@ def find_tests(map_path: Path) -> Path | None:
     """Return the file with the tests of ``FOLDER/map.yaml``; None if the map is not MRPB's."""
     folder = Path(map_path).absolute().parent
     for file in (folder / CONFIG, folder / TASKS, folder.parent / TASKS):
-        if file.is_file() and (file.name == CONFIG or folder.name in _read_tests(file)):
+        if os.path.isfile(file) and (file.name == CONFIG or folder.name in _read_tests(file)):
             return file
     return None
 
@@ -61,7 +62,7 @@ def read_mrpb_folder(tests: Path) -> list[TaskedMap]:
         MapFormatError: If one of the files is not what it should be.
     """
     maps = [file_inside(tests.parent, name, f"{tests}: map") / MAP for name in _read_tests(tests)]
-    present = [path for path in maps if path.is_file()]
+    present = [path for path in maps if os.path.isfile(path)]
     if not present:
         raise MapFormatError(f"{tests}: expected the folder of at least one of its {len(maps)} maps beside it")
     return [tasked for path in present for tasked in read_mrpb(path, tests)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -58,7 +59,7 @@ def write_files(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
     """
     paths = [folder / name for name in files]
     for path in paths:
-        if path.exists():
+        if os.path.exists(path):
             raise ConfigError(f"{path}: expected no such file; nothing was written")
     try:
         for path, content in zip(paths, files.values(), strict=True):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 from tests.evolution.fake_runs import print_everywhere
 
 print_everywhere()
@@ -21,3 +23,11 @@ class Talker:
     def act(self, observation) -> tuple[float, float]:
         print_everywhere()
         return 0.2, 0.0
+
+
+class Sleeper(Talker):
+    """Never answers."""
+
+    def act(self, observation):
+        """Sleep."""
+        time.sleep(600)

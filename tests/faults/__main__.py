@@ -55,7 +55,7 @@ def campaign(folder: Path, parts: Sequence[str], most: int, seconds: float, seed
         faults: dict[str, Try] = {f"controller: {name}": partial(workers.try_one, name) for name in workers.KINDS}
         counts |= tried(faults, share["workers"], seed)
     if "kills" in parts:
-        searches: dict[str, Try] = {f"search: {name}": partial(kills.try_one, folder, name) for name in kills.KINDS}
+        searches: dict[str, Try] = {name: partial(kills.try_one, folder, name) for name in kills.KINDS}
         counts |= tried(searches, share["kills"], seed)
     return counts
 

@@ -78,7 +78,7 @@ def _spoil(holder, key, rng: np.random.Generator) -> None:
         holder[_letters(str(key), rng)] = holder.pop(key)
     elif kind == 2:
         holder[key] = [holder[key]]
-    elif kind == 3 and isinstance(holder[key], int | float):
+    elif kind == 3 and isinstance(holder[key], int | float) and abs(holder[key]) < 1e300:
         factor = (0, -1, 0.5, 2, 10, 1000, 1e9)[rng.integers(7)]
         holder[key] = type(holder[key])(holder[key] * factor)
     elif kind == 4 and isinstance(holder, list):

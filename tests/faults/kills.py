@@ -1,96 +1,120 @@
-"""Searches that are killed, or can no longer write, and are begun again: the result must be the same bytes."""
+"""Searches, studies and benchmarks that are killed, or can no longer write: begun again, they give the same bytes.
+
+Each is a copy of this process, so that it costs no more than itself.
+"""
 
 from __future__ import annotations
 
 import shutil
-import signal
 import subprocess
-import sys
 import time
+from collections.abc import Callable
+from functools import cache, partial
+from multiprocessing import get_context
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import numpy as np
 
-from evolution.runs import RUN
+from gym_mapbench.errors import MapBenchError
+from tests.faults import search
 from tests.faults.inputs import End
 
-WRITES = 40
-"""Files that the search of :mod:`tests.faults.search` writes, roughly."""
-
-KINDS = ("killed at a write", "killed at any moment", "worker killed", "disk full")
-
-
-def search(path: Path, *options: str) -> subprocess.Popen[str]:
-    """Begin or continue the search."""
-    command = [sys.executable, "-m", "tests.faults.search", str(path), *options]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+STOPPED, FAILED = 2, 3
+HARMS = ("killed at a write", "killed at any moment", "disk full")
+KINDS = (*(f"{task}: {harm}" for task in search.TASKS for harm in HARMS), "search: worker killed")
 
 
-def ended(process: subprocess.Popen[str]) -> int:
-    """Wait until a search has ended, and return its exit code."""
-    process.communicate()
-    return process.returncode
+def begun(task: str, path: Path, executor: str = search.THREADS, prepare: Callable[[], object] = int) -> BaseProcess:
+    """Begin or continue a task in a process of its own."""
+    process = get_context("fork").Process(target=_do, args=(task, path, executor, prepare))
+    process.start()
+    return process
 
 
-def whole_run(folder: Path) -> Path:
-    """Return the directory of a search that nothing happened to."""
-    path = folder / "whole"
-    if not path.is_dir():
-        assert ended(search(path)) == 0
+def _do(task: str, path: Path, executor: str, prepare: Callable[[], object]) -> None:
+    """Be that process; it ends with 2 where a task says in one line why it stops, and tells it in a file."""
+    prepare()
+    try:
+        search.TASKS[task](path, executor)
+    except MapBenchError as error:
+        path.with_name(f"{path.name}.said").write_text(str(error))
+        raise SystemExit(STOPPED) from None
+    except Exception as error:
+        path.with_name(f"{path.name}.said").write_text(f"{type(error).__name__}: {error}")
+        raise SystemExit(FAILED) from None
+
+
+def ended(process: BaseProcess) -> int | None:
+    """Wait until a task has ended, and return its exit code."""
+    process.join()
+    return process.exitcode
+
+
+@cache
+def whole(folder: Path, task: str) -> Path:
+    """Return the directory of a task that nothing happened to."""
+    path = folder / f"whole_{task}"
+    assert ended(begun(task, path)) == 0
     return path
 
 
+@cache
+def extent(folder: Path, task: str) -> tuple[int, float]:
+    """Return how many files a task writes, and how long it takes."""
+    return search.count_writes(folder / f"counted_{task}", task), search.seconds_of(folder / f"timed_{task}", task)
+
+
 def try_one(folder: Path, kind: str, seed: int) -> End:
-    """Let something happen to a search, continue it, and compare it with one that nothing happened to."""
-    whole, path = whole_run(folder), folder / f"{kind.replace(' ', '_')}_{seed}"
+    """Let something happen to a task, continue it, and compare it with one that nothing happened to."""
+    task, harm = kind.split(": ")
+    expected, path = files_of(whole(folder, task)), folder / f"{kind.replace(' ', '_')}_{seed}"
     rng = np.random.default_rng([seed, *kind.encode()])
-    hit = _harm(kind, path, rng)
-    process = search(path)
-    said, _ = process.communicate()
-    if process.returncode != 0:
-        return End("not continued", said[-300:])
-    differing = [name for name, content in files_of(whole).items() if files_of(path).get(name) != content]
+    code = _harmed(folder, task, harm, path, rng)
+    if code == FAILED or ended(begun(task, path)) != 0:
+        return End("not continued", path.with_name(f"{path.name}.said").read_text()[:300])
+    differing = [name for name, content in expected.items() if files_of(path).get(name) != content]
     shutil.rmtree(path)
-    return End(f"differs in {differing[0]}") if differing else End("same bytes" if hit else "was too late")
+    return End(f"differs in {differing[0]}") if differing else End("same bytes" if code != 0 else "was too late")
 
 
 def files_of(path: Path) -> dict[str, bytes]:
-    """Return the reproducible files of a run."""
+    """Return the reproducible files of a task."""
     files = [one for one in sorted(path.rglob("*")) if one.is_file() and not one.name.startswith(".")]
     return {str(one.relative_to(path)): one.read_bytes() for one in files if one.stem not in ("timing", "results")}
 
 
-def _harm(kind: str, path: Path, rng: np.random.Generator) -> bool:
-    """Begin a search and let something happen to it; returns whether it was stopped by that."""
-    if kind == "killed at a write":
-        number = int(rng.integers(1, WRITES)) * int(rng.choice([-1, 1]))
-        return ended(search(path, f"--die-at-write={number}")) == -signal.SIGKILL
-    if kind == "disk full":
-        return ended(search(path, f"--largest-file={int(rng.integers(2_000, 60_000))}")) != 0
-    process = search(path)
-    while not RUN.holds(path):
-        time.sleep(0.05)
-    time.sleep(float(rng.uniform(0.0, 3.0)))
-    if kind == "worker killed":
-        return _kill_workers(process, rng)
+def _harmed(folder: Path, task: str, harm: str, path: Path, rng: np.random.Generator) -> int | None:
+    """Begin a task and let something happen to it; returns its exit code."""
+    writes, seconds = extent(folder, task)
+    if harm == "killed at a write":
+        number = int(rng.integers(1, writes + 1)) * int(rng.choice([-1, 1]))
+        return ended(begun(task, path, prepare=partial(search.killed_at, number)))
+    if harm == "disk full":
+        return ended(begun(task, path, prepare=partial(search.limited_to, int(rng.integers(1_000, 60_000)))))
+    if harm == "worker killed":
+        process = begun(task, path, executor="processes")
+        return int(_kill_workers(process, rng) > 0)
+    process = begun(task, path)
+    process.join(float(rng.uniform(0.0, seconds)))
     process.kill()
-    return ended(process) != 0
+    return ended(process)
 
 
-def _kill_workers(process: subprocess.Popen[str], rng: np.random.Generator) -> bool:
-    """Kill workers of a search a few times, while it goes on; returns whether there were any."""
+def _kill_workers(process: BaseProcess, rng: np.random.Generator) -> int:
+    """Kill workers of a task a few times, while it goes on; returns how often."""
     killed = 0
-    for _ in range(4):
+    while process.is_alive() and killed < 4:
         workers = [one for child in _children(process.pid) for one in _children(child)]
         if workers:
             subprocess.run(["kill", "-9", str(rng.choice(workers))], check=False, stderr=subprocess.DEVNULL)
             killed += 1
         time.sleep(0.3)
-    ended(process)
-    return killed > 0
+    process.join()
+    return killed
 
 
-def _children(pid: int) -> list[int]:
+def _children(pid: int | None) -> list[int]:
     """Return the numbers of the processes that a process has started."""
     try:
         text = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii")

@@ -1,72 +1,108 @@
-"""A search of fake runs in a process of its own, which may be killed at any moment and begun again.
-
-::
-
-    python -m tests.faults.search DIRECTORY [--die-at-write N] [--largest-file BYTES]
-"""
+"""A search, a study and a benchmark of fake runs, which may be killed at any moment and begun again."""
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import os
 import resource
 import signal
+import time
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
-from evolution.driving import Evaluator, ResultStore
-from evolution.files import WriteError
-from evolution.runs import RUN, RunDir
+from evolution.benchmark.directory import BENCHMARK, begin_benchmark
+from evolution.benchmark.runs import bench
+from evolution.driving import Crew, Evaluator, Job, JobPlan, RunResult
+from evolution.runs import RUN, RunDir, filling
 from evolution.search import evolve
-from gym_mapbench.errors import RunError
-from tests.evolution import fake_study
-from tests.evolution.fake_runs import drive_slowly
+from evolution.studies import run_study
+from evolution.studies.directory import KIND
+from gym_mapbench.gridmap import GridMap
+from gym_mapbench.scenario import Pose, Scenario
+from tests.evolution import fake_runs, fake_study
+from tests.evolution.fake_runs import CONTROLLERS, FakeRunSettings
 
 SEARCH = {"pop_size": 4, "evaluations": 20, "seed": 3}
-STOPPED = 2
+THREADS = "tests.faults.search:threads"
+"""Executor that starts no process, so that a task costs no more than itself."""
 
 
-def run(path: Path) -> None:
+def threads(crew: Crew) -> Executor:
+    """Make an executor of threads."""
+    return ThreadPoolExecutor(crew.workers)
+
+
+def drive(job: Job) -> RunResult:
+    """Take long enough to be interrupted; nothing in the result is measured by the clock."""
+    time.sleep(0.002)
+    return replace(fake_runs.drive(job), timings={})
+
+
+def run_search(path: Path, executor: str) -> None:
     """Begin a search, or continue it."""
     experiment = fake_study.read_experiment({"search": SEARCH})
     rundir = RunDir.open(path) if RUN.holds(path) else RunDir.create(path, experiment)
-    with ResultStore(rundir.store_path) as store, Evaluator(drive_slowly, store, workers=2) as evaluator:
+    with filling(RUN, path) as store, Evaluator(drive, store, workers=2, executor=executor) as evaluator:
         evolve(experiment, evaluator, rundir)
 
 
-def die_at(number: int) -> None:
+def run_small_study(path: Path, executor: str) -> None:
+    """Begin a study of a search and a baseline, or continue it."""
+    configurations = [{"name": "ga", "experiment": {"search": {"pop_size": 4}}}]
+    configurations += [{"name": "best", "method": "best_triple", "of": "ga"}]
+    settings = fake_study.small_study(runs=2, budget=12, configurations=configurations)
+    engine = replace(fake_study.ENGINE, executor=executor)
+    run_study(settings, path, resume=KIND.holds(path), workers=2, engine=engine)
+
+
+def run_bench(path: Path, executor: str) -> None:
+    """Begin a benchmark, or continue it."""
+    grid = GridMap.from_rows(["#" * 20, *["#" + "." * 18 + "#"] * 18, "#" * 20])
+    scenarios = [Scenario(grid, Pose(0.2, 0.2), Pose(0.2 + 0.05 * n, 0.8), f"map_{n}") for n in range(8)]
+    plan = JobPlan(CONTROLLERS, FakeRunSettings(), repeats=4)
+    begin_benchmark(path, scenarios, plan, resume=BENCHMARK.holds(path))
+    with filling(BENCHMARK, path) as store, Evaluator(drive, store, workers=2, executor=executor) as evaluator:
+        bench(scenarios, plan, evaluator).save(path)
+
+
+TASKS = {"search": run_search, "study": run_small_study, "benchmark": run_bench}
+
+
+def killed_at(number: int) -> None:
     """Kill this process at its write of this number: before the file is in its place, or, if negative, right after."""
-    writes, replace = itertools.count(1), os.replace
+    writes, put = itertools.count(1), os.replace
 
     def replace_or_die(source: Path, target: Path) -> None:
         now = next(writes)
         if now == number:
             os.kill(os.getpid(), signal.SIGKILL)
-        replace(source, target)
+        put(source, target)
         if now == -number:
             os.kill(os.getpid(), signal.SIGKILL)
 
     os.replace = replace_or_die
 
 
-def main() -> int:
-    """Run the search; exit code 2 if it cannot write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("path", type=Path)
-    parser.add_argument("--die-at-write", type=int, default=0)
-    parser.add_argument("--largest-file", type=int)
-    options = parser.parse_args()
-    if options.largest_file is not None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (options.largest_file, options.largest_file))
-    if options.die_at_write:
-        die_at(options.die_at_write)
+def limited_to(largest: int) -> None:
+    """Let no file of this process grow beyond some bytes, as on a disk that is full."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
+
+
+def count_writes(path: Path, task: str) -> int:
+    """Return how many files a task writes."""
+    writes, put = [], os.replace
+    os.replace = lambda *names: (writes.append(names), put(*names))
     try:
-        run(options.path)
-    except (WriteError, RunError) as error:
-        print(error)
-        return STOPPED
-    return 0
+        TASKS[task](path, THREADS)
+    finally:
+        os.replace = put
+    return len(writes)
 
 
-if __name__ == "__main__":
-    raise SystemExit(main())
+def seconds_of(path: Path, task: str) -> float:
+    """Return how long a task takes."""
+    began = time.monotonic()
+    TASKS[task](path, THREADS)
+    return time.monotonic() - began

@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from tests.faults import inputs, kills
+from tests.faults import inputs, kills, workers
 from tests.faults.__main__ import WANTED, table
 
 
@@ -23,8 +23,8 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("searches")
 
 
-@pytest.mark.parametrize("kind", ["killed at a write", "disk full"])
-def test_a_search_that_was_stopped_is_continued_to_the_same_bytes(kind, folder):
+@pytest.mark.parametrize("kind", kills.KINDS[:-1])
+def test_what_was_stopped_is_continued_to_the_same_bytes(kind, folder):
     end = kills.try_one(folder, kind, seed=1)
     assert end.how in ("same bytes", "was too late"), end
 
@@ -35,3 +35,10 @@ def test_the_table_tells_right_from_wrong():
         "| run | 4 | 4 (3 refused, 1 accepted) | none |",
         "| model | 3 | 1 (1 refused) | 2 traceback |",
     ]
+
+
+@pytest.mark.parametrize(
+    "kind", ["recurses_with_memory", "writes_garbage", "speaks_to_the_terminal", "answers_too_much"]
+)
+def test_a_controller_that_misbehaves_costs_no_other_run(kind):
+    assert workers.try_one(kind, seed=0).how == "no other run lost"

@@ -99,3 +99,10 @@ def test_unknown_cells_survive_where_the_format_knows_them(tmp_path):
     write_map_file([TaskedMap("m", grid)], tmp_path / "m.map")
     blocked = load_maps(tmp_path / "m.map")[0].grid.occupancy
     assert (blocked == np.array([[0, 0, 1], [1, 1, 0]], bool)).all()
+
+
+def test_nothing_is_written_that_would_not_be_read(tmp_path, monkeypatch):
+    monkeypatch.setattr("gym_mapbench.mapio.bundle.MAX_JSON_BYTES", 400)
+    with pytest.raises(ConfigError, match="expected fewer cells: the map-set file would have"):
+        write_map_file([BARE, MAP], tmp_path / "m.json")
+    assert not contents(tmp_path)

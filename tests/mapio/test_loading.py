@@ -147,3 +147,9 @@ def test_readers_that_fail_say_so(rows):
         load_maps(f"{HERE}:read_rows:{rows}", resolution=0.1)
     with pytest.raises(MapFormatError, match="no mapset maps found in this folder"):
         load_maps(f"mapset:{rows.parent}")
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "a/" * 3000 + "b.yaml", "image:" + "x" * 5000 + ".png", "nul\0.png"])
+def test_a_name_that_no_file_can_have_is_refused(name):
+    with pytest.raises(MapFormatError):
+        load_maps(name)

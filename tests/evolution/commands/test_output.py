@@ -7,6 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from evolution import bench
+from evolution.cli import main
 from evolution.report.writing import write_report
 from tests.evolution.fake_study import ENGINE
 
@@ -33,3 +37,19 @@ def test_a_report_elsewhere_writes_nothing_into_the_directory(study_path, tmp_pa
         page = write_report(path, tmp_path / f"{path.name}.html", ENGINE)
         assert page.read_text(encoding="utf-8").count("data:image/png") > 2
     assert contents(study_path) == before
+
+
+def test_a_run_may_take_as_long_as_told(tmp_path):
+    sleeper = "sleeper=tests.evolution.talkative:Sleeper"
+    result = bench(OFFICE, [sleeper], run_timeout_s=0.5, workers=1)
+    assert result.failures == ["office/sleeper: no answer within 0.5 s (--run-timeout)"]
+
+
+@pytest.mark.parametrize("option", ["--run-timeout=0", "--run-timeout=x", "--repeats=999999999"])
+def test_options_that_nobody_can_mean(option, capsys):
+    try:
+        code = main(["bench", str(OFFICE), option])
+    except SystemExit as error:
+        code = error.code
+    assert code == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1

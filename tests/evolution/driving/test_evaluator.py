@@ -76,7 +76,7 @@ def test_a_faulty_controller_costs_its_own_runs_only(tmp_path):
     assert {result.outcome for result in errors.values()} == {"error"}
     assert {result.attempts for result in errors.values()} == {2}
     assert errors["raises"].reason == "ValueError: the costmap is upside down"
-    assert errors["hangs"].reason == "no answer within 1 s"
+    assert errors["hangs"].reason == "no answer within 1 s (--run-timeout)"
     assert errors["exits"].reason == "SystemExit: 3"
     assert "the worker died" in errors["kills"].reason
     assert "expected a RunResult, got NoneType" in errors["wrong_type"].reason

@@ -52,6 +52,20 @@ def test_a_search_whose_directory_vanishes_is_continued_elsewhere(tmp_path, vani
     assert files_of(rescued) == files_of(tmp_path / "whole")
 
 
+def test_a_search_whose_config_is_deleted_is_continued_elsewhere(tmp_path):
+    whole = run(tmp_path / "whole")
+
+    def on_generation(progress):
+        if progress.row["generation"] == 2:
+            (tmp_path / "gone" / RUN.mark).unlink()
+
+    with pytest.raises(RunError, match=r"results so far are in .*gone-rescued-\d+"):
+        run(tmp_path / "gone", on_generation)
+    (rescued,) = tmp_path.glob("gone-rescued-*")
+    assert 0 < run(rescued) < whole
+    assert files_of(rescued) == files_of(tmp_path / "whole")
+
+
 def test_other_errors_pass(tmp_path):
     def fail(_):
         raise RunError("something else")

@@ -383,6 +383,10 @@ def bad_configurations(**second):
         ({"configurations": bad_configurations(method="bets_triple")}, "method: expected 'ga', 'random'"),
         ({"configurations": bad_configurations(pop_size_from=["c"])}, "b: unknown earlier configuration 'c'"),
         ({"configurations": bad_configurations(experiment={"serch": {}})}, "unknown section 'serch'; did you mean"),
+        (
+            {"configurations": bad_configurations(experiment={"run": "fast"})},
+            "run: expected a mapping of options, got str",
+        ),
         ({"configurations": bad_configurations(experiment={"search": {"seed": 3}})}, r"search\.seed: expected none"),
         ({"configurations": bad_configurations(experiment={"search": {"algorithm": "ga"}})}, "expected none beside"),
         ({"configurations": bad_configurations(experiment={"search": 3})}, "search: expected a mapping"),

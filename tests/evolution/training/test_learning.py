@@ -20,6 +20,7 @@ from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import Pose, Scenario
 from gym_mapbench.scenario_source import draw_scenario
+from tests.evolution.test_received import write_model
 
 pytest.importorskip("stable_baselines3")
 
@@ -238,6 +239,13 @@ def test_who_comes_no_closer_for_too_long_is_stopped():
     assert not worlds.step(np.zeros((2, 2))).ended.any()
 
 
+def unfinished(path):
+    """Leave a training as if it was stopped after a few steps."""
+    train("ppo", config=small(steps=80), out=path)
+    state = (path / "state.json").read_text().replace("true", "false")
+    (path / "state.json").write_text(state)
+
+
 class TestRefused:
     def test_a_directory_that_holds_something(self, tmp_path):
         (tmp_path / "other.txt").write_text("mine")
@@ -282,9 +290,15 @@ class TestRefused:
         assert not (tmp_path / "run").exists()
 
     def test_a_model_that_was_damaged(self, tmp_path):
-        train("ppo", config=small(steps=80), out=tmp_path / "run")
-        state = (tmp_path / "run" / "state.json").read_text().replace("true", "false")
-        (tmp_path / "run" / "state.json").write_text(state)
+        unfinished(tmp_path / "run")
         (tmp_path / "run" / "model.zip").write_bytes(b"no zip")
+        with pytest.raises(RunError, match=r"model.zip: cannot be read as an archive"):
+            train(resume=tmp_path / "run")
+
+    def test_a_training_that_somebody_sent_runs_no_code(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        unfinished(tmp_path / "run")
+        write_model(tmp_path / "run" / "model.zip")
         with pytest.raises(RunError, match=r"model.zip: cannot be continued as a model of ppo"):
             train(resume=tmp_path / "run")
+        assert not (tmp_path / "mark").exists()
