@@ -122,7 +122,7 @@ def run(args: argparse.Namespace) -> int:
             on_run=bar.advance,
         )
     again = [again_sentence(result.again, searched)] if result.again and searched else []
-    _print(result, args.format, again)
+    print_benchmark(result, args.format, again)
     if barn := barn_source(args.maps):
         _print_barn(score_runs(result, barn, args.lo), barn)
         if not args.unknown_map:
@@ -136,8 +136,8 @@ def run(args: argparse.Namespace) -> int:
     return RULE_BROKEN if failed else 0
 
 
-def _print(result: Benchmark, form: str, again: Sequence[str]) -> None:
-    """Print the runs on standard output: as a table with what else is to say, or as JSON or CSV."""
+def print_benchmark(result: Benchmark, form: str, again: Sequence[str] = ()) -> None:
+    """Print the runs on standard output: as tables with what else is to say, or as JSON or CSV."""
     if form != "table":
         print(result.to_json() if form == "json" else result.table("runs").to_csv(), end="")
         return

@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 from evolution import bench
+from evolution.benchmark import Benchmark
 from evolution.cli import main
+from evolution.commands.bench import print_benchmark
 from evolution.report.writing import write_report
 from tests.evolution.fake_study import ENGINE
 
@@ -25,6 +27,19 @@ def test_a_controller_that_prints_does_not_break_json():
     assert run["controller"] == "talker"
     for text in ("a controller says hello", "so does its library", "in C"):
         assert text in done.stderr
+
+
+def test_several_maps_are_summed_up_with_intervals_and_one_is_not(capsys):
+    def driven(controller, count, time):
+        run = {"controller": controller, "repeat": 0, "outcome": "goal", "time_s": time}
+        return [{**run, "map": f"map_{number}"} for number in range(count)]
+
+    print_benchmark(Benchmark((*driven("a", 6, 10.0), *driven("b", 6, 8.0))), "table")
+    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    assert "│ success % │ 100 (61 to 100) │ 100 (61 to 100) │" in lines
+    assert "│ b against a │ 6 │ 0 (0 to 0) │ 6 │ 2 (2 to 2) │" in lines
+    print_benchmark(Benchmark((*driven("a", 1, 10.0),)), "table")
+    assert "success %" not in capsys.readouterr().out
 
 
 def contents(path):
