@@ -284,8 +284,9 @@ class Wander:
     def advance(self) -> list[float]:
         """Return the error of this moment and move on to the next."""
         now, kept, fresh = self._next, self._kept, self._fresh
-        if self.is_on:
-            self._next = [kept * old + fresh * new for old, new in zip(now, self._normals.draw(len(now)), strict=True)]
+        if not self.is_on:
+            return now
+        self._next = [kept * old + fresh * new for old, new in zip(now, self._normals.draw(len(now)), strict=True)]
         return [deviation * value for deviation, value in zip(self._deviations, now, strict=True)]
 
 

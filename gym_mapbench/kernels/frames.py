@@ -23,7 +23,9 @@ def move_path(x, y, yaw, path):
     for i in range(len(path)):
         moved[i, 0] = x + (cos * path[i, 0] - sin * path[i, 1])
         moved[i, 1] = y + (sin * path[i, 0] + cos * path[i, 1])
-        moved[i, 2] = -((-(yaw + path[i, 2]) + math.pi) % TWO_PI - math.pi)
+        turned = math.pi - (yaw + path[i, 2])
+        # A remainder takes most of the time, and is only needed where there is more than one turn.
+        moved[i, 2] = -((turned if 0.0 <= turned < TWO_PI else turned % TWO_PI) - math.pi)
     return moved
 
 
