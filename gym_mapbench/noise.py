@@ -7,9 +7,8 @@ on or off (common random numbers).
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -250,14 +249,18 @@ class Normals:
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
-        self._drawn: Iterator[float] = iter(())
+        self._drawn: list[float] = []
+        self._next = 0
 
     def draw(self, count: int) -> list[float]:
         """Return the next numbers."""
-        drawn = list(itertools.islice(self._drawn, count))
-        while len(drawn) < count:
-            self._drawn = iter(self._rng.standard_normal(NORMALS_AT_ONCE).tolist())
-            drawn += itertools.islice(self._drawn, count - len(drawn))
+        end = self._next + count
+        while end > len(self._drawn):
+            left = self._drawn[self._next :]
+            self._drawn = left + self._rng.standard_normal(NORMALS_AT_ONCE).tolist()
+            self._next, end = 0, count
+        drawn = self._drawn[self._next : end]
+        self._next = end
         return drawn
 
 

@@ -37,6 +37,25 @@ def compose(frame_x, frame_y, frame_yaw, x, y, yaw):
 
 
 @kernel
+def count_motion(before, now, counted, distance, turn, veer):
+    """Where wheels that count wrongly believe the robot is, after it has moved between two true poses.
+
+    Args:
+        before: True pose at the last count, m and rad.
+        now: True pose.
+        counted: Where they believed the robot was.
+        distance: Relative error of the distance.
+        turn: Relative error of the turn.
+        veer: Turn counted for each metre straight on, rad/m.
+    """
+    cos, sin = math.cos(before[2]), math.sin(before[2])
+    back_x, back_y = -(cos * before[0] + sin * before[1]), sin * before[0] - cos * before[1]
+    ahead, aside, turned = compose(back_x, back_y, wrap_angle(-before[2]), now[0], now[1], now[2])
+    turned = turned * (1 + turn) + ahead * veer
+    return compose(counted[0], counted[1], counted[2], ahead * (1 + distance), aside * (1 + distance), turned)
+
+
+@kernel
 def in_robot_frame(goal_x, goal_y, goal_yaw, x, y, yaw):
     """Return x, y (m) and yaw (rad) of a goal, seen from a pose."""
     dx, dy = goal_x - x, goal_y - y

@@ -64,7 +64,7 @@ def test_map_grids(recorded):
     table = recorded.load("units_dwb")
     layers = {"GoalAlign": GOAL_AHEAD, "PathAlign": PATH, "PathDist": PATH, "GoalDist": GOAL}
     compared = 0
-    for i, made, pose, velocity, costmap in calls(recorded):
+    for i, made, pose, _, costmap in calls(recorded):
         for grids in table["grid"][table["grid_unit_index"] == i]:
             side = 150 * costmap.resolution
             first, last = near_plan(made._plan, tuple(pose), made._tuning[0], side / 2)
