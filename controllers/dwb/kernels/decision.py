@@ -1,5 +1,16 @@
 """One decision of DWB: what of the plan counts, the candidates, how the critics judge them, and which is chosen.
 
+Given are ``plan`` ``(m, 3)``, what is left of the global plan, and ``goal``, its last pose (m, rad); ``pose`` and
+``velocity`` of the robot, and the time ``now``, s; ``tuning_of`` ``(1,)`` TUNING, ``critics`` ``(critics,)`` CRITIC and
+``memory_of`` ``(1,)`` MEMORY, which is updated; ``forwards``, the distances ahead of the last poses at which points are
+looked up, m, ascending; ``place``: costs of the costmap, x and y of its corner, and the side of its cells, m;
+``corners`` ``(k, 2)`` of the padded footprint, m; and ``drives``, whether the command will be driven, so that the
+critics take note of it: if not, all candidates are judged, as they are where none is legal.
+
+Written are, for the first ``n`` of the most candidates there can be: ``twists`` and ``velocities`` ``(most, 2)``,
+samples and commands; ``raw`` ``(critics * most,)``, ``n`` raw scores of one critic after the other; ``totals``
+``(most,)`` float32; ``illegal_by`` ``(most,)``; and ``weights`` ``(critics,)`` float32.
+
 Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble and Jazzy).
 """
 
@@ -12,8 +23,8 @@ import numpy as np
 from controllers.dwb.kernels.critics import MAP_GRID, debrief, prepare, score, weight_of
 from controllers.dwb.kernels.plan import distance_fields, plan_window
 from controllers.dwb.kernels.rollout import first_velocities, roll_out
-from controllers.dwb.kernels.verdict import judge_all, judge_cheapest
-from gym_mapbench.kernels.jit import kernel
+from controllers.dwb.kernels.verdict import judge
+from gym_mapbench.kernels.jit import inlined, kernel
 
 DECIDED, NO_PLAN = range(2)
 
@@ -23,28 +34,7 @@ def decide(
     plan, pose, velocity, goal, now, tuning_of, critics, memory_of, forwards, place, corners, drives,
     twists, velocities, weights, raw, totals, illegal_by,
 ):  # fmt: skip
-    """Judge the candidates of one cycle and choose one.
-
-    Args:
-        plan: ``(m, 3)`` what is left of the global plan, m and rad.
-        pose: x, y (m) and yaw (rad) of the robot.
-        velocity: Its speed (m/s) and turn rate (rad/s).
-        goal: The last pose of the global plan.
-        now: Seconds since the start of the run.
-        tuning_of: ``(1,)`` TUNING.
-        critics: ``(critics,)`` CRITIC.
-        memory_of: ``(1,)`` MEMORY, in and out.
-        forwards: Distances ahead of the last poses at which points are looked up, m, ascending.
-        place: Costs ``(rows, cols)`` of the costmap, x and y of its corner and the side of its cells, m.
-        corners: ``(k, 2)`` padded footprint, m.
-        drives: Whether the command will be driven, so that the critics take note of it; if not, all candidates are
-            judged, as they are where none is legal.
-        twists: ``(most, 2)`` samples, written.
-        velocities: ``(most, 2)`` commands, written.
-        weights: ``(critics,)`` float32, written.
-        raw: ``(critics * most,)`` raw scores, written: ``n`` of each critic, one critic after the other.
-        totals: ``(most,)`` float32, written.
-        illegal_by: ``(most,)`` written.
+    """Judge the candidates of one cycle and choose one; the arguments are explained at the top of this module.
 
     Returns:
         DECIDED or NO_PLAN; index of the first pose of the plan that is kept; number ``n`` of candidates; index of the
@@ -56,24 +46,29 @@ def decide(
     kept = first if tuning.prune_plan else 0
     if first == last:
         return NO_PLAN, kept, 0, -1, 0.0, 0.0
-    robot = np.array((pose[0], pose[1], pose[2], velocity[0], velocity[1]))
+    robot = np.empty(5)
+    robot[0], robot[1], robot[2], robot[3], robot[4] = pose[0], pose[1], pose[2], velocity[0], velocity[1]
     candidates, box = fill(robot, tuning, forwards, place)
     n = len(candidates[0])
-    velocities[:n], twists[:n] = candidates[0], candidates[1]
+    copy_pairs(candidates[0], velocities)
+    copy_pairs(candidates[1], twists)
     raw, totals, illegal_by = raw[: len(critics) * n].reshape((len(critics), n)), totals[:n], illegal_by[:n]
     let_score(plan[first:last], robot, goal, tuning, critics, memory, place, corners, candidates, box, weights, raw)
-    best = -1
-    if drives:
-        best = judge_cheapest(raw, weights, critics, tuning, robot, candidates, place, corners, totals, illegal_by)
-    if best < 0:
-        best = judge_all(raw, weights, critics, tuning, robot, candidates, place, corners, totals, illegal_by)
+    best = judge(raw, weights, critics, tuning, robot, candidates, place, corners, totals, illegal_by, drives)
     v, w = (velocities[best, 0], velocities[best, 1]) if best >= 0 else (0.0, 0.0)
     if drives:
         debrief(tuning.Oscillation, memory, robot, now, v, w)
     return DECIDED, kept, n, best, v, w
 
 
-@kernel
+@inlined
+def copy_pairs(pairs, rows):
+    """Copy ``(n, 2)`` numbers into the first rows; assigned as arrays they would take three seconds to compile."""
+    for i in range(len(pairs)):
+        rows[i, 0], rows[i, 1] = pairs[i, 0], pairs[i, 1]
+
+
+@inlined
 def near_plan(plan, pose, tuning, half):
     """First and past-the-last pose of the part of the plan near the robot; ``half`` the costmap's longer side, m."""
     ahead = math.inf if tuning.forward_prune_distance < 0.0 else tuning.forward_prune_distance
@@ -83,7 +78,7 @@ def near_plan(plan, pose, tuning, half):
     return plan_window(plan, pose[0], pose[1], search, start, end)
 
 
-@kernel
+@inlined
 def fill(robot, tuning, forwards, place):
     """Sample and roll out the candidates.
 
@@ -107,7 +102,7 @@ def fill(robot, tuning, forwards, place):
     return (velocities, twists, steps, headings, ends, yaw, cos, sin, cells), box
 
 
-@kernel
+@inlined
 def let_score(plan, robot, goal, tuning, critics, memory, place, corners, candidates, box, weights, raw):
     """Let every critic that counts write its raw scores, and its weight; 0 for those of the others."""
     costs, origin_x, origin_y, resolution = place

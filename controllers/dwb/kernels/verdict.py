@@ -16,20 +16,20 @@ from controllers.dwb.kernels.rollout import advance
 from controllers.dwb.kernels.scoring import ILLEGAL, LETHAL
 from gym_mapbench.kernels.footprint import footprint_cost
 from gym_mapbench.kernels.geometry import cell_index
-from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.kernels.jit import inlined, kernel
 
 OFF_MAP = 256
 NO_LIMIT = 257
 
 
-@kernel
+@inlined
 def add_scores(raw, scale, totals):
     """Add the weighed scores of one critic; Nav2 rounds the total to float32 each time."""
     for i in range(len(totals)):
         totals[i] = np.float32(totals[i] + raw[i] * scale)
 
 
-@kernel
+@inlined
 def blame(raw, critic, illegal_by):
     """Write the index of this critic for the candidates that it is the first to reject."""
     for i in range(len(raw)):
@@ -47,7 +47,7 @@ def weigh(raw, scales, totals, illegal_by):
         blame(raw[c], c, illegal_by)
 
 
-@kernel
+@inlined
 def dearest_cell(i, tuning, robot, candidates, place):
     """Largest cost under the way of candidate ``i``, ``OFF_MAP`` if it leaves the map."""
     costs, origin_x, origin_y, resolution = place
@@ -65,7 +65,7 @@ def dearest_cell(i, tuning, robot, candidates, place):
     return dearest
 
 
-@kernel
+@inlined
 def outline_touches(i, tuning, robot, candidates, place, corners):
     """Whether the outline touches an obstacle, the unknown or the map's border on the way of candidate ``i``."""
     costs, origin_x, origin_y, resolution = place
@@ -93,7 +93,7 @@ def rejected_by(i, raw, scales, critics, tuning, robot, candidates, place, corne
     return -1
 
 
-@kernel
+@inlined
 def cheapest(totals, illegal_by):
     """First candidate of smallest total among those not known to be illegal, -1 without any."""
     best = -1
@@ -103,7 +103,7 @@ def cheapest(totals, illegal_by):
     return best
 
 
-@kernel
+@inlined
 def strike_out(raw, totals, illegal_by):
     """Overwrite the scores of illegal candidates, as Nav2 records them."""
     for i in range(len(totals)):
@@ -113,27 +113,23 @@ def strike_out(raw, totals, illegal_by):
 
 
 @kernel
-def judge_all(raw, scales, critics, tuning, robot, candidates, place, corners, totals, illegal_by):
-    """Write totals and the critic that rejects each candidate, -1 for none; return the chosen one, -1 for none."""
+def judge(raw, scales, critics, tuning, robot, candidates, place, corners, totals, illegal_by, drives):
+    """Return the cheapest legal candidate, -1 without any.
+
+    Where one is found that ``drives``, that is all. Otherwise the totals of all candidates are written, and the first
+    critic that rejects each, -1 for none.
+    """
     weigh(raw, scales, totals, illegal_by)
+    best = cheapest(totals, illegal_by)
+    if drives:
+        # What lies on the way only rejects candidates and adds no score, so it can be checked last: for the cheapest
+        # candidate first, then for the next, until one is legal.
+        while best >= 0:
+            illegal_by[best] = rejected_by(best, raw, scales, critics, tuning, robot, candidates, place, corners)
+            if illegal_by[best] < 0:
+                return best
+            best = cheapest(totals, illegal_by)
     for i in range(len(totals)):
         illegal_by[i] = rejected_by(i, raw, scales, critics, tuning, robot, candidates, place, corners)
     strike_out(raw, totals, illegal_by)
     return cheapest(totals, illegal_by)
-
-
-@kernel
-def judge_cheapest(raw, scales, critics, tuning, robot, candidates, place, corners, totals, illegal_by):
-    """Return what :func:`judge_all` returns, without checking all candidates.
-
-    What lies on the way only rejects candidates and adds no score, so it can be checked last: for the cheapest
-    candidate first, then for the next, until one is legal.
-    """
-    weigh(raw, scales, totals, illegal_by)
-    best = cheapest(totals, illegal_by)
-    while best >= 0:
-        illegal_by[best] = rejected_by(best, raw, scales, critics, tuning, robot, candidates, place, corners)
-        if illegal_by[best] < 0:
-            break
-        best = cheapest(totals, illegal_by)
-    return best
