@@ -79,7 +79,8 @@ class Batch:
         waiting, contacts = running.copy(), np.zeros(self._count, np.bool_)
         worlds = self._worlds
         if self._config.physics_may_rest:
-            drive_bodies(worlds.bodies, commands, waiting, ticks, self._drive, worlds.grounds, _frozen(self._walls))
+            walls = _frozen(self._walls)
+            drive_bodies(worlds.bodies, worlds.boxes, commands, waiting, ticks, self._drive, worlds.grounds, walls)
         for i in np.flatnonzero(waiting).tolist():
             v, w = commands[i].tolist()
             contacts[i] = self.envs[i].simulation.advance_among_walls(v, w, ticks)

@@ -181,8 +181,8 @@ class EnvConfig(Settings):
 
     @property
     def physics_may_rest(self) -> bool:
-        """Whether Box2D may rest where no wall is within reach: it may where nothing happens after the first touch."""
-        return self.collision_ends_episode
+        """Whether Box2D may rest where no wall is within reach; for polygons, where nothing happens after a touch."""
+        return self.collision_ends_episode or self.robot.footprint is None
 
     @property
     def max_steps(self) -> int:

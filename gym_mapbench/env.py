@@ -96,7 +96,13 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         streams = Streams.spawn(self.np_random, noise)
         start = draw_start(self.scenario, self.robot, noise, streams.start)
         self.simulation = Simulation(
-            self.scenario.map, self.robot, start, config.physics_hz, rests=config.physics_may_rest, worlds=self._worlds
+            self.scenario.map,
+            self.robot,
+            start,
+            config.physics_hz,
+            rests=config.physics_may_rest,
+            nearby=config.collision_ends_episode,
+            worlds=self._worlds,
         )
         self.observer = Observer(config, self.scenario, start, streams)
         gains = noise.actuation_v, noise.actuation_w
@@ -181,9 +187,10 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     def _drive(self, v: float, w: float) -> bool:
         """Drive for one control period, at first still by the previous command; return whether a wall was touched."""
         command = self.carried_out(v, w)
-        before_v, before_w = self._worlds.commands[0].tolist()
-        self._worlds.commands[0] = command
+        last = self._worlds.commands[0]
+        before_v, before_w = last.tolist()
         contact = self._late_ticks > 0 and self.simulation.advance(before_v, before_w, self._late_ticks)
+        last[:] = command
         return self.simulation.advance(*command, self._prompt_ticks) or contact
 
 

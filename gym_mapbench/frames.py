@@ -24,12 +24,6 @@ def compose(frame: Pose, pose: Pose) -> Pose:
     return Pose(*_compose(*frame, *pose))
 
 
-def inverse(frame: Pose) -> Pose:
-    """Return the pose of the other frame in ``frame``; composed with ``frame``, in either order, it is the identity."""
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    return Pose(-(cos * frame.x + sin * frame.y), sin * frame.x - cos * frame.y, wrap_angle(-frame.yaw))
-
-
 def relate(here: Pose, there: Pose) -> Pose:
     """Return the pose of one frame in another, from a pose that is known in both.
 

@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from gym_mapbench.frames import IDENTITY, compose, inverse, relate
+from gym_mapbench.frames import IDENTITY, compose, relate
+from gym_mapbench.kernels.frames import count_motion
 from gym_mapbench.noise import NoiseSettings, Wander
 from gym_mapbench.scenario import Pose, wrap_angle
 
@@ -48,10 +49,8 @@ class Odometry:
         """Return the pose in the odom frame, now that the robot is at ``true`` on the map."""
         if not self._drifts:
             return true if self._frame is IDENTITY else compose(self._frame, true)
-        step = compose(inverse(self._true), true)
-        turn = step.yaw * (1 + self._turn) + step.x * self._veer
-        counted = Pose(step.x * (1 + self._distance), step.y * (1 + self._distance), turn)
-        self._true, self._pose = true, compose(self._pose, counted)
+        motion = tuple(self._true), tuple(true), tuple(self._pose)
+        self._true, self._pose = true, Pose(*count_motion(*motion, self._distance, self._turn, self._veer))
         return self._pose
 
     def measure(self, velocity: tuple[float, float]) -> tuple[float, float]:

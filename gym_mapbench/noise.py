@@ -7,9 +7,8 @@ on or off (common random numbers).
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -250,14 +249,18 @@ class Normals:
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
-        self._drawn: Iterator[float] = iter(())
+        self._drawn: list[float] = []
+        self._next = 0
 
     def draw(self, count: int) -> list[float]:
         """Return the next numbers."""
-        drawn = list(itertools.islice(self._drawn, count))
-        while len(drawn) < count:
-            self._drawn = iter(self._rng.standard_normal(NORMALS_AT_ONCE).tolist())
-            drawn += itertools.islice(self._drawn, count - len(drawn))
+        end = self._next + count
+        while end > len(self._drawn):
+            left = self._drawn[self._next :]
+            self._drawn = left + self._rng.standard_normal(NORMALS_AT_ONCE).tolist()
+            self._next, end = 0, count
+        drawn = self._drawn[self._next : end]
+        self._next = end
         return drawn
 
 
@@ -284,8 +287,9 @@ class Wander:
     def advance(self) -> list[float]:
         """Return the error of this moment and move on to the next."""
         now, kept, fresh = self._next, self._kept, self._fresh
-        if self.is_on:
-            self._next = [kept * old + fresh * new for old, new in zip(now, self._normals.draw(len(now)), strict=True)]
+        if not self.is_on:
+            return now
+        self._next = [kept * old + fresh * new for old, new in zip(now, self._normals.draw(len(now)), strict=True)]
         return [deviation * value for deviation, value in zip(self._deviations, now, strict=True)]
 
 

@@ -3,7 +3,8 @@
 Box2D computes in float32, controllers are compared in float64. While nothing touches the robot its
 motion is the float64 midpoint step of :mod:`gym_mapbench.kernels.motion`, and the body follows that pose,
 set anew before every control step, so that it is never more than a few float32 roundings away.
-As soon as a contact touches, the pose is what Box2D makes of it. Box2D may rest where no wall is within reach.
+As soon as a contact touches, the pose is what Box2D makes of it. Box2D may rest where no wall is within reach;
+the box that it keeps around the body is then kept for it, so that it wakes up as if it had never rested.
 
 Lengths inside Box2D are metres times :data:`SCALE`: its fixed tolerances (5 mm of permitted
 overlap, 15 mm at the first touch) shrink to 0.13 mm and 0.38 mm. Coordinates count from the map's
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels import motion
 from gym_mapbench.kernels.jit import plain
-from gym_mapbench.kernels.motion import MARGIN, drive_body
+from gym_mapbench.kernels.motion import BOX, MARGIN, SCALE, drive_body
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, wrap_angle
 from gym_mapbench.worlds import Worlds, drive_of, ground_of
@@ -43,11 +44,12 @@ with warnings.catch_warnings():
         b2World,
     )
 
-SCALE = 40.0
 SKIN = 0.02
 """Rounding of a polygon robot in Box2D units: four times its slop, so that fast contacts are found in time."""
 VELOCITY_ITERATIONS = 6
 POSITION_ITERATIONS = 2
+
+ELSEWHERE = b2AABB(lowerBound=(-1e6, -1e6), upperBound=(-1e6, -1e6))
 
 SPARE = 0.5
 """How far beyond the robot's reach walls are built where Box2D rests and begins anew, m."""
@@ -66,9 +68,10 @@ class Simulation:
         robot: Shape and limits of the robot.
         start: Where it stands, at rest.
         physics_hz: Ticks per second.
-        rests: Whether Box2D rests while no wall is within reach, and knows only the walls nearby. Nothing changes up to
-            the first touch; after it, which of several walls touched at once Box2D solves first depends on where the
-            body has been all along.
+        rests: Whether Box2D rests while no wall is within reach. For a disc, nothing changes; for a polygon, nothing
+            up to the first touch: after it, which of several walls touched at once Box2D solves first depends on where
+            the body has been all along.
+        nearby: Whether Box2D knows only the walls nearby; nothing changes up to the first touch.
         worlds: The one world in which it is written how the robot moves; its own where None.
     """
 
@@ -80,17 +83,20 @@ class Simulation:
         physics_hz: float,
         *,
         rests: bool = False,
+        nearby: bool = False,
         worlds: Worlds | None = None,
     ) -> None:
-        self.rests = rests
+        self._rests, self._nearby = rests, nearby
         self._worlds = Worlds() if worlds is None else worlds
         self._worlds.grounds[0] = ground_of(grid)
         self._worlds.bodies[0] = (*start, 0.0, 0.0, 0.0, 0.0, False)
+        self._worlds.boxes[0] = np.zeros((), BOX)
         self._grid, self._robot = grid, robot
         self._walls = grid.framed.reshape(-1)
         self._drive = drive_of(robot, physics_hz)
         self._can: tuple[float, ...] = self._drive.item(0)
         self._engine: _Engine | None = None
+        self._is_boxed = rests and robot.footprint is None
 
     def state(self) -> tuple[Pose, tuple[float, float]]:
         """Return pose and velocity, which are read together in half the time."""
@@ -122,21 +128,39 @@ class Simulation:
             Whether the robot touched a wall in any of them.
         """
         worlds = self._worlds
-        if self.rests and drive_body(worlds.bodies, 0, v, w, ticks, self._drive, worlds.grounds, self._walls):
+        can, walls = self._drive, self._walls
+        if self._rests and drive_body(worlds.bodies, worlds.boxes, 0, v, w, ticks, can, worlds.grounds, walls):
             return False
         return self.advance_among_walls(v, w, ticks)
 
     def advance_among_walls(self, v: float, w: float, ticks: int) -> bool:
         """Do what :meth:`advance` does where a wall is within reach."""
-        before = self._worlds.bodies.item(0)
-        tick, forward, reverse, *_, radius = self._can
-        reach = radius + max(forward, reverse) * ticks * tick + MARGIN
-        if self._engine is None or not self._engine.covers(before[0], before[1], reach):
-            area = (before[0], before[1], reach + SPARE) if self.rests else None
-            self._engine = _Engine(self._grid, self._robot, area)
-        after, contact = self._engine.advance(before, v, w, ticks, self._can)
-        self._worlds.bodies[0] = after
+        worlds = self._worlds
+        before = worlds.bodies.item(0)
+        engine = self._engine_at(before[0], before[1], ticks)
+        if self._is_boxed:
+            self._restore_box(engine)
+        worlds.bodies[0], contact = engine.advance(before, v, w, ticks, self._can)
+        if self._is_boxed and not engine.holds:
+            worlds.boxes[0] = engine.box()
         return contact
+
+    def _restore_box(self, engine: _Engine) -> None:
+        """Have Box2D make its box anew for the motion for which it was last made while Box2D rested, if it was."""
+        boxes = self._worlds.boxes
+        *_, x, y, to_x, to_y = boxes.item(0)
+        if to_x or to_y:
+            engine.make_box(x, y, to_x, to_y)
+            boxes[0] = np.zeros((), BOX)
+
+    def _engine_at(self, x: float, y: float, ticks: int) -> _Engine:
+        """Return Box2D with all walls that are within reach of a position."""
+        if self._engine is None or self._nearby:
+            tick, forward, reverse, *_, radius = self._can
+            reach = radius + max(forward, reverse) * ticks * tick + MARGIN
+            if self._engine is None or not self._engine.covers(x, y, reach):
+                self._engine = _Engine(self._grid, self._robot, (x, y, reach + SPARE) if self._nearby else None)
+        return self._engine
 
 
 class _Engine:
@@ -155,10 +179,32 @@ class _Engine:
         self._world = b2World(gravity=(0, 0), doSleep=False, contactListener=self._touch)
         _build_walls(self._world.CreateStaticBody(), grid, area)
         self._body = _build_robot(self._world, robot)
+        self._broad_phase = self._world.contactManager.broadPhase
+        # Its tree numbers its nodes in the order in which they are made: a leaf, then each leaf with its parent.
+        self._leaf = 2 * self._broad_phase.proxyCount - 3
+        self._reach = float(np.float32(robot.radius * SCALE))
 
     def covers(self, x: float, y: float, reach: float) -> bool:
         """Whether all walls within ``reach`` (m) of a position are built."""
         return self._area is None or max(abs(x - self._area[0]), abs(y - self._area[1])) + reach <= self._area[2]
+
+    @property
+    def holds(self) -> bool:
+        """Whether there are walls in the box that Box2D keeps around the body."""
+        held: bool = self._world.contactCount > 0
+        return held
+
+    def box(self) -> tuple[float, ...]:
+        """Return the BOX that Box2D keeps around the body."""
+        box = self._broad_phase.GetFatAABB(self._leaf)
+        return *box.lowerBound, *box.upperBound, 0.0, 0.0, 0.0, 0.0
+
+    def make_box(self, x: float, y: float, to_x: float, to_y: float) -> None:
+        """Have Box2D make the box of a disc anew, for a motion between two points (Box2D's units); see ``keep_box``."""
+        reach = self._reach
+        lower, upper = (min(x, to_x) - reach, min(y, to_y) - reach), (max(x, to_x) + reach, max(y, to_y) + reach)
+        self._broad_phase.MoveProxy(self._leaf, ELSEWHERE, (0.0, 0.0))
+        self._broad_phase.MoveProxy(self._leaf, b2AABB(lowerBound=lower, upperBound=upper), (to_x - x, to_y - y))
 
     def advance(
         self, body: tuple[Any, ...], v: float, w: float, ticks: int, drive: tuple[float, ...]
@@ -175,19 +221,19 @@ class _Engine:
         Returns:
             BODY afterwards, and whether a wall was touched.
         """
-        self._x, self._y, self._yaw, wheel_v, wheel_w, *_ = body
+        self._x, self._y, self._yaw, wheel_v, wheel_w, _, _, _ = body
         tick, forward, reverse, turn, dv, dw, _ = drive
         v, w = _clip(v, -reverse, forward), _clip(w, -turn, turn)
         if not self._touch.count:
             self._follow()
         contact = False
         for _ in range(ticks):
-            wheel_v, wheel_w = _approach(wheel_v, v, dv), _approach(wheel_w, w, dw)
+            if wheel_v != v or wheel_w != w:
+                wheel_v, wheel_w = _approach(wheel_v, v, dv), _approach(wheel_w, w, dw)
             contact |= self._step(wheel_v, wheel_w, tick)
         self._yaw = wrap_angle(self._yaw)
-        touching = self._touch.count > 0
-        speeds = self._velocity() if touching else (wheel_v, wheel_w)
-        return (self._x, self._y, self._yaw, wheel_v, wheel_w, *speeds, touching), contact
+        speeds = self._velocity() if self._touch.count else (wheel_v, wheel_w)
+        return (self._x, self._y, self._yaw, wheel_v, wheel_w, *speeds, self.holds), contact
 
     def _step(self, v: float, w: float, tick: float) -> bool:
         """Move by one tick with the wheels' speeds; return whether a wall was touched."""

@@ -24,6 +24,7 @@ OUTCOMES: tuple[StepOutcome, ...] = ("running", "goal", "collision", "timeout")
 """How an episode stands, in the order of the numbers in :mod:`gym_mapbench.kernels.task`."""
 REWARD_TERMS = ("progress", "time", "collision", "goal")
 FIELD = {name: index for index, name in enumerate(TASK.names or ())}
+FIRST_TERM = FIELD[REWARD_TERMS[0]]
 NO_FIELD = np.zeros((0, 0))
 
 
@@ -162,9 +163,9 @@ class Task:
     def standing(self) -> Standing:
         """Return how the episode stands."""
         record: tuple[Any, ...] = self._worlds.tasks.item(0)
-        terms = {name: record[FIELD[name]] for name in REWARD_TERMS}
+        *terms, reward = record[FIRST_TERM:]
         outcome, time = OUTCOMES[record[FIELD["outcome"]]], record[FIELD["steps"]] / self._control_hz
-        return Standing(outcome, time, record[FIELD["reward"]], terms)
+        return Standing(outcome, time, reward, dict(zip(REWARD_TERMS, terms, strict=True)))
 
     @property
     def outcome(self) -> StepOutcome:
@@ -174,7 +175,7 @@ class Task:
     @property
     def over(self) -> bool:
         """Whether the episode has ended."""
-        return self.standing().outcome != "running"
+        return bool(self._worlds.tasks["outcome"][0])
 
     @property
     def time(self) -> float:

@@ -31,8 +31,8 @@ class MapBenchVectorEnv(SyncVectorEnv):
     World ``i`` of ``reset(seed=s)`` is the world of a single env's ``reset(seed=s + i)``, and all that happens in it
     is, to the last bit, what happens there. Spaces, autoreset and the form of ``infos`` are those of Gymnasium's
     SyncVectorEnv. Motion, reward, goal and scans of all worlds come from one kernel each. World by world come Box2D,
-    where walls are within reach or an episode goes on after a touch, what is drawn as noise, ``path``, ``costmap``, and
-    scans of a scanner with a ``scan_rate``.
+    where walls are within reach or a polygon's episode goes on after a touch, what is drawn as noise, ``path``,
+    ``costmap``, and scans of a scanner with a ``scan_rate``.
 
     Args:
         num_envs: Number of worlds.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.kernels.motion import BODY, DRIVE, GROUND
+from gym_mapbench.kernels.motion import BODY, BOX, DRIVE, GROUND
 from gym_mapbench.kernels.task import TASK
 from gym_mapbench.robot import RobotSpec
 
@@ -22,6 +22,7 @@ class Worlds:
 
     Attributes:
         bodies: ``(count,)`` :data:`~gym_mapbench.kernels.motion.BODY`.
+        boxes: ``(count,)`` :data:`~gym_mapbench.kernels.motion.BOX`.
         tasks: ``(count,)`` :data:`~gym_mapbench.kernels.task.TASK`.
         grounds: ``(count,)`` :data:`~gym_mapbench.kernels.motion.GROUND`.
         commands: ``(count, 2)`` the last command, m/s and rad/s, as it was carried out.
@@ -29,6 +30,7 @@ class Worlds:
 
     def __init__(self, count: int = 1) -> None:
         self.bodies: Records = np.zeros(count, BODY)
+        self.boxes: Records = np.zeros(count, BOX)
         self.tasks: Records = np.zeros(count, TASK)
         self.grounds: Records = np.zeros(count, GROUND)
         self.commands: NDArray[np.float64] = np.zeros((count, 2))

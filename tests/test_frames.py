@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gym_mapbench.frames import IDENTITY, compose, inverse, relate, transform_path
+from gym_mapbench.frames import IDENTITY, compose, relate, transform_path
+from gym_mapbench.kernels.frames import count_motion
 from gym_mapbench.scenario import Pose, wrap_angle
 
 METRES = st.floats(-50, 50)
@@ -29,7 +30,18 @@ def assert_same(one, other):
 @given(POSES, POSES)
 def test_composing_is_multiplying_matrices(frame, pose):
     assert matrix(compose(frame, pose)) == pytest.approx(matrix(frame) @ matrix(pose), abs=1e-9)
-    assert matrix(inverse(frame)) == pytest.approx(np.linalg.inv(matrix(frame)), abs=1e-9)
+
+
+@given(POSES, POSES, POSES, st.tuples(*[st.floats(-0.1, 0.1)] * 3))
+def test_wheels_count_a_motion_with_their_errors(before, now, counted, errors):
+    distance, turn, veer = errors
+    motion = np.linalg.inv(matrix(before)) @ matrix(now)
+    ahead, aside = motion[:2, 2]
+    turned = math.atan2(motion[1, 0], motion[0, 0]) * (1 + turn) + ahead * veer
+    expected = matrix(counted) @ matrix(Pose(ahead * (1 + distance), aside * (1 + distance), turned))
+    found = Pose(*count_motion(tuple(before), tuple(now), tuple(counted), *errors))
+    if abs(abs(wrap_angle(now.yaw - before.yaw)) - math.pi) > 1e-6:
+        assert matrix(found) == pytest.approx(expected, abs=1e-6)
 
 
 @given(POSES, POSES)

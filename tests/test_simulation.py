@@ -79,19 +79,43 @@ def test_the_body_follows_the_float64_pose():
     assert np.hypot(*offset) < 1e-5
 
 
-@settings(max_examples=25)
-@given(st.integers(0, 2**32 - 1), st.sampled_from([WAFFLE, JACKAL, ROBOTS["turtlebot3_burger"]]))
-def test_nothing_changes_where_box2d_rests(seed, robot):
-    """Up to the first touch; afterwards several walls touched at once may be solved in another order."""
+def wander(seed, robot, **options):
+    """Drive at random on a drawn map: always with all of Box2D, and with the given options."""
     rng = np.random.default_rng(seed)
     grid = GridMap(sample_map(rng, ShapeSettings(size=80)))
     start = default_task(grid)[0]
-    resting, always = (Simulation(grid, robot, start, 100, rests=rests) for rests in (True, False))
-    commands = np.repeat(rng.uniform([-0.5, -2.0], [2.0, 2.0], (30, 2)), 10, axis=0)
-    (states, contacts), (expected, touched) = drive(resting, commands), drive(always, commands)
-    until = 1 + int(np.argmax(touched)) if touched.any() else len(commands)
+    commands = np.repeat(rng.uniform([-0.5, -2.0], [2.0, 2.0], (40, 2)), 10, axis=0)
+    driven = [drive(Simulation(grid, robot, start, 100, **chosen), commands) for chosen in ({}, options)]
+    return driven[0], driven[1]
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([WAFFLE, JACKAL, ROBOTS["turtlebot3_burger"]]))
+def test_nothing_changes_up_to_the_first_touch_where_box2d_rests_among_walls_nearby(seed, robot):
+    (expected, touched), (states, contacts) = wander(seed, robot, rests=True, nearby=True)
+    until = 1 + int(np.argmax(touched)) if touched.any() else len(touched)
     assert (contacts[:until] == touched[:until]).all()
     assert (states[:until] == expected[:until]).all()
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([WAFFLE, ROBOTS["turtlebot3_burger"]]))
+def test_nothing_ever_changes_where_box2d_rests_with_a_disc(seed, robot):
+    (expected, touched), (states, contacts) = wander(seed, robot, rests=True)
+    assert (contacts == touched).all()
+    assert (states == expected).all()
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 2**32 - 1))
+def test_the_box_is_kept_while_box2d_rests(seed):
+    rng = np.random.default_rng(seed)
+    commands = np.repeat(rng.uniform([-0.5, -2.0], [0.5, 2.0], (20, 2)), 10, axis=0)
+    resting, always = (Simulation(OPEN, WAFFLE, Pose(0.0, 0.0, 0.3), 100, rests=rests) for rests in (True, False))
+    for v, w in commands:
+        resting.advance(v, w, 5)
+        always.advance(v, w, 5)
+        assert resting._worlds.boxes.item(0)[:4] == always._engine.box()[:4]
 
 
 @settings(max_examples=200)
@@ -102,7 +126,8 @@ def test_walls_are_near_where_geometry_says(seed, reach):
     pose = Pose(*rng.uniform(grid.bounds[:2], grid.bounds[2:]))
     worlds = Worlds()
     worlds.grounds[0] = ground_of(grid)
-    clearance = measure_clearance(grid, RobotSpec(radius=reach), [pose])[0]
+    square = RobotSpec(footprint=[(reach, reach), (-reach, reach), (-reach, -reach), (reach, -reach)])
+    clearance = measure_clearance(grid, square, [Pose(*pose[:2], 0.0)])[0]
     assert is_clear(grid.framed.reshape(-1), worlds.grounds, 0, pose.x, pose.y, reach) == (clearance > 0)
 
 

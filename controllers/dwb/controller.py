@@ -5,19 +5,24 @@ Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble and Jazzy
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import ControllerError, FollowerSetup, InvalidPath, Twist
-from controllers.dwb.critics import Critic, make_critics
-from controllers.dwb.kernels.plan import plan_window
-from controllers.dwb.kernels.verdict import judge_all, judge_cheapest
+from controllers.dwb.kernels.decision import NO_PLAN, decide
+from controllers.dwb.kernels.rollout import roll_out, trace
 from controllers.dwb.params import DwbParams
-from controllers.dwb.scene import Scene
-from controllers.dwb.trajectories import Trajectories
+from controllers.dwb.records import (
+    MEMORY,
+    UNTIL_NEXT_PLAN,
+    Record,
+    make_critics,
+    make_tuning,
+    most_candidates,
+    points_ahead,
+)
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.scenario import Pose
@@ -66,30 +71,33 @@ class DwbFollower:
 
     _setup: FollowerSetup
     _corners: NDArray[np.float64]
-    _goal: Pose
-    _candidates: Trajectories
+    _tuning: Record
+    _last: tuple[Pose, Twist, Costmap]
 
     def __init__(self, params: DwbParams) -> None:
         self.params = params
-        self._critics = make_critics(params)
-        self._forbidden = np.array([critic.forbidden for critic in self._critics])
-        self._outlines = np.array([critic.checks_outline for critic in self._critics])
-        self._plan = np.empty((0, 3))
+        self._critics, self._forwards = make_critics(params), points_ahead(params)
+        most, critics = most_candidates(params), len(params.critics)
+        self._twists, self._velocities = np.zeros((2, most, 2))
+        self._weights, self._raw = np.zeros(critics, dtype=np.float32), np.zeros(critics * most)
+        self._totals, self._illegal_by = np.zeros(most, dtype=np.float32), np.zeros(most, dtype=np.int64)
+        self._memory = np.zeros(1, dtype=MEMORY)
+        self._plan, self._goal = np.empty((0, 3)), Pose(0.0, 0.0)
 
     def reset(self, setup: FollowerSetup) -> None:
         """Forget the last run: the plan, the critics' memory and the speed limit."""
         self._setup = setup
         self._corners = np.ascontiguousarray(setup.footprint.corners)
-        self._candidates = Trajectories(self.params, setup.control_period)
-        self._critics = make_critics(self.params)
+        self._tuning = make_tuning(self.params, setup.control_period)
+        self._memory = np.zeros(1, dtype=MEMORY)
         self._plan = np.empty((0, 3))
 
     def set_plan(self, path: NDArray[np.float64]) -> None:
         """Take a new global plan, ``(n, 3)``; all critics forget, as in Nav2."""
         self._plan = np.array(path, dtype=np.float64)
         self._goal = Pose(*self._plan[-1].tolist()) if len(path) else Pose(0.0, 0.0)
-        for critic in self._critics:
-            critic.reset()
+        for name in UNTIL_NEXT_PLAN:
+            self._memory[name] = 0
 
     def move_plan(self, path: NDArray[np.float64]) -> None:
         """Take the same plan at its new place; pruned poses stay pruned, and no critic forgets anything."""
@@ -110,7 +118,7 @@ class DwbFollower:
         if speed != NO_SPEED_LIMIT and not percentage and speed >= base:
             return
         ratio = 1.0 if speed == NO_SPEED_LIMIT else speed / (100.0 if percentage else base)
-        self._candidates = Trajectories(_scaled(self.params, ratio), self._setup.control_period)
+        self._tuning = make_tuning(_scaled(self.params, ratio), self._setup.control_period)
 
     def compute_velocity_commands(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
         """Return the command of the best candidate; see :class:`~controllers.base.PathFollower`.
@@ -119,16 +127,10 @@ class DwbFollower:
             ControllerError: If every candidate is illegal; in Humble also in the following case.
             InvalidPath: If the plan is empty, or nothing is left of it near the robot.
         """
-        scene = self._look(pose, velocity, costmap, now)
-        best = self._judge(scene, judge_cheapest).best
-        legal = best >= 0
-        failure = "" if legal else _no_legal_candidate(self._judge(scene, judge_all))
-        command = Twist(*self._candidates.velocities[best].tolist()) if legal else Twist(0.0, 0.0)
-        for critic in self._critics:
-            critic.debrief(command, scene)
-        if not legal:
-            raise ControllerError(failure)
-        return command
+        count, best, v, w = self._decide(pose, velocity, costmap, now, drives=True)
+        if best < 0:
+            raise ControllerError(_no_legal_candidate(self._evaluation(count, best)))
+        return Twist(v, w)
 
     def evaluate(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> DwbEvaluation:
         """Judge all candidates as :meth:`compute_velocity_commands` does, without giving a command.
@@ -139,7 +141,8 @@ class DwbFollower:
             ControllerError: In Humble, if the plan is empty, or nothing is left of it near the robot.
             InvalidPath: In Jazzy, in the same case.
         """
-        return self._judge(self._look(pose, velocity, costmap, now), judge_all)
+        count, best, _, _ = self._decide(pose, velocity, costmap, now, drives=False)
+        return self._evaluation(count, best)
 
     def explain(self, pose: Pose, costmap: Costmap, now: float) -> str:
         """Say which critics keep a robot at rest from driving on; arguments as in the last cycle."""
@@ -162,55 +165,52 @@ class DwbFollower:
 
     def trajectory(self, candidate: int) -> NDArray[np.float64]:
         """Return the poses of one candidate of the last cycle, ``(steps + 1, 3)`` x, y in m and yaw in rad."""
-        return self._candidates.poses(candidate)
+        pose, velocity, m = self._last
+        robot, tuning = np.array([*pose, *velocity]), self._tuning[0]
+        twists, steps, headings, _, yaw, cos, sin, _, _ = roll_out(
+            robot, tuning["axes"], tuning["horizon"], tuning["speeds"], tuning["sim_time"], tuning["granularity"],
+            tuning["limits"], self._forwards, m.origin_x, m.origin_y, m.resolution, m.costs.shape,
+        )  # fmt: skip
+        count = steps[candidate]
+        way = slice(headings[candidate], headings[candidate] + count + 1)
+        poses = np.empty((count + 1, 3))
+        poses[:, 2] = yaw[way]
+        dt = tuning["sim_time"] / count
+        trace(robot, twists[candidate, 0], tuning["limits"], dt, cos[way], sin[way], poses)
+        return poses
 
-    def _look(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Scene:
-        """Roll out the candidates and collect what the critics need to know."""
-        plan = self._near_plan(pose, costmap)
-        self._candidates.fill(pose, velocity, costmap)
-        ahead = self.params.GoalAlign.forward_point_distance
-        return Scene(pose, velocity, self._goal, plan, costmap, self._corners, now, self._candidates.box, ahead)
-
-    def _near_plan(self, pose: Pose, costmap: Costmap) -> NDArray[np.float64]:
-        """Return the part of the plan near the robot; forget what lies behind it."""
-        p, humble = self.params, self.params.release == "humble"
+    def _decide(
+        self, pose: Pose, velocity: Twist, costmap: Costmap, now: float, *, drives: bool
+    ) -> tuple[int, int, float, float]:
+        """Judge the candidates; return their number, the chosen one and its command."""
+        humble, m = self.params.release == "humble", costmap
         invalid_path = ControllerError if humble else InvalidPath
         if not len(self._plan):
             raise invalid_path("received plan with zero length")
-        half = max(costmap.costs.shape) * costmap.resolution / 2.0
-        ahead = np.inf if p.forward_prune_distance < 0 else p.forward_prune_distance
-        start = min(half, p.prune_distance) if p.prune_plan else half
-        end = min(half, ahead) if p.shorten_transformed_plan else half
-        search = p.prune_distance if humble else ahead
-        first, last = plan_window(self._plan, pose.x, pose.y, search, start, end)
-        near = self._plan[first:last]
-        if p.prune_plan:
-            self._plan = self._plan[first:]
-        if not len(near):
-            raise invalid_path("resulting plan has 0 poses in it")
-        return near
-
-    def _judge(self, scene: Scene, judge: Callable[..., int]) -> DwbEvaluation:
-        """Let every critic score every candidate, and choose."""
-        c, m, n = self._candidates, scene.costmap, len(self._candidates.twists)
-        raw = np.zeros((len(self._critics), n))
-        scales = [self._score(critic, scene, scores) for critic, scores in zip(self._critics, raw, strict=True)]
-        weights = np.array(scales, dtype=np.float32)
-        totals, illegal_by = np.empty(n, dtype=np.float32), np.empty(n, dtype=np.int64)
-        best = judge(
-            raw, weights, self._forbidden, self._outlines, c.state, c.limits, c.sim_time, c.twists, c.steps, c.headings,
-            c.yaw, c.cos, c.sin, m.costs, m.origin_x, m.origin_y, m.resolution, scene.corners,
-            totals, illegal_by,
+        self._last = pose, velocity, costmap
+        status, first, count, best, v, w = decide(
+            self._plan, (pose[0], pose[1], pose[2]), (velocity[0], velocity[1]), tuple(self._goal), now, self._tuning,
+            self._critics, self._memory, self._forwards, (m.costs, m.origin_x, m.origin_y, m.resolution), self._corners,
+            drives, self._twists, self._velocities, self._weights, self._raw, self._totals, self._illegal_by,
         )  # fmt: skip
-        return DwbEvaluation(self.params.critics, c.twists, c.velocities, weights, raw.T, totals, illegal_by, best)
+        self._plan = self._plan[first:]
+        if status == NO_PLAN:
+            raise invalid_path("resulting plan has 0 poses in it")
+        return count, best, v, w
 
-    def _score(self, critic: Critic, scene: Scene, scores: NDArray[np.float64]) -> float:
-        """Let one critic write its raw scores; return its weight."""
-        critic.prepare(scene)
-        scale = critic.scale(scene.costmap.resolution)
-        if scale != 0.0:
-            critic.score(scene, self._candidates, scores)
-        return scale
+    def _evaluation(self, count: int, best: int) -> DwbEvaluation:
+        """Return how the candidates of this cycle were judged, once all of them are."""
+        names = self.params.critics
+        return DwbEvaluation(
+            names,
+            self._twists[:count].copy(),
+            self._velocities[:count].copy(),
+            self._weights.copy(),
+            self._raw[: len(names) * count].reshape(len(names), count).T.copy(),
+            self._totals[:count].copy(),
+            self._illegal_by[:count].copy(),
+            best,
+        )
 
 
 def _scaled(params: DwbParams, ratio: float) -> DwbParams:

@@ -3,52 +3,21 @@
 from __future__ import annotations
 
 import math
-import types
-from typing import Annotated, Any, Literal, Union, cast, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import FollowerSetup
 from controllers.mppi.params import MppiParams
+from controllers.records import fill_groups, record_of
 from gym_mapbench.footprint import Footprint
-from gym_mapbench.settings import Settings
 
 Record = NDArray[np.void]
 
 INSCRIBED = 253
 NO_PREFERENCE = 1
 
-NUMBERS: dict[Any, type[np.generic]] = {bool: np.bool_, int: np.int64, float: np.float64}
-
-
-def _record_of(settings: type[Settings], *more: tuple[str, type]) -> np.dtype[np.void]:
-    """Build the type of a record of all numbers, switches and groups of some settings; texts are left out.
-
-    A number or a switch that is None is 0 or false in the record.
-    """
-    fields: list[tuple[Any, ...]] = []
-    for name, field in settings.model_fields.items():
-        kind = _without_none(field.annotation)
-        if isinstance(kind, type) and not isinstance(kind, types.GenericAlias) and issubclass(kind, Settings):
-            fields.append((name, _record_of(kind)))
-        elif kind in NUMBERS:
-            fields.append((name, np.dtype(cast(Any, kind))))
-        elif get_origin(kind) is tuple and set(get_args(kind)) == {float}:
-            fields.append((name, np.float64, (len(get_args(kind)),)))
-    return np.dtype([*fields, *more], align=True)
-
-
-def _without_none(kind: Any) -> Any:
-    """Return the type of an option without None; a choice has the type of its values."""
-    if get_origin(kind) in (Union, types.UnionType):
-        kind = next(one for one in get_args(kind) if one is not types.NoneType)
-    if get_origin(kind) is Annotated:
-        kind = get_args(kind)[0]
-    return type(get_args(kind)[0]) if get_origin(kind) is Literal else kind
-
-
-TUNING = _record_of(
+TUNING = record_of(
     MppiParams,
     ("jazzy", np.bool_),
     ("ackermann", np.bool_),
@@ -86,7 +55,7 @@ during the call: whether all trajectories collide, how many do for the Obstacles
 def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:
     """Return the ``(1,)`` record of a run."""
     tuning = np.zeros(1, dtype=TUNING)
-    _fill(tuning, params)
+    fill_groups(tuning, params)
     tuning["ackermann"] = params.motion_model == "Ackermann"
     tuning["xy_goal_tolerance"] = setup.xy_goal_tolerance
     tuning["inscribed_radius"] = setup.footprint.inscribed_radius
@@ -106,16 +75,6 @@ def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:
     for name, sign in {"ax_max": 1.0, "ax_min": -1.0, "az_max": 1.0}.items():  # Nav2 corrects wrong signs, too
         tuning[name] = sign * abs(tuning[name])
     return tuning
-
-
-def _fill(record: Record, settings: Settings) -> None:
-    """Copy those settings for which the record has a field."""
-    for name in record.dtype.names or ():
-        value = getattr(settings, name, None)
-        if isinstance(value, Settings):
-            _fill(record[name], value)
-        elif value is not None:
-            record[name] = value
 
 
 def _circumscribed_cost(footprint: Footprint, cost_scaling_factor: float) -> float:

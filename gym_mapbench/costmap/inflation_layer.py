@@ -16,11 +16,11 @@ from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
 from gym_mapbench.costmap.params import CostmapParams, InflationLayer
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
-from gym_mapbench.kernels.inflation import inflate
+from gym_mapbench.kernels.inflation import inflate, widen
 from gym_mapbench.scenario import Pose
 
 MAX_REACH_CELLS = 2000
-EVERYWHERE = [-math.inf, -math.inf, math.inf, math.inf]
+EVERYWHERE = -math.inf, -math.inf, math.inf, math.inf
 
 
 @functools.lru_cache(maxsize=64)
@@ -55,7 +55,7 @@ class Inflation(Layer):
         self._cost_of = inflation_costs(self._params, self._reach, resolution, footprint.inscribed_radius)
         self._reset_is_news = params.release == "jazzy"
         self._all_is_news = True
-        self._last = EVERYWHERE
+        self._last = np.array(EVERYWHERE)
 
     def reset(self) -> None:
         """Inflate everything again at the next update; only Jazzy does so."""
@@ -63,13 +63,10 @@ class Inflation(Layer):
 
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
         """Widen the box by that of the last update, and by the inflation radius."""
-        news = box.tolist()
-        for axis in (0, 1):
-            box[axis] = min(self._last[axis], news[axis]) - self._params.inflation_radius
-            box[axis + 2] = max(self._last[axis + 2], news[axis + 2]) + self._params.inflation_radius
+        widen(box, self._last, self._params.inflation_radius)
         if self._all_is_news:
             box[:] = EVERYWHERE
-        self._last, self._all_is_news = news, False
+        self._all_is_news = False
 
     def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
         """Inflate these cells; obstacles outside them count as far as they reach."""

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.frames import IDENTITY
+from gym_mapbench.kernels.layers import cells_in
 from gym_mapbench.scenario import Pose
 
 Costs = NDArray[np.uint8]
@@ -63,18 +63,8 @@ class Window:
 
     def cells_in(self, box: Box) -> Cells:
         """Return the cells that a box touches; for an empty box none, or one in a corner (``updateMap``)."""
-        rows, cols = self.shape
-        min_x, min_y, max_x, max_y = box.tolist()
-        row0, row1 = (_enforced(y, self.origin_y, self.resolution, rows) for y in (min_y, max_y))
-        col0, col1 = (_enforced(x, self.origin_x, self.resolution, cols) for x in (min_x, max_x))
-        return row0, col0, min(rows, row1 + 1), min(cols, col1 + 1)
-
-
-def _enforced(at: float, origin: float, resolution: float, count: int) -> int:
-    """Return the cell of a coordinate along one axis, or the nearest there is (``worldToMapEnforceBounds``)."""
-    if at < origin:
-        return 0
-    return count - 1 if at > resolution * count + origin else int((at - origin) / resolution)
+        cells: Cells = cells_in(box, *self.geometry, *self.shape)
+        return cells
 
 
 class Layer(ABC):
@@ -105,14 +95,3 @@ class Layer(ABC):
             master: ``(rows, cols)`` uint8.
             cells: Which of them to write.
         """
-
-
-def shifted(grid: NDArray[Any], d_row: int, d_col: int, default: int) -> NDArray[Any]:
-    """Return a grid as seen from a window moved by whole cells; entering cells are ``default`` (``updateOrigin``)."""
-    moved = np.full_like(grid, default)
-    rows, cols = grid.shape
-    to_rows, to_cols = slice(max(0, -d_row), rows - max(0, d_row)), slice(max(0, -d_col), cols - max(0, d_col))
-    from_rows, from_cols = slice(max(0, d_row), rows - max(0, -d_row)), slice(max(0, d_col), cols - max(0, -d_col))
-    if abs(d_row) < rows and abs(d_col) < cols:
-        moved[to_rows, to_cols] = grid[from_rows, from_cols]
-    return moved

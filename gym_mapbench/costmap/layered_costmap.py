@@ -9,7 +9,7 @@ import numpy as np
 
 from gym_mapbench.costmap.grid import FREE_SPACE, NO_INFORMATION, Costmap
 from gym_mapbench.costmap.inflation_layer import Inflation
-from gym_mapbench.costmap.layer import Costs, Layer, Window, shifted
+from gym_mapbench.costmap.layer import Costs, Layer, Window
 from gym_mapbench.costmap.obstacle_layer import ObstacleGrid, VoxelGrid
 from gym_mapbench.costmap.params import CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
@@ -18,6 +18,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.footprint import Footprint
 from gym_mapbench.frames import IDENTITY
 from gym_mapbench.gridmap import MAX_CELLS, GridMap
+from gym_mapbench.kernels.layers import shifted
 from gym_mapbench.scenario import Pose
 
 

@@ -49,6 +49,15 @@ def inflate(costs, reach, cost_of, inflate_unknown, inflate_around_unknown, row0
 
 
 @kernel
+def widen(box, last, radius):
+    """Widen a box by that of the last update, which becomes this one, and by a radius; all in m."""
+    for axis in range(4):
+        news = box[axis]
+        box[axis] = min(last[axis], news) - radius if axis < 2 else max(last[axis], news) + radius
+        last[axis] = news
+
+
+@kernel
 def write_inflated(costs, squared, cost_of, inflate_unknown, row0, col0, row1, col1):
     """Apply Nav2's write rule to these cells, where within reach; ``squared`` ``(rows, cols)`` int32, cells^2."""
     least = 1 if inflate_unknown else INSCRIBED

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import kernel
 
@@ -80,3 +82,34 @@ def write_map(
             if cell >= 0:
                 cost = known[cell // cols, cell % cols]
                 master[row, col] = max(cost, master[row, col]) if use_maximum else cost
+
+
+@kernel
+def shifted(grid, d_row, d_col, default):
+    """Return a grid as seen from a window moved by whole cells; entering cells are ``default`` (``updateOrigin``)."""
+    rows, cols = grid.shape
+    moved = np.full_like(grid, default)
+    first, last = max(0, -d_col), min(cols, cols - d_col)
+    for row in range(max(0, -d_row), min(rows, rows - d_row)):
+        for col in range(first, last):
+            moved[row, col] = grid[row + d_row, col + d_col]
+    return moved
+
+
+@kernel
+def cells_in(box, resolution, origin_x, origin_y, rows, cols):
+    """First row and column, and row and column after the last, of the cells that ``box`` touches (``updateMap``).
+
+    For an empty box there are none, or one in a corner.
+    """
+    row0, row1 = enforced(box[1], origin_y, resolution, rows), enforced(box[3], origin_y, resolution, rows)
+    col0, col1 = enforced(box[0], origin_x, resolution, cols), enforced(box[2], origin_x, resolution, cols)
+    return row0, col0, min(rows, row1 + 1), min(cols, col1 + 1)
+
+
+@kernel
+def enforced(at, origin, resolution, count):
+    """Cell of a coordinate along one axis, or the nearest there is (``worldToMapEnforceBounds``)."""
+    if at < origin:
+        return 0
+    return count - 1 if at > resolution * count + origin else int((at - origin) / resolution)

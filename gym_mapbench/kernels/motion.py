@@ -10,10 +10,15 @@ from gym_mapbench.kernels.geometry import wrap_angle
 from gym_mapbench.kernels.jit import kernel
 
 BODY = np.dtype(
-    [(name, np.float64) for name in ("x", "y", "yaw", "wheel_v", "wheel_w", "v", "w")] + [("touching", np.bool_)],
+    [(name, np.float64) for name in ("x", "y", "yaw", "wheel_v", "wheel_w", "v", "w")] + [("held", np.bool_)],
     align=True,
 )
-"""A robot: true pose (m, rad), speeds of its wheels and of its body (m/s, rad/s), and whether it touches a wall."""
+"""A robot: true pose (m, rad), speeds of its wheels and of its body (m/s, rad/s), and whether Box2D has walls at hand
+for it, touched or not."""
+
+BOX = np.dtype([(name, np.float32) for name in ("left", "bottom", "right", "top", "from_x", "from_y", "to_x", "to_y")])
+"""The box that Box2D keeps around a disc, and the motion for which it was last made while Box2D rested, 0 if it was not
+(Box2D's units)."""
 
 DRIVE = np.dtype([(name, np.float64) for name in ("tick", "forward", "reverse", "turn", "dv", "dw", "radius")])
 """What it can do: length of a tick (s), top speeds, largest change of both speeds in a tick, radius around it (m)."""
@@ -24,16 +29,23 @@ GROUND = np.dtype(
 )
 """Where a map lies: side of a cell, world position of its lower-left corner (m), rows and columns."""
 
+SCALE = 40.0
+"""Lengths inside Box2D are metres times this."""
+
+ZERO, SLACK, AHEAD = np.float32(0.0), np.float32(0.1), np.float32(2.0)
+"""How much larger than the disc Box2D makes its box: by so much on all sides, and by so many steps ahead."""
+
 MARGIN = 0.01
-"""What counts as near, beyond radius and motion, m: far more than what Box2D's slop and float32 come to."""
+"""What counts as near, beyond radius and motion, m: more than three times the slack, and what float32 comes to."""
 
 
 @kernel
-def drive_bodies(bodies, commands, waiting, ticks, drive, grounds, walls):
+def drive_bodies(bodies, boxes, commands, waiting, ticks, drive, grounds, walls):
     """Drive all robots that wait and have no wall near; the others still wait afterwards.
 
     Args:
         bodies: ``(n,)`` BODY, in and out.
+        boxes: ``(n,)`` BOX, in and out.
         commands: ``(n, 2)`` forward speed (m/s) and turn rate (rad/s).
         waiting: ``(n,)`` bool, in and out.
         ticks: Number of physics steps.
@@ -44,17 +56,19 @@ def drive_bodies(bodies, commands, waiting, ticks, drive, grounds, walls):
     for i in range(len(bodies)):
         if waiting[i]:
             v, w = commands[i, 0], commands[i, 1]
-            waiting[i] = not drive_body(bodies, i, v, w, ticks, drive, grounds, walls[i])
+            waiting[i] = not drive_body(bodies, boxes, i, v, w, ticks, drive, grounds, walls[i])
 
 
 @kernel
-def drive_body(bodies, i, v, w, ticks, drive, grounds, walls):
+def drive_body(bodies, boxes, i, v, w, ticks, drive, grounds, walls):
     """Drive one robot if no wall is near; return whether it was driven. Arguments as for :func:`drive_bodies`."""
-    body, can = bodies[i], drive[0]
+    body, box, can = bodies[i], boxes[i], drive[0]
     v, w = clip(v, -can.reverse, can.forward), clip(w, -can.turn, can.turn)
     travel = max(abs(v), abs(body.wheel_v)) * ticks * can.tick
-    if body.touching or not is_clear(walls, grounds, i, body.x, body.y, can.radius + travel + MARGIN):
+    if body.held or not is_clear(walls, grounds, i, body.x, body.y, reach_of_box(can, travel)):
         return False
+    x, y = place_in_box2d(body, grounds[i])
+    keep_box(box, x, y, x, y, can.radius)
     for _ in range(ticks):
         body.wheel_v = approach(body.wheel_v, v, can.dv)
         body.wheel_w = approach(body.wheel_w, w, can.dw)
@@ -62,9 +76,52 @@ def drive_body(bodies, i, v, w, ticks, drive, grounds, walls):
         body.x += vx * can.tick
         body.y += vy * can.tick
         body.yaw += body.wheel_w * can.tick
+        to_x, to_y = x + step_in_box2d(vx, can.tick), y + step_in_box2d(vy, can.tick)
+        keep_box(box, x, y, to_x, to_y, can.radius)
+        x, y = to_x, to_y
     body.yaw = wrap_angle(body.yaw)
     body.v, body.w = body.wheel_v, body.wheel_w
     return True
+
+
+@kernel
+def reach_of_box(can, travel):
+    """How far from the robot Box2D's box can extend along an axis while it travels ``travel`` m."""
+    return can.radius + travel + (AHEAD + 1.0) * max(can.forward, can.reverse) * can.tick + MARGIN
+
+
+@kernel
+def place_in_box2d(body, ground):
+    """Where Box2D sets the body at the beginning of a control step, in its units."""
+    return np.float32((body.x - ground.origin_x) * SCALE), np.float32((body.y - ground.origin_y) * SCALE)
+
+
+@kernel
+def step_in_box2d(speed, tick):
+    """How far Box2D moves the body along an axis in a tick, in its units."""
+    return np.float32(tick) * np.float32(speed * SCALE)
+
+
+@kernel
+def keep_box(box, x, y, to_x, to_y, radius):
+    """Make the box anew, as Box2D does, where the disc leaves it on its way between two points (Box2D's units).
+
+    Source: Box2D 2.3, ``b2DynamicTree::MoveProxy``. Box2D knows the walls that meet this box in the order in which it
+    met them, and that is the order in which it solves several contacts: so the box is kept even where Box2D rests.
+    """
+    radius = np.float32(radius * SCALE)
+    left, right, bottom, top = (
+        min(x, to_x) - radius,
+        max(x, to_x) + radius,
+        min(y, to_y) - radius,
+        max(y, to_y) + radius,
+    )
+    if box.left <= left and box.bottom <= bottom and right <= box.right and top <= box.top:
+        return
+    ahead_x, ahead_y = AHEAD * (to_x - x), AHEAD * (to_y - y)
+    box.left, box.right = left - SLACK + min(ahead_x, ZERO), right + SLACK + max(ahead_x, ZERO)
+    box.bottom, box.top = bottom - SLACK + min(ahead_y, ZERO), top + SLACK + max(ahead_y, ZERO)
+    box.from_x, box.from_y, box.to_x, box.to_y = x, y, to_x, to_y
 
 
 @kernel
@@ -89,15 +146,13 @@ def midpoint_velocity(yaw, v, w, tick):
 
 @kernel
 def is_clear(walls, grounds, i, x, y, reach):
-    """Whether all walls, the map's edge among them, are farther than ``reach`` (m) from a point on map ``i``."""
+    """Whether no wall, the map's edge among them, meets the square of half side ``reach`` (m) around a point."""
     ground = grounds[i]
     width = ground.cols + 2
     column, line = (x - ground.origin_x) / ground.resolution + 1.0, (y - ground.origin_y) / ground.resolution + 1.0
     reach /= ground.resolution
+    first, last = max(0, int(math.floor(column - reach))), min(width - 1, int(column + reach))
     for row in range(max(0, int(math.floor(line - reach))), min(ground.rows + 1, int(line + reach)) + 1):
-        away = max(row - line, line - (row + 1), 0.0)
-        half = math.sqrt(max(reach * reach - away * away, 0.0))
-        first, last = max(0, int(math.floor(column - half))), min(width - 1, int(column + half))
         for cell in range(row * width + first, row * width + last + 1):
             if walls[cell]:
                 return False

@@ -178,14 +178,15 @@ def test_jazzy_seeks_the_robot_as_far_as_it_looks_ahead():
     for release, ahead in (("humble", 0.9), ("jazzy", 0.9), ("jazzy", -1.0)):
         follower = make(release=release, prune_distance=0.195, forward_prune_distance=ahead)
         follower.set_plan(passed)
-        begins[release, ahead] = follower._near_plan(HERE, FREE)[0, 0]
+        follower.evaluate(HERE, REST, FREE, 0.0)
+        begins[release, ahead] = follower._plan[0, 0]
     # The robot is at 0.02, the first pose within 0.195 m of it 0.33 m along the plan.
     assert begins["jazzy", 0.9] == begins["jazzy", -1.0] == pytest.approx(-0.17)
     assert begins["humble", 0.9] == pytest.approx(-0.3)
     follower = make(release="jazzy", prune_distance=0.2, forward_prune_distance=0.2)
     follower.set_plan(passed)
     with pytest.raises(InvalidPath, match="0 poses"):
-        follower._near_plan(HERE, FREE)
+        follower.evaluate(HERE, REST, FREE, 0.0)
     with pytest.raises(ConfigError, match="forward_prune_distance"):
         DwbParams(**EXAMPLE, forward_prune_distance=-1.0)
 
@@ -276,9 +277,9 @@ def turn_only(**changes):
 
 def swap_plan(follower, plan):
     """Give a plan of which the critics hear nothing."""
-    critics, follower._critics = follower._critics, ()
+    memory = follower._memory.copy()
     follower.set_plan(plan)
-    follower._critics = critics
+    follower._memory[:] = memory
 
 
 def steer(follower, goal_yaw, pose=HERE, now=0.0):

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from gym_mapbench.costmap import LaserScan
-from gym_mapbench.costmap.layer import shifted
 from gym_mapbench.kernels import layers
 from gym_mapbench.kernels.footprint import clear_polygon, touch_footprint
 from gym_mapbench.kernels.inflation import inflate
+from gym_mapbench.kernels.layers import shifted
 from gym_mapbench.kernels.obstacle_layer import clear_rays, mark_hits
 from gym_mapbench.kernels.raytrace import line_cell
 from gym_mapbench.kernels.voxel_layer import UNKNOWN_COLUMN, clear_voxels, mark_voxels

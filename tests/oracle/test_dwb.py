@@ -7,9 +7,9 @@ import pytest
 
 from controllers.base import Twist
 from controllers.dwb.controller import DwbFollower
-from controllers.dwb.kernels.plan import distance_fields
+from controllers.dwb.kernels.decision import near_plan
+from controllers.dwb.kernels.plan import GOAL, GOAL_AHEAD, PATH, distance_fields
 from controllers.dwb.params import ROS_ONLY_KEYS, DwbParams
-from controllers.dwb.scene import GOAL, GOAL_AHEAD, PATH
 from gym_mapbench.scenario import Pose
 from tests.oracle.test_rpp import compare, drive, full_costmaps, make_planner, make_setup, rolling_window
 from tests.oracle_data import each_recording
@@ -64,13 +64,13 @@ def test_map_grids(recorded):
     table = recorded.load("units_dwb")
     layers = {"GoalAlign": GOAL_AHEAD, "PathAlign": PATH, "PathDist": PATH, "GoalDist": GOAL}
     compared = 0
-    for i, made, pose, velocity, costmap in calls(recorded):
+    for i, made, pose, _, costmap in calls(recorded):
         for grids in table["grid"][table["grid_unit_index"] == i]:
-            scene = made._look(pose, velocity, costmap, 0.0)
-            bearing = np.arctan2(scene.goal.y - pose.y, scene.goal.x - pose.x)
             side = 150 * costmap.resolution
+            first, last = near_plan(made._plan, tuple(pose), made._tuning[0], side / 2)
+            bearing = np.arctan2(made._goal.y - pose.y, made._goal.x - pose.x)
             fields, _, _ = distance_fields(
-                scene.plan, 0.1 * np.cos(bearing), 0.1 * np.sin(bearing),
+                made._plan[first:last], 0.1 * np.cos(bearing), 0.1 * np.sin(bearing),
                 costmap.costs, 0.0, 0.0, costmap.resolution, (0.0, side, 0.0, side),
             )  # fmt: skip
             for name, grid in zip(table["grid_critics"], grids, strict=True):

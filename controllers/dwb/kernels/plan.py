@@ -15,6 +15,9 @@ from gym_mapbench.kernels.jit import kernel
 
 NO_INFORMATION = 255
 
+PATH, GOAL, GOAL_AHEAD = range(3)
+"""The map grids, in the order of :func:`distance_fields`."""
+
 
 @kernel
 def plan_window(plan, x, y, search, start_threshold, end_threshold):

@@ -4,7 +4,7 @@ Scores depend on the last pose of a trajectory only, unless the user asks for a 
 Whether a pose on the way is forbidden is checked in :mod:`controllers.dwb.kernels.verdict`, only for those candidates
 on which the choice depends. ``twice`` says that the last pose counts twice in a sum or a product, as it does with
 Nav2's ``include_last_point``. The arrays of the candidates are those of
-:class:`~controllers.dwb.trajectories.Trajectories`.
+:func:`~controllers.dwb.kernels.rollout.roll_out`.
 
 Source: nav2_dwb_controller/dwb_critics.
 """
