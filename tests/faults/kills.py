@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache, partial
 from multiprocessing import get_context
 from multiprocessing.process import BaseProcess
@@ -115,9 +116,9 @@ def _kill_workers(process: BaseProcess, rng: np.random.Generator) -> int:
 
 
 def _children(pid: int | None) -> list[int]:
-    """Return the numbers of the processes that a process has started."""
-    try:
-        text = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii")
-    except OSError:
-        return []
-    return [int(number) for number in text.split()]
+    """Return the numbers of the processes that the threads of a process have started."""
+    found: list[int] = []
+    for children in Path(f"/proc/{pid}/task").glob("*/children"):
+        with suppress(OSError):
+            found += map(int, children.read_text(encoding="ascii").split())
+    return found
