@@ -99,7 +99,7 @@ class ResultStore:
 
     def _result(self, key: str, text: str) -> RunResult:
         try:
-            return RunResult.from_json(_checked(key, text))
+            return RunResult.from_json(_checked(key, str(text)))
         except (ValueError, TypeError, RecursionError) as error:
             where = f"{self.path or 'result store'}: row {key!r:.80}: expected a run's result"
             reason = " ".join(str(error).split())[:160]

@@ -163,7 +163,17 @@ class RunDir:
 
     def read_individuals(self) -> list[Row]:
         """Read ``individuals.csv``; raises ``RunError`` if it is missing, damaged, or ends before the checkpoint."""
-        return self._read_table(INDIVIDUALS, IndividualRow)
+        rows = self._read_table(INDIVIDUALS, IndividualRow)
+        for number, row in enumerate(rows, start=1):
+            for name in self._maps:
+                if not isinstance(row.get(name), str):
+                    raise RunError(f"{self.path / INDIVIDUALS}: line {number}: {name}: is missing")
+        return rows
+
+    @property
+    def _maps(self) -> list[str]:
+        """Columns of the maps of a set."""
+        return [f"map_{number}" for number in range(1, self.config["search"]["maps_per_set"] + 1)]
 
     def read_runs(self, individuals: Sequence[Row]) -> list[Row]:
         """Read ``runs.csv``.
@@ -174,10 +184,9 @@ class RunDir:
         Raises:
             RunError: If the file is missing or damaged, or lacks a run.
         """
-        rows, search = read_csv(self.path / RUNS), self.config["search"]
+        rows = read_csv(self.path / RUNS)
         check_rows(RunRow, rows, self.path / RUNS)
-        maps = [f"map_{number}" for number in range(1, search["maps_per_set"] + 1)]
-        wanted = [row[name] for row in individuals if row["generation"] <= self.generation for name in maps]
+        wanted = [row[name] for row in individuals if row["generation"] <= self.generation for name in self._maps]
         check_driven(rows, wanted, self.controllers, self.repeats, self.path / RUNS)
         return rows
 

@@ -5,10 +5,12 @@ Each is a copy of this process, so that it costs no more than itself.
 
 from __future__ import annotations
 
+import os
 import shutil
-import subprocess
+import signal
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache, partial
 from multiprocessing import get_context
 from multiprocessing.process import BaseProcess
@@ -94,30 +96,34 @@ def _harmed(folder: Path, task: str, harm: str, path: Path, rng: np.random.Gener
         return ended(begun(task, path, prepare=partial(search.limited_to, int(rng.integers(1_000, 60_000)))))
     if harm == "worker killed":
         process = begun(task, path, executor="processes")
-        return int(_kill_workers(process, rng) > 0)
+        return int(_kill_worker(process, rng))
     process = begun(task, path)
     process.join(float(rng.uniform(0.0, seconds)))
     process.kill()
     return ended(process)
 
 
-def _kill_workers(process: BaseProcess, rng: np.random.Generator) -> int:
-    """Kill workers of a task a few times, while it goes on; returns how often."""
-    killed = 0
-    while process.is_alive() and killed < 4:
+def _kill_worker(process: BaseProcess, rng: np.random.Generator) -> bool:
+    """Kill a worker of a task some time after it has started; returns whether there was one.
+
+    Only one: whoever kills the worker of the same run twice has that run counted as an error, as if it was its fault.
+    """
+    killed = False
+    while process.is_alive() and not killed:
+        time.sleep(float(rng.uniform(0.0, 0.3)))
         workers = [one for child in _children(process.pid) for one in _children(child)]
         if workers:
-            subprocess.run(["kill", "-9", str(rng.choice(workers))], check=False, stderr=subprocess.DEVNULL)
-            killed += 1
-        time.sleep(0.3)
+            with suppress(ProcessLookupError):
+                os.kill(int(rng.choice(workers)), signal.SIGKILL)
+                killed = True
     process.join()
     return killed
 
 
 def _children(pid: int | None) -> list[int]:
-    """Return the numbers of the processes that a process has started."""
-    try:
-        text = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii")
-    except OSError:
-        return []
-    return [int(number) for number in text.split()]
+    """Return the numbers of the processes that the threads of a process have started."""
+    found: list[int] = []
+    for children in Path(f"/proc/{pid}/task").glob("*/children"):
+        with suppress(OSError):
+            found += map(int, children.read_text(encoding="ascii").split())
+    return found

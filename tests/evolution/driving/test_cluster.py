@@ -148,7 +148,7 @@ def test_a_faulty_controller_costs_its_own_runs_on_a_cluster_of_this_machine():
     assert reasons[1][1:4] == [
         "ValueError: the costmap is upside down",
         "the worker died (exit code -9)",
-        "no answer within 1 s",
+        "no answer within 1 s (--run-timeout)",
     ]
 
 

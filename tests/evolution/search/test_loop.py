@@ -305,6 +305,10 @@ def test_damaged_runs_are_one_clear_line(tmp_path):
     (tmp_path / "run" / "generations.csv").unlink()
     with pytest.raises(RunError, match=r"generations.csv: cannot be read"):
         load_run(tmp_path / "run")
+    table = tmp_path / "run" / "individuals.csv"
+    table.write_text(table.read_text().replace("map_2", "map_9", 1))
+    with pytest.raises(RunError, match=r"individuals.csv: line 1: map_2: is missing"):
+        load_run(tmp_path / "run")
 
 
 def test_stores_of_another_kind_are_refused(tmp_path):
