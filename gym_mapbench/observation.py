@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import NO_INFORMATION, Costmap, CostmapParams, InflationLayer, build_static_costmap
+from gym_mapbench.errors import NoPathError
 from gym_mapbench.groups import PathWindow
 from gym_mapbench.kernels import frames
 from gym_mapbench.kernels.jit import plain
@@ -238,6 +239,15 @@ class CostmapView:
         first_col = min(max(col, 0), cols - 1) + self._cells - self._cells // 2
         window = self._costs[first_row : first_row + self._cells, first_col : first_col + self._cells]
         return window[np.newaxis].copy()
+
+
+def has_path(config: EnvConfig, scenario: Scenario) -> bool:
+    """Whether the planner finds the path that the env's observations show."""
+    try:
+        NavfnPlanner().plan(_plan_costmap(config, scenario), scenario.start, scenario.goal)
+    except NoPathError:
+        return False
+    return True
 
 
 def _plan_costmap(config: EnvConfig, scenario: Scenario) -> Costmap:

@@ -11,6 +11,7 @@ from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import ShapeSettings, draw_map
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.observation import has_path
 from gym_mapbench.scenario import Pose, Scenario
 from gym_mapbench.task import distance_to_goal
 
@@ -90,15 +91,21 @@ class ScenarioSource:
 def draw_scenario(config: EnvConfig, rng: np.random.Generator) -> Scenario:
     """Draw a map of the configured families, or else of the thesis, until the robot can drive from start to goal.
 
+    Where the env's observations show a path, maps on which the planner finds none are not taken either.
+
     Raises:
         ConfigError: If none of 1000 maps can be solved, or a family has none for this robot.
     """
     shapes = config.shapes if config.resolution is None else config.shapes.replace(resolution=config.resolution)
     for _ in range(MAX_DRAWS):
         scenario = config.make_scenario(_draw_grid(config, shapes, rng), "random")
-        if distance_to_goal(scenario, config.robot).solvable:
+        if distance_to_goal(scenario, config.robot).solvable and _is_planned(config, scenario):
             return scenario
     raise ConfigError(f"shapes: expected maps that {config.robot.name} can solve, got none in {MAX_DRAWS} draws")
+
+
+def _is_planned(config: EnvConfig, scenario: Scenario) -> bool:
+    return "path" not in config.observation or has_path(config, scenario)
 
 
 def _draw_grid(config: EnvConfig, shapes: ShapeSettings, rng: np.random.Generator) -> GridMap:

@@ -6,7 +6,9 @@ from hypothesis import strategies as st
 
 from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
+from gym_mapbench.generator import ShapeSettings
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.observation import has_path
 from gym_mapbench.random_task import NEAREST, draw_task
 from gym_mapbench.robot import ROBOTS
 from gym_mapbench.scenario_source import draw_scenario
@@ -38,3 +40,12 @@ def test_distances_are_spread():
         away.append(np.hypot(scenario.goal.x - scenario.start.x, scenario.goal.y - scenario.start.y))
     assert np.mean(np.array(away) < 3) > 0.15
     assert np.mean(np.array(away) > 6) > 0.15
+
+
+def test_a_path_that_is_observed_can_be_planned():
+    dense = EnvConfig(observation=("goal", "path"), shapes=ShapeSettings(n_obstacles=(45, 45)))
+    without = dense.replace(observation=("goal",))
+    refused = 123  # the way on its first map is longer than NavFn follows
+    assert not has_path(dense, draw_scenario(without, np.random.default_rng(refused)))
+    for seed in range(refused - 2, refused + 3):
+        assert has_path(dense, draw_scenario(dense, np.random.default_rng(seed)))

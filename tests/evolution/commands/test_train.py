@@ -81,6 +81,7 @@ def test_a_rate_that_the_model_cannot_keep_is_refused_before_anything_is_driven(
             }
         )
     )
-    message = refused(capsys, "evolve", "--config", tmp_path / "experiment.yaml", "--out", tmp_path / "run")
+    named = ("--config", tmp_path / "experiment.yaml", "--allow-code")
+    message = refused(capsys, "evolve", *named, "--out", tmp_path / "run")
     assert "learned: control_hz: expected a multiple of 5" in message
     assert not (tmp_path / "run").exists()
