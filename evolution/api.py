@@ -163,23 +163,29 @@ def bench(
     plan = JobPlan(specs, settings, root, repeats, tuple(metrics))
     LOG.info("seed %d%s; controllers: %s", root, "" if seed is not None else " (not given)", ", ".join(plan.names))
     kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
-    cores = workers or available_cores()
     with (
         ResultStore() if kept is None else filling(BENCHMARK, kept, wait_s) as store,
-        Evaluator(
-            run_job,
-            store,
-            workers=cores,
-            warm_up=preparation(specs, settings),
-            executor=executor,
-            timeout_s=run_timeout_s,
-        ) as evaluator,
+        _evaluator(store, plan, workers, executor, run_timeout_s) as evaluator,
     ):
         driven = drive_all(scenarios, plan, evaluator, on_run)
         result = driven if run is None else replace(driven, again=again_in(driven.rows, run))
         if kept is not None:
             result.save(kept)
     return result
+
+
+def _evaluator(
+    store: ResultStore, plan: JobPlan, workers: int | None, executor: str, run_timeout_s: float
+) -> Evaluator:
+    """Return what drives the runs of a plan; its workers begin by compiling what these need."""
+    return Evaluator(
+        run_job,
+        store,
+        workers=workers or available_cores(),
+        warm_up=preparation(plan.controllers, plan.settings),  # type: ignore[arg-type]
+        executor=executor,
+        timeout_s=run_timeout_s,
+    )
 
 
 def evolve(
@@ -228,14 +234,7 @@ def evolve(
     LOG.info("seed %d; controllers: %s", wanted.search.seed, ", ".join(wanted.plan.names))
     with (
         filling(RUN, rundir.path, wait_s) as store,
-        Evaluator(
-            run_job,
-            store,
-            workers=workers or available_cores(),
-            warm_up=preparation(wanted.controllers, wanted.run),  # type: ignore[arg-type]
-            executor=executor,
-            timeout_s=run_timeout_s,
-        ) as evaluator,
+        _evaluator(store, wanted.plan, workers, executor, run_timeout_s) as evaluator,
     ):
         search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)
     run = load_run(rundir.path)
