@@ -5,12 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
-from evolution.driving import RUN_TIMEOUT_SECONDS, Job, RunJob, RunResult, drive, run_job, try_controllers, warm_up
+from evolution.driving import (
+    RUN_TIMEOUT_SECONDS,
+    Evaluator,
+    Job,
+    ResultStore,
+    RunJob,
+    RunResult,
+    drive,
+    run_job,
+    try_controllers,
+    warm_up,
+)
 from evolution.search import Experiment, experiment_of
 from evolution.studies.baselines.path_length import PLANNER, plan_job
 from gym_mapbench.episode import Episode
+
+E = TypeVar("E", bound=Evaluator)
 
 
 def check_experiment(experiment: Experiment) -> None:
@@ -41,6 +54,17 @@ class Engine:
     check_experiment: Callable[[Experiment], object] = check_experiment
     executor: str = "processes"
     run_timeout_s: float = RUN_TIMEOUT_SECONDS
+
+    def evaluator(self, store: ResultStore, workers: int, kind: type[E]) -> E:
+        """Return an evaluator of some kind that drives the runs of a study, and keeps their results in a store."""
+        return kind(
+            self.answer_job,
+            store,
+            workers=workers,
+            warm_up=self.warm_up,
+            executor=self.executor,
+            timeout_s=self.run_timeout_s,
+        )
 
     @property
     def answer_job(self) -> RunJob:

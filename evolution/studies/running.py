@@ -93,14 +93,7 @@ def run_study(
     directory = _directory(path, settings, resume)
     with (
         filling(KIND, directory.path, wait_s) as store,
-        _StudyEvaluator(
-            engine.answer_job,
-            store,
-            workers=workers,
-            warm_up=engine.warm_up,
-            executor=engine.executor,
-            timeout_s=engine.run_timeout_s,
-        ) as evaluator,
+        engine.evaluator(store, workers, _StudyEvaluator) as evaluator,
     ):
         work = sum(work_of(first) * len(_of(settings, first, seeds)) for first in chosen)
         study = _Study(directory, engine, evaluator, _Meter(evaluator, work, on_progress))

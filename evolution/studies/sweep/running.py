@@ -101,14 +101,7 @@ def run_sweep(
     jobs = [(name, job) for name in worlds for scenario in scenarios for job in plans[name].jobs(scenario)]
     with (
         filling(SWEEP, path, wait_s) as store,
-        Evaluator(
-            engine.run_job,
-            store,
-            workers=workers,
-            warm_up=engine.warm_up,
-            executor=engine.executor,
-            timeout_s=engine.run_timeout_s,
-        ) as evaluator,
+        engine.evaluator(store, workers, Evaluator) as evaluator,
     ):
         results = evaluator.run([job for _, job in jobs], on_run)
         rows = tuple(_row(name, job, result) for (name, job), result in zip(jobs, results, strict=True))
