@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from evolution.files import temporary_directory, write_text
 from evolution.pictures import FIGURES, drive_best, recorded_maps, write_run_figures
 from evolution.report.of_run import report_of_run
-from evolution.report.of_study import report_of_study
+from evolution.report.of_study import refused_replays, report_of_study
 from evolution.report.page import Report, render_page
 from evolution.report.sections import SECTIONS
 from evolution.runs import CONFIG, load_run
@@ -117,4 +117,6 @@ def _study_report(analysis: StudyAnalysis, drawn: Path, engine: Engine, on_step:
     write_tables(elsewhere, analysis)
     on_step(f"driving the best map set of {len(results.by_configuration)} configurations again for the replays")
     best_sets = drive_best_sets(results, engine)
+    for line in refused_replays(best_sets):
+        on_step(line)
     return report_of_study(results, best_sets, write_study_figures(elsewhere, best_sets, analysis), analysis)

@@ -116,7 +116,7 @@ def _of(settings: StudySettings, task: Task, seeds: range) -> range:
 def _directory(path: str | Path, settings: StudySettings, resume: bool) -> StudyDir:
     if not resume:
         return StudyDir.create(path, settings)
-    directory = StudyDir.open(path)
+    directory = StudyDir.open_to_drive(path)
     directory.check(settings)
     return directory
 

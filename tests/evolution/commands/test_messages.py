@@ -14,7 +14,8 @@ from rich.console import Console
 from controllers.nav2_params import load_preset
 from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS, COMMON, progress
-from evolution.commands.progress import PACKAGES, RunsPerSecond, SearchBar, WorkBar, best_in_words
+from evolution.commands.console import PACKAGES
+from evolution.commands.progress import RunsPerSecond, SearchBar, WorkBar, best_in_words
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, RunResult
 from evolution.files import Table
 from evolution.search import EvolveSettings
