@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -86,13 +87,15 @@ def new_page(path: str | Path, own: Path | None = None) -> Path:
         own: The one that may be written anew.
 
     Raises:
-        ConfigError: If it exists and is not ``own``, or its directory does not exist.
+        ConfigError: If it exists and is not ``own``, or its directory does not exist or cannot be written.
     """
     target = Path(path)
     if target.is_dir() or (target.exists() and (own is None or target.resolve() != own.resolve())):
         raise ConfigError(f"{target}: exists already; nothing is overwritten")
     if not target.parent.is_dir():
         raise ConfigError(f"{target}: there is no directory {target.parent}")
+    if not os.access(target.parent, os.W_OK):
+        raise ConfigError(f"{target}: expected a directory that can be written; --out names another")
     return target
 
 
