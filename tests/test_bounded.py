@@ -238,7 +238,7 @@ def test_an_archive_whose_directory_claims_terabytes(tmp_path):
     refusal(read_npz, path, 0.05)
 
 
-MAP_SET = MapSet((Scenario(GridMap.from_rows(['..']), Pose(0.02, 0.02), Pose(0.07, 0.02)),))
+MAP_SET = MapSet((Scenario(GridMap.from_rows([".."]), Pose(0.02, 0.02), Pose(0.07, 0.02)),))
 
 
 def test_all_maps_of_a_run_together_are_limited(tmp_path, monkeypatch):

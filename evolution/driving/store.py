@@ -65,7 +65,9 @@ class ResultStore:
         except sqlite3.Error as error:
             if self.path is not None and getattr(error, "sqlite_errorcode", 0) & 0xFF in LOCKED:
                 raise RunError(self._locked(self.path)) from None
-            reason = "cannot be opened for writing" if getattr(error, "sqlite_errorcode", 0) & 0xFF in UNWRITABLE else what
+            reason = (
+                "cannot be opened for writing" if getattr(error, "sqlite_errorcode", 0) & 0xFF in UNWRITABLE else what
+            )
             raise RunError(f"{self.path or 'result store'}: {reason} ({error})") from None
 
     def _locked(self, path: Path) -> str:

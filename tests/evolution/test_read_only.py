@@ -54,12 +54,12 @@ def make_read_only(path):
 TASK = "--start 0.5,0.5,0 --goal 2,2,0"
 WRITING = {
     f"bench m.yaml --controllers rpp {TASK} --out b": "cannot be made",
-    f"bench m.yaml --controllers rpp {TASK} --report page.html": "can be written",
+    f"bench m.yaml --controllers rpp {TASK} --html page.html": "can be written",
     "evolve --preset quick --out e": "cannot be made",
     "evolve --resume run": "run/results.sqlite: cannot be opened for writing",
     "study quick --out s": "cannot be made",
     "study study --resume": "study/results.sqlite: cannot be opened for writing",
-    "train --algorithm ppo --steps 100 --out t": "cannot be made",
+    "train --algo ppo --steps 100 --out t": "cannot be made",
     "maps convert m.yaml m.json": "cannot be written",
     "maps draw --family shapes --count 1 --out drawn": "cannot be made",
     "export m.yaml --format map_server --out x": "cannot be made",
