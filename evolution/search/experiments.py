@@ -59,6 +59,8 @@ def read_document(path: str | Path) -> dict[str, Any]:
     for name in document:
         if name not in SECTIONS:
             raise ConfigError(f"{path}: {unknown_name('section', name, SECTIONS)}")
+    for name in ("search", "run"):
+        _section(document, name, str(path))
     refuse_code(document, path)
     return dict(document)
 
@@ -88,7 +90,8 @@ def experiment_of(
 def _section(document: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any]:
     section = document.get(name, {})
     if not isinstance(section, Mapping):
-        raise ConfigError(f"{where}: {name}: expected a mapping of options, got {type(section).__name__}")
+        kind = "nothing" if section is None else type(section).__name__
+        raise ConfigError(f"{where}: {name}: expected a mapping of options, got {kind}")
     return section
 
 
