@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from evolution.commands import COMMON, add_commands, set_messages
+from evolution.commands.help_text import HelpText
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -17,7 +18,7 @@ NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
 
 DESCRIPTION = "Evolve maps that tell navigation controllers apart, and drive, compare and export them."
 EXAMPLES = """examples:
-  mapbench evolve --preset quick --out runs/first     evolve map sets for about two minutes
+  mapbench evolve --preset quick --out runs/first     evolve map sets, a few minutes
   mapbench bench runs/first --repeats 5               drive every controller on the best maps again
   mapbench drive runs/first --controller mppi --gif mppi.gif
   mapbench bench my_map.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
@@ -30,7 +31,7 @@ class Parser(argparse.ArgumentParser):
     """An argument parser that reports an error in one line with the command's name, and accepts negative poses."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
+        super().__init__(*args, **{"formatter_class": HelpText, **options})
         self._negative_number_matcher = NEGATIVE
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
@@ -70,7 +71,6 @@ def build_parser(chosen: str | None = None) -> Parser:
         prog="mapbench",
         description=DESCRIPTION,
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     parser.add_argument("--version", action=Versions, help="print the versions that results depend on, and exit")

@@ -146,7 +146,7 @@ def print_benchmark(result: Benchmark, form: str, again: Sequence[str] = ()) -> 
         print_table(Table(_over_all_maps(result.table("controllers")), WITH_INTERVALS))
         print_table(Table(map(_of_pair, result.table("pairs")), "The same, paired by map and noise"))
     for line in [*result.failures, *again]:
-        console.print(line, highlight=False, soft_wrap=True)
+        console.print(line)
 
 
 def _over_all_maps(rows: Sequence[Row]) -> list[Row]:
@@ -199,7 +199,7 @@ def _print_barn(scores: Sequence[BarnScore], source: str) -> None:
         for one in own:
             published = reference.get(one.world)
             beside = "" if published is None else f" (published DWA {published:.2f} s)"
-            errors.print(f"  {one.world}: {one.time:.2f} s, score {one.score:.4f}{beside}", highlight=False)
+            errors.print(f"  {one.world}: {one.time:.2f} s, score {one.score:.4f}{beside}")
         rho, low, high, count = correlation_with(reference, own)
         if count > 1:
             errors.print(f"  rank correlation with published DWA {rho:.3f} ({low:.3f} to {high:.3f}), {count} worlds")

@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
         )
     print_table(found.table())
     for line in confirmed_sentence(found.best_results, found.config["search"]):
-        console.print(line, highlight=False)
+        console.print(line)
     console.print(f"Look at {found.path / 'figures'} and {found.path / 'README.txt'};")
     console.print(f"drive the maps again with: mapbench bench {found.path} --repeats 5")
     _print_errors(found)

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
+from datetime import timedelta
 from types import TracebackType
 from typing import Any, Self
 
@@ -38,15 +39,34 @@ SECONDS_PER_LINE = 20.0
 
 
 class PlainConsole(Console):
-    """Shows texts as they are: a name in square brackets is no markup, and one with an escape sequence does nothing."""
+    """Shows texts as they are: a name in square brackets is no markup, and one with an escape sequence does nothing.
+
+    On a terminal sentences are broken between words; in a file or pipe each is one line.
+    """
 
     def __init__(self, *, stderr: bool = False) -> None:
-        stream = sys.stderr if stderr else sys.stdout
-        super().__init__(stderr=stderr, markup=False, emoji=False, width=None if stream.isatty() else PIPE_WIDTH)
+        width = None if (sys.stderr if stderr else sys.stdout).isatty() else PIPE_WIDTH
+        super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False, width=width)
+
+    def print(self, *parts: Any, **options: Any) -> None:
+        """Print texts, tables and whatever else rich can show."""
+        if all(isinstance(part, str) for part in parts):
+            options.setdefault("soft_wrap", not self.is_terminal)
+        super().print(*parts, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
         """Make a text of what is printed or stands in a table."""
         return super().render_str(visible(text, "\n"), **options)
+
+
+class TimeColumn(TimeRemainingColumn):
+    """Says how much time is left, or, as long as nobody knows that, how much has passed."""
+
+    def render(self, task: Task) -> Text:
+        """Return the text of the column."""
+        if task.time_remaining is None:
+            return Text(f"{timedelta(seconds=int(task.elapsed or 0))} so far", style="progress.elapsed")
+        return super().render(task).append(" left")
 
 
 class PlainColumn(TextColumn):
@@ -100,8 +120,8 @@ def say(line: str) -> None:
 
 
 def note(text: str) -> None:
-    """Print a message on standard error, apart from the results; it is wrapped on a terminal only."""
-    notes.print(text, highlight=False, soft_wrap=not notes.is_terminal)
+    """Print a message on standard error, apart from the results."""
+    notes.print(text)
 
 
 @contextmanager
@@ -123,8 +143,8 @@ def only_results_on_stdout() -> Iterator[None]:
 def print_table(table: Table) -> None:
     """Print a table on standard output, numbers aligned to the right, without columns that hold nothing.
 
-    Where it is too wide, it does without lines between columns, headings are broken at their spaces, and texts go on
-    below rather than being cut off.
+    Where it is too wide, it does without lines between columns, headings of numbers are broken at their spaces, and
+    texts go on below rather than being cut off.
     """
     grid = Grid(title=table.title or None, title_justify="left")
     cells = table.cells()
@@ -136,7 +156,8 @@ def print_table(table: Table) -> None:
     if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
         grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
         for column in grid.columns:
-            column.header = str(column.header).replace(" ", "\n")
+            if column.justify == "right":
+                column.header = str(column.header).replace(" ", "\n")
     console.print(grid)
 
 
@@ -213,7 +234,7 @@ class WorkBar(Bar):
         self.speed = RunsPerSecond()
         self.told = self.speed.began
         state = PlainColumn("{task.fields[state]}")
-        super().__init__(what, total, MofNCompleteColumn(), state, TimeRemainingColumn())
+        super().__init__(what, total, MofNCompleteColumn(), state, TimeColumn())
 
     def tell(self, line: str) -> None:
         """Print a line where there is no bar, unless the last one is not long ago."""
@@ -242,13 +263,14 @@ class SearchBar(WorkBar):
         super().__init__("evolving", search.runs or search.evaluations)
         self.search = search
         self.asked = 0
+        self.reached = "first generation"
 
     def on_generation(self, generation: Generation) -> None:
         """Show one generation of a search."""
         row, runs = generation.row, self.search.runs
         self.asked += generation.driven + generation.reused
-        state = f"gen {row['generation']}, {best_in_short(row['best'])}, {self.speed}"
-        self.bar.update(self.task, completed=self.asked if runs else row["evaluations"], state=state)
+        self.reached = f"gen {row['generation']} done, {best_in_short(row['best'])}"
+        self._show(completed=self.asked if runs else row["evaluations"])
         replayed = " (replayed)" if generation.replayed else ""
         say(
             f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, "
@@ -257,6 +279,11 @@ class SearchBar(WorkBar):
         )
 
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
-        """Count one driven run of a search."""
+        """Count one driven run of a search, be it of a generation or of the confirmation."""
         self.speed.runs += 1
         self.tell(f"runs driven: {self.speed.runs}")
+        self._show(advance=1 if self.search.runs else 0)
+
+    def _show(self, **done: float) -> None:
+        """Move the bar, and say beside it how far the search is."""
+        self.bar.update(self.task, state=f"{self.reached}, {self.speed}", **done)

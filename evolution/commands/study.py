@@ -88,7 +88,7 @@ def _show_study(results: StudyResults) -> int:
     analysis = analyse(results)
     page = write_report(results.path, analysis=analysis, on_step=note)
     _print(analysis)
-    console.print(f"Look at {page}, and at {results.path / 'tables'} and {results.path / 'figures'}.", highlight=False)
+    console.print(f"Look at {page}, and at {results.path / 'tables'} and {results.path / 'figures'}.")
     if results.failed:
         raise RunError(f"{results.failed} runs could not be made (see missing, above); --resume tries them again")
     return 0
@@ -107,7 +107,7 @@ def _show_sweep(results: SweepResults) -> int:
         for row in results.table()
     ]
     print_table(Table(rows, f"{results.settings.name}: each world compared with the first, 95 % intervals in brackets"))
-    console.print(f"Look at {results.path / 'figures'} and {results.path / 'effects.csv'}.", highlight=False)
+    console.print(f"Look at {results.path / 'figures'} and {results.path / 'effects.csv'}.")
     return 0
 
 
@@ -126,9 +126,9 @@ def _print(analysis: StudyAnalysis) -> None:
             table.add_row(*[_cell(row[column]) for column in columns])
         console.print(table)
     for sentence in verdict_of(analysis.results, analysis):
-        console.print(sentence, highlight=False)
+        console.print(sentence)
     for line in analysis.results.missing:
-        console.print(f"missing: {line}", highlight=False, soft_wrap=True)
+        console.print(f"missing: {line}")
 
 
 def _cell(value: object) -> str:

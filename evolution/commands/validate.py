@@ -53,10 +53,10 @@ def run(args: argparse.Namespace) -> int:
     else:
         _print_table(measures)
         for line in differing:
-            errors.print(f"differs: {line}", highlight=False)
+            errors.print(f"differs: {line}")
     missed = [one for one in measures if one.missed]
     for one in missed:
-        errors.print(f"missed: {one.key} is {one.value:.6g}, expected {one.target}", highlight=False)
+        errors.print(f"missed: {one.key} is {one.value:.6g}, expected {one.target}")
     return 1 if missed else 0
 
 
