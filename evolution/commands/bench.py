@@ -9,9 +9,7 @@ from statistics import fmean
 
 from evolution.api import bench
 from evolution.benchmark import (
-    MEANS,
     MEASURES,
-    SHARES,
     BarnScore,
     Benchmark,
     again_sentence,
@@ -20,19 +18,16 @@ from evolution.benchmark import (
     read_rule,
     reference_of,
     score_runs,
+    table_of_pairs,
+    table_of_scores,
 )
 from evolution.commands import options
 from evolution.commands.progress import WorkBar, console, errors, note, only_results_on_stdout, print_table
 from evolution.driving import ControllerSpec
-from evolution.files import Row, Table
 from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_benchmark_report
 from evolution.runs import LoadedRun, experiment_in
 from gym_mapbench.errors import ConfigError, visible
-
-WITH_INTERVALS = (
-    "Shares of runs and means with 95 % intervals; times, lengths, clearance, smoothness: of runs at the goal"
-)
 
 EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
   mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
@@ -143,39 +138,10 @@ def print_benchmark(result: Benchmark, form: str, again: Sequence[str] = ()) -> 
         return
     print_table(result.table())
     if len({row["map"] for row in result.rows}) > 1:
-        print_table(Table(_over_all_maps(result.table("controllers")), WITH_INTERVALS))
-        print_table(Table(map(_of_pair, result.table("pairs")), "The same, paired by map and noise"))
+        print_table(table_of_scores(result.table("controllers")))
+        print_table(table_of_pairs(result.table("pairs")))
     for line in [*result.failures, *again]:
         console.print(line)
-
-
-def _over_all_maps(rows: Sequence[Row]) -> list[Row]:
-    """Return a line for every share and mean, with a column for every controller."""
-    lines = [(f"{name} %", name, 100.0) for name in SHARES] + [(name, name, 1.0) for name in MEANS]
-    return [
-        {"over all maps": label, **{row["controller"]: _with_interval(row, name, factor) for row in rows}}
-        for label, name, factor in lines
-    ]
-
-
-def _of_pair(row: Row) -> Row:
-    """Return how two controllers differ."""
-    return {
-        "pair": f"{row['second']} against {row['first']}",
-        "pairs": row["pairs"],
-        "success gained %": _with_interval(row, "gained", 100.0),
-        "both": row["both"],
-        "faster s": _with_interval(row, "faster s"),
-    }
-
-
-def _with_interval(row: Row, name: str, factor: float = 1.0) -> str:
-    """Write a value with its interval, if it has one."""
-    value, low, high = (row[key] for key in (name, f"{name} from", f"{name} to"))
-    if value is None:
-        return ""
-    interval = "" if low is None else f" ({factor * low:.3g} to {factor * high:.3g})"
-    return f"{factor * value:.3g}{interval}"
 
 
 def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequence[ControllerSpec]:

@@ -63,8 +63,8 @@ def _without_main() -> Iterator[None]:
 def _same_modules() -> Iterator[None]:
     """Let processes that are started inside the ``with`` block search modules where this one does.
 
-    A fork server of Python 3.11 to 3.13 is told, and forgets it: it searches the current directory first, so in a clone of
-    this repository its workers would drive with the files there, whatever is installed.
+    A fork server of Python 3.11 to 3.13 is told, and forgets it: it searches the current directory first, so in a clone
+    of this repository its workers would drive with the files there, whatever is installed.
     """
     original = util.spawnv_passfds
 
