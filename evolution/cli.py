@@ -89,6 +89,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
 
 
+def complain(line: str) -> None:
+    """Print a line on standard error; a terminal gets it broken between words."""
+    from evolution.commands.progress import errors
+
+    errors.print(line)
+
+
 def _run(given: Sequence[str]) -> int:
     """Parse the arguments and run the command that they name."""
     args = build_parser(given[0] if given else "").parse_args(given, argparse.Namespace(given=tuple(given), **COMMON))
@@ -100,15 +107,15 @@ def _run(given: Sequence[str]) -> int:
         with allow_code(args.allow_code), only_code_named_in(given):
             code: int = args.run(args)
     except MapBenchError as error:
-        print(f"mapbench {args.command}: {error}", file=sys.stderr)
+        complain(f"mapbench {args.command}: {error}")
         return USAGE_ERROR
     except KeyboardInterrupt:
-        print(f"mapbench {args.command}: interrupted; what was finished is kept", file=sys.stderr)
+        complain(f"mapbench {args.command}: interrupted; what was finished is kept")
         return INTERRUPTED
     except BrokenPipeError:
         raise
     except OSError as error:
         where = "" if error.filename is None else f"{error.filename}: "
-        print(visible(f"mapbench {args.command}: {where}{error.strerror or error}"), file=sys.stderr)
+        complain(visible(f"mapbench {args.command}: {where}{error.strerror or error}"))
         return USAGE_ERROR
     return code

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from statistics import fmean
 
@@ -27,7 +26,7 @@ from evolution.driving import ControllerSpec
 from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_benchmark_report
 from evolution.runs import LoadedRun, experiment_in
-from gym_mapbench.errors import ConfigError, visible
+from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
   mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
@@ -127,7 +126,7 @@ def run(args: argparse.Namespace) -> int:
         note(f"wrote {page}; open it in any browser")
     failed = broken(rules, result.rows)
     for line in failed:
-        print(f"mapbench bench: --fail-if {visible(line)}", file=sys.stderr)
+        errors.print(f"mapbench bench: --fail-if {line}")
     return RULE_BROKEN if failed else 0
 
 

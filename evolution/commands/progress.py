@@ -147,12 +147,10 @@ def print_table(table: Table) -> None:
     texts go on below rather than being cut off.
     """
     grid = Grid(title=table.title or None, title_justify="left")
-    cells = table.cells()
-    shown = [place for place in range(len(table.columns)) if any(line[place] for line in cells)]
-    for name in (table.columns[place] for place in shown):
+    for name in table.filled:
         grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold")
-    for line in cells:
-        grid.add_row(*(line[place] for place in shown))
+    for line in table.cells():
+        grid.add_row(*line)
     if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
         grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
         for column in grid.columns:

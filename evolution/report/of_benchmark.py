@@ -174,6 +174,6 @@ def _long_last(row: Row) -> Row:
 
 def _page_table(caption: str, table: Table) -> PageTable:
     """Show a table on the page; what has no value becomes a dash."""
-    nothing = {name: float("nan") if table.numeric(name) else "" for name in table.columns}
-    rows = [[nothing[name] if row.get(name) is None else row[name] for name in table.columns] for row in table]
-    return PageTable(caption, table.columns, rows, table.title)
+    nothing = {name: float("nan") if table.numeric(name) else "" for name in table.filled}
+    rows = [[nothing[name] if row.get(name) is None else row[name] for name in nothing] for row in table]
+    return PageTable(caption, table.filled, rows, table.title)
