@@ -30,6 +30,9 @@ LOG = logging.getLogger(__name__)
 PACKAGES = ("gym_mapbench", "controllers", "evolution")
 PIPE_WIDTH = 160
 UNLIMITED = 10_000
+LONGEST_NAME = 36
+"""Names in the first column of a table stay on one line if none is longer."""
+
 SLOW = 0.5
 """Runs a second below which they are counted by the minute."""
 
@@ -144,18 +147,20 @@ def print_table(table: Table) -> None:
     """Print a table on standard output, numbers aligned to the right, without columns that hold nothing.
 
     Where it is too wide, it does without lines between columns, headings of numbers are broken at their spaces, and
-    texts go on below rather than being cut off.
+    texts go on below rather than being cut off; the names in the first column stay whole.
     """
     grid = Grid(title=table.title or None, title_justify="left")
-    for name in table.filled:
-        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold")
-    for line in table.cells():
+    cells = table.cells()
+    for place, name in enumerate(table.filled):
+        whole = place == 0 and max(len(line[place]) for line in cells) <= LONGEST_NAME
+        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold", no_wrap=whole)
+    for line in cells:
         grid.add_row(*line)
     if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
         grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
         for column in grid.columns:
             if column.justify == "right":
-                column.header = str(column.header).replace(" ", "\n")
+                column.header = str(column.header).replace(" ", "\n").replace("_", "_\n")
     console.print(grid)
 
 

@@ -7,10 +7,9 @@ import json
 import math
 from collections.abc import Sequence
 
-from rich.table import Table
-
 from evolution.commands import options
-from evolution.commands.progress import console, errors
+from evolution.commands.progress import errors, print_table
+from evolution.files import Table
 from evolution.validation import (
     LayersOracle,
     Measure,
@@ -91,9 +90,14 @@ def json_of(measures: Sequence[Measure], differing: Sequence[str]) -> str:
 
 
 def _print_table(measures: Sequence[Measure]) -> None:
-    table = Table(title="Against recorded Nav2")
-    for column in ("measure", "value", "target", "cases", "worst case"):
-        table.add_column(column, justify="right" if column in ("value", "cases") else "left", overflow="fold")
-    for one in measures:
-        table.add_row(one.key, f"{one.value:.6g}", one.target, str(one.count), one.worst)
-    console.print(table)
+    rows = [
+        {
+            "measure": one.key,
+            "value": f"{one.value:.6g}",
+            "target": one.target,
+            "cases": one.count,
+            "worst case": one.worst,
+        }
+        for one in measures
+    ]
+    print_table(Table(rows, "Against recorded Nav2"))
