@@ -146,8 +146,8 @@ def only_results_on_stdout() -> Iterator[None]:
 def print_table(table: Table) -> None:
     """Print a table on standard output, numbers aligned to the right, without columns that hold nothing.
 
-    Where it is too wide, it does without lines between columns, headings of numbers are broken at their spaces, and
-    texts go on below rather than being cut off; the names in the first column stay whole.
+    Where it is too wide, it does without lines between columns, headings wider than what stands below are broken,
+    and texts go on below rather than being cut off; the names in the first column stay whole.
     """
     grid = Grid(title=table.title or None, title_justify="left")
     cells = table.cells()
@@ -158,9 +158,9 @@ def print_table(table: Table) -> None:
         grid.add_row(*line)
     if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
         grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
-        for column in grid.columns:
-            if column.justify == "right":
-                column.header = str(column.header).replace(" ", "\n").replace("_", "_\n")
+        for column, name, texts in zip(grid.columns, table.filled, zip(*cells, strict=True), strict=True):
+            if len(name) > max(map(len, texts)):
+                column.header = name.replace(" ", "\n").replace("_", "_\n")
     console.print(grid)
 
 
