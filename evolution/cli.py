@@ -91,7 +91,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def complain(line: str) -> None:
     """Print a line on standard error; a terminal gets it broken between words."""
-    from evolution.commands.progress import errors
+    from evolution.commands.console import errors
 
     errors.print(line)
 

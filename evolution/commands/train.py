@@ -7,7 +7,8 @@ from typing import Any
 
 from evolution.api import train
 from evolution.commands import options
-from evolution.commands.progress import Bar, PlainColumn, TimeColumn, console, print_table, say
+from evolution.commands.console import console, print_table, say
+from evolution.commands.progress import Bar, PlainColumn, TimeColumn
 from evolution.files import Row, Table
 from evolution.training import Training, TrainProgress, algorithm_names
 
