@@ -8,8 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from evolution.commands import COMMON, add_commands, set_messages
-from evolution.commands.help_text import HelpText
+from evolution.commands import COMMON, HelpText, add_commands, complain, set_messages
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -87,13 +86,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         # The reader of our output has gone (for example `| head`), so nothing more can be said.
         sys.stderr.close()
         return 0
-
-
-def complain(line: str) -> None:
-    """Print a line on standard error; a terminal gets it broken between words."""
-    from evolution.commands.console import errors
-
-    errors.print(line)
 
 
 def _run(given: Sequence[str]) -> int:
