@@ -46,7 +46,7 @@ def add_commands(subparsers: argparse._SubParsersAction[Any], chosen: str | None
 
 def set_messages(*, quiet: bool, verbose: bool) -> None:
     """Print from now on neither notes nor progress, or where everything comes from and how each run ends as well."""
-    from evolution.commands.progress import be_quiet, be_verbose
+    from evolution.commands.console import be_quiet, be_verbose
 
     be_quiet(quiet)
     be_verbose(verbose)

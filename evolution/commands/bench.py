@@ -21,8 +21,9 @@ from evolution.benchmark import (
     reference_of,
     score_runs,
 )
-from evolution.commands import options
-from evolution.commands.progress import WorkBar, console, errors, note, only_results_on_stdout, print_table
+from evolution.commands import driving_options, options
+from evolution.commands.console import console, errors, note, only_results_on_stdout, print_table
+from evolution.commands.progress import WorkBar
 from evolution.driving import ControllerSpec
 from evolution.files import Row, Table
 from evolution.inputs import barn_source, run_of, world_of
@@ -54,11 +55,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "maps", nargs="+", metavar="MAP", help="map_server yaml, map-set file, run directory, .scen, barn:DIR, ..."
     )
-    options.add_controllers_option(parser)
+    driving_options.add_controllers_option(parser)
     options.add_task_options(parser)
-    options.add_drive_options(parser)
-    options.add_unknown_map_option(parser)
-    options.add_work_options(parser)
+    driving_options.add_drive_options(parser)
+    driving_options.add_unknown_map_option(parser)
+    driving_options.add_work_options(parser)
     parser.add_argument("--repeats", type=options.positive, default=1, metavar="R", help="runs of each (default 1)")
     parser.add_argument(
         "--lo",
@@ -98,8 +99,8 @@ def run(args: argparse.Namespace) -> int:
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
     searched = run_of(args.maps)
-    controllers, settings = _controllers(args, searched), options.drive_settings(args, world_of(searched))
-    options.note_models(controllers, settings)
+    controllers, settings = _controllers(args, searched), driving_options.drive_settings(args, world_of(searched))
+    driving_options.note_models(controllers, settings)
     rules = [read_rule(text, [one.name for one in controllers], args.metric) for text in args.fail_if]
     page = None if args.html is None else new_page(args.html)
     with only_results_on_stdout(), WorkBar("driving") as bar:
@@ -114,7 +115,7 @@ def run(args: argparse.Namespace) -> int:
             seed=args.seed,
             metrics=args.metric,
             workers=args.workers,
-            executor=options.executor_of(args),
+            executor=driving_options.executor_of(args),
             wait_s=args.wait,
             run_timeout_s=args.run_timeout,
             out=args.out,
@@ -180,9 +181,9 @@ def _with_interval(row: Row, name: str, factor: float = 1.0) -> str:
 
 def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequence[ControllerSpec]:
     """Return who drives: those that were named, else those of the run whose maps are driven, else the usual ones."""
-    named = options.named_controllers(args)
+    named = driving_options.named_controllers(args)
     if named or searched is None:
-        return named or options.controllers_of(args)
+        return named or driving_options.controllers_of(args)
     return experiment_in(searched).controllers
 
 

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from evolution.benchmark import Comparison, compare, our_times, times_of_results
 from evolution.commands import options
-from evolution.commands.progress import console
+from evolution.commands.console import console
 from gym_mapbench.mapio.runner_results import read_runner_results
 
 EXAMPLES = """  mapbench import-results bundle/results.csv --ours runs/first

@@ -10,8 +10,8 @@ from dataclasses import asdict
 from rich.table import Table
 
 from evolution.commands import options
+from evolution.commands.console import console
 from evolution.commands.drawn_maps import add_draw
-from evolution.commands.progress import console
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_map_file
 from gym_mapbench.mapio.movingai_check import check_scen

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from evolution.commands import options
-from evolution.commands.progress import console, note
+from evolution.commands.console import console, note
 from evolution.runs import LoadedRun, experiment_in, load_run
 from evolution.studies import is_study
 from gym_mapbench.errors import ConfigError, RunError

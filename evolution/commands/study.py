@@ -9,18 +9,9 @@ from rich.progress import TaskProgressColumn
 from rich.table import Table as Grid
 
 from evolution.api import study
-from evolution.commands import options
-from evolution.commands.progress import (
-    Bar,
-    PlainColumn,
-    RunsPerSecond,
-    best_in_short,
-    best_in_words,
-    console,
-    note,
-    print_table,
-    say,
-)
+from evolution.commands import driving_options, options
+from evolution.commands.console import console, note, print_table, say
+from evolution.commands.progress import Bar, PlainColumn, RunsPerSecond, best_in_short, best_in_words
 from evolution.driving import Job, RunResult
 from evolution.files import Row, Table
 from evolution.report import write_report
@@ -58,7 +49,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--resume", action="store_true", help="continue the study in the directory")
     parser.add_argument("--only", metavar="A,B,..", help="run only these configurations (or worlds) now")
     parser.add_argument("--runs", type=options.positive, metavar="N", help="run only the first N seeds (or maps) now")
-    options.add_workers_options(parser)
+    driving_options.add_workers_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -74,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
             only=only,
             runs=args.runs,
             workers=args.workers,
-            executor=options.executor_of(args),
+            executor=driving_options.executor_of(args),
             wait_s=args.wait,
             run_timeout_s=args.run_timeout,
             on_progress=bar.show,

@@ -9,7 +9,8 @@ from rich.progress import TimeRemainingColumn
 
 from evolution.api import train
 from evolution.commands import options
-from evolution.commands.progress import Bar, PlainColumn, console, print_table, say
+from evolution.commands.console import console, print_table, say
+from evolution.commands.progress import Bar, PlainColumn
 from evolution.files import Row, Table
 from evolution.training import Training, TrainProgress, algorithm_names
 

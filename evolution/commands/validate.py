@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from evolution.commands import options
-from evolution.commands.progress import console, errors
+from evolution.commands import driving_options, options
+from evolution.commands.console import console, errors
 from evolution.validation import (
     LayersOracle,
     Measure,
@@ -71,7 +71,7 @@ def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[st
     measures = [measure for take in UNIT_MEASURES for measure in take(oracle)]
     if args.units_only:
         return measures, []
-    driven = drive_recorded(oracle, options.workers_of(args))
+    driven = drive_recorded(oracle, driving_options.workers_of(args))
     return measures + closed_loop_measures(driven), disagreements(driven)
 
 

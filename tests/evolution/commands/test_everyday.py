@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 from evolution.cli import main
-from evolution.commands import COMMANDS, doctor, progress
+from evolution.commands import COMMANDS, console, doctor
 from evolution.commands.catalogue import KINDS
-from evolution.commands.progress import be_quiet, note, say
+from evolution.commands.console import be_quiet, note, say
 from evolution.files import readable
 from gym_mapbench.noise import NOISES
 from gym_mapbench.robot import ROBOTS
@@ -109,7 +109,7 @@ def test_quiet_leaves_out_notes_and_progress(capsys):
         be_quiet(False)
     say("generation 0")
     assert capsys.readouterr().out == "generation 0\n"
-    assert not progress.notes.quiet
+    assert not console.notes.quiet
 
 
 def test_the_doctor(capsys, monkeypatch):
