@@ -23,14 +23,25 @@ LOG = logging.getLogger(__name__)
 PACKAGES = ("gym_mapbench", "controllers", "evolution")
 PIPE_WIDTH = 160
 UNLIMITED = 10_000
+LONGEST_NAME = 36
+"""Names in the first column of a table stay on one line if none is longer."""
 
 
 class PlainConsole(Console):
-    """Shows texts as they are: a name in square brackets is no markup, and one with an escape sequence does nothing."""
+    """Shows texts as they are: a name in square brackets is no markup, and one with an escape sequence does nothing.
+
+    On a terminal sentences are broken between words; in a file or pipe each is one line.
+    """
 
     def __init__(self, *, stderr: bool = False) -> None:
-        stream = sys.stderr if stderr else sys.stdout
-        super().__init__(stderr=stderr, markup=False, emoji=False, width=None if stream.isatty() else PIPE_WIDTH)
+        width = None if (sys.stderr if stderr else sys.stdout).isatty() else PIPE_WIDTH
+        super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False, width=width)
+
+    def print(self, *parts: Any, **options: Any) -> None:
+        """Print texts, tables and whatever else rich can show."""
+        if all(isinstance(part, str) for part in parts):
+            options.setdefault("soft_wrap", not self.is_terminal)
+        super().print(*parts, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
         """Make a text of what is printed or stands in a table."""
@@ -75,8 +86,8 @@ def say(line: str) -> None:
 
 
 def note(text: str) -> None:
-    """Print a message on standard error, apart from the results; it is wrapped on a terminal only."""
-    notes.print(text, highlight=False, soft_wrap=not notes.is_terminal)
+    """Print a message on standard error, apart from the results."""
+    notes.print(text)
 
 
 @contextmanager
@@ -98,18 +109,19 @@ def only_results_on_stdout() -> Iterator[None]:
 def print_table(table: Table) -> None:
     """Print a table on standard output, numbers aligned to the right, without columns that hold nothing.
 
-    Where it is too wide, it does without lines between columns, headings are broken at their spaces, and texts go on
-    below rather than being cut off.
+    Where it is too wide, it does without lines between columns, headings wider than what stands below are broken,
+    and texts go on below rather than being cut off; the names in the first column stay whole.
     """
     grid = Grid(title=table.title or None, title_justify="left")
     cells = table.cells()
-    shown = [place for place in range(len(table.columns)) if any(line[place] for line in cells)]
-    for name in (table.columns[place] for place in shown):
-        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold")
+    for place, name in enumerate(table.filled):
+        whole = place == 0 and max(len(line[place]) for line in cells) <= LONGEST_NAME
+        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold", no_wrap=whole)
     for line in cells:
-        grid.add_row(*(line[place] for place in shown))
+        grid.add_row(*line)
     if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
         grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
-        for column in grid.columns:
-            column.header = str(column.header).replace(" ", "\n")
+        for column, name, texts in zip(grid.columns, table.filled, zip(*cells, strict=True), strict=True):
+            if len(name) > max(map(len, texts)):
+                column.header = name.replace(" ", "\n").replace("_", "_\n")
     console.print(grid)

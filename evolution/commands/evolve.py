@@ -92,9 +92,12 @@ def run(args: argparse.Namespace) -> int:
         )
     print_table(found.table())
     for line in confirmed_sentence(found.best_results, found.config["search"]):
-        console.print(line, highlight=False)
-    console.print(f"Look at {found.path / 'figures'} and {found.path / 'README.txt'};")
-    console.print(f"drive the maps again with: mapbench bench {found.path} --repeats 5")
+        console.print(line)
+    console.print(
+        f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} says what the other files are."
+    )
+    console.print(f"A page with replays: mapbench report {found.path}")
+    console.print(f"The maps driven again, with new seeds: mapbench bench {found.path} --repeats 5")
     _print_errors(found)
     return 0
 

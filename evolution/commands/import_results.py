@@ -70,7 +70,7 @@ def _print(comparison: Comparison) -> None:
     for pair in comparison.pairs:
         table.add_row(pair.map, pair.controller, *(_cell(value) for value in (pair.ours, pair.theirs, pair.ratio)))
     console.print(table)
-    console.print(_correlation(comparison), highlight=False)
+    console.print(_correlation(comparison))
     for name, kept in comparison.order_kept.items():
         console.print(f"{name}: {'keeps' if kept else 'changes'} its place in the order of the maps")
     for line in comparison.missing:

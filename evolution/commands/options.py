@@ -23,7 +23,6 @@ def example_parser(
         help=COMMANDS[name],
         description=COMMANDS[name],
         epilog="examples:\n" + examples,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     _add_common_options(parser)

@@ -49,7 +49,7 @@ def _check(args: argparse.Namespace) -> int:
         raise ConfigError(f"expected a parameter file, got the preset {args.params!r}")
     base = RobotSpec(name="turtlebot3_waffle") if args.robot is None else make_robot(args.robot)
     for line in summarise(read, robot_of(read, base), args.verbose):
-        console.print(line, highlight=False, soft_wrap=True)
+        console.print(line)
     return 0
 
 

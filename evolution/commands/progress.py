@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from datetime import timedelta
 from types import TracebackType
 from typing import Self
 
@@ -21,6 +22,16 @@ SLOW = 0.5
 COMPILING = "compiling, once per machine, about a minute"
 SECONDS_PER_LINE = 20.0
 """How often a file or pipe, where no bar is seen, gets a line about the runs."""
+
+
+class TimeColumn(TimeRemainingColumn):
+    """Says how much time is left, or, as long as nobody knows that, how much has passed."""
+
+    def render(self, task: Task) -> Text:
+        """Return the text of the column."""
+        if task.time_remaining is None:
+            return Text(f"{timedelta(seconds=int(task.elapsed or 0))} so far", style="progress.elapsed")
+        return super().render(task).append(" left")
 
 
 class PlainColumn(TextColumn):
@@ -109,7 +120,7 @@ class WorkBar(Bar):
         self.speed = RunsPerSecond()
         self.told = self.speed.began
         state = PlainColumn("{task.fields[state]}")
-        super().__init__(what, total, MofNCompleteColumn(), state, TimeRemainingColumn())
+        super().__init__(what, total, MofNCompleteColumn(), state, TimeColumn())
 
     def tell(self, line: str) -> None:
         """Print a line where there is no bar, unless the last one is not long ago."""
@@ -138,13 +149,14 @@ class SearchBar(WorkBar):
         super().__init__("evolving", search.runs or search.evaluations)
         self.search = search
         self.asked = 0
+        self.reached = "first generation"
 
     def on_generation(self, generation: Generation) -> None:
         """Show one generation of a search."""
         row, runs = generation.row, self.search.runs
         self.asked += generation.driven + generation.reused
-        state = f"gen {row['generation']}, {best_in_short(row['best'])}, {self.speed}"
-        self.bar.update(self.task, completed=self.asked if runs else row["evaluations"], state=state)
+        self.reached = f"gen {row['generation']} done, {best_in_short(row['best'])}"
+        self._show(completed=self.asked if runs else row["evaluations"])
         replayed = " (replayed)" if generation.replayed else ""
         say(
             f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, "
@@ -153,6 +165,11 @@ class SearchBar(WorkBar):
         )
 
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
-        """Count one driven run of a search."""
+        """Count one driven run of a search, be it of a generation or of the confirmation."""
         self.speed.runs += 1
         self.tell(f"runs driven: {self.speed.runs}")
+        self._show(advance=1 if self.search.runs else 0)
+
+    def _show(self, **done: float) -> None:
+        """Move the bar, and say beside it how far the search is."""
+        self.bar.update(self.task, state=f"{self.reached}, {self.speed}", **done)

@@ -104,7 +104,7 @@ def test_a_search_says_beside_its_bar_how_far_it_is(terminal):
         bar.on_generation(SimpleNamespace(row=row, driven=345, reused=0, replayed=False, seconds=1.0))
         bar.bar.refresh()
     shown = [line for line in lines(terminal) if "345/900" in line]
-    assert "gen 12, no good set yet" in shown[-1]
+    assert "gen 12 done, no good set yet" in shown[-1]
     assert max(map(len, shown)) <= 80
 
 
