@@ -170,6 +170,6 @@ class SearchBar(WorkBar):
         self.tell(f"runs driven: {self.speed.runs}")
         self._show(advance=1 if self.search.runs else 0)
 
-    def _show(self, **done: float) -> None:
+    def _show(self, completed: float | None = None, advance: float | None = None) -> None:
         """Move the bar, and say beside it how far the search is."""
-        self.bar.update(self.task, state=f"{self.reached}, {self.speed}", **done)
+        self.bar.update(self.task, completed=completed, advance=advance, state=f"{self.reached}, {self.speed}")

@@ -68,7 +68,7 @@ def _same_modules() -> Iterator[None]:
     """
     original = util.spawnv_passfds
 
-    def start(path: str, args: Sequence[str], passfds: Sequence[int]) -> int:
+    def start(path: Any, args: Sequence[Any], passfds: Sequence[int]) -> int:
         *options, program = args
         return original(path, [*options, f"import sys; sys.path[:] = {list(map(str, sys.path))}; {program}"], passfds)
 
