@@ -1,7 +1,7 @@
 """Write BARN worlds as a map set, for robots other than BARN's: python benchmarks/barn_maps.py DIR --out barn.json.
 
-`mapbench bench barn:DIR` has BARN's own rules and drives its Jackal. A map set is driven with the rules of any other map. Of
-the worlds, those are written through which the robot fits, and to whose goal NavFn finds a path for it.
+`mapbench bench barn:DIR` has BARN's own rules and drives its Jackal. A map set is driven with the rules of any other
+map. Of the worlds, those are written through which the robot fits, and to whose goal NavFn finds a path for it.
 """
 
 from __future__ import annotations
