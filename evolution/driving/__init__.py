@@ -7,8 +7,9 @@ jobs, in whichever order the worker processes finish; what was driven before com
 from __future__ import annotations
 
 from evolution.driving.calibration import calibration_loop
+from evolution.driving.crew import Crew, RunJob
 from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS, Evaluator, OnRun
-from evolution.driving.executors import EXECUTORS, Crew, RunJob
+from evolution.driving.executors import EXECUTORS
 from evolution.driving.jobs import (
     RESULT_FIELDS,
     RUN_COLUMNS,

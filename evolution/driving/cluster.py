@@ -27,7 +27,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from distributed import Client, LocalCluster, Worker, WorkerPlugin, get_worker
 
-from evolution.driving.executors import Crew
+from evolution.driving.crew import Crew
 from evolution.driving.launching import may_have_children, worker_context
 from evolution.driving.processes import Processes
 from evolution.driving.serving import Answer, NotStartedError

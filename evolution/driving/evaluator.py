@@ -18,7 +18,8 @@ from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
-from evolution.driving.executors import EXECUTORS, Crew, RunJob, WarmUp, attempt, error_result, one_line
+from evolution.driving.crew import Crew, RunJob, WarmUp, attempt, error_result, one_line
+from evolution.driving.executors import EXECUTORS
 from evolution.driving.jobs import Job, JobPlan, RunResult, SetResults
 from evolution.driving.processes import WorkerDiedError
 from evolution.driving.serving import NotStartedError

@@ -184,6 +184,8 @@ class _Candidates:
 def choose(maps: Mapping[str, MapResults], fitness: Fitness, settings: EvolveSettings) -> Names:
     """Return the set that can be relied on most, its maps in order of their readings; fewest failures come first.
 
+    Where no set gains anything in as many of its single drives as asked for, it is the one that gains most in the mean.
+
     Args:
         maps: Results of the candidates, by name.
         fitness: Judges sets.
@@ -200,9 +202,9 @@ def choose(maps: Mapping[str, MapResults], fitness: Fitness, settings: EvolveSet
         total = fitness(tuple(maps[name] for name in names)).total
         return min(total, 0.0) * chance_of_order([readings[name] for name in names]) + max(total, 0.0)
 
-    def reliable(names: Names) -> float:
-        results = tuple(maps[name] for name in names)
-        return float(np.quantile(gains_of(results, fitness), options.reliability))
+    def reliable(names: Names) -> tuple[float, float]:
+        gains = gains_of(tuple(maps[name] for name in names), fitness)
+        return float(np.quantile(gains, options.reliability)), fmean(gains)
 
     short_list = sorted(combinations(maps, settings.maps_per_set), key=roughly)[:SHORT_LIST]
     best = min(short_list, key=reliable)

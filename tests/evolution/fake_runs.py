@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evolution.driving.executors import Crew
+from evolution.driving.crew import Crew
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from gym_mapbench.generator import ShapeSettings
 from gym_mapbench.robot import RobotSpec

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 import pytest
 
 from evolution.driving import RunResult
-from evolution.search.confirmation import chance_of_order, choose, claim, combined
+from evolution.search.confirmation import chance_of_order, choose, claim, combined, gains_of
 from evolution.search.fitness import Fitness, singles_of
 from evolution.search.settings import ConfirmationSettings, EvolveSettings
 
@@ -41,6 +41,17 @@ def test_maps_that_would_swap_places_are_not_put_side_by_side():
     near = map_with(*[29.0, 31.0] * 4)
     maps = {"near": near, "middle": MIDDLE, "apart": APART, "equal": EQUAL}
     assert choose(maps, FITNESS, OPTIONS) in (("equal", "near", "apart"), ("equal", "middle", "apart"))
+
+
+def test_where_no_set_can_be_relied_on_the_one_that_gains_most_in_the_mean_is_chosen():
+    options = OPTIONS.replace(caution=1.0)
+    careful = Fitness.of(options, 150.0)
+    times = {"a": (20.0, 34.0), "b": (22.0, 40.0), "c": (24.0, 44.0), "d": (25.0, 60.0)}
+    maps = {name: map_with(*both * 4) for name, both in times.items()}
+    gains = {names: gains_of([maps[name] for name in names], careful) for names in combinations(maps, 3)}
+    assert all(np.quantile(of_set, 0.9) == 0.0 for of_set in gains.values())
+    means = {names: np.mean(of_set) for names, of_set in gains.items()}
+    assert means[choose(maps, careful, options)] == min(means.values()) < means["a", "b", "c"]
 
 
 def test_a_map_that_failed_once_is_out_while_others_suffice():
