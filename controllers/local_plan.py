@@ -14,6 +14,13 @@ import math
 from gym_mapbench.kernels.jit import kernel
 
 
+def search_distance(max_robot_pose_search_dist: float | None) -> float:
+    """Return the parameter as kernels take it, m: NaN for half the costmap, infinity for the whole path."""
+    if max_robot_pose_search_dist is None:
+        return math.nan
+    return math.inf if max_robot_pose_search_dist < 0.0 else max_robot_pose_search_dist
+
+
 @kernel
 def distance(path, i, x, y):
     """Distance from a point to pose i of the path, m."""

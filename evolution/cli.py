@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from evolution.commands import COMMON, add_commands, set_messages
+from evolution.commands import COMMON, HelpText, add_commands, complain, set_messages
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -17,7 +17,7 @@ NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
 
 DESCRIPTION = "Evolve maps that tell navigation controllers apart, and drive, compare and export them."
 EXAMPLES = """examples:
-  mapbench evolve --preset quick --out runs/first     evolve map sets for about two minutes
+  mapbench evolve --preset quick --out runs/first     evolve map sets, a few minutes
   mapbench bench runs/first --repeats 5               drive every controller on the best maps again
   mapbench drive runs/first --controller mppi --gif mppi.gif
   mapbench bench my_map.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
@@ -30,7 +30,7 @@ class Parser(argparse.ArgumentParser):
     """An argument parser that reports an error in one line with the command's name, and accepts negative poses."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
+        super().__init__(*args, **{"formatter_class": HelpText, **options})
         self._negative_number_matcher = NEGATIVE
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
@@ -70,7 +70,6 @@ def build_parser(chosen: str | None = None) -> Parser:
         prog="mapbench",
         description=DESCRIPTION,
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     parser.add_argument("--version", action=Versions, help="print the versions that results depend on, and exit")
@@ -100,15 +99,15 @@ def _run(given: Sequence[str]) -> int:
         with allow_code(args.allow_code), only_code_named_in(given):
             code: int = args.run(args)
     except MapBenchError as error:
-        print(f"mapbench {args.command}: {error}", file=sys.stderr)
+        complain(f"mapbench {args.command}: {error}")
         return USAGE_ERROR
     except KeyboardInterrupt:
-        print(f"mapbench {args.command}: interrupted; what was finished is kept", file=sys.stderr)
+        complain(f"mapbench {args.command}: interrupted; what was finished is kept")
         return INTERRUPTED
     except BrokenPipeError:
         raise
     except OSError as error:
         where = "" if error.filename is None else f"{error.filename}: "
-        print(visible(f"mapbench {args.command}: {where}{error.strerror or error}"), file=sys.stderr)
+        complain(visible(f"mapbench {args.command}: {where}{error.strerror or error}"))
         return USAGE_ERROR
     return code

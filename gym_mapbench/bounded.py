@@ -8,8 +8,12 @@ import select
 import stat
 import time
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from gym_mapbench.errors import MapBenchError
 
@@ -110,6 +114,29 @@ def open_zip(path: str | Path, limit: int, raises: type[MapBenchError]) -> Itera
     except Exception as error:  # zipfile and the decoders below it raise nearly anything on damaged bytes
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:120]
         raise raises(f"{path}: cannot be read as an archive ({reason})") from None
+
+
+def read_arrays(path: str | Path, limit: int, raises: type[MapBenchError]) -> dict[str, NDArray[Any]]:
+    """Read the arrays of an ``.npz`` file; nothing in it is unpickled.
+
+    Args:
+        path: The file.
+        limit: Most bytes of all arrays together.
+        raises: The error of this kind of file.
+
+    Raises:
+        raises: If it is missing, larger, or holds something else, whatever its arrays claim to be.
+    """
+    with open_zip(path, limit, raises), np.load(path, allow_pickle=False) as arrays:
+        return {name: _array(path, name, arrays, raises) for name in arrays.files}
+
+
+def _array(path: str | Path, name: str, arrays: Mapping[str, Any], raises: type[MapBenchError]) -> NDArray[Any]:
+    """Read one array; a member that is none comes as bytes, and one of empty items may claim any number of them."""
+    array = arrays[name]
+    if not isinstance(array, np.ndarray) or (array.size and not array.dtype.itemsize):
+        raise raises(f"{path}: {name!r:.80}: expected an array")
+    return array
 
 
 def _check_members(path: str | Path, members: list[zipfile.ZipInfo], limit: int, raises: type[MapBenchError]) -> None:

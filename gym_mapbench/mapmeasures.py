@@ -14,12 +14,12 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.configuration import connects, stamp_footprint
-from gym_mapbench.kernels.distance import geodesic_distance, squared_distance
+from gym_mapbench.kernels.distance import distance_along_columns, framed_distance
+from gym_mapbench.kernels.passages import joins, open_cells, wall_points
 from gym_mapbench.kernels.pathmeasures import descend, measure_path
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, Scenario
@@ -32,8 +32,6 @@ DISPERSION_RADIUS: Final = 0.45
 
 _TOUCHING: Final = 1e-9
 """Overlaps below this (m, or cells) are rounding errors."""
-
-_NEIGHBOURS: Final = np.ones((3, 3), dtype=np.bool_)
 
 MEASURES: Final = (
     "occupied_share",
@@ -65,13 +63,13 @@ def measure_map(scenario: Scenario, robot: RobotSpec) -> dict[str, float]:
     """
     grid = scenario.map
     start, goal = (_cell(grid, pose) for pose in (scenario.start, scenario.goal))
-    free = configuration_space(grid, robot)
     measures = dict.fromkeys(MEASURES, math.nan)
     measures["occupied_share"] = occupied_share(grid)
     measures["narrowest_passage"] = narrowest_passage(grid, start, goal)
-    measures["solvable"] = float(is_reachable(free, start, goal))
+    path, blocked = find_path(configuration_space(grid, robot), start, goal)
+    measures["solvable"] = float(len(path) > 0)
     if measures["solvable"]:
-        measures |= _path_measures(np.any(free, axis=0), start, goal, grid.resolution)
+        measures |= _path_measures(blocked, path, grid.resolution)
     return measures
 
 
@@ -86,36 +84,19 @@ def occupied_share(grid: GridMap) -> float:
     return float(grid.occupancy.mean())
 
 
-def squared_wall_distances(grid: GridMap) -> NDArray[np.float64]:
-    """Return the exact distance to the nearest wall or the map's edge, on a lattice of half cells.
-
-    Returns:
-        ``(2 * rows + 1, 2 * cols + 1)`` squares of half cells; point ``[i, j]`` lies ``i / 2`` cells above and
-        ``j / 2`` cells right of the map's lower-left corner. The nearest point of a wall to a point
-        of the lattice is on the lattice, too, so these are whole numbers.
-    """
-    rows, cols = grid.shape
-    wall = np.ones((2 * rows + 1, 2 * cols + 1), dtype=np.bool_)
-    wall[1:-1, 1:-1] = False
-    for i in range(3):
-        for j in range(3):
-            wall[i : i + 2 * rows - 1 : 2, j : j + 2 * cols - 1 : 2] |= grid.occupancy
-    squares: NDArray[np.float64] = squared_distance(wall)
-    return squares
-
-
 def narrowest_passage(grid: GridMap, start: Cell, goal: Cell) -> float:
     """Return the width of the narrowest place on the widest way between two cells' middles, m; 0 if there is none.
 
     Start and goal count as places.
     """
-    squares = squared_wall_distances(grid)
-    ends = tuple((2 * row + 1, 2 * col + 1) for row, col in (start, goal))
-    widest, too_wide = 0, int(min(squares[end] for end in ends)) + 1
+    walls, ends = wall_points(grid.occupancy), 2 * np.array([start, goal]) + 1
+    too_wide = 1
+    while joins(walls, too_wide, ends):
+        too_wide *= 4
+    widest = too_wide // 4
     while too_wide - widest > 1:
         middle = (widest + too_wide) // 2
-        labels, _ = ndimage.label(squares >= middle, structure=_NEIGHBOURS)
-        if labels[ends[0]] == labels[ends[1]]:
+        if joins(walls, middle, ends):
             widest = middle
         else:
             too_wide = middle
@@ -129,14 +110,21 @@ def configuration_space(grid: GridMap, robot: RobotSpec) -> Cells:
         ``(1, rows, cols)`` bool for a disc; for a polygon ``(16, rows, cols)``, headings every 22.5 degrees.
     """
     if robot.footprint is None:
-        distances = np.sqrt(squared_wall_distances(grid)[1::2, 1::2]) * (grid.resolution / 2)
-        return (distances >= robot.radius - _TOUCHING)[None]
+        return open_cells(wall_points(grid.occupancy), _room(robot.radius, grid.resolution), grid.shape[1])[None]  # type: ignore[no-any-return]
     reach = math.ceil(robot.circumscribed_radius / grid.resolution) + 1
     occupied = np.pad(grid.occupancy, reach, constant_values=True)
     blocked = np.empty((16, *occupied.shape), dtype=np.bool_)
     for heading, offsets in enumerate(_turned(robot.footprint, grid.resolution)):
         stamp_footprint(occupied, offsets, blocked[heading])
     return ~blocked[:, reach:-reach, reach:-reach]
+
+
+def _room(radius: float, resolution: float) -> int:
+    """Return the smallest square of half cells whose root is a disc's radius, m, or more."""
+    least = math.floor((max(radius - _TOUCHING, 0.0) / (resolution / 2)) ** 2)
+    while math.sqrt(least) * (resolution / 2) < radius - _TOUCHING:
+        least += 1
+    return least
 
 
 @lru_cache(maxsize=16)
@@ -171,21 +159,42 @@ def footprint_cells(corners: NDArray[np.float64], yaw: float, resolution: float)
     return np.stack([row[overlap], col[overlap]], axis=1)
 
 
-def is_reachable(free: Cells, start: Cell, goal: Cell) -> bool:
-    """Whether a robot gets from cell to cell, see :func:`configuration_space`; start and goal with any heading."""
-    if len(free) > 1:
-        return bool(connects(free, *start, *goal))
-    return bool(free[0][start] and free[0][goal] and np.isfinite(geodesic_distance(~free[0], *start)[goal]))
+def find_path(free: Cells, start: Cell, goal: Cell) -> tuple[NDArray[np.int64], Cells]:
+    """Find a shortest path over the cells on which a robot fits in some heading, if it gets from cell to cell.
+
+    Args:
+        free: From :func:`configuration_space`; released before the path is looked for, if nobody else holds it.
+        start: Row and col; the robot may have any heading there.
+        goal: The same.
+
+    Returns:
+        ``(n, 2)`` row and col of the path, both ends included, empty if the robot does not get there; and
+        ``(rows + 2, cols + 2)`` the other cells, in a frame, in which the path's cells are one row and one col further.
+    """
+    blocked, connected = _framed(free), len(free) == 1 or connects(free, *start, *goal)
+    del free
+    (row, col), (goal_row, goal_col) = np.add(start, 1).tolist(), np.add(goal, 1).tolist()
+    if not connected or blocked[row, col] or blocked[goal_row, goal_col]:
+        return np.empty((0, 2), np.int64), blocked
+    distance = framed_distance(blocked, goal_row, goal_col)
+    reached = math.isfinite(distance[row, col])
+    return (descend(distance, row, col) if reached else np.empty((0, 2), np.int64)), blocked
 
 
-def _path_measures(free: Cells, start: Cell, goal: Cell, resolution: float) -> dict[str, float]:
-    """Measure a shortest path over the free cells."""
-    path = descend(geodesic_distance(~free, *goal), *start)
-    blocked = np.pad(~free, 1, constant_values=True)
+def _framed(free: Cells) -> Cells:
+    """Return the cells on which a robot fits in no heading, inside a frame of such cells."""
+    framed = np.ones((free.shape[1] + 2, free.shape[2] + 2), dtype=np.bool_)
+    np.any(free, axis=0, out=framed[1:-1, 1:-1])
+    np.logical_not(framed[1:-1, 1:-1], out=framed[1:-1, 1:-1])
+    return framed
+
+
+def _path_measures(blocked: Cells, path: NDArray[np.int64], resolution: float) -> dict[str, float]:
+    """Measure a path over the free cells of a grid in a frame."""
     radius = max(1, round(DISPERSION_RADIUS / resolution))
-    averages = measure_path(blocked, np.sqrt(squared_distance(blocked)), path + 1, radius)
+    averages = measure_path(blocked, distance_along_columns(blocked), path, radius)
     length = float(np.hypot(*np.diff(path, axis=0).T).sum())
-    chord = math.dist(start, goal)
+    chord = math.dist(path[0], path[-1])
     closest, visibility, dispersion, dimension = averages.tolist()
     return {
         "path_length": length * resolution,

@@ -16,7 +16,7 @@ Names without a colon, which are registered or belong to an installed package, a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
@@ -73,18 +73,21 @@ def about_to_run(name: str) -> None:
     _ran.add(name)
 
 
-def refuse_code(document: object, where: object) -> None:
+def refuse_code(document: object, where: object, to_drive: Collection[str] = ()) -> None:
     """Refuse the content of a file that names code.
 
     Args:
         document: What was read from it.
         where: The file.
+        to_drive: Places, keys joined by dots, that matter only where something is driven: they may name code, which
+            whoever drives must refuse.
 
     Raises:
         UntrustedError: Naming the code and its place in the file, unless that is allowed or ran before.
     """
+    left_out = tuple(f"{place}." for place in to_drive)
     for place, text in () if _allowed.get() else _texts(document, ""):
-        found = RUNS_CODE.fullmatch(text)
+        found = None if f"{place}.".startswith(left_out) else RUNS_CODE.fullmatch(text)
         if found is not None and found[1] not in _ran | (_named.get() or frozenset()):
             raise UntrustedError(f"{where}: {place}: {text!r:.80} would run code; if you trust this file, {HINT}")
 

@@ -6,24 +6,31 @@ import os
 import threading
 import time
 import zipfile
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from controllers.model_files import model_data
 from controllers.nav2_params import read_nav2_params
 from controllers.nav2_params.migration import migrate_file
 from evolution.driving import DriveSettings
-from evolution.files import csv_of, read_csv, read_json, read_npz
+from evolution.files import csv_of, npz_of, read_csv, read_json, read_npz, write_bytes
+from evolution.runs import LoadedRun
 from evolution.search import EvolveSettings, read_document
 from evolution.studies.kinds import load_definition
 from evolution.training import train_settings
-from gym_mapbench.bounded import read_bytes
+from evolution.validation.recorded import read_arrays as read_recorded
+from evolution.validation.recorded import read_json as read_recorded_json
+from gym_mapbench.bounded import read_arrays, read_bytes
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.documents import MAX_NODES, parse_yaml, read_yaml
 from gym_mapbench.errors import ConfigError, MapBenchError, MapFormatError, RunError
+from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import load_maps
 from gym_mapbench.mapio.poses import read_poses
+from gym_mapbench.scenario import MapSet, Pose, Scenario
 from tests.faults.damage import bomb
 
 
@@ -37,7 +44,11 @@ def refusal(read, *args):
     return str(caught.value)
 
 
-@pytest.mark.parametrize("read", [read_yaml, load_maps, read_json, read_csv, model_data])
+def read_recorded_list(path):
+    return read_recorded_json(path, list)
+
+
+@pytest.mark.parametrize("read", [read_yaml, load_maps, read_json, read_csv, model_data, read_recorded_list])
 @pytest.mark.parametrize("device", ["/dev/zero", "/dev/urandom"])
 def test_a_file_without_end_is_not_read(read, device, tmp_path):
     link = tmp_path / "link.png"
@@ -181,7 +192,64 @@ def test_archives_are_refused_before_they_are_unpacked(tmp_path, monkeypatch):
     archive(tmp_path / "crc.zip", zipfile.ZIP_STORED, data="{}")
     (tmp_path / "crc.zip").write_bytes((tmp_path / "crc.zip").read_bytes().replace(b"{}", b"[]", 1))
     assert "cannot be read as an archive" in refusal(model_data, tmp_path / "crc.zip")
-    assert "cannot be read" in refusal(read_npz, archive(tmp_path / "a.npz", **{"a.npy": "no array"}), 0.05)
+    assert "expected an array" in refusal(read_npz, archive(tmp_path / "a.npz", **{"a.npy": "no array"}), 0.05)
+
+
+def npy(shape, dtype="<f8", content=b""):
+    """Return an ``.npy`` file whose header claims a shape."""
+    header = f"{{'descr': {dtype!r}, 'fortran_order': False, 'shape': {shape!r}}}".encode()
+    return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + content
+
+
+ARRAYS = {
+    "terabytes": npy((10**12,)),
+    "more than there are numbers": npy((10**30,)),
+    "negative": npy((-1, 5)),
+    "half of it": npy((10**9,), content=bytes(1000)),
+    "nothing, many times": npy((10**12,), "<U0"),
+    "many axes": npy((1,) * 100),
+    "objects": npy((1,), "|O", b"\x80\x04cos\nsystem\n."),
+    "a long header": b"\x93NUMPY\x02\x00\xff\xff\xff\x7f{" + b" " * 1000,
+    "no array": b"import os",
+    "an empty file": b"",
+    "a deep header": b"\x93NUMPY\x01\x00" + (9000).to_bytes(2, "little") + b"[" * 9000,
+}
+
+
+@pytest.mark.parametrize("content", ARRAYS.values(), ids=ARRAYS)
+def test_arrays_that_claim_anything(content, tmp_path):
+    path = tmp_path / "maps.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("map.npy", content)
+    assert "maps.npz" in refusal(read_arrays, path, 10**9, RunError)
+    assert "maps.npz" in refusal(read_npz, path, 0.05)
+    assert "maps.npz" in refusal(read_recorded, path, ["map"])
+
+
+def test_an_archive_whose_directory_claims_terabytes(tmp_path):
+    path = tmp_path / "maps.npz"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("map.npy", npy((2, 2), "|b1", bytes(4)))
+    whole = path.read_bytes()
+    at = whole.rindex(b"PK\x01\x02") + 24
+    path.write_bytes(whole[:at] + (2**32 - 2).to_bytes(4, "little") + whole[at + 4 :])
+    assert "expected at most 2000000000 bytes in the archive, got 4294967294" in refusal(read_npz, path, 0.05)
+    path.write_bytes(b"\x93NUMPY" + whole)
+    refusal(read_npz, path, 0.05)
+
+
+MAP_SET = MapSet((Scenario(GridMap.from_rows([".."]), Pose(0.02, 0.02), Pose(0.07, 0.02)),))
+
+
+def test_all_maps_of_a_run_together_are_limited(tmp_path, monkeypatch):
+    (tmp_path / "maps").mkdir()
+    for number in range(3):
+        grid = GridMap(np.eye(100, dtype=bool), 0.1 + number)
+        write_bytes(tmp_path / "maps" / f"{number}.npz", npz_of({f"{number}": grid}))
+    run = LoadedRun(tmp_path, {"search": {"shapes": {"resolution": 0.1}}}, {}, [], [], [], MAP_SET, {}, [])
+    assert len(run.maps) == 3
+    monkeypatch.setattr("evolution.runs.loading.MOST_MAP_BYTES", 25_000)
+    assert "2.npz: expected at most 5000 bytes" in refusal(lambda: replace(run).maps)
 
 
 def test_a_table_is_harmless_in_a_spreadsheet_and_comes_back(tmp_path):

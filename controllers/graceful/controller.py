@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import ControllerAbort, ControllerError, FollowerSetup, InvalidPath, Twist
 from controllers.graceful.kernels import following
 from controllers.graceful.params import GracefulParams
-from controllers.records import fill_record, record_type
+from controllers.local_plan import search_distance
+from controllers.records import fill_groups, record_of
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.scenario import Pose
 
@@ -26,10 +25,14 @@ REASONS = {
     },
 }
 
-TUNING = record_type(
+JAZZYS_RULES = ("last_of_equals", "adds_headings", "takes_farthest")
+TUNING = record_of(
     GracefulParams,
-    numbers=("sharpness", "xy_goal_tolerance"),
-    switches=("last_of_equals", "keeps_segment", "searches_width", "adds_headings", "takes_farthest"),
+    ("sharpness", np.float64),
+    ("xy_goal_tolerance", np.float64),
+    ("keeps_segment", np.bool_),
+    ("searches_width", np.bool_),
+    *((rule, np.bool_) for rule in JAZZYS_RULES),
 )
 """The parameters in the form that kernels take, ``lambda`` under the name ``sharpness`` too, the goal checker's
 tolerance (m), and what depends on the release: which of equally near poses is taken,
@@ -107,18 +110,14 @@ class GracefulFollower:
 
 def make_tuning(params: GracefulParams, setup: FollowerSetup) -> NDArray[np.void]:
     """Join the parameters with what the controller server tells the plugin: one record of :data:`TUNING`."""
-    humble = params.release == "humble"
-    values = params.model_dump() | {
-        "sharpness": getattr(params, "lambda"),
-        "xy_goal_tolerance": setup.xy_goal_tolerance,
-        "searches_width": True,
-        "keeps_segment": False,
-        **dict.fromkeys(("last_of_equals", "adds_headings", "takes_farthest"), not humble),
-    }
-    if humble:
-        values["v_angular_min_in_place"] = 0.0
+    tuning = np.zeros(1, dtype=TUNING)
+    fill_groups(tuning, params)
+    tuning["sharpness"] = getattr(params, "lambda")
+    tuning["xy_goal_tolerance"] = setup.xy_goal_tolerance
+    tuning["max_robot_pose_search_dist"] = search_distance(params.max_robot_pose_search_dist)
+    tuning["searches_width"] = True
+    for rule in JAZZYS_RULES:
+        tuning[rule] = params.release != "humble"
     if params.initial_rotation:  # Nav2 then switches driving backwards off, with a warning
-        values["allow_backward"] = False
-    if (params.max_robot_pose_search_dist or 0.0) < 0.0:
-        values["max_robot_pose_search_dist"] = math.inf
-    return fill_record(TUNING, values)
+        tuning["allow_backward"] = False
+    return tuning

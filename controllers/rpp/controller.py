@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import ControllerAbort, ControllerError, FollowerSetup, InvalidPath, Twist
-from controllers.records import fill_record, record_type
+from controllers.local_plan import search_distance
+from controllers.records import fill_groups, record_of
 from controllers.rpp import kernels
 from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import Costmap
@@ -22,10 +23,15 @@ REASONS = {
     kernels.COLLISION_AHEAD: "RegulatedPurePursuitController detected collision ahead!",
 }
 
-TUNING = record_type(
+LATER_RULES = ("last_of_equals", "keeps_segment", "searches_width", "turns_are_cusps")
+TUNING = record_of(
     RppParams,
-    numbers=("control_period", "xy_goal_tolerance", "inscribed_radius", "circumscribed_radius", "cost_at_radius"),
-    switches=("last_of_equals", "keeps_segment", "searches_width", "turns_are_cusps"),
+    ("control_period", np.float64),
+    ("xy_goal_tolerance", np.float64),
+    ("inscribed_radius", np.float64),
+    ("circumscribed_radius", np.float64),
+    ("cost_at_radius", np.float64),
+    *((rule, np.bool_) for rule in LATER_RULES),
 )
 """The parameters in the form that kernels take, what the run adds, and what depends on the release: the cost that is
 assumed for an obstacle at the inscribed radius, which of equally near poses is taken, whether the last segment of the
@@ -109,20 +115,19 @@ class RppFollower:
 
 def make_tuning(params: RppParams, setup: FollowerSetup) -> NDArray[np.void]:
     """Join the parameters with what the controller server tells the plugin: one record of :data:`TUNING`."""
-    humble = params.release == "humble"
-    values = params.model_dump() | {
-        "control_period": setup.control_period,
-        "xy_goal_tolerance": setup.xy_goal_tolerance,
-        "inscribed_radius": setup.footprint.inscribed_radius,
-        "circumscribed_radius": setup.footprint.circumscribed_radius,
-        "cost_at_radius": 252.0 if humble else 253.0,
-        **dict.fromkeys(("last_of_equals", "keeps_segment", "searches_width", "turns_are_cusps"), not humble),
-    }
+    humble, tuning = params.release == "humble", np.zeros(1, dtype=TUNING)
+    fill_groups(tuning, params)
+    tuning["control_period"] = setup.control_period
+    tuning["xy_goal_tolerance"] = setup.xy_goal_tolerance
+    tuning["inscribed_radius"] = setup.footprint.inscribed_radius
+    tuning["circumscribed_radius"] = setup.footprint.circumscribed_radius
+    tuning["cost_at_radius"] = 252.0 if humble else 253.0
+    tuning["max_robot_pose_search_dist"] = search_distance(params.max_robot_pose_search_dist)
+    for rule in LATER_RULES:
+        tuning[rule] = not humble
     if not humble:
-        values["use_interpolation"] = True
+        tuning["use_interpolation"] = True
     elif params.use_rotate_to_heading:
         # Humble switches reversing off, with a warning, because it could not tell it from a turn on the spot.
-        values["allow_reversing"] = False
-    if (params.max_robot_pose_search_dist or 0.0) < 0.0:
-        values["max_robot_pose_search_dist"] = math.inf
-    return fill_record(TUNING, values)
+        tuning["allow_reversing"] = False
+    return tuning

@@ -18,16 +18,15 @@ from evolution.benchmark.barn import (
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
+from evolution.benchmark.in_words import table_of_pairs, table_of_scores
 from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule
 from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
-from evolution.benchmark.scores import MEANS, SHARES, pair_rows, score_rows
+from evolution.benchmark.scores import pair_rows, score_rows
 
 __all__ = [
     "BENCHMARK",
-    "MEANS",
     "MEASURES",
     "PREFIX",
-    "SHARES",
     "BarnScore",
     "Benchmark",
     "Comparison",
@@ -50,5 +49,7 @@ __all__ = [
     "reference_of",
     "score_rows",
     "score_runs",
+    "table_of_pairs",
+    "table_of_scores",
     "times_of_results",
 ]

@@ -7,6 +7,10 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
+from evolution.commands.help_text import HelpText
+
+__all__ = ["COMMANDS", "COMMON", "HelpText", "add_commands", "complain", "load_command", "set_messages"]
+
 COMMANDS = {
     "evolve": "Search for sets of maps that tell controllers apart.",
     "study": "Run many searches and baselines, drive what they found again, and compare.",
@@ -46,7 +50,14 @@ def add_commands(subparsers: argparse._SubParsersAction[Any], chosen: str | None
 
 def set_messages(*, quiet: bool, verbose: bool) -> None:
     """Print from now on neither notes nor progress, or where everything comes from and how each run ends as well."""
-    from evolution.commands.progress import be_quiet, be_verbose
+    from evolution.commands.console import be_quiet, be_verbose
 
     be_quiet(quiet)
     be_verbose(verbose)
+
+
+def complain(line: str) -> None:
+    """Print a line on standard error; a terminal gets it broken between words."""
+    from evolution.commands.console import errors
+
+    errors.print(line)

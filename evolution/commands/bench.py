@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from statistics import fmean
 
 from evolution.api import bench
 from evolution.benchmark import (
-    MEANS,
     MEASURES,
-    SHARES,
     BarnScore,
     Benchmark,
     again_sentence,
@@ -20,19 +17,17 @@ from evolution.benchmark import (
     read_rule,
     reference_of,
     score_runs,
+    table_of_pairs,
+    table_of_scores,
 )
-from evolution.commands import options
-from evolution.commands.progress import WorkBar, console, errors, note, only_results_on_stdout, print_table
+from evolution.commands import driving_options, options
+from evolution.commands.console import console, errors, note, only_results_on_stdout, print_table
+from evolution.commands.progress import WorkBar
 from evolution.driving import ControllerSpec
-from evolution.files import Row, Table
 from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_benchmark_report
 from evolution.runs import LoadedRun, experiment_in
-from gym_mapbench.errors import ConfigError, visible
-
-WITH_INTERVALS = (
-    "Shares of runs and means with 95 % intervals; times, lengths, clearance, smoothness: of runs at the goal"
-)
+from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
   mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
@@ -54,11 +49,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "maps", nargs="+", metavar="MAP", help="map_server yaml, map-set file, run directory, .scen, barn:DIR, ..."
     )
-    options.add_controllers_option(parser)
+    driving_options.add_controllers_option(parser)
     options.add_task_options(parser)
-    options.add_drive_options(parser)
-    options.add_unknown_map_option(parser)
-    options.add_work_options(parser)
+    driving_options.add_drive_options(parser)
+    driving_options.add_unknown_map_option(parser)
+    driving_options.add_work_options(parser)
     parser.add_argument("--repeats", type=options.positive, default=1, metavar="R", help="runs of each (default 1)")
     parser.add_argument(
         "--lo",
@@ -98,8 +93,8 @@ def run(args: argparse.Namespace) -> int:
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
     searched = run_of(args.maps)
-    controllers, settings = _controllers(args, searched), options.drive_settings(args, world_of(searched))
-    options.note_models(controllers, settings)
+    controllers, settings = _controllers(args, searched), driving_options.drive_settings(args, world_of(searched))
+    driving_options.note_models(controllers, settings)
     rules = [read_rule(text, [one.name for one in controllers], args.metric) for text in args.fail_if]
     page = None if args.html is None else new_page(args.html)
     with only_results_on_stdout(), WorkBar("driving") as bar:
@@ -114,7 +109,7 @@ def run(args: argparse.Namespace) -> int:
             seed=args.seed,
             metrics=args.metric,
             workers=args.workers,
-            executor=options.executor_of(args),
+            executor=driving_options.executor_of(args),
             wait_s=args.wait,
             run_timeout_s=args.run_timeout,
             out=args.out,
@@ -132,7 +127,7 @@ def run(args: argparse.Namespace) -> int:
         note(f"wrote {page}; open it in any browser")
     failed = broken(rules, result.rows)
     for line in failed:
-        print(f"mapbench bench: --fail-if {visible(line)}", file=sys.stderr)
+        errors.print(f"mapbench bench: --fail-if {line}")
     return RULE_BROKEN if failed else 0
 
 
@@ -143,46 +138,17 @@ def print_benchmark(result: Benchmark, form: str, again: Sequence[str] = ()) -> 
         return
     print_table(result.table())
     if len({row["map"] for row in result.rows}) > 1:
-        print_table(Table(_over_all_maps(result.table("controllers")), WITH_INTERVALS))
-        print_table(Table(map(_of_pair, result.table("pairs")), "The same, paired by map and noise"))
+        print_table(table_of_scores(result.table("controllers")))
+        print_table(table_of_pairs(result.table("pairs")))
     for line in [*result.failures, *again]:
-        console.print(line, highlight=False, soft_wrap=True)
-
-
-def _over_all_maps(rows: Sequence[Row]) -> list[Row]:
-    """Return a line for every share and mean, with a column for every controller."""
-    lines = [(f"{name} %", name, 100.0) for name in SHARES] + [(name, name, 1.0) for name in MEANS]
-    return [
-        {"over all maps": label, **{row["controller"]: _with_interval(row, name, factor) for row in rows}}
-        for label, name, factor in lines
-    ]
-
-
-def _of_pair(row: Row) -> Row:
-    """Return how two controllers differ."""
-    return {
-        "pair": f"{row['second']} against {row['first']}",
-        "pairs": row["pairs"],
-        "success gained %": _with_interval(row, "gained", 100.0),
-        "both": row["both"],
-        "faster s": _with_interval(row, "faster s"),
-    }
-
-
-def _with_interval(row: Row, name: str, factor: float = 1.0) -> str:
-    """Write a value with its interval, if it has one."""
-    value, low, high = (row[key] for key in (name, f"{name} from", f"{name} to"))
-    if value is None:
-        return ""
-    interval = "" if low is None else f" ({factor * low:.3g} to {factor * high:.3g})"
-    return f"{factor * value:.3g}{interval}"
+        console.print(line)
 
 
 def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequence[ControllerSpec]:
     """Return who drives: those that were named, else those of the run whose maps are driven, else the usual ones."""
-    named = options.named_controllers(args)
+    named = driving_options.named_controllers(args)
     if named or searched is None:
-        return named or options.controllers_of(args)
+        return named or driving_options.controllers_of(args)
     return experiment_in(searched).controllers
 
 
@@ -199,7 +165,7 @@ def _print_barn(scores: Sequence[BarnScore], source: str) -> None:
         for one in own:
             published = reference.get(one.world)
             beside = "" if published is None else f" (published DWA {published:.2f} s)"
-            errors.print(f"  {one.world}: {one.time:.2f} s, score {one.score:.4f}{beside}", highlight=False)
+            errors.print(f"  {one.world}: {one.time:.2f} s, score {one.score:.4f}{beside}")
         rho, low, high, count = correlation_with(reference, own)
         if count > 1:
             errors.print(f"  rank correlation with published DWA {rho:.3f} ({low:.3f} to {high:.3f}), {count} worlds")

@@ -21,7 +21,7 @@ from packaging.requirements import Requirement
 import controllers
 import gym_mapbench
 from evolution.commands import options
-from evolution.commands.progress import note
+from evolution.commands.console import note
 from evolution.driving import DriveSettings, Job, JobPlan, available_cores, calibration_loop, drive
 from evolution.files import version_lines
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from evolution.commands import options
-from evolution.commands.progress import console
+from evolution.commands.console import console
 from evolution.files import write_json
-from evolution.pictures import maps_figure, save_figure
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.generator import draw_from
 from gym_mapbench.gridmap import GridMap
@@ -40,6 +39,8 @@ def add_draw(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run_draw(args: argparse.Namespace) -> int:
     """Draw the maps, write them, and say where they are."""
+    from evolution.pictures import maps_figure, save_figure  # other actions do not wait for it
+
     config = EnvConfig.build(family=args.family or ("shapes",), robot=args.robot)
     rng, out = np.random.default_rng(args.seed), Path(args.out)
     scenarios, genes = [], {}

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from controllers.base import Controller
 from controllers.navigator import Navigator
-from evolution.commands import options
-from evolution.commands.progress import console
+from evolution.commands import driving_options, options
+from evolution.commands.console import console
 from evolution.driving import JobPlan, check_room, drive, try_controllers
 from evolution.inputs import load_all
 from evolution.pictures import check_display, check_film, save_animation, show_animation
@@ -36,8 +36,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--scenario", type=options.positive, default=1, metavar="N", help="which of the scenarios in MAP (default 1)"
     )
     options.add_task_options(parser)
-    options.add_drive_options(parser)
-    options.add_unknown_map_option(parser)
+    driving_options.add_drive_options(parser)
+    driving_options.add_unknown_map_option(parser)
     parser.add_argument(
         "--seed", type=options.non_negative, default=0, metavar="N", help="root of all randomness (default 0)"
     )
@@ -63,12 +63,12 @@ def run(args: argparse.Namespace) -> int:
     if args.scenario > len(scenarios):
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")
     scenario = scenarios[args.scenario - 1]
-    settings = options.drive_settings(args).replace(unknown_map=args.unknown_map)
+    settings = driving_options.drive_settings(args).replace(unknown_map=args.unknown_map)
     check_room([scenario], settings)
-    controllers = options.listed_controllers(args.controller)
+    controllers = driving_options.listed_controllers(args.controller)
     if len(controllers) != 1:
         raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
-    options.note_models(controllers, settings)
+    driving_options.note_models(controllers, settings)
     try_controllers(controllers, settings)
     (job,) = JobPlan(controllers, settings, args.seed).jobs(scenario)
     LOG.info("seeds %d and %d (noise), both from --seed %d and the map", job.seed, job.noise_seed, args.seed)

@@ -6,8 +6,9 @@ import argparse
 from typing import Any
 
 from evolution.api import compose, evolve
-from evolution.commands import COMMON, options
-from evolution.commands.progress import SearchBar, console, note, print_table
+from evolution.commands import COMMON, driving_options, options
+from evolution.commands.console import console, note, print_table
+from evolution.commands.progress import SearchBar
 from evolution.runs import LoadedRun, RunDir, confirmed_sentence, experiment_in
 from evolution.search import (
     DEFAULT_PRESET,
@@ -57,9 +58,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "the time limit (par2)",
     )
     options.add_family_option(search, "those of the preset")
-    options.add_controllers_option(parser)
-    options.add_drive_options(parser)
-    options.add_work_options(parser)
+    driving_options.add_controllers_option(parser)
+    driving_options.add_drive_options(parser)
+    driving_options.add_work_options(parser)
     parser.add_argument("--out", metavar="DIR", help="run directory (default runs/FITNESS-popN-seedN)")
     parser.add_argument(
         "--resume",
@@ -76,14 +77,14 @@ def run(args: argparse.Namespace) -> int:
         experiment = experiment_in(RunDir.open(args.resume))
     else:
         experiment = _experiment(args)
-    options.note_models(experiment.controllers, experiment.run)  # type: ignore[arg-type]
+    driving_options.note_models(experiment.controllers, experiment.run)  # type: ignore[arg-type]
     with SearchBar(experiment.search) as bar:
         found = evolve(
             experiment,
             out=args.out,
             resume=args.resume,
             workers=args.workers,
-            executor=options.executor_of(args),
+            executor=driving_options.executor_of(args),
             wait_s=args.wait,
             run_timeout_s=args.run_timeout,
             on_generation=bar.on_generation,
@@ -91,9 +92,12 @@ def run(args: argparse.Namespace) -> int:
         )
     print_table(found.table())
     for line in confirmed_sentence(found.best_results, found.config["search"]):
-        console.print(line, highlight=False)
-    console.print(f"Look at {found.path / 'figures'} and {found.path / 'README.txt'};")
-    console.print(f"drive the maps again with: mapbench bench {found.path} --repeats 5")
+        console.print(line)
+    console.print(
+        f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} says what the other files are."
+    )
+    console.print(f"A page with replays: mapbench report {found.path}")
+    console.print(f"The maps driven again, with new seeds: mapbench bench {found.path} --repeats 5")
     _print_errors(found)
     return 0
 
@@ -115,11 +119,11 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     if args.family is not None:
         given["families"] = list(args.family)
     document = compose(args.preset or DEFAULT_PRESET, config, **given)
-    named = options.named_controllers(args)
+    named = driving_options.named_controllers(args)
     if named and (args.controllers is not None or "controllers" not in config):
         document["controllers"] = [spec.model_dump() for spec in named]
     experiment = experiment_of(document)
-    settings = options.drive_settings(args, experiment.run)  # type: ignore[arg-type]
+    settings = driving_options.drive_settings(args, experiment.run)  # type: ignore[arg-type]
     return Experiment(experiment.search, experiment.controllers, settings)
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import NavigationParams, parameters_of_ours, write_nav2_params
-from evolution.commands import options
+from evolution.commands import driving_options, options
+from evolution.commands.console import console
 from evolution.commands.parameter_file import read_parameter_file
-from evolution.commands.progress import console
 from evolution.driving import ControllerSpec, DriveSettings
 from evolution.runs import CONFIG, experiment_in, load_run
 from gym_mapbench.mapio import load_maps, load_scenarios
@@ -38,9 +38,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="M",
         help="height of the walls in Gazebo (default 0.5)",
     )
-    options.add_controllers_option(parser)
+    driving_options.add_controllers_option(parser)
     options.add_task_options(parser)
-    options.add_drive_options(parser)
+    driving_options.add_drive_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -57,8 +57,8 @@ def run(args: argparse.Namespace) -> int:
 def _export_gazebo(args: argparse.Namespace) -> list[Path]:
     """Write the bundle with the controllers and parameters the run was driven with."""
     recorded = experiment_in(load_run(args.source)) if (Path(args.source) / CONFIG).is_file() else None
-    settings = options.drive_settings(args, recorded.run if recorded else None)  # type: ignore[arg-type]
-    chosen = options.controllers_of(args)
+    settings = driving_options.drive_settings(args, recorded.run if recorded else None)  # type: ignore[arg-type]
+    chosen = driving_options.controllers_of(args)
     specs = recorded.controllers if recorded is not None and args.controllers is None else chosen
     read = read_parameter_file(args)
     return export_gazebo(

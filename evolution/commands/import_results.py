@@ -11,7 +11,7 @@ from rich.table import Table
 
 from evolution.benchmark import Comparison, compare, our_times, times_of_results
 from evolution.commands import options
-from evolution.commands.progress import console
+from evolution.commands.console import console
 from gym_mapbench.mapio.runner_results import read_runner_results
 
 EXAMPLES = """  mapbench import-results bundle/results.csv --ours runs/first
@@ -70,7 +70,7 @@ def _print(comparison: Comparison) -> None:
     for pair in comparison.pairs:
         table.add_row(pair.map, pair.controller, *(_cell(value) for value in (pair.ours, pair.theirs, pair.ratio)))
     console.print(table)
-    console.print(_correlation(comparison), highlight=False)
+    console.print(_correlation(comparison))
     for name, kept in comparison.order_kept.items():
         console.print(f"{name}: {'keeps' if kept else 'changes'} its place in the order of the maps")
     for line in comparison.missing:

@@ -7,7 +7,7 @@ import json
 
 from evolution.commands import options
 from evolution.commands.catalogue import KINDS
-from evolution.commands.progress import print_table
+from evolution.commands.console import print_table
 from evolution.files import Table
 
 EXAMPLES = """  mapbench list                       everything that has a name

@@ -10,13 +10,15 @@ from dataclasses import asdict
 from rich.table import Table
 
 from evolution.commands import options
+from evolution.commands.console import console
 from evolution.commands.drawn_maps import add_draw
-from evolution.commands.progress import console
+from gym_mapbench.clearance import check_clearance
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_map_file
 from gym_mapbench.mapio.movingai_check import check_scen
 from gym_mapbench.mapmeasures import measure_map
-from gym_mapbench.robot import RobotSpec, make_robot
+from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
 from gym_mapbench.scenario import Scenario
 
 EXAMPLES = """  mapbench maps info office.yaml --start 1,1,0 --goal 8,6,0
@@ -26,6 +28,10 @@ EXAMPLES = """  mapbench maps info office.yaml --start 1,1,0 --goal 8,6,0
 
 METRES = {
     "resolution",
+    "x_min",
+    "y_min",
+    "x_max",
+    "y_max",
     "path_length",
     "narrowest_passage",
     "closest_obstacle",
@@ -52,9 +58,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def _add_info(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     info = options.action_parser(actions, "info", "size, tasks and measures of maps in any format")
-    info.add_argument("path", metavar="PATH")
-    info.add_argument("--robot", metavar="NAME", default="turtlebot3_waffle")
-    info.add_argument("--robot-radius", type=options.positive_number, metavar="M")
+    info.add_argument("path", metavar="PATH", help="a map in any format; see mapbench list formats")
+    info.add_argument(
+        "--robot",
+        metavar="NAME",
+        default="turtlebot3_waffle",
+        help=f"robot that is to get through: {options.names_in(ROBOTS)} (default turtlebot3_waffle)",
+    )
+    info.add_argument(
+        "--robot-radius", type=options.positive_number, metavar="M", help="radius of a robot of your own, a disc"
+    )
     info.add_argument("--format", choices=("table", "json"), default="table")
     info.add_argument("--limit", type=options.positive, default=20, metavar="N", help="tasks shown (default 20)")
     options.add_task_options(info)
@@ -79,20 +92,49 @@ def run_info(args: argparse.Namespace) -> int:
     if args.format == "json":
         print(json.dumps({"tasks": len(scenarios), "maps": [_finite(row) for row in rows]}, indent=1, allow_nan=False))
         return 0
-    for row in rows:
-        table = Table("measure", "value", title=str(row.pop("name")))
-        for name, value in row.items():
-            unit = ", m" if name in METRES else ""
-            table.add_row(f"{name}{unit}", f"{value:.4g}" if isinstance(value, float) else str(value))
-        console.print(table)
+    for row, scenario in zip(rows, shown, strict=True):
+        _print_measures(row)
+        if not row["solvable"]:
+            console.print(f"{scenario.name}: {_why_unsolvable(scenario, robot, row)}")
     if len(shown) < len(scenarios):
         console.print(f"{len(shown)} of {len(scenarios)} tasks shown; --limit N shows more")
     return 0
 
 
 def _size(scenario: Scenario) -> dict[str, object]:
+    """Return the size in cells, and between which x and y the map lies."""
     rows, cols = scenario.map.shape
-    return {"rows": rows, "cols": cols, "resolution": scenario.map.resolution}
+    corners = zip(("x_min", "y_min", "x_max", "y_max"), map(float, scenario.map.bounds), strict=True)
+    return {"rows": rows, "cols": cols, "resolution": scenario.map.resolution, **dict(corners)}
+
+
+def _print_measures(row: dict[str, object]) -> None:
+    """Print what was measured of one map; what has no value is a dash."""
+    table = Table(title=str(row["name"]))
+    table.add_column("measure")
+    table.add_column("value", justify="right")
+    for name, value in row.items():
+        if name != "name":
+            table.add_row(f"{name}, m" if name in METRES else name, _number(value))
+    console.print(table)
+
+
+def _number(value: object) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    return "-" if math.isnan(value) else f"{value:.4g}"
+
+
+def _why_unsolvable(scenario: Scenario, robot: RobotSpec, row: dict[str, object]) -> str:
+    """Say in one line what is in the way of the robot."""
+    try:
+        check_clearance(scenario, robot)
+    except ConfigError as error:
+        return str(error)
+    return (
+        f"no way from start to goal is wide enough for the robot ({robot.name}, radius "
+        f"{robot.circumscribed_radius:g} m); the widest has a place of {row['narrowest_passage']:.3g} m"
+    )
 
 
 def run_convert(args: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 from controllers.nav2_params import PRESETS, Nav2Params, load_preset, read_nav2_params, summarise
 from controllers.nav2_params.templates import parse_defines
 from controllers.releases import RELEASES, Release
-from evolution.commands.progress import note
+from evolution.commands.console import note
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 

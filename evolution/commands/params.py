@@ -10,8 +10,8 @@ from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import Migration, migrate_file
 from controllers.releases import RELEASES
 from evolution.commands import options
+from evolution.commands.console import console, note
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file
-from evolution.commands.progress import console, note
 from evolution.files import write_text
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.robot import RobotSpec, make_robot
@@ -49,7 +49,7 @@ def _check(args: argparse.Namespace) -> int:
         raise ConfigError(f"expected a parameter file, got the preset {args.params!r}")
     base = RobotSpec(name="turtlebot3_waffle") if args.robot is None else make_robot(args.robot)
     for line in summarise(read, robot_of(read, base), args.verbose):
-        console.print(line, highlight=False, soft_wrap=True)
+        console.print(line)
     return 0
 
 

@@ -2,33 +2,20 @@
 
 from __future__ import annotations
 
-import ctypes
-import logging
-import os
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from datetime import timedelta
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.measure import Measurement
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
-from rich.table import Table as Grid
 from rich.text import Text
 
+from evolution.commands.console import errors, note, notes, say
 from evolution.driving import Job, RunResult, is_compiled
-from evolution.files import Table, version_lines
 from evolution.search import EvolveSettings
 from evolution.search import Progress as Generation
 from gym_mapbench.errors import visible
 
-LOG = logging.getLogger(__name__)
-PACKAGES = ("gym_mapbench", "controllers", "evolution")
-PIPE_WIDTH = 160
-UNLIMITED = 10_000
 SLOW = 0.5
 """Runs a second below which they are counted by the minute."""
 
@@ -37,16 +24,14 @@ SECONDS_PER_LINE = 20.0
 """How often a file or pipe, where no bar is seen, gets a line about the runs."""
 
 
-class PlainConsole(Console):
-    """Shows texts as they are: a name in square brackets is no markup, and one with an escape sequence does nothing."""
+class TimeColumn(TimeRemainingColumn):
+    """Says how much time is left, or, as long as nobody knows that, how much has passed."""
 
-    def __init__(self, *, stderr: bool = False) -> None:
-        stream = sys.stderr if stderr else sys.stdout
-        super().__init__(stderr=stderr, markup=False, emoji=False, width=None if stream.isatty() else PIPE_WIDTH)
-
-    def render_str(self, text: str, **options: Any) -> Text:
-        """Make a text of what is printed or stands in a table."""
-        return super().render_str(visible(text, "\n"), **options)
+    def render(self, task: Task) -> Text:
+        """Return the text of the column."""
+        if task.time_remaining is None:
+            return Text(f"{timedelta(seconds=int(task.elapsed or 0))} so far", style="progress.elapsed")
+        return super().render(task).append(" left")
 
 
 class PlainColumn(TextColumn):
@@ -60,84 +45,6 @@ class PlainColumn(TextColumn):
         shown = super().render(task)
         shown.plain = visible(shown.plain)
         return shown
-
-
-console = PlainConsole()
-errors = PlainConsole(stderr=True)
-notes = PlainConsole(stderr=True)
-"""Where notes and bars are shown, unless the user wants quiet."""
-
-
-def be_quiet(quiet: bool = True) -> None:
-    """Print neither notes nor progress from now on, only results and errors; or everything again."""
-    notes.quiet = quiet
-
-
-class _Notes(logging.Handler):
-    """Prints what the packages log as notes."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Print one record."""
-        note(self.format(record))
-
-
-_verbosely = _Notes()
-
-
-def be_verbose(verbose: bool = True) -> None:
-    """Print from now on what the packages log: files, presets and seeds, and every run; or no longer."""
-    for package in PACKAGES:
-        logger = logging.getLogger(package)
-        logger.setLevel(logging.INFO if verbose else logging.NOTSET)
-        (logger.addHandler if verbose else logger.removeHandler)(_verbosely)
-    LOG.info("%s", ", ".join(version_lines()))
-
-
-def say(line: str) -> None:
-    """Print a line of progress on standard output, where no bar shows it."""
-    if not notes.is_terminal and not notes.quiet:
-        print(visible(line), flush=True)
-
-
-def note(text: str) -> None:
-    """Print a message on standard error, apart from the results; it is wrapped on a terminal only."""
-    notes.print(text, highlight=False, soft_wrap=not notes.is_terminal)
-
-
-@contextmanager
-def only_results_on_stdout() -> Iterator[None]:
-    """Send what code of users prints, from C as well, to standard error while the ``with`` block lasts."""
-    sys.stdout.flush()
-    stdout = os.dup(1)
-    os.dup2(2, 1)
-    try:
-        with redirect_stdout(sys.stderr):
-            yield
-    finally:
-        if os.name == "posix":
-            ctypes.CDLL(None).fflush(None)  # what C has not printed yet
-        os.dup2(stdout, 1)
-        os.close(stdout)
-
-
-def print_table(table: Table) -> None:
-    """Print a table on standard output, numbers aligned to the right, without columns that hold nothing.
-
-    Where it is too wide, it does without lines between columns, headings are broken at their spaces, and texts go on
-    below rather than being cut off.
-    """
-    grid = Grid(title=table.title or None, title_justify="left")
-    cells = table.cells()
-    shown = [place for place in range(len(table.columns)) if any(line[place] for line in cells)]
-    for name in (table.columns[place] for place in shown):
-        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold")
-    for line in cells:
-        grid.add_row(*(line[place] for place in shown))
-    if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
-        grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
-        for column in grid.columns:
-            column.header = str(column.header).replace(" ", "\n")
-    console.print(grid)
 
 
 def best_in_words(fitness: float) -> str:
@@ -213,7 +120,7 @@ class WorkBar(Bar):
         self.speed = RunsPerSecond()
         self.told = self.speed.began
         state = PlainColumn("{task.fields[state]}")
-        super().__init__(what, total, MofNCompleteColumn(), state, TimeRemainingColumn())
+        super().__init__(what, total, MofNCompleteColumn(), state, TimeColumn())
 
     def tell(self, line: str) -> None:
         """Print a line where there is no bar, unless the last one is not long ago."""
@@ -242,13 +149,14 @@ class SearchBar(WorkBar):
         super().__init__("evolving", search.runs or search.evaluations)
         self.search = search
         self.asked = 0
+        self.reached = "first generation"
 
     def on_generation(self, generation: Generation) -> None:
         """Show one generation of a search."""
         row, runs = generation.row, self.search.runs
         self.asked += generation.driven + generation.reused
-        state = f"gen {row['generation']}, {best_in_short(row['best'])}, {self.speed}"
-        self.bar.update(self.task, completed=self.asked if runs else row["evaluations"], state=state)
+        self.reached = f"gen {row['generation']} done, {best_in_short(row['best'])}"
+        self._show(completed=self.asked if runs else row["evaluations"])
         replayed = " (replayed)" if generation.replayed else ""
         say(
             f"generation {row['generation']}: {row['evaluations']} map sets, {self.asked} runs, "
@@ -257,6 +165,11 @@ class SearchBar(WorkBar):
         )
 
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
-        """Count one driven run of a search."""
+        """Count one driven run of a search, be it of a generation or of the confirmation."""
         self.speed.runs += 1
         self.tell(f"runs driven: {self.speed.runs}")
+        self._show(advance=1 if self.search.runs else 0)
+
+    def _show(self, completed: float | None = None, advance: float | None = None) -> None:
+        """Move the bar, and say beside it how far the search is."""
+        self.bar.update(self.task, completed=completed, advance=advance, state=f"{self.reached}, {self.speed}")

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from evolution.commands import options
-from evolution.commands.progress import console, note
+from evolution.commands.console import console, note
 from evolution.runs import LoadedRun, experiment_in, load_run
 from evolution.studies import is_study
 from gym_mapbench.errors import ConfigError, RunError
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     from evolution.report import write_report
 
     page = write_report(args.path, args.out, sections=args.section, on_step=note)
-    console.print(f"wrote {page} ({page.stat().st_size / 1e6:.1f} MB); open it in any browser", highlight=False)
+    console.print(f"wrote {page} ({page.stat().st_size / 1e6:.1f} MB); open it in any browser")
     return 0
 
 
@@ -80,7 +80,7 @@ def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
     episode = drive(jobs[name])
     for film in films:
         save_animation(episode, experiment.run.environment.robot, film)  # type: ignore[attr-defined]
-        console.print(f"wrote {film}", highlight=False)
+        console.print(f"wrote {film}")
 
 
 def _run_of(path: Path, configuration: str | None) -> LoadedRun:

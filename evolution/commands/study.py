@@ -3,24 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import math
 
 from rich.progress import TaskProgressColumn
-from rich.table import Table as Grid
 
 from evolution.api import study
-from evolution.commands import options
-from evolution.commands.progress import (
-    Bar,
-    PlainColumn,
-    RunsPerSecond,
-    best_in_short,
-    best_in_words,
-    console,
-    note,
-    print_table,
-    say,
-)
+from evolution.commands import driving_options, options
+from evolution.commands.console import console, note, print_table, say
+from evolution.commands.progress import Bar, PlainColumn, RunsPerSecond, best_in_short, best_in_words
 from evolution.driving import Job, RunResult
 from evolution.files import Row, Table
 from evolution.report import write_report
@@ -38,6 +27,11 @@ from evolution.studies import (
 from gym_mapbench.errors import RunError
 
 RUNS_PER_LINE = 100
+SUMMARY = {name: name for name in ("configuration", "n", "mean", "std", "median")} | {
+    "median from": "ci_low",
+    "median to": "ci_high",
+}
+"""Columns of the table of best fitnesses, and what they are called in the results."""
 EXAMPLES = """  mapbench study quick                             a few minutes, every method once
   mapbench study thesis --out runs/thesis          chapter 5 of the thesis, with baselines
   mapbench study noise --runs 20                   what noise does, on 20 maps
@@ -58,7 +52,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--resume", action="store_true", help="continue the study in the directory")
     parser.add_argument("--only", metavar="A,B,..", help="run only these configurations (or worlds) now")
     parser.add_argument("--runs", type=options.positive, metavar="N", help="run only the first N seeds (or maps) now")
-    options.add_workers_options(parser)
+    driving_options.add_workers_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -74,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
             only=only,
             runs=args.runs,
             workers=args.workers,
-            executor=options.executor_of(args),
+            executor=driving_options.executor_of(args),
             wait_s=args.wait,
             run_timeout_s=args.run_timeout,
             on_progress=bar.show,
@@ -88,7 +82,7 @@ def _show_study(results: StudyResults) -> int:
     analysis = analyse(results)
     page = write_report(results.path, analysis=analysis, on_step=note)
     _print(analysis)
-    console.print(f"Look at {page}, and at {results.path / 'tables'} and {results.path / 'figures'}.", highlight=False)
+    console.print(f"Look at {page}, and at {results.path / 'tables'} and {results.path / 'figures'}.")
     if results.failed:
         raise RunError(f"{results.failed} runs could not be made (see missing, above); --resume tries them again")
     return 0
@@ -107,7 +101,7 @@ def _show_sweep(results: SweepResults) -> int:
         for row in results.table()
     ]
     print_table(Table(rows, f"{results.settings.name}: each world compared with the first, 95 % intervals in brackets"))
-    console.print(f"Look at {results.path / 'figures'} and {results.path / 'effects.csv'}.", highlight=False)
+    console.print(f"Look at {results.path / 'figures'} and {results.path / 'effects.csv'}.")
     return 0
 
 
@@ -118,23 +112,12 @@ def _with_interval(row: Row, name: str) -> str:
 def _print(analysis: StudyAnalysis) -> None:
     """Show Table 5.2, the verdict, and what is missing."""
     for comparison in analysis.comparisons:
-        table = Grid(title=f"Best fitness of a run: {comparison.title}", title_justify="left")
-        columns = ("configuration", "n", "mean", "std", "median", "ci_low", "ci_high")
-        for column in columns:
-            table.add_column(column, justify="left" if column == "configuration" else "right")
-        for row in summary_rows(comparison):
-            table.add_row(*[_cell(row[column]) for column in columns])
-        console.print(table)
+        rows = [{shown: row[name] for shown, name in SUMMARY.items()} for row in summary_rows(comparison)]
+        print_table(Table(rows, f"Best fitness of a run, median with its 95 % interval: {comparison.title}"))
     for sentence in verdict_of(analysis.results, analysis):
-        console.print(sentence, highlight=False)
+        console.print(sentence)
     for line in analysis.results.missing:
-        console.print(f"missing: {line}", highlight=False, soft_wrap=True)
-
-
-def _cell(value: object) -> str:
-    if not isinstance(value, float):
-        return str(value)
-    return "-" if math.isnan(value) else f"{value:.2f}"
+        console.print(f"missing: {line}")
 
 
 class StudyBar(Bar):
@@ -146,14 +129,13 @@ class StudyBar(Bar):
 
     def show(self, progress: StudyProgress) -> None:
         """Show where the study stands."""
-        left = "" if progress.seconds_left is None else f", about {duration(progress.seconds_left)} left"
+        left = "" if progress.seconds_left is None else f", {duration(progress.seconds_left)} left"
         who = f"{progress.configuration} seed {progress.seed}"
-        speed = f"{progress.runs_per_second:.1f} runs/s{left}"
-        state = f"{who}, {best_in_short(progress.best)}, {speed}"
+        state = f"{who}, {best_in_short(progress.best)}{left}"
         self.bar.update(self.task, completed=progress.fraction, state=state)
         if progress.step == "done":
             done = f"{100 * progress.fraction:.0f} % of the work done"
-            say(f"{who}, {best_in_words(progress.best)}; {done}, {speed}")
+            say(f"{who}, {best_in_words(progress.best)}; {done}, {progress.runs_per_second:.1f} runs/s{left}")
 
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a sweep."""

@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from rich.progress import TimeRemainingColumn
-
 from evolution.api import train
 from evolution.commands import options
-from evolution.commands.progress import Bar, PlainColumn, console, print_table, say
+from evolution.commands.console import console, print_table, say
+from evolution.commands.progress import Bar, PlainColumn, TimeColumn
 from evolution.files import Row, Table
 from evolution.training import Training, TrainProgress, algorithm_names
 
@@ -83,7 +82,7 @@ class TrainBar(Bar):
     """A bar over the steps of a training on a terminal; a line for every evaluation elsewhere."""
 
     def __init__(self) -> None:
-        super().__init__("training", None, PlainColumn("{task.fields[state]}"), TimeRemainingColumn())
+        super().__init__("training", None, PlainColumn("{task.fields[state]}"), TimeColumn())
         self._shown: Row | None = None
 
     def advance(self, progress: TrainProgress) -> None:

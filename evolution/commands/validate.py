@@ -7,10 +7,9 @@ import json
 import math
 from collections.abc import Sequence
 
-from rich.table import Table
-
-from evolution.commands import options
-from evolution.commands.progress import console, errors
+from evolution.commands import driving_options, options
+from evolution.commands.console import errors, print_table
+from evolution.files import Table
 from evolution.validation import (
     LayersOracle,
     Measure,
@@ -53,10 +52,10 @@ def run(args: argparse.Namespace) -> int:
     else:
         _print_table(measures)
         for line in differing:
-            errors.print(f"differs: {line}", highlight=False)
+            errors.print(f"differs: {line}")
     missed = [one for one in measures if one.missed]
     for one in missed:
-        errors.print(f"missed: {one.key} is {one.value:.6g}, expected {one.target}", highlight=False)
+        errors.print(f"missed: {one.key} is {one.value:.6g}, expected {one.target}")
     return 1 if missed else 0
 
 
@@ -71,7 +70,7 @@ def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[st
     measures = [measure for take in UNIT_MEASURES for measure in take(oracle)]
     if args.units_only:
         return measures, []
-    driven = drive_recorded(oracle, options.workers_of(args))
+    driven = drive_recorded(oracle, driving_options.workers_of(args))
     return measures + closed_loop_measures(driven), disagreements(driven)
 
 
@@ -91,9 +90,14 @@ def json_of(measures: Sequence[Measure], differing: Sequence[str]) -> str:
 
 
 def _print_table(measures: Sequence[Measure]) -> None:
-    table = Table(title="Against recorded Nav2")
-    for column in ("measure", "value", "target", "cases", "worst case"):
-        table.add_column(column, justify="right" if column in ("value", "cases") else "left", overflow="fold")
-    for one in measures:
-        table.add_row(one.key, f"{one.value:.6g}", one.target, str(one.count), one.worst)
-    console.print(table)
+    rows = [
+        {
+            "measure": one.key,
+            "value": f"{one.value:.6g}",
+            "target": one.target,
+            "cases": one.count,
+            "worst case": one.worst,
+        }
+        for one in measures
+    ]
+    print_table(Table(rows, "Against recorded Nav2"))

@@ -12,9 +12,9 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any, ClassVar, Protocol
 
-from pydantic import AfterValidator, Field, JsonValue, TypeAdapter
+from pydantic import AfterValidator, ConfigDict, Field, JsonValue, TypeAdapter
 
 from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
 from evolution.files import PACKAGE_VERSION
@@ -91,12 +91,14 @@ class RunResult:
         seed: Seed of the run.
     """
 
+    __pydantic_config__: ClassVar = ConfigDict(extra="forbid")
+
     outcome: Outcome
     time_s: float
     path_length_m: float
     reason: str = ""
     attempts: int = 1
-    metrics: Mapping[str, float] = field(default_factory=dict)
+    metrics: Mapping[str, int | float] = field(default_factory=dict)
     timings: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
 
@@ -122,9 +124,8 @@ class RunResult:
 
     @classmethod
     def from_json(cls, text: str) -> RunResult:
-        """Read what :meth:`to_json` wrote; raises ``ValueError`` or ``TypeError`` if it is something else."""
-        _RESULT.validate_json(text, strict=True)
-        return cls(**json.loads(text))
+        """Read what :meth:`to_json` wrote; raises ``ValueError`` if it is something else."""
+        return _RESULT.validate_json(text, strict=True)
 
 
 _RESULT = TypeAdapter(RunResult)

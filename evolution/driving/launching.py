@@ -1,4 +1,4 @@
-"""How worker processes are started: from a fork server, and without the caller's script.
+"""How worker processes are started: from a fork server, without the caller's script, with the modules of the caller.
 
 A job names everything it needs by module, so a worker never has to import the script or notebook that asked for it;
 ``multiprocessing`` would do so at every start, and a script without a ``__main__`` guard would begin itself anew.
@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from multiprocessing import forkserver, popen_forkserver, spawn
+from multiprocessing import forkserver, popen_forkserver, spawn, util
 from multiprocessing.context import BaseContext, ForkServerContext, ForkServerProcess
 from multiprocessing.process import BaseProcess
 from typing import Any
@@ -58,9 +59,29 @@ def _without_main() -> Iterator[None]:
         spawn.get_preparation_data = original
 
 
+@contextmanager
+def _same_modules() -> Iterator[None]:
+    """Let processes that are started inside the ``with`` block search modules where this one does.
+
+    A fork server of Python 3.11 to 3.13 is told, and forgets it: it searches the current directory first, so in a clone
+    of this repository its workers would drive with the files there, whatever is installed.
+    """
+    original = util.spawnv_passfds
+
+    def start(path: Any, args: Sequence[Any], passfds: Sequence[int]) -> int:
+        *options, program = args
+        return original(path, [*options, f"import sys; sys.path[:] = {list(map(str, sys.path))}; {program}"], passfds)
+
+    util.spawnv_passfds = start
+    try:
+        yield
+    finally:
+        util.spawnv_passfds = original
+
+
 class _Popen(popen_forkserver.Popen):
     def _launch(self, process_obj: BaseProcess) -> None:
-        with _without_main():
+        with _without_main(), _same_modules():
             super()._launch(process_obj)  # type: ignore[misc]
 
 

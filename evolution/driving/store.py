@@ -26,6 +26,7 @@ LOG = logging.getLogger(__name__)
 
 SCHEMA_VERSION = 1
 LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+UNWRITABLE = (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM)
 WAIT_SECONDS = 10.0
 KEYS_PER_QUERY = 500
 MARK = ',"checksum":"'
@@ -64,7 +65,10 @@ class ResultStore:
         except sqlite3.Error as error:
             if self.path is not None and getattr(error, "sqlite_errorcode", 0) & 0xFF in LOCKED:
                 raise RunError(self._locked(self.path)) from None
-            raise RunError(f"{self.path or 'result store'}: {what} ({error})") from None
+            reason = (
+                "cannot be opened for writing" if getattr(error, "sqlite_errorcode", 0) & 0xFF in UNWRITABLE else what
+            )
+            raise RunError(f"{self.path or 'result store'}: {reason} ({error})") from None
 
     def _locked(self, path: Path) -> str:
         """Say who has locked the file."""

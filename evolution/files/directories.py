@@ -25,8 +25,8 @@ class DirectoryKind:
         what: What it holds, in one word.
         mark: Name of that file.
         format_version: Version of its format.
-        to_drive: Keys of that file that matter only where something is driven: what they say may name code, which
-            whoever drives must refuse.
+        to_drive: Places in that file, keys joined by dots, that matter only where something is driven: what they say
+            may name code, which whoever drives must refuse.
     """
 
     what: str
@@ -79,7 +79,7 @@ class DirectoryKind:
         if config.get("format") != self.format or config.get("format_version") != self.format_version:
             found = f"{config.get('format')} {config.get('format_version')}"
             raise RunError(f"{path / self.mark}: expected {self.format} {self.format_version}, got {found}")
-        refuse_code({name: config[name] for name in config if name not in self.to_drive}, path / self.mark)
+        refuse_code(config, path / self.mark, self.to_drive)
         LOG.info("%s: opened, a %s", path, self.what)
         return config
 

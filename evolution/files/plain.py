@@ -15,7 +15,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.bounded import open_zip, read_text
+from gym_mapbench import bounded
 from gym_mapbench.documents import parse_json
 from gym_mapbench.errors import RunError
 from gym_mapbench.gridmap import GridMap
@@ -176,39 +176,26 @@ def npz_of(maps: Mapping[str, GridMap]) -> bytes:
     return content.getvalue()
 
 
-def read_npz(path: Path, resolution: float) -> dict[str, GridMap]:
+def read_npz(path: Path, resolution: float, limit: int = MAX_BYTES) -> dict[str, GridMap]:
     """Read what :func:`npz_of` returned.
 
     Args:
         path: The file.
         resolution: Side of a cell, m.
+        limit: Most bytes of all maps together.
 
     Raises:
         RunError: If it is missing or holds something else.
     """
     try:
-        return {digest: GridMap(array, resolution) for digest, array in read_arrays(path, MAX_BYTES).items()}
+        return {digest: GridMap(array, resolution) for digest, array in read_arrays(path, limit).items()}
     except ValueError as error:
         raise _unreadable(path, error) from None
 
 
 def read_arrays(path: Path, limit: int) -> dict[str, NDArray[Any]]:
-    """Read the arrays of an ``.npz`` file; nothing in it is unpickled.
-
-    Args:
-        path: The file.
-        limit: Most bytes of all arrays together.
-
-    Raises:
-        RunError: If it is missing, larger, or holds something else.
-    """
-    with open_zip(path, limit, RunError):
-        pass
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            return dict(arrays)
-    except Exception as error:  # numpy and zipfile raise many kinds on damaged bytes
-        raise _unreadable(path, error) from None
+    """Read the arrays of an ``.npz`` file, as :func:`gym_mapbench.bounded.read_arrays` does; raises ``RunError``."""
+    return bounded.read_arrays(path, limit, RunError)
 
 
 def _parse(column: str, text: str) -> Any:
@@ -233,7 +220,7 @@ def read_json_lines(path: Path) -> list[Row]:
 
 
 def _read_text(path: Path) -> str:
-    return read_text(path, MAX_BYTES, RunError)
+    return bounded.read_text(path, MAX_BYTES, RunError)
 
 
 def _unreadable(path: Path, error: Exception) -> RunError:

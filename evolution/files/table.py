@@ -39,6 +39,11 @@ class Table(Sequence[Row]):
         """Names of the columns, in order of their first use."""
         return tuple(dict.fromkeys(name for row in self._rows for name in row))
 
+    @property
+    def filled(self) -> tuple[str, ...]:
+        """Names of the columns that a reader needs: not those in which every row has an empty text."""
+        return tuple(name for name in self.columns if any(row.get(name) != "" for row in self._rows))
+
     @overload
     def __getitem__(self, index: int) -> Row: ...
     @overload
@@ -53,8 +58,8 @@ class Table(Sequence[Row]):
         return iter(self._rows)
 
     def cells(self) -> list[list[str]]:
-        """Return every row as readable texts, one per column; the numbers of a column have equally many decimals."""
-        columns = [readable([row.get(name) for row in self._rows]) for name in self.columns]
+        """Return every row as readable texts, one per filled column; the numbers of a column have as many decimals."""
+        columns = [readable([row.get(name) for row in self._rows]) for name in self.filled]
         return [list(cells) for cells in zip(*columns, strict=True)]
 
     def numeric(self, column: str) -> bool:
@@ -73,10 +78,10 @@ class Table(Sequence[Row]):
         return pandas.DataFrame(self._rows, columns=list(self.columns))
 
     def __str__(self) -> str:
-        lines = [list(self.columns), *self.cells()]
+        lines = [list(self.filled), *self.cells()]
         columns = [
             _aligned(column, right=self.numeric(name))
-            for name, column in zip(self.columns, zip(*lines, strict=True), strict=True)
+            for name, column in zip(self.filled, zip(*lines, strict=True), strict=True)
         ]
         title = [self.title] if self.title else []
         return "\n".join([*title, *("  ".join(line).rstrip() for line in zip(*columns, strict=True))])
@@ -85,7 +90,7 @@ class Table(Sequence[Row]):
 
     def _repr_html_(self) -> str:
         """Return the table as a notebook shows it."""
-        head = "".join(f"<th>{html.escape(name)}</th>" for name in self.columns)
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in self.filled)
         body = "".join(
             "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>" for cells in self.cells()
         )

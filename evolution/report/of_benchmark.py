@@ -9,7 +9,14 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from evolution.benchmark import SHARES, Benchmark, benchmark_document, pair_rows, score_rows
+from evolution.benchmark import (
+    Benchmark,
+    benchmark_document,
+    pair_rows,
+    score_rows,
+    table_of_pairs,
+    table_of_scores,
+)
 from evolution.driving import Job, JobPlan, drive
 from evolution.files import Row, Table, write_text
 from evolution.report.page import Attachment, Report, Section, render_page
@@ -152,19 +159,11 @@ def _missing(result: Benchmark) -> list[str]:
 
 def _tables(result: Benchmark, controllers: Sequence[str]) -> list[PageTable]:
     return [
-        _page_table("Controllers", Table(map(_in_percent, result.table("controllers")))),
-        *([_page_table("Pairs", result.table("pairs"))] if len(controllers) > 1 else []),
+        _page_table("Controllers", table_of_scores(result.table("controllers"))),
+        *([_page_table("Pairs", table_of_pairs(result.table("pairs")))] if len(controllers) > 1 else []),
         _page_table("Maps", result.table()),
         _page_table("Runs", Table(map(_long_last, result.rows))),
     ]
-
-
-def _in_percent(row: Row) -> Row:
-    """Return a row whose shares are whole percentages; the names of the columns say so."""
-    return {
-        f"{name} %" if (share := name.split()[0] in SHARES) else name: round(100 * value) if share else value
-        for name, value in row.items()
-    }
 
 
 def _long_last(row: Row) -> Row:
@@ -175,6 +174,6 @@ def _long_last(row: Row) -> Row:
 
 def _page_table(caption: str, table: Table) -> PageTable:
     """Show a table on the page; what has no value becomes a dash."""
-    nothing = {name: float("nan") if table.numeric(name) else "" for name in table.columns}
-    rows = [[nothing[name] if row.get(name) is None else row[name] for name in table.columns] for row in table]
-    return PageTable(caption, table.columns, rows)
+    nothing = {name: float("nan") if table.numeric(name) else "" for name in table.filled}
+    rows = [[nothing[name] if row.get(name) is None else row[name] for name in nothing] for row in table]
+    return PageTable(caption, table.filled, rows, table.title)

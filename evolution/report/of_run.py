@@ -64,9 +64,10 @@ def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
     return lines
 
 
-def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[ReplayedMap]:
-    """The best maps with their recorded runs."""
-    return [ReplayedMap(f"{one.name} ({one.reading})", one.episodes, _radius(run)) for one in driven if one.episodes]
+def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap], group: str = "") -> list[ReplayedMap]:
+    """The best maps that were driven again, with their runs; ``group`` is the heading under which they stand."""
+    shown = [one for one in driven if one.episodes]
+    return [ReplayedMap(f"{one.name} ({one.reading})", one.episodes, _radius(run), group) for one in shown]
 
 
 def _radius(run: LoadedRun) -> float:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import yaml
 
 from evolution.files import Row, csv_of
-from evolution.report.of_run import changed_replays
+from evolution.report.of_run import changed_replays, replayed_maps
 from evolution.report.page import Attachment, Report, Section, Table, picture
 from evolution.report.replays import ReplayedMap
 from evolution.statistics import FEWEST_FOR_INTERVAL
@@ -153,7 +153,7 @@ def report_of_study(
             Section("Figures", figures=[picture(one.caption, one.png.read_bytes()) for one in figures], id="figures"),
         ],
         downloads=_downloads(results, best_sets),
-        missing=[*results.missing, *_not_shown(results, best_sets)],
+        missing=[*refused_replays(best_sets), *results.missing, *_not_shown(results, best_sets)],
         changed=[line for best in best_sets for line in _changed(best)],
     )
 
@@ -234,6 +234,12 @@ def _nested_ranks(comparison: Comparison) -> str:
     return f" By construction {', '.join(fixed)}." if fixed else ""
 
 
+def refused_replays(best_sets: Sequence[BestSet]) -> list[str]:
+    """Say in one line which best sets were not driven again because they name code."""
+    refused = {best.run.configuration.name: best.refused for best in best_sets if best.refused}
+    return [f"There are no replays of {', '.join(refused)}: {next(iter(refused.values()))}"] if refused else []
+
+
 def _not_shown(results: StudyResults, best_sets: Sequence[BestSet]) -> list[str]:
     """Name the configurations of which no set is shown, or not the best one."""
     shown = {best.run.configuration.name: best.run for best in best_sets}
@@ -266,11 +272,8 @@ def _best_set_tables(run: StudyRun) -> list[Table]:
 
 def _replayed(best: BestSet) -> list[ReplayedMap]:
     """The best set of one configuration with its recorded runs."""
-    radius = float(best.loaded.config["run"]["environment"]["robot"]["radius"])
     group = f"{best.run.configuration.name} (seed {best.run.seed}, fitness {best.run.fitness:.2f})"
-    return [
-        ReplayedMap(f"{one.name} ({one.reading})", one.episodes, radius, group) for one in best.maps if one.episodes
-    ]
+    return replayed_maps(best.loaded, best.maps, group)
 
 
 def _changed(best: BestSet) -> list[str]:

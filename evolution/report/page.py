@@ -13,7 +13,7 @@ from typing import Any
 
 import jinja2
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from PIL import Image
 
 from evolution.files import readable
@@ -152,6 +152,7 @@ def render_page(report: Report) -> str:
     folder = resources.files("evolution.report")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     environment.filters["sort_key"] = _sort_key
+    environment.filters["breakable"] = _breakable
     template = environment.from_string(folder.joinpath("page.html.j2").read_text(encoding="utf-8"))
     scripts = [folder.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS]
     return template.render(
@@ -167,6 +168,11 @@ def render_page(report: Report) -> str:
 def _sort_key(value: float) -> str:
     """Return the sort key of a number; empty if it is not finite, which sorts last."""
     return repr(float(value)) if np.isfinite(value) else ""
+
+
+def _breakable(name: str) -> Markup:
+    """Return a heading that may be broken at its underscores, where paper is too narrow."""
+    return Markup(str(escape(name)).replace("_", "_<wbr>"))
 
 
 def _script_json(value: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -11,7 +12,7 @@ from tempfile import TemporaryDirectory
 from evolution.files import temporary_directory, write_text
 from evolution.pictures import FIGURES, drive_best, recorded_maps, write_run_figures
 from evolution.report.of_run import report_of_run
-from evolution.report.of_study import report_of_study
+from evolution.report.of_study import refused_replays, report_of_study
 from evolution.report.page import Report, render_page
 from evolution.report.sections import SECTIONS
 from evolution.runs import CONFIG, load_run
@@ -86,13 +87,15 @@ def new_page(path: str | Path, own: Path | None = None) -> Path:
         own: The one that may be written anew.
 
     Raises:
-        ConfigError: If it exists and is not ``own``, or its directory does not exist.
+        ConfigError: If it exists and is not ``own``, or its directory does not exist or cannot be written.
     """
     target = Path(path)
     if target.is_dir() or (target.exists() and (own is None or target.resolve() != own.resolve())):
         raise ConfigError(f"{target}: exists already; nothing is overwritten")
     if not target.parent.is_dir():
         raise ConfigError(f"{target}: there is no directory {target.parent}")
+    if not os.access(target.parent, os.W_OK):
+        raise ConfigError(f"{target}: expected a directory that can be written; --out names another")
     return target
 
 
@@ -117,4 +120,6 @@ def _study_report(analysis: StudyAnalysis, drawn: Path, engine: Engine, on_step:
     write_tables(elsewhere, analysis)
     on_step(f"driving the best map set of {len(results.by_configuration)} configurations again for the replays")
     best_sets = drive_best_sets(results, engine)
+    for line in refused_replays(best_sets):
+        on_step(line)
     return report_of_study(results, best_sets, write_study_figures(elsewhere, best_sets, analysis), analysis)

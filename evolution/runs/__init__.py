@@ -11,6 +11,7 @@ from evolution.runs.documents import check_results
 from evolution.runs.driven_again import DrivenAgain, driven_again, fitness_of, judge
 from evolution.runs.filling import filling
 from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, load_run, reached_maps
+from evolution.runs.recorded_world import recorded_experiment
 from evolution.runs.results import confirmed_sentence, errors_in, results_document, results_in, typical_repeat
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "judge",
     "load_run",
     "reached_maps",
+    "recorded_experiment",
     "results_document",
     "results_in",
     "typical_repeat",

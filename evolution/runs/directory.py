@@ -65,6 +65,8 @@ maps/NNNN.npz       maps first seen in generation NNNN, by digest: boolean array
 best_map_set.json   the best map set so far, as text
 best_results.json   its fitness, and every run on it; once it is confirmed, what it is worth on new seeds
 checkpoint.json     where the search stands
+figures/            the best maps with what was driven on them, the best fitness over the search, travel times, and
+                    Lorenz curves (the further from the diagonal, the less alike the controllers are)
 timing.jsonl        wall-clock seconds of each generation
 results.sqlite      every result by the key of its run (SQLite, table "results")
 

@@ -19,6 +19,9 @@ from gym_mapbench.gridmap import GridMap
 from gym_mapbench.scenario import MapSet, Scenario
 from gym_mapbench.trust import refuse_code
 
+MOST_MAP_BYTES = 2_000_000_000
+"""All maps of a run together, unpacked; a search of 100 000 maps of 100 x 100 cells takes half of it."""
+
 
 @dataclass(frozen=True)
 class LoadedRun(Tabled):
@@ -95,7 +98,8 @@ class LoadedRun(Tabled):
         resolution = float(self.config["search"]["shapes"]["resolution"])
         found: dict[str, GridMap] = {}
         for path in sorted((self.path / MAPS).glob("*.npz")):
-            found |= read_npz(path, resolution)
+            left = MOST_MAP_BYTES - sum(grid.occupancy.nbytes for grid in found.values())
+            found |= read_npz(path, resolution, left)
         if missing := {row["map"] for row in self.runs} - set(found):
             raise RunError(f"{self.path / MAPS}: {len(missing)} of the driven maps are missing")
         return found

@@ -15,7 +15,6 @@ from statistics import fmean, median
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from evolution.driving import RunResult, SetResults
 from evolution.search.archive import Archive
@@ -31,7 +30,7 @@ from evolution.search.fitness import (
     repeats_of,
     singles_of,
 )
-from evolution.search.prospects import best_prospect
+from evolution.search.prospects import best_prospect, chances_in_time
 from evolution.search.settings import EvolveSettings
 from evolution.statistics import wilson_interval
 from gym_mapbench.scenario import MapSet
@@ -191,24 +190,42 @@ def choose(maps: Mapping[str, MapResults], fitness: Fitness, settings: EvolveSet
         fitness: Judges sets.
         settings: Options of the search, with a confirmation.
     """
-    options = settings.confirmation
-    assert options is not None
+    assert settings.confirmation is not None
     solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
-    if len(solved) >= settings.maps_per_set:
-        maps = solved
-    readings = {name: np.array(readings_of(of_map, fitness)) for name, of_map in maps.items()}
-
-    def roughly(names: Names) -> float:
-        total = fitness(tuple(maps[name] for name in names)).total
-        return min(total, 0.0) * chance_of_order([readings[name] for name in names]) + max(total, 0.0)
-
-    def reliable(names: Names) -> tuple[float, float]:
-        gains = gains_of(tuple(maps[name] for name in names), fitness)
-        return float(np.quantile(gains, options.reliability)), fmean(gains)
-
-    short_list = sorted(combinations(maps, settings.maps_per_set), key=roughly)[:SHORT_LIST]
-    best = min(short_list, key=reliable)
+    chosen_from = solved if len(solved) >= settings.maps_per_set else maps
+    choice = _Choice(chosen_from, fitness, settings.confirmation.reliability)
+    short_list = sorted(combinations(chosen_from, settings.maps_per_set), key=choice.roughly)[:SHORT_LIST]
+    best = min(short_list, key=choice.reliable)
     return tuple(sorted(best, key=lambda name: _place(fitness((maps[name],)).readings[0])))
+
+
+class _Choice:
+    """What sets of some maps can be relied on for."""
+
+    def __init__(self, maps: Mapping[str, MapResults], fitness: Fitness, reliability: float) -> None:
+        self.maps = maps
+        self.fitness = fitness
+        self.reliability = reliability
+        self.readings = {name: readings_of(of_map, fitness) for name, of_map in maps.items()}
+        solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
+        self.in_time = chances_in_time(solved, self.readings, fitness.time_limit)
+
+    def roughly(self, names: Names) -> float:
+        """Return the value of a set times the chance of its order and of no timeout; what is bad stays as bad."""
+        total = self.fitness(self._results(names)).total
+        likely = self._chance_in_time(names) * chance_of_order([self.readings[name] for name in names])
+        return min(total, 0.0) * likely + max(total, 0.0)
+
+    def reliable(self, names: Names) -> tuple[float, float]:
+        """Return the gain that enough single drives of a set reach, and their mean gain."""
+        gains, chance = gains_of(self._results(names), self.fitness), self._chance_in_time(names)
+        return reached_by(gains, self.reliability, chance), fmean(gains) * chance
+
+    def _results(self, names: Names) -> SetResults:
+        return tuple(self.maps[name] for name in names)
+
+    def _chance_in_time(self, names: Names) -> float:
+        return float(np.prod([self.in_time.get(name, 1.0) for name in names]))
 
 
 def _place(reading: float | None) -> float:
@@ -225,7 +242,19 @@ def gains_of(results: SetResults, fitness: Fitness) -> list[float]:
     ]
 
 
-def chance_of_order(readings: Sequence[NDArray[np.float64]]) -> float:
+def reached_by(gains: Sequence[float], share: float, chance: float) -> float:
+    """Return the gain that a share of all drives reach, if these gains come with a chance only, and else none does.
+
+    Args:
+        gains: Gains of single drives, less is better.
+        share: Share of all drives.
+        chance: Chance of a drive to be like these.
+    """
+    reached = float(np.quantile(gains, min(share / chance, 1.0)))
+    return reached if share < chance else max(reached, 0.0)
+
+
+def chance_of_order(readings: Sequence[Sequence[float]]) -> float:
     """Return how likely single drives are to keep the order of the mean readings, if maps do not depend on each other.
 
     Args:
@@ -233,7 +262,7 @@ def chance_of_order(readings: Sequence[NDArray[np.float64]]) -> float:
     """
     if not all(len(one) for one in readings):
         return 0.0
-    ordered = sorted(readings, key=np.mean)
+    ordered = [np.array(one) for one in sorted(readings, key=fmean)]
     return float(np.prod([(below[:, None] < above[None, :]).mean() for below, above in pairwise(ordered)]))
 
 

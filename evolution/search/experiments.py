@@ -13,7 +13,7 @@ import numpy as np
 from controllers.nav2_params.presets import overlay
 from evolution.driving import ControllerSpec, DriveSettings, check_room, try_controllers
 from evolution.search.operators.sampling import scenario_on
-from evolution.search.settings import Experiment
+from evolution.search.settings import Experiment, RunSettingsModel
 from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_from
@@ -59,12 +59,21 @@ def read_document(path: str | Path) -> dict[str, Any]:
     for name in document:
         if name not in SECTIONS:
             raise ConfigError(f"{path}: {unknown_name('section', name, SECTIONS)}")
+    for name in ("search", "run"):
+        _section(document, name, str(path))
     refuse_code(document, path)
     return dict(document)
 
 
-def experiment_of(document: Mapping[str, Any], where: str = "experiment") -> Experiment:
+def experiment_of(
+    document: Mapping[str, Any], where: str = "experiment", run_type: type[RunSettingsModel] = DriveSettings
+) -> Experiment:
     """Build an experiment from a document, as in a file or as :meth:`Experiment.document` returns it.
+
+    Args:
+        document: Sections ``search``, ``controllers`` and ``run``, each of them optional.
+        where: Beginning of every error message.
+        run_type: What ``run`` is read as.
 
     Raises:
         ConfigError: Naming the section and key that cannot be used.
@@ -75,13 +84,14 @@ def experiment_of(document: Mapping[str, Any], where: str = "experiment") -> Exp
         "controllers": controllers,
         "run": {"navigation": "thesis", **_section(document, "run", where)},
     }
-    return Experiment.from_document(whole, DriveSettings, where)
+    return Experiment.from_document(whole, run_type, where)
 
 
 def _section(document: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any]:
     section = document.get(name, {})
     if not isinstance(section, Mapping):
-        raise ConfigError(f"{where}: {name}: expected a mapping of options, got {type(section).__name__}")
+        kind = "nothing" if section is None else type(section).__name__
+        raise ConfigError(f"{where}: {name}: expected a mapping of options, got {kind}")
     return section
 
 

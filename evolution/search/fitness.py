@@ -14,7 +14,7 @@ from statistics import fmean, median
 import numpy as np
 
 from evolution.driving import RunResult, SetResults
-from evolution.search.patterns import FITNESSES, Pattern, Times, pairwise_gaps
+from evolution.search.patterns import FITNESSES, Pattern, Times, held_apart, pairwise_gaps
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import PluginError, RunError
 
@@ -58,18 +58,16 @@ def order_of(readings: Sequence[float | None]) -> tuple[int, ...] | None:
 
 
 def _cautious(readings: Sequence[float | None], spreads: Sequence[float]) -> list[float]:
-    """Return the readings there are; the smallest is raised, and the largest lowered, by the spread of its map.
-
-    They are moved no further than to their neighbour: beyond it, doubt would count as a difference.
-    """
+    """Return the readings there are; the smallest is raised, and the largest lowered, by the spread of its map."""
     read = [(reading, spread) for reading, spread in zip(readings, spreads, strict=True) if reading is not None]
-    order = sorted(range(len(read)), key=lambda place: read[place][0])
     counted = [reading for reading, _ in read]
-    if len(read) > 1:
-        (low, low_spread), (high, high_spread) = read[order[0]], read[order[-1]]
-        middle = (low + high) / 2
-        counted[order[0]] = min(low + low_spread, middle if len(read) == 2 else read[order[1]][0])
-        counted[order[-1]] = max(high - high_spread, middle if len(read) == 2 else read[order[-2]][0])
+    if len(read) < 2:
+        return counted
+    order = sorted(range(len(read)), key=counted.__getitem__)
+    counted[order[0]] += read[order[0]][1]
+    counted[order[-1]] -= read[order[-1]][1]
+    for place, reading in zip(order, held_apart([counted[place] for place in order]), strict=True):
+        counted[place] = reading
     return counted
 
 

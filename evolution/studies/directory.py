@@ -24,9 +24,20 @@ from evolution.files import DirectoryKind, Document, check, read_json, write_jso
 from evolution.runs import CONFIG, STORE, RunDir
 from evolution.studies.settings import StudySettings
 from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.trust import refuse_code
 
 STUDY, RESOLVED = "study.json", "resolved.json"
-KIND = DirectoryKind("study", STUDY, format_version=1)
+TO_DRIVE = tuple(
+    f"study.{place}"
+    for place in (
+        *(f"{of}experiment.{section}" for of in ("", "configurations.") for section in ("controllers", "run")),
+        "configurations.fresh_noise",
+        "reevaluation.noise",
+    )
+)
+"""What of a study's settings matters only where something is driven."""
+
+KIND = DirectoryKind("study", STUDY, format_version=1, to_drive=TO_DRIVE)
 
 
 class Taken(Document):
@@ -75,6 +86,18 @@ class StudyDir:
         except ConfigError as error:
             raise RunError(str(error)) from None
         return cls(path, settings, config)
+
+    @classmethod
+    def open_to_drive(cls, path: str | Path) -> StudyDir:
+        """Open the directory of a study that is to be continued; as :meth:`open`.
+
+        Raises:
+            RunError: If it is not a study directory, or of another format.
+            UntrustedError: If its study names code.
+        """
+        directory = cls.open(path)
+        refuse_code(directory.config, directory.path / STUDY)
+        return directory
 
     def check(self, settings: StudySettings) -> None:
         """Refuse to continue with settings other than those this directory was made for.

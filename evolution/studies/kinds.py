@@ -39,7 +39,7 @@ def study_in(
     elif resume and (is_study(settings) or SWEEP.holds(settings)):
         if out is not None:
             raise ConfigError(f"out: expected none beside the study directory {settings}")
-        found = StudyDir.open(settings).settings if is_study(settings) else read_sweep(settings)
+        found = StudyDir.open_to_drive(settings).settings if is_study(settings) else read_sweep(settings)
         return found, Path(settings)
     else:
         wanted = load_definition(settings)

@@ -87,10 +87,11 @@ def run_study(
         RunError: If the directory is of another version, the study's own files are damaged, no worker starts,
             or nothing can be written.
     """
+    begun = StudyDir.open_to_drive(path) if resume else None  # before what it names is looked up
     tasks = check_study(settings, engine)
     chosen = _chosen(settings, tasks, only)
     seeds = settings.seeds[: settings.runs if runs is None else runs]
-    directory = _directory(path, settings, resume)
+    directory = _directory(path, settings, begun)
     with (
         filling(KIND, directory.path, wait_s) as store,
         engine.evaluator(store, workers, _StudyEvaluator) as evaluator,
@@ -113,12 +114,12 @@ def _of(settings: StudySettings, task: Task, seeds: range) -> range:
     return seeds[: len(settings.seeds_of(task.configuration))]
 
 
-def _directory(path: str | Path, settings: StudySettings, resume: bool) -> StudyDir:
-    if not resume:
+def _directory(path: str | Path, settings: StudySettings, begun: StudyDir | None) -> StudyDir:
+    """Make the directory of a new study, or accept the one in which it was begun."""
+    if begun is None:
         return StudyDir.create(path, settings)
-    directory = StudyDir.open(path)
-    directory.check(settings)
-    return directory
+    begun.check(settings)
+    return begun
 
 
 class _StudyStoppedError(RunError):

@@ -7,12 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from gym_mapbench import bounded
 from gym_mapbench.errors import MapFormatError
 
 Arrays = dict[str, NDArray[Any]]
+
+MAX_BYTES = 2_000_000_000
+"""Largest file of recorded results that is read, unpacked."""
 
 
 def read_config(directory: str | Path) -> dict[str, Any]:
@@ -35,10 +38,8 @@ def read_json(path: Path, kind: type) -> Any:
         MapFormatError: If it is missing, unreadable, or holds something else.
     """
     try:
-        loaded = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise MapFormatError(f"{path}: expected recorded results, found no such file") from None
-    except (OSError, ValueError, RecursionError) as error:
+        loaded = json.loads(bounded.read_text(_there(path), MAX_BYTES, MapFormatError))
+    except (ValueError, RecursionError) as error:
         raise MapFormatError(f"{path}: not readable as JSON ({error})") from None
     if not isinstance(loaded, kind):
         raise MapFormatError(f"{path}: expected a JSON {kind.__name__}, got {type(loaded).__name__}")
@@ -51,14 +52,15 @@ def read_arrays(path: Path, required: Sequence[str]) -> Arrays:
     Raises:
         MapFormatError: If it is missing, unreadable, or lacks one of the ``required`` fields.
     """
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            loaded = {key: archive[key] for key in archive.files}
-    except FileNotFoundError:
-        raise MapFormatError(f"{path}: expected recorded results, found no such file") from None
-    except Exception as error:  # numpy and zipfile raise many kinds on broken archives
-        raise MapFormatError(f"{path}: not a readable .npz archive ({error})") from None
+    loaded = bounded.read_arrays(_there(path), MAX_BYTES, MapFormatError)
     missing = [key for key in required if key not in loaded]
     if missing:
         raise MapFormatError(f"{path}: expected the field {missing[0]!r}, found {sorted(loaded)}")
     return loaded
+
+
+def _there(path: Path) -> Path:
+    """Return a path at which there is something."""
+    if not path.exists():
+        raise MapFormatError(f"{path}: expected recorded results, found no such file")
+    return path

@@ -6,11 +6,9 @@ visibility, dispersion and characteristic dimension, in cells.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from gym_mapbench.kernels.distance import DIAGONAL
+from gym_mapbench.kernels.distance import BLOCKED, DIAGONAL, nearest_occupied
 from gym_mapbench.kernels.jit import kernel
 
 STEP_ROW, STEP_COL = (0, -1, 0, 1, -1, -1, 1, 1), (-1, 0, 1, 0, -1, 1, 1, -1)
@@ -24,7 +22,7 @@ def descend(distance, row, col):
     """Walk down a geodesic distance field to its source.
 
     Args:
-        distance: ``(rows, cols)`` from :func:`~gym_mapbench.kernels.distance.geodesic_distance`.
+        distance: ``(rows, cols)`` from :func:`~gym_mapbench.kernels.distance.framed_distance`.
         row: Where to begin; its distance must be finite.
         col: Where to begin.
 
@@ -50,24 +48,23 @@ def descend(distance, row, col):
 @kernel
 def _length_through(distance, row, col, side):
     """Length of the way over one neighbour; inf where that step is not allowed."""
-    rows, cols = distance.shape
     r, c = row + STEP_ROW[side], col + STEP_COL[side]
-    if not (0 <= r < rows and 0 <= c < cols):
+    if distance[r, c] == BLOCKED:
         return np.inf
     if side < 4:
         return distance[r, c] + 1.0
-    if math.isinf(distance[row, c]) or math.isinf(distance[r, col]):
+    if distance[row, c] == BLOCKED or distance[r, col] == BLOCKED:
         return np.inf
     return distance[r, c] + DIAGONAL
 
 
 @kernel
-def measure_path(blocked, nearest, path, radius):
+def measure_path(blocked, along_columns, path, radius):
     """Average the four measures over a path.
 
     Args:
         blocked: ``(rows, cols)`` bool in a frame of blocked cells.
-        nearest: ``(rows, cols)`` distance to the nearest blocked cell's centre, cells.
+        along_columns: ``(rows, cols)`` from :func:`~gym_mapbench.kernels.distance.distance_along_columns`.
         path: ``(n, 2)`` int64 free cells.
         radius: Radius of the dispersion, cells.
 
@@ -77,7 +74,7 @@ def measure_path(blocked, nearest, path, radius):
     totals = np.zeros(4)
     for i in range(len(path)):
         row, col = path[i]
-        totals[0] += nearest[row, col]
+        totals[0] += nearest_occupied(along_columns, row, col)
         totals[1] += visibility(blocked, row, col)
         totals[2] += dispersion(blocked, row, col, radius)
         totals[3] += characteristic_dimension(blocked, row, col)

@@ -6,7 +6,7 @@ import io
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,18 +26,21 @@ DEFAULT_THRESHOLD = 0.5
 _PILLOW_FORMATS = ("PNG", "BMP", "JPEG")
 
 
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+
 class Picture(NamedTuple):
     """A decoded picture, row 0 at the top.
 
     ``total`` is the sum of each pixel's ``channels`` values, each up to ``white``; ``alpha`` may be None.
     """
 
-    total: NDArray[np.uint32]
+    total: NDArray[np.unsignedinteger]
     channels: int
     white: int
-    alpha: NDArray[np.uint16] | None
+    alpha: NDArray[np.uint8] | None
 
-    def levels(self, with_alpha: bool) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
+    def levels(self, with_alpha: bool) -> tuple[NDArray[np.unsignedinteger], NDArray[np.float64]]:
         """Return every pixel's level and, for each level, its brightness in 0..1.
 
         Args:
@@ -49,6 +52,14 @@ class Picture(NamedTuple):
         return total, np.arange(full + 1) / full
 
 
+def look_up(values: NDArray[Scalar], levels: NDArray[np.unsignedinteger]) -> NDArray[Scalar]:
+    """Return the value of every pixel's level; row by row, for NumPy makes eight bytes of every index."""
+    found = np.empty(levels.shape, values.dtype)
+    for row, of_row in zip(found, levels, strict=True):
+        row[:] = values[of_row]
+    return found
+
+
 def read_picture(path: Path) -> Picture:
     """Decode a picture file.
 
@@ -58,7 +69,7 @@ def read_picture(path: Path) -> Picture:
     data = read_bytes(path)
     if data[:2] in (b"P2", b"P5"):
         grey, white = decode_pgm(data, path)
-        return Picture(grey.astype(np.uint32), 1, white, None)
+        return Picture(grey, 1, white, None)
     return _split_channels(_decode(data, path))
 
 
@@ -79,7 +90,7 @@ def read_image(
     if not 0 < threshold <= 1:
         raise ConfigError(f"threshold: expected a brightness above 0 and up to 1, got {threshold}")
     total, brightness = read_picture(path).levels(with_alpha=False)
-    return [TaskedMap(path.stem, GridMap.from_image_array((brightness < threshold)[total], resolution))]
+    return [TaskedMap(path.stem, GridMap.from_image_array(look_up(brightness < threshold, total), resolution))]
 
 
 def encode_image(grid: GridMap) -> bytes:
@@ -126,10 +137,12 @@ def _split_channels(image: Image.Image) -> Picture:
     """Sum the colours of each pixel and set alpha apart."""
     transparent = "A" in image.getbands() or "transparency" in image.info
     if image.mode.startswith("I"):
-        return Picture(np.asarray(image).astype(np.uint32), 1, 65535, None)
+        return Picture(np.asarray(image).astype(np.uint16), 1, 65535, None)
     if image.mode not in ("L", "LA", "RGB", "RGBA") or transparent:
         image = image.convert("RGBA" if transparent else "RGB")
     pixels = np.asarray(image).reshape(image.height, image.width, -1)
     colours = pixels.shape[2] - transparent
-    total = pixels[:, :, :colours].sum(axis=2, dtype=np.uint32)
-    return Picture(total, colours, 255, pixels[:, :, -1].astype(np.uint16) if transparent else None)
+    total = pixels[:, :, 0].astype(np.uint16)
+    for colour in range(1, colours):
+        total += pixels[:, :, colour]
+    return Picture(total, colours, 255, pixels[:, :, -1] if transparent else None)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.mapio.image import Picture, grey_levels, read_picture
+from gym_mapbench.mapio.image import Picture, grey_levels, look_up, read_picture
 from gym_mapbench.mapio.netpbm import encode_pgm
 from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.poses import find_poses, poses_yaml, read_poses, yaml_float
@@ -154,7 +154,9 @@ def _fraction(where: str, value: object) -> float:
     return fraction
 
 
-def _occupancy(picture: Picture, thresholds: _Thresholds, with_alpha: bool) -> tuple[NDArray[Any], NDArray[np.float64]]:
+def _occupancy(
+    picture: Picture, thresholds: _Thresholds, with_alpha: bool
+) -> tuple[NDArray[np.unsignedinteger], NDArray[np.float64]]:
     """Return every pixel's level and each level's occupancy in 0..1, before thresholding."""
     total, brightness = picture.levels(with_alpha)
     return total, brightness if thresholds.negate else 1.0 - brightness
@@ -165,8 +167,7 @@ def _trinary(picture: Picture, thresholds: _Thresholds) -> Values:
     values = np.full(len(occupancy), UNKNOWN, np.int8)
     values[occupancy < thresholds.free_thresh] = 0
     values[occupancy > thresholds.occupied_thresh] = LETHAL
-    trinary: Values = values[total]
-    return trinary
+    return look_up(values, total)
 
 
 def _scale(picture: Picture, thresholds: _Thresholds) -> Values:
@@ -176,7 +177,7 @@ def _scale(picture: Picture, thresholds: _Thresholds) -> Values:
     graded = np.rint((occupancy - thresholds.free_thresh) / span * 100.0)
     graded[occupancy < thresholds.free_thresh] = 0
     graded[occupancy > thresholds.occupied_thresh] = LETHAL
-    values: Values = np.clip(graded, 0, LETHAL).astype(np.int8)[total]
+    values = look_up(np.clip(graded, 0, LETHAL).astype(np.int8), total)
     if picture.alpha is not None:
         values[picture.alpha < picture.white] = UNKNOWN
     return values
@@ -186,8 +187,7 @@ def _raw(picture: Picture, _: _Thresholds) -> Values:
     """Grey values 0..100 are the values themselves, whatever ``negate`` says; all others are unknown."""
     total, brightness = picture.levels(with_alpha=False)
     percent = np.floor(brightness * 255 + 0.5)
-    values: Values = np.where(percent <= LETHAL, percent, UNKNOWN).astype(np.int8)[total]
-    return values
+    return look_up(np.where(percent <= LETHAL, percent, UNKNOWN).astype(np.int8), total)
 
 
 _MODES: dict[str, Callable[[Picture, _Thresholds], Values]] = {"trinary": _trinary, "scale": _scale, "raw": _raw}

@@ -22,7 +22,7 @@ _COMMENT = re.compile(rb"#[^\r\n]*")
 _DIGITS_AND_SPACE = b"0123456789 \t\r\n\v\f"
 
 
-def decode_pgm(data: bytes, where: Path) -> tuple[NDArray[np.uint16], int]:
+def decode_pgm(data: bytes, where: Path) -> tuple[NDArray[np.unsignedinteger], int]:
     """Decode a P2 or P5 picture.
 
     Args:
@@ -42,11 +42,12 @@ def decode_pgm(data: bytes, where: Path) -> tuple[NDArray[np.uint16], int]:
     check_size(where, rows, cols)
     if not 1 <= white <= 65535:
         raise MapFormatError(f"{where}: expected a white value of 1 to 65535, got {white}")
-    body = data[header.end() :]
-    values = _binary(body, rows * cols, white, where) if header[1] == b"P5" else _plain(body, rows * cols, where)
+    body = memoryview(data)[header.end() :]
+    values = _binary(body, rows * cols, white, where) if header[1] == b"P5" else _plain(bytes(body), rows * cols, where)
     if values.max() > white:
         raise MapFormatError(f"{where}: expected grey values up to {white}, got {values.max()}")
-    return values.astype(np.uint16).reshape(rows, cols), white
+    levels: NDArray[np.unsignedinteger] = values.astype("u1" if white < 256 else "u2", copy=False)
+    return levels.reshape(rows, cols), white
 
 
 def encode_pgm(grey: NDArray[np.uint8]) -> bytes:
@@ -55,12 +56,11 @@ def encode_pgm(grey: NDArray[np.uint8]) -> bytes:
     return b"P5\n%d %d\n255\n" % (cols, rows) + grey.tobytes()
 
 
-def _binary(body: bytes, cells: int, white: int, where: Path) -> NDArray[np.uint16]:
+def _binary(body: memoryview, cells: int, white: int, where: Path) -> NDArray[np.unsignedinteger]:
     """Read P5 data: one byte a cell, two (high byte first) where white is above 255."""
     dtype = np.dtype(np.uint8) if white < 256 else np.dtype(">u2")
     expected = cells * dtype.itemsize
-    surplus = body[expected:]
-    if len(body) < expected or surplus.strip():
+    if len(body) < expected or bytes(body[expected:]).strip():
         raise MapFormatError(f"{where}: its header promises {expected} bytes of data, got {len(body)}")
     return np.frombuffer(body, dtype, count=cells)
 

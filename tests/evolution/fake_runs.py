@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import importlib
 import os
 import signal
 import sys
@@ -176,3 +177,8 @@ def die_at_first(starts: Path) -> None:
 def never(job: Job) -> RunResult:
     """Never reach the goal."""
     return replace(drive(job), outcome="timeout")
+
+
+def file_of(module: str) -> str:
+    """Say where a worker has a module from."""
+    return str(importlib.import_module(module).__file__)

@@ -11,13 +11,14 @@ import zipfile
 
 import pytest
 
-from evolution import load
+from evolution import load, study
 from evolution.api import compose
 from evolution.cli import main
 from evolution.driving import Evaluator, RunResult
+from evolution.report import write_report
 from evolution.runs import RunDir
 from evolution.search import evolve, experiment_of
-from evolution.studies import load_results
+from evolution.studies import Engine, StudySettings, load_results, run_study
 from gym_mapbench.errors import UntrustedError
 from tests.evolution.fake_study import ENGINE
 from tests.faults.samples import QUICK
@@ -145,21 +146,100 @@ def test_a_search_that_names_code_is_not_even_read(recorded, folder, capsys, opt
     assert "would run code" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", ["report got", "report got --gif film.gif", "study got --resume"])
-def test_a_study_that_names_code_is_refused(study_path, folder, capsys, command):
-    path = shutil.copytree(study_path, folder / "got")
-    study = json.loads((path / "study.json").read_text())
-    study["study"]["experiment"]["controllers"] = ["dwb", "a=got/model.zip"]
-    (path / "study.json").write_text(json.dumps(study))
+@pytest.fixture(scope="module")
+def real_study(tmp_path_factory):
+    """The directory of a study with the package's worlds and controllers, whose runs were not driven."""
+    settings = StudySettings.from_mapping(STUDY, "study")
+    path = tmp_path_factory.mktemp("real") / "study"
+    run_study(settings, path, engine=Engine(run_job=drive, warm_up=None))
+    return path
+
+
+STUDY = {
+    "name": "received",
+    "runs": 1,
+    "budget": 6,
+    "experiment": {"search": {"pop_size": 6}, "controllers": ["dwb", "rpp"], "run": WORLD},
+    "configurations": [{"name": "gini"}, {"name": "random", "method": "random"}],
+    "reevaluation": {"seeds": 2},
+}
+
+
+def receive_study(real_study, folder, change):
+    """Copy a study with changed options, in its own file and in those of its runs, and a model that runs code."""
+    path = shutil.copytree(real_study, folder / "got")
+    change_json(path / "study.json", lambda study: change(study["study"]["experiment"]))
+    for config in path.glob("runs/*/*/config.json"):
+        change_json(config, change)
     write_model(path / "model.zip")
+    return path
+
+
+def change_json(path, change):
+    document = json.loads(path.read_text())
+    change(document)
+    path.write_text(json.dumps(document))
+
+
+def use_model(document):
+    named = isinstance(document["controllers"][1], dict)
+    document["controllers"][1] = (
+        {"name": "rpp", "kind": "got/model.zip", "params": {}} if named else "rpp=got/model.zip"
+    )
+
+
+IN_STUDIES = [
+    use_model,
+    lambda document: document["run"]["environment"].update(noise="bait:x"),
+    lambda document: document["run"].update(navigation={"planner": {"name": "bait:x"}}),
+]
+
+
+@pytest.mark.parametrize("change", IN_STUDIES)
+def test_a_report_of_a_study_shows_all_but_the_replays(real_study, folder, capsys, change):
+    receive_study(real_study, folder, change)
+    assert main(["report", "got", "--out", "page.html"]) == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if "no replays" in line]
+    assert len(said) == 1
+    assert "There are no replays of gini, random: got/runs/gini/seed-0000/config.json: " in said[0]
+    assert "would run code" in said[0]
+    assert "--allow-code" in said[0]
+    page = (folder / "page.html").read_text()
+    for shown in ("There are no replays of gini, random", "Fresh minus seen", "Best set of gini", "Lorenz curves"):
+        assert shown in page
+    assert len(load("got").runs) == 2
+
+
+@pytest.mark.parametrize("change", IN_STUDIES)
+@pytest.mark.parametrize("command", ["report got --gif film.gif", "study got --resume"])
+def test_a_study_that_names_code_is_not_driven(real_study, folder, capsys, command, change):
+    receive_study(real_study, folder, change)
     assert main(command.split()) == 2
     assert "would run code" in capsys.readouterr().err
 
 
-def test_a_run_inside_a_study_that_names_code_is_left_out(study_path, folder):
+@pytest.mark.parametrize("resume", [study, lambda path, resume: run_study(load(path).settings, path, resume=resume)])
+@pytest.mark.parametrize("change", IN_STUDIES)
+def test_a_study_that_names_code_is_not_driven_from_python(real_study, folder, change, resume):
+    receive_study(real_study, folder, change)
+    with pytest.raises(UntrustedError, match="would run code"):
+        resume("got", resume=True)
+
+
+@pytest.mark.parametrize("option", [{"fitness": "bait:x"}, {"metric": "bait:x"}, {"families": ["bait:x"]}])
+def test_a_study_whose_search_names_code_is_not_even_read(real_study, folder, capsys, option):
+    receive_study(real_study, folder, lambda document: document["search"].update(option))
+    with pytest.raises(UntrustedError, match=r"study\.json: study\.experiment\.search\..* would run code"):
+        load("got")
+    assert main(["report", "got"]) == 2
+    assert "would run code" in capsys.readouterr().err
+
+
+def test_a_run_inside_a_study_that_names_code_is_shown_without_replays(study_path, folder):
     path = shutil.copytree(study_path, folder / "got")
     config = path / "runs" / "gini_6" / "seed-0000" / "config.json"
     config.write_text(config.read_text().replace('"kind": ""', '"kind": "bait:x"', 1))
-    results = load_results(path, ENGINE)
-    assert any("gini_6, seed 0" in line and "would run code" in line for line in results.missing)
-    assert len(results.runs) > 2
+    page = write_report(path, folder / "page.html", ENGINE).read_text()
+    seeds = [run.seed for run in load_results(path, ENGINE).runs if run.configuration.name == "gini_6"]
+    assert seeds == [0, 1]
+    assert "There are no replays of gini_6: " in page or "gini_6 (seed 1" in page  # the better of the two is shown

@@ -14,7 +14,7 @@ from evolution.search.patterns.cluster import (
 )
 from evolution.search.patterns.gini import NO_PATTERN, Gini, gini, gini_fitness
 from evolution.search.patterns.pairs import Pairs, pair_scores
-from evolution.search.patterns.pools import Found, Pool, Readings
+from evolution.search.patterns.pools import Found, Pool, Readings, held_apart
 from evolution.search.patterns.roles import Roles, groups, role_scores
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.registry import Registry
@@ -35,6 +35,7 @@ __all__ = [
     "gini",
     "gini_fitness",
     "groups",
+    "held_apart",
     "pair_scores",
     "pairwise_gaps",
     "partial_pattern_score",

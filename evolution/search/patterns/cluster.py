@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations, product
+from itertools import combinations, pairwise, product
 from statistics import fmean
 
 import numpy as np
 
 from evolution.search.patterns.base import Pattern, Times
-from evolution.search.patterns.pools import Found, Pool, Readings, orders_of, readings_in
+from evolution.search.patterns.pools import Found, Pool, Readings, held_apart, orders_of, readings_in
 from gym_mapbench.errors import ConfigError
 
 
@@ -90,13 +90,19 @@ class Cluster(Pattern):
             readings = readings_in(order)
             for places in product(*_candidates(readings)):
                 found = list(zip(order, places, strict=True))
-                if len(set(found)) < len(found):
+                if len(set(found)) < len(found) or not _ascends(found):
                     continue
                 chosen = [float(one[place]) for one, place in zip(readings, places, strict=True)]
-                pattern = partial_pattern_score(chosen)
+                pattern = partial_pattern_score(held_apart(chosen))
                 if best is None or pattern > best[0]:
                     best = pattern, found
         return best
+
+
+def _ascends(found: Sequence[tuple[Pool, int]]) -> bool:
+    """Whether the first map reads least and the last most, as the order in which they are tried says."""
+    readings = [float(pool.readings[place]) for pool, place in found if pool.readings is not None]
+    return all(one <= other for one, other in pairwise(readings))
 
 
 def _candidates(order: Sequence[Readings]) -> list[list[int]]:

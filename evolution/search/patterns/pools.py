@@ -54,3 +54,17 @@ def readings_in(order: Sequence[Pool]) -> list[Readings]:
         sign = (place == 0) - (place == len(order) - 1)
         found.append(pool.readings + sign * pool.spreads)
     return found
+
+
+def held_apart(readings: Sequence[float]) -> list[float]:
+    """Return readings of a set whose extremes were moved towards each other, moved no further than to their neighbour.
+
+    Two alone are moved no further than to where they meet. Beyond, doubt would count as a difference.
+
+    Args:
+        readings: At least two, in the order that they had before they were moved.
+    """
+    low, *between, high = readings
+    if between:
+        return [min(low, between[0]), *between, max(high, between[-1])]
+    return [low, high] if low <= high else [(low + high) / 2] * 2

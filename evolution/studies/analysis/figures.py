@@ -21,6 +21,7 @@ from evolution.pictures import (
     critical_difference_figure,
     curse_figure,
     drive_best,
+    recorded_maps,
     save_figure,
     solved_lorenz_figure,
     spread_figure,
@@ -31,7 +32,7 @@ from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, Study
 from evolution.studies.analysis.judges import Judge
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.engine import NAV2, Engine
-from gym_mapbench.errors import MapBenchError
+from gym_mapbench.errors import MapBenchError, UntrustedError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,11 +49,13 @@ class BestSet:
         run: The run that found it.
         loaded: Its run directory.
         maps: Its maps, driven again as the search saw them.
+        refused: Why they were not, if that would run code that the user does not name.
     """
 
     run: StudyRun
     loaded: LoadedRun
     maps: tuple[DrivenMap, ...]
+    refused: str = ""
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,8 @@ class StudyFigure:
 def drive_best_sets(results: StudyResults, engine: Engine = NAV2) -> list[BestSet]:
     """Drive the best set of every configuration again: the trajectories for figures and replays.
 
-    A run that cannot be loaded or driven is replaced by the next best; a configuration without any is left out.
+    A run that cannot be loaded or driven is replaced by the next best; a configuration without any is left out. A run
+    that names code is shown as it was recorded.
     """
     found = []
     for runs in results.by_configuration.values():
@@ -80,7 +84,10 @@ def drive_best_sets(results: StudyResults, engine: Engine = NAV2) -> list[BestSe
 
 def _driven(run: StudyRun, engine: Engine) -> BestSet:
     loaded = load_run(run.path)
-    return BestSet(run, loaded, tuple(drive_best(loaded, engine.read_experiment, engine.drive)))
+    try:
+        return BestSet(run, loaded, tuple(drive_best(loaded, engine.read_experiment, engine.drive)))
+    except UntrustedError as error:
+        return BestSet(run, loaded, tuple(recorded_maps(loaded)), str(error))
 
 
 def write_study_figures(

@@ -11,14 +11,15 @@ from typing import Any
 
 from controllers.nav2_params.presets import overlay
 from evolution.files import Versions, check, differences, written_elsewhere
-from evolution.runs import CONFIG, RunDir, errors_in, experiment_in, load_run, results_in
+from evolution.runs import CONFIG, RunDir, errors_in, load_run, recorded_experiment, results_in
 from evolution.search import Experiment
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.directory import RESOLVED, STUDY, StudyDir
 from evolution.studies.engine import NAV2, Engine
 from evolution.studies.reevaluation import read_reevaluation
 from evolution.studies.settings import Configuration
-from gym_mapbench.errors import MapBenchError, RunError
+from gym_mapbench.errors import MapBenchError, RunError, UntrustedError
+from gym_mapbench.trust import refuse_code
 
 
 def load_results(path: str | Path, engine: Engine = NAV2) -> StudyResults:
@@ -144,13 +145,18 @@ class _Reader:
     def _experiment(self, rundir: RunDir, configuration: Configuration, seed: int) -> Experiment:
         """Read the experiment of a run, and refuse it if it is not that of its configuration.
 
-        Only options in the study are compared, and never a parameter file, which may have changed since.
+        Only options in the study are compared, and never a parameter file, which may have changed since. A world that
+        names code cannot be read without running it: it is shown as it was recorded, and not compared.
         """
         stated = self.directory.settings.document(configuration, seed, self._taken)
         run = {name: value for name, value in stated.get("run", {}).items() if name != "navigation"}
-        path = rundir.path / CONFIG
-        found = experiment_in(rundir, self.engine.read_experiment)
-        said = self.engine.read_experiment(overlay(rundir.config, {**stated, "run": run}), str(path))
+        path, read = rundir.path / CONFIG, self.engine.read_experiment
+        try:
+            refuse_code([rundir.config["run"], run], path)
+        except UntrustedError:
+            read, run = recorded_experiment, {}
+        found = read(rundir.config, str(path))
+        said = read(overlay(rundir.config, {**stated, "run": run}), str(path))
         for name, was, now in differences(found.document(), said.document()):
             raise RunError(f"{path}: belongs to another experiment: {name} is {was!r:.80}, expected {now!r:.80}")
         return found

@@ -237,6 +237,9 @@ def test_unknown_keys_of_a_config_file(tmp_path, capsys):
     assert "pop_size" in refused(capsys, "evolve", "--config", config)
     config.write_text("serch: {}\n")
     assert "'search'" in refused(capsys, "evolve", "--config", config)
+    config.write_text("search: {pop_size: 4}\nrun:\n")
+    expected = f"{config}: run: expected a mapping of options, got nothing"
+    assert expected in refused(capsys, "evolve", "--config", config)
 
 
 def test_bench_as_json_and_csv(tmp_path, capsys):

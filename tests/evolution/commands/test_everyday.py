@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import json
+import re
 import shutil
 import subprocess
 import time
@@ -10,10 +12,10 @@ import time
 import pytest
 import yaml
 
-from evolution.cli import main
-from evolution.commands import COMMANDS, doctor, progress
+from evolution.cli import build_parser, main
+from evolution.commands import COMMANDS, console, doctor
 from evolution.commands.catalogue import KINDS
-from evolution.commands.progress import be_quiet, note, say
+from evolution.commands.console import be_quiet, note, say
 from evolution.files import readable
 from gym_mapbench.noise import NOISES
 from gym_mapbench.robot import ROBOTS
@@ -99,6 +101,28 @@ def test_the_completion_knows_every_command(bash_script):
     assert all(f'"{name} "*)' in bash_script for name in COMMANDS)
 
 
+def commands_of(parser):
+    """The parser of every command and of every action of one."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for one in action.choices.values():
+                yield one
+                yield from commands_of(one)
+
+
+def test_help_fits_a_narrow_terminal_and_its_examples_are_those_of_a_wide_one(monkeypatch):
+    parser = build_parser()
+    examples = {}
+    for columns in ("80", "200"):
+        monkeypatch.setenv("COLUMNS", columns)
+        texts = [one.format_help() for one in (parser, *commands_of(parser))]
+        assert max(len(line) for text in texts for line in text.splitlines()) <= int(columns)
+        joined = re.sub(r" \\\n +", " ", "\n".join(texts))
+        examples[columns] = [line.partition("  ")[0] for line in re.findall(r"^  (mapbench .*)", joined, re.MULTILINE)]
+    assert len(examples["80"]) > 40
+    assert examples["80"] == examples["200"]
+
+
 def test_quiet_leaves_out_notes_and_progress(capsys):
     be_quiet()
     try:
@@ -109,7 +133,7 @@ def test_quiet_leaves_out_notes_and_progress(capsys):
         be_quiet(False)
     say("generation 0")
     assert capsys.readouterr().out == "generation 0\n"
-    assert not progress.notes.quiet
+    assert not console.notes.quiet
 
 
 def test_the_doctor(capsys, monkeypatch):

@@ -13,8 +13,9 @@ from rich.console import Console
 
 from controllers.nav2_params import load_preset
 from evolution.cli import build_parser, main
-from evolution.commands import COMMANDS, COMMON, progress
-from evolution.commands.progress import PACKAGES, RunsPerSecond, SearchBar, WorkBar, best_in_words
+from evolution.commands import COMMANDS, COMMON, console, progress
+from evolution.commands.console import PACKAGES
+from evolution.commands.progress import RunsPerSecond, SearchBar, WorkBar, best_in_words
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, RunResult
 from evolution.files import Table
 from evolution.search import EvolveSettings
@@ -103,7 +104,7 @@ def test_a_search_says_beside_its_bar_how_far_it_is(terminal):
         bar.on_generation(SimpleNamespace(row=row, driven=345, reused=0, replayed=False, seconds=1.0))
         bar.bar.refresh()
     shown = [line for line in lines(terminal) if "345/900" in line]
-    assert "gen 12, no good set yet" in shown[-1]
+    assert "gen 12 done, no good set yet" in shown[-1]
     assert max(map(len, shown)) <= 80
 
 
@@ -128,14 +129,14 @@ def test_penalties_are_no_numbers_for_a_reader(fitness, expected):
 
 def test_a_table_fits_a_narrow_terminal(monkeypatch):
     drawn = io.StringIO()
-    monkeypatch.setattr(progress, "console", Console(file=drawn, width=80))
+    monkeypatch.setattr(console, "console", Console(file=drawn, width=80))
     row = {"map": "office", "controller": "rpp", "goals": "3/5", "mean s": 36.1, "min s": 27.6, "max s": 53.0}
     row |= {"length m": 10.5, "clearance m": 0.057, "recoveries": 9.4, "otherwise": "2 controller_failure"}
-    progress.print_table(Table([row]))
+    console.print_table(Table([row]))
     words = drawn.getvalue().split()
     assert {"controller", "clearance", "recoveries", "otherwise", "27.6", "0.057"} <= set(words)
     assert not any("…" in word for word in words)
-    progress.print_table(Table([{**row, "otherwise": ""}]))
+    console.print_table(Table([{**row, "otherwise": ""}]))
     assert drawn.getvalue().count("otherwise") == 1
 
 

@@ -10,7 +10,8 @@ from rich.console import Console
 from rich.progress import Progress
 
 from evolution.cli import main
-from evolution.commands.progress import PlainColumn, console, print_table
+from evolution.commands.console import console, print_table
+from evolution.commands.progress import PlainColumn
 from evolution.driving import ControllerSpec
 from evolution.files import Table
 from gym_mapbench.gridmap import GridMap

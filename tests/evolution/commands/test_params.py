@@ -7,7 +7,7 @@ import yaml
 
 from controllers.nav2_params import parse_nav2_params
 from evolution.cli import main
-from evolution.commands import COMMON, options
+from evolution.commands import COMMON, driving_options, options
 from evolution.commands.parameter_file import add_reading_options
 from evolution.driving import DriveSettings
 from gym_mapbench.errors import ConfigError
@@ -165,14 +165,14 @@ def test_converting_to_its_own_release_changes_old_names_alone(humble, tmp_path)
 
 def test_the_world_keeps_up_with_the_files_controller_and_robot(humble, capsys):
     parser = options.argparse.ArgumentParser()
-    options.add_drive_options(parser)
-    options.add_controllers_option(parser)
+    driving_options.add_drive_options(parser)
+    driving_options.add_controllers_option(parser)
     args = parser.parse_args(["--params", str(humble), "--define", "x=0.2"], options.argparse.Namespace(**COMMON))
-    settings = options.drive_settings(args)
+    settings = driving_options.drive_settings(args)
     assert (settings.environment.control_hz, settings.environment.physics_hz) == (50.0, 100.0)
     assert settings.environment.robot.footprint is not None
     assert settings.environment.robot.max_linear_velocity == 0.6
-    assert [spec.name for spec in options.named_controllers(args)] == ["FollowPath"]
+    assert [spec.name for spec in driving_options.named_controllers(args)] == ["FollowPath"]
     assert "mine.yaml: read as Nav2 Humble" in capsys.readouterr().err
 
 
@@ -181,14 +181,14 @@ def test_only_drives_with_another_controller_than_the_files(tmp_path):
     path.write_text(TEB)
     parser = options.argparse.ArgumentParser()
     add_reading_options(parser)
-    options.add_controllers_option(parser)
+    driving_options.add_controllers_option(parser)
     parser.add_argument("--params")
     with pytest.raises(ConfigError, match=r"line 1: .*--only"):
-        options.named_controllers(parser.parse_args(["--params", str(path)]))
+        driving_options.named_controllers(parser.parse_args(["--params", str(path)]))
     args = parser.parse_args(["--params", str(path), "--only", "rpp"])
-    assert [spec.name for spec in options.named_controllers(args)] == ["rpp"]
+    assert [spec.name for spec in driving_options.named_controllers(args)] == ["rpp"]
     args = parser.parse_args(["--params", str(path), "--controllers", "dwb,rpp"])
-    assert [spec.name for spec in options.named_controllers(args)] == ["dwb", "rpp"]
+    assert [spec.name for spec in driving_options.named_controllers(args)] == ["dwb", "rpp"]
 
 
 def test_a_config_says_how_a_file_is_read(humble, tmp_path):

@@ -64,7 +64,7 @@ def test_a_study_from_begin_to_page(folder, capsys):
     assert error == "driving the best map set of 2 configurations again for the replays\n"
     assert "missing: ga: 1 of 2 runs were not begun (seeds 1)" in out
     assert "Gini fitness" in out
-    assert re.search(r"100 % of the work done, \d+\.\d runs/s, about 0 s left", out)
+    assert re.search(r"100 % of the work done, \d+\.\d runs/s, 0 s left", out)
     with (folder / "s" / "tables" / "reevaluation.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 2 * 2 * 2 * 2

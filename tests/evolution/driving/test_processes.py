@@ -9,6 +9,7 @@ import sys
 import textwrap
 import time
 from functools import partial
+from pathlib import Path
 
 import pytest
 
@@ -16,6 +17,7 @@ from evolution.driving.evaluator import Evaluator
 from tests.evolution import fake_runs
 from tests.evolution.driving.test_evaluator import jobs_of, plan_of
 
+ROOT = Path(__file__).resolve().parents[3]
 SOON = 20.0
 """Seconds within which something must be seen; the wall-clock limit of a run is far above it."""
 
@@ -90,6 +92,27 @@ def test_a_killed_parent_takes_its_workers_along(fault):
     if not is_gone(worker):
         os.kill(worker, signal.SIGKILL)
         pytest.fail("the worker outlived its parent")
+
+
+def test_workers_drive_with_the_modules_of_their_parent(tmp_path):
+    """Whatever the current directory holds, as a clone of this repository does where another version is installed."""
+    (tmp_path / "here" / "evolution").mkdir(parents=True)
+    (tmp_path / "here" / "evolution" / "__init__.py").touch()
+    script = tmp_path / "script.py"
+    script.write_text(f"""
+import sys
+sys.path.insert(0, {str(ROOT)!r})
+from evolution.driving.launching import worker_context
+from evolution.driving.processes import Processes
+from tests.evolution import fake_runs
+
+with Processes(1, 60.0, int, worker_context(["evolution.driving.worker"])) as workers:
+    print(workers.submit(fake_runs.file_of, "evolution").result())
+""")
+    done = subprocess.run(
+        [sys.executable, str(script)], cwd=tmp_path / "here", capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.stdout.strip() == str(ROOT / "evolution" / "__init__.py"), done.stderr
 
 
 def is_gone(pid):

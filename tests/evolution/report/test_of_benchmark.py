@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from evolution.benchmark import read_bench
+from evolution.benchmark import read_bench, score_rows, table_of_scores
 from evolution.cli import main
 from evolution.report import write_benchmark_report
-from evolution.report.of_benchmark import _in_percent, _long_last, verdict_of_benchmark
+from evolution.report.of_benchmark import _long_last, verdict_of_benchmark
 from gym_mapbench.errors import RunError
 
 OFFICE = str(Path(__file__).resolve().parents[3] / "examples" / "office.yaml")
@@ -75,6 +75,7 @@ def test_a_file_of_results_has_no_maps_to_replay(tmp_path):
 
 
 def test_tables_of_the_page_are_for_readers():
-    shares = _in_percent({"controller": "a", "success": 1.0, "success from": 0.7224, "mean s": 1.5})
-    assert shares == {"controller": "a", "success %": 100, "success from %": 72, "mean s": 1.5}
+    scores = table_of_scores(score_rows(runs("a", [20.0, 22.0, 21.0, 23.0, 24.0]), ("a",)))
+    assert [row["a"] for row in scores][:2] == ["100 (56.6 to 100)", "0 (0 to 43.4)"]
+    assert {row["over all maps"]: row["a"] for row in scores}["mean s"] == "22 (20.8 to 23.2)"
     assert list(_long_last({"map": "m", "seed": 7, "reason": "", "jerk": 0.1})) == ["map", "jerk", "seed", "reason"]

@@ -13,7 +13,7 @@ from evolution.driving import RunResult
 from evolution.search.archive import Archive
 from evolution.search.exact import judge_map
 from evolution.search.fitness import Fitness, readings_of
-from evolution.search.prospects import Prospect, best_prospect, deviations_of, expected_value
+from evolution.search.prospects import Prospect, best_prospect, chances_in_time, deviations_of, expected_value
 from evolution.search.settings import EvolveSettings
 from tests.evolution.search.test_archive import Answers, archive_of, sets_of
 
@@ -27,12 +27,13 @@ def driven(*slowest):
 
 
 def deviations(**maps):
-    return deviations_of(maps, {name: judge_map(one, FITNESS).reading for name, one in maps.items()}, FITNESS)
+    singles = {name: readings_of(one, FITNESS) for name, one in maps.items()}
+    return deviations_of(singles, singles)
 
 
-def prospect(time, deviation):
+def prospect(time, deviation, in_time=1.0):
     judged = judge_map(driven(time), FITNESS)
-    return Prospect(judged.values, judged.reading, deviation)
+    return Prospect(judged.values, judged.reading, deviation, in_time)
 
 
 def test_a_map_driven_once_is_expected_to_spread_as_its_neighbours_do():
@@ -43,6 +44,26 @@ def test_a_map_driven_once_is_expected_to_spread_as_its_neighbours_do():
     expected = np.sqrt((2 * variances[0] + 4 * np.mean(variances)) / 6)
     assert found["steady"] == pytest.approx(expected)
     assert deviations(once=driven(31.0), other=driven(50.0)) == {"once": 0.0, "other": 0.0}
+
+
+def test_maps_that_read_high_once_and_never_again_do_not_stand_for_maps_that_read_low():
+    lucky = {f"lucky{n}": driven(100.0 + n, 30.0, 31.0, 30.0) for n in range(5)}
+    steady = {f"steady{n}": driven(34.0 + n, 33.0, 35.0, 34.0) for n in range(5)}
+    found = deviations(**lucky, **steady, low=driven(30.5), high=driven(100.5))
+    assert found["low"] < 0.1 * found["high"]
+
+
+def test_times_that_nearly_reached_the_limit_are_not_expected_to_stay_below_it():
+    near, far = driven(40.0, 60.0, 130.0, 145.0, 50.0), driven(40.0, 41.0, 42.0, 41.0, 40.0)
+    maps = {"near": near, "far": far}
+    found = chances_in_time(maps, {name: readings_of(one, FITNESS) for name, one in maps.items()}, 150.0)
+    assert found["near"] < 0.9
+    assert found["far"] > 0.99
+    assert chances_in_time({"one": driven(149.0)}, {"one": [0.3]}, 150.0) == {"one": 1.0}
+    logs = np.log([40.0, 60.0, 130.0, 145.0, 50.0])
+    alone = chances_in_time({"near": near}, {"near": [0.3] * 5}, 150.0)["near"]
+    drawn = np.random.default_rng(0).standard_t(8, 200_000) * np.std(logs, ddof=1) * np.sqrt(1.2) + logs.mean()
+    assert alone == pytest.approx(np.mean(drawn < np.log(150.0)), abs=0.005)
 
 
 @given(times=st.lists(st.floats(20.0, 200.0), min_size=1, max_size=8))
@@ -63,6 +84,8 @@ def test_the_expected_value_is_the_fitness_times_the_chance_of_order():
     to_a = (certain["b"].reading - certain["a"].reading) / (0.6 * gap)
     below = np.mean(np.random.default_rng(1).normal(size=200_000) < to_a)
     assert expected_value("abc", doubtful, FITNESS) == pytest.approx(fitness * normal * below, rel=0.01)
+    late = certain | {"c": prospect(90.0, 0.0, in_time=0.7)}
+    assert expected_value("abc", late, FITNESS) == pytest.approx(0.7 * fitness)
     equal = {"a": prospect(20.0, 0.1), "b": prospect(20.0, 0.1)}
     assert expected_value("ab", equal, FITNESS) == 20_000.0  # no pattern
 

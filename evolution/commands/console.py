@@ -1,0 +1,127 @@
+"""What commands print: results on standard output; notes, and what the packages log, on standard error."""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table as Grid
+from rich.text import Text
+
+from evolution.files import Table, version_lines
+from gym_mapbench.errors import visible
+
+LOG = logging.getLogger(__name__)
+PACKAGES = ("gym_mapbench", "controllers", "evolution")
+PIPE_WIDTH = 160
+UNLIMITED = 10_000
+LONGEST_NAME = 36
+"""Names in the first column of a table stay on one line if none is longer."""
+
+
+class PlainConsole(Console):
+    """Shows texts as they are: a name in square brackets is no markup, and one with an escape sequence does nothing.
+
+    On a terminal sentences are broken between words; in a file or pipe each is one line.
+    """
+
+    def __init__(self, *, stderr: bool = False) -> None:
+        width = None if (sys.stderr if stderr else sys.stdout).isatty() else PIPE_WIDTH
+        super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False, width=width)
+
+    def print(self, *parts: Any, **options: Any) -> None:
+        """Print texts, tables and whatever else rich can show."""
+        if all(isinstance(part, str) for part in parts):
+            options.setdefault("soft_wrap", not self.is_terminal)
+        super().print(*parts, **options)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Make a text of what is printed or stands in a table."""
+        return super().render_str(visible(text, "\n"), **options)
+
+
+console = PlainConsole()
+errors = PlainConsole(stderr=True)
+notes = PlainConsole(stderr=True)
+"""Where notes and bars are shown, unless the user wants quiet."""
+
+
+def be_quiet(quiet: bool = True) -> None:
+    """Print neither notes nor progress from now on, only results and errors; or everything again."""
+    notes.quiet = quiet
+
+
+class _Notes(logging.Handler):
+    """Prints what the packages log as notes."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one record."""
+        note(self.format(record))
+
+
+_verbosely = _Notes()
+
+
+def be_verbose(verbose: bool = True) -> None:
+    """Print from now on what the packages log: files, presets and seeds, and every run; or no longer."""
+    for package in PACKAGES:
+        logger = logging.getLogger(package)
+        logger.setLevel(logging.INFO if verbose else logging.NOTSET)
+        (logger.addHandler if verbose else logger.removeHandler)(_verbosely)
+    LOG.info("%s", ", ".join(version_lines()))
+
+
+def say(line: str) -> None:
+    """Print a line of progress on standard output, where no bar shows it."""
+    if not notes.is_terminal and not notes.quiet:
+        print(visible(line), flush=True)
+
+
+def note(text: str) -> None:
+    """Print a message on standard error, apart from the results."""
+    notes.print(text)
+
+
+@contextmanager
+def only_results_on_stdout() -> Iterator[None]:
+    """Send what code of users prints, from C as well, to standard error while the ``with`` block lasts."""
+    sys.stdout.flush()
+    stdout = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        if os.name == "posix":
+            ctypes.CDLL(None).fflush(None)  # what C has not printed yet
+        os.dup2(stdout, 1)
+        os.close(stdout)
+
+
+def print_table(table: Table) -> None:
+    """Print a table on standard output, numbers aligned to the right, without columns that hold nothing.
+
+    Where it is too wide, it does without lines between columns, headings wider than what stands below are broken,
+    and texts go on below rather than being cut off; the names in the first column stay whole.
+    """
+    grid = Grid(title=table.title or None, title_justify="left")
+    cells = table.cells()
+    for place, name in enumerate(table.filled):
+        whole = place == 0 and max(len(line[place]) for line in cells) <= LONGEST_NAME
+        grid.add_column(name, justify="right" if table.numeric(name) else "left", overflow="fold", no_wrap=whole)
+    for line in cells:
+        grid.add_row(*line)
+    if Measurement.get(console, console.options.update(max_width=UNLIMITED), grid).maximum > console.width:
+        grid.box, grid.show_edge, grid.padding = SIMPLE_HEAD, False, (0, 0)
+        for column, name, texts in zip(grid.columns, table.filled, zip(*cells, strict=True), strict=True):
+            if len(name) > max(map(len, texts)):
+                column.header = name.replace(" ", "\n").replace("_", "_\n")
+    console.print(grid)

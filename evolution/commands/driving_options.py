@@ -1,0 +1,210 @@
+"""Options of the commands that drive, and the settings that follow from them."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+from controllers.learned import read_card
+from controllers.nav2_params import PlannerPlugin, preset_of
+from evolution.commands.console import note
+from evolution.commands.options import names_in, non_negative, positive, positive_number, seconds
+from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
+from evolution.driving import (
+    EXECUTORS,
+    RUN_TIMEOUT_SECONDS,
+    WAIT_SECONDS,
+    ControllerSpec,
+    DriveSettings,
+    available_cores,
+    try_controllers,
+    with_parameters,
+)
+from evolution.search import DEFAULT_CONTROLLERS, controllers_from
+from gym_mapbench.config import EnvConfig
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.noise import NOISES
+from gym_mapbench.planners import PLANNERS
+from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
+
+
+def add_drive_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options about the parameters, the robot and the world."""
+    group = parser.add_argument_group("who drives, and how")
+    group.add_argument(
+        "--params",
+        metavar="FILE|PRESET",
+        help="a nav2_params.yaml, whose controller_plugins drive unless others are named, or a preset: thesis "
+        "(Humble's examples; the default), fair (Humble, same limits for all), jazzy (Jazzy's examples) or "
+        "jazzy_fair (Jazzy, same limits for all)",
+    )
+    group.add_argument("--planner", metavar="NAME", help=f"global planner: {names_in(PLANNERS)}")
+    group.add_argument("--robot", metavar="NAME", help=names_in(ROBOTS))
+    add_reading_options(group)
+    group.add_argument(
+        "--robot-radius",
+        type=positive_number,
+        metavar="M",
+        help="radius of the robot, here a disc, in the world and in its costmaps",
+    )
+    group.add_argument("--time-limit", type=positive_number, metavar="S", help="simulated seconds a run may take")
+    group.add_argument(
+        "--contact",
+        choices=("ends", "slides"),
+        help="whether touching a wall ends the run, or the robot slides along it as in Gazebo",
+    )
+    group.add_argument(
+        "--noise", metavar="NAME", help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)}"
+    )
+
+
+def add_unknown_map_option(parser: argparse.ArgumentParser) -> None:
+    """Add ``--unknown-map``."""
+    parser.add_argument(
+        "--unknown-map",
+        action="store_true",
+        help="Nav2's global costmap does not know the map: only the sensors fill it, and paths may cross the unknown",
+    )
+
+
+def add_controllers_option(parser: argparse.ArgumentParser) -> None:
+    """Add ``--controllers``."""
+    parser.add_argument(
+        "--controllers",
+        metavar="A,B,..",
+        help="names, NAME=KIND to compare one kind twice, or NAME=model.zip, which runs code in that file, so name "
+        "only files that you trust (default: the controller_plugins of the --params file; without a file, "
+        f"{','.join(DEFAULT_CONTROLLERS)})",
+    )
+
+
+def add_work_options(parser: argparse.ArgumentParser) -> None:
+    """Add ``--seed`` and the options of :func:`add_workers_options`."""
+    parser.add_argument("--seed", type=non_negative, metavar="N", help="root of all randomness (default 0)")
+    add_workers_options(parser)
+
+
+def add_workers_options(parser: argparse.ArgumentParser) -> None:
+    """Add ``--workers``, ``--wait``, ``--run-timeout``, ``--executor`` and ``--scheduler``."""
+    parser.add_argument("--workers", type=positive, metavar="N", help="worker processes (default: all cores)")
+    parser.add_argument(
+        "--wait",
+        type=seconds,
+        default=WAIT_SECONDS,
+        metavar="S",
+        help=f"seconds to wait for another process that has locked the results (default {WAIT_SECONDS:g})",
+    )
+    parser.add_argument(
+        "--run-timeout",
+        type=positive_number,
+        default=RUN_TIMEOUT_SECONDS,
+        metavar="S",
+        help="wall-clock seconds that a run may take; then it ends in an error, and its worker is replaced (default "
+        f"{RUN_TIMEOUT_SECONDS:g})",
+    )
+    parser.add_argument(
+        "--executor", default="processes", metavar="NAME", help=f"what runs are driven on: {names_in(EXECUTORS)}"
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="tcp://HOST:PORT of the scheduler whose workers drive, with --executor dask (default: a cluster of "
+        "--workers processes on this machine)",
+    )
+
+
+def controllers_of(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
+    """Return who drives: the named controllers, or else those of the parameter file, or else the defaults."""
+    return named_controllers(args) or controllers_from(DEFAULT_CONTROLLERS)
+
+
+def named_controllers(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
+    """Return the controllers of ``--controllers``, ``--only`` or the ``--params`` file; empty if there are none."""
+    if args.controllers is not None:
+        return listed_controllers(args.controllers)
+    read = read_parameter_file(args)
+    if read is None:
+        return ()
+    return controllers_from([args.only] if args.only else list(read.own_controllers))
+
+
+def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
+    """Read ``name`` or ``name=kind``, separated by commas."""
+    names = [part.strip() for part in text.split(",")]
+    if not all(names):
+        raise ConfigError(f"--controllers: expected names separated by commas, got {text!r}")
+    return controllers_from(names)
+
+
+def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> None:
+    """Say how the world differs from the one that each trained model knows, and what is done about it.
+
+    Raises:
+        ConfigError: If a controller cannot drive there; nothing is said then.
+    """
+    models = {spec.name: spec.registered_name for spec in specs if spec.registered_name.endswith(".zip")}
+    cards = {name: card for name, path in models.items() if (card := read_card(path)) is not None}
+    if cards:
+        try_controllers(specs, settings)
+    for name, card in cards.items():
+        for difference in card.differences(settings.environment):
+            note(f"{name}: {difference}")
+
+
+def workers_of(args: argparse.Namespace) -> int:
+    """Return the number of worker processes: the given one, or one for each core."""
+    return args.workers or available_cores()
+
+
+def executor_of(args: argparse.Namespace) -> str:
+    """Return what runs are driven on, with the address of its scheduler if one is given."""
+    return args.executor if args.scheduler is None else f"{args.executor}={args.scheduler}"
+
+
+def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) -> DriveSettings:
+    """Return the world and navigation that the options describe; everything else is as in ``base``."""
+    settings = base or DriveSettings(navigation="thesis")
+    read = read_parameter_file(args)
+    if read is not None:
+        settings = with_parameters(settings, read)
+    elif args.params is not None or args.nav2 is not None:
+        settings = settings.replace(navigation=args.params or preset_of(args.nav2))
+    settings = settings.replace(environment=_environment(args, settings.environment))
+    if read is not None:
+        describe_parameter_file(read, args, settings.environment)
+    return settings.replace(navigation=_navigation(args, settings))
+
+
+def _environment(args: argparse.Namespace, environment: EnvConfig) -> EnvConfig:
+    changes = {
+        "robot": _robot(args, environment.robot),
+        "time_limit": args.time_limit,
+        "collision_ends_episode": None if args.contact is None else args.contact == "ends",
+        "noise": args.noise,
+    }
+    return environment.replace(**{key: value for key, value in changes.items() if value is not None})
+
+
+def _robot(args: argparse.Namespace, robot: RobotSpec) -> RobotSpec:
+    """Return the named robot, or ``robot``; a radius of the command line replaces its shape."""
+    if args.robot is not None and args.robot_radius is not None:
+        raise ConfigError("--robot and --robot-radius: expected one of them, got both")
+    if args.robot is not None:
+        return make_robot(args.robot)
+    if args.robot_radius is None:
+        return robot
+    return robot.replace(name="custom", radius=args.robot_radius, footprint=None)
+
+
+def _navigation(args: argparse.Namespace, settings: DriveSettings) -> object:
+    """Return Nav2's parameters; a robot given on the command line also replaces the shape in the costmaps."""
+    navigation = settings.navigation
+    if args.planner is not None:
+        navigation = navigation.replace(planner=PlannerPlugin(name=args.planner))
+    if args.robot is None and args.robot_radius is None:
+        return navigation
+    shape = {"robot_radius": args.robot_radius, "footprint": None}
+    return navigation.replace(
+        local_costmap=navigation.local_costmap.replace(**shape),
+        global_costmap=navigation.global_costmap.replace(**shape),
+    )
