@@ -140,8 +140,9 @@ def test_a_policy_that_sees_the_path_is_trained_and_drives(tmp_path):
 def test_given_maps_on_which_no_episode_can_begin_are_refused(tmp_path):
     halves = GridMap.from_rows(["#" * 80, *["#" + "." * 38 + "##" + "." * 38 + "#"] * 20, "#" * 80])
     apart = Scenario(halves, Pose(1.0, 0.5), Pose(3.0, 0.5), "halves")
+    encoding = {"features": ["goal", "velocity", "scan", "path"]}
     with pytest.raises(ConfigError, match="halves: expected a map on which the planner finds the observed path"):
-        train("ppo", config=small(encoding={"features": ["path"]}), maps=[apart], out=tmp_path / "run")
+        train("ppo", config=small(encoding=encoding), maps=[apart], out=tmp_path / "run")
     inside = Scenario(halves, Pose(1.0, 0.1), Pose(1.0, 0.5))
     with pytest.raises(ConfigError, match="start: expected room for the robot"):
         train("ppo", config=small(), curriculum=[inside], out=tmp_path / "run")
