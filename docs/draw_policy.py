@@ -1,4 +1,4 @@
-"""Draw docs/policy.gif: the shipped policy beside MPPI on a map that neither has seen.
+"""Draw docs/policy.gif: the shipped policies beside MPPI on a map that none of them has seen.
 
 Run from the root of the project: python docs/draw_policy.py --map FILE --scenario N.
 """
@@ -17,41 +17,46 @@ from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
 from evolution.pictures import Frame, frames
 from gym_mapbench.episode import Episode
 from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.robot import RobotSpec
 
-POLICY = Path("examples/policies/ppo.zip")
+POLICIES = [Path("examples/policies/ppo.zip"), Path("examples/policies/ppo_path.zip")]
 SIDE = 240
-EVERY = 8
+EVERY = 16
 """Control steps between two pictures; there are 20 a second."""
 COLOURS = 16
 PAUSE = 2000
 
 
 def main() -> None:
-    """Drive both and write the film."""
+    """Drive them and write the film."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--map", type=Path, required=True, help="any file of maps")
     parser.add_argument("--scenario", type=int, default=1, help="which of them (default 1)")
-    parser.add_argument("--policy", type=Path, default=POLICY, help=f"the model (default {POLICY})")
+    parser.add_argument("--policy", type=Path, nargs="+", default=POLICIES, help="models (default: the shipped ones)")
     parser.add_argument("--out", type=Path, default=Path("docs/policy.gif"))
     args = parser.parse_args()
     scenario = load_scenarios(args.map)[args.scenario - 1]
-    controllers = [
-        ControllerSpec(name="policy", kind=str(args.policy.resolve())),
-        ControllerSpec(name="mppi", kind="mppi"),
-    ]
+    policies = [ControllerSpec(name=path.stem, kind=str(path.resolve())) for path in args.policy]
+    controllers = [*policies, ControllerSpec(name="mppi", kind="mppi")]
     settings = DriveSettings(navigation="fair")
     episodes = [drive(job) for job in JobPlan(controllers, settings, 0).jobs(scenario)]
     pictures = [Image.fromarray(frame).quantize(COLOURS) for frame in beside(episodes, settings)]
-    durations = [EVERY * 50 // 2] * (len(pictures) - 1) + [PAUSE]  # twice as fast as the robot
+    durations = [EVERY * 50 // 4] * (len(pictures) - 1) + [PAUSE]  # four times as fast as the robot
     pictures[0].save(args.out, save_all=True, append_images=pictures[1:], duration=durations, loop=0, optimize=True)
 
 
 def beside(episodes: Sequence[Episode], settings: DriveSettings) -> Iterator[Frame]:
     """Draw the runs side by side; the one that ends first waits for the others."""
     robot = settings.environment.robot
-    films = [[titled(frame, episode) for frame in frames(episode, robot, SIDE)][::EVERY] for episode in episodes]
+    films = [film(episode, robot) for episode in episodes]
     for row in zip_longest(*films):
         yield np.hstack([film[-1] if frame is None else frame for frame, film in zip(row, films, strict=True)])
+
+
+def film(episode: Episode, robot: RobotSpec) -> list[Frame]:
+    """Draw a run at the speed of the others, however many of its states are drawn."""
+    drawn = [titled(frame, episode) for frame in frames(episode, robot, SIDE)]
+    return drawn[:: round(EVERY * len(drawn) / len(episode.trajectory))]
 
 
 def titled(frame: Frame, episode: Episode) -> Frame:

@@ -18,10 +18,13 @@ class PathWindow(Settings):
     Args:
         points: How many points.
         spacing: Distance between two of them along the path, m.
+        rooms: Room beside the robot that the path keeps, m: the first of these with which there is a path. With 0
+            alone, as in Nav2, a path may lead through a gap that leaves the robot 5 mm, although there is a wider way.
     """
 
     points: Annotated[int, Field(ge=1, le=10_000)] = 20
     spacing: Annotated[float, Field(gt=0)] = 0.1
+    rooms: Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(min_length=1)] = (0.0,)
 
 
 class CostmapWindow(Settings):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -114,11 +115,10 @@ class Observer:
             rate = config.lidar.scan_rate
             self._observations_per_scan = 1 if rate is None else max(1, round(config.control_hz / rate))
             self._observations = 0
-        if "path" in self._keys or "costmap" in self._keys:
-            costmap = _plan_costmap(config, scenario)
-            self.window = CostmapView(costmap, config.costmap.cells)
+        if "costmap" in self._keys:
+            self.window = CostmapView(_plan_costmap(config, scenario), config.costmap.cells)
         if "path" in self._keys:
-            self.path = NavfnPlanner().plan(costmap, scenario.start, scenario.goal)
+            self.path = plan_path(config, scenario)
             self.ahead = PathView(self.path, config.path)
 
     def observe(self, pose: Pose, velocity: tuple[float, float]) -> dict[str, NDArray[Any]]:
@@ -241,19 +241,33 @@ class CostmapView:
         return window[np.newaxis].copy()
 
 
+def plan_path(config: EnvConfig, scenario: Scenario) -> NDArray[np.float64]:
+    """Return the path that the env's observations show, ``(n, 3)`` x, y (m), yaw (rad).
+
+    Raises:
+        NoPathError: If there is none.
+    """
+    *wide, narrowest = config.path.rooms
+    for room in wide:
+        with suppress(NoPathError):
+            return NavfnPlanner().plan(_plan_costmap(config, scenario, room), scenario.start, scenario.goal)
+    return NavfnPlanner().plan(_plan_costmap(config, scenario, narrowest), scenario.start, scenario.goal)
+
+
 def has_path(config: EnvConfig, scenario: Scenario) -> bool:
     """Whether the planner finds the path that the env's observations show."""
     try:
-        NavfnPlanner().plan(_plan_costmap(config, scenario), scenario.start, scenario.goal)
+        plan_path(config, scenario)
     except NoPathError:
         return False
     return True
 
 
-def _plan_costmap(config: EnvConfig, scenario: Scenario) -> Costmap:
-    """Build the costmap of the whole map: static and inflation layer."""
+def _plan_costmap(config: EnvConfig, scenario: Scenario, room: float = 0.0) -> Costmap:
+    """Build the costmap of the whole map, for a robot with some room around it: static and inflation layer."""
     inflation = InflationLayer(
         inflation_radius=config.costmap.inflation_radius, cost_scaling_factor=config.costmap.cost_scaling_factor
     )
     params = CostmapParams(plugins=("static_layer", "inflation_layer"), inflation_layer=inflation)
+    params = params.replace(footprint_padding=params.footprint_padding + room)
     return build_static_costmap(scenario.map, params, params.make_footprint(config.robot))

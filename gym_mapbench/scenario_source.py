@@ -99,12 +99,13 @@ def draw_scenario(config: EnvConfig, rng: np.random.Generator) -> Scenario:
     shapes = config.shapes if config.resolution is None else config.shapes.replace(resolution=config.resolution)
     for _ in range(MAX_DRAWS):
         scenario = config.make_scenario(_draw_grid(config, shapes, rng), "random")
-        if distance_to_goal(scenario, config.robot).solvable and _is_planned(config, scenario):
+        if distance_to_goal(scenario, config.robot).solvable and is_planned(config, scenario):
             return scenario
     raise ConfigError(f"shapes: expected maps that {config.robot.name} can solve, got none in {MAX_DRAWS} draws")
 
 
-def _is_planned(config: EnvConfig, scenario: Scenario) -> bool:
+def is_planned(config: EnvConfig, scenario: Scenario) -> bool:
+    """Whether the planner finds the path that the env's observations show, if they show one."""
     return "path" not in config.observation or has_path(config, scenario)
 
 

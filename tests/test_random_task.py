@@ -8,9 +8,10 @@ from gym_mapbench.clearance import check_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.generator import ShapeSettings
 from gym_mapbench.gridmap import GridMap
-from gym_mapbench.observation import has_path
+from gym_mapbench.observation import has_path, plan_path
 from gym_mapbench.random_task import NEAREST, draw_task
 from gym_mapbench.robot import ROBOTS
+from gym_mapbench.scenario import Pose, Scenario
 from gym_mapbench.scenario_source import draw_scenario
 from gym_mapbench.task import distance_to_goal
 
@@ -49,3 +50,17 @@ def test_a_path_that_is_observed_can_be_planned():
     assert not has_path(dense, draw_scenario(without, np.random.default_rng(refused)))
     for seed in range(refused - 2, refused + 3):
         assert has_path(dense, draw_scenario(dense, np.random.default_rng(seed)))
+
+
+def test_a_path_keeps_room_where_there_is_a_way_with_room():
+    wall = [*"#" * 22, *"." * 10, *"#" * 18, *"." * 29, "#"]  # a gap of 0.5 m on the way, one of 1.45 m aside
+    rows = ["#" * 80, *["#" + "." * 78 + "#"] * 29, *["".join(wall)] * 2, *["#" + "." * 78 + "#"] * 29, "#" * 80]
+    scenario = Scenario(GridMap.from_rows(rows), Pose(1.35, 0.5), Pose(1.35, 2.6))
+
+    def crossing(*rooms):
+        path = plan_path(EnvConfig(path={"rooms": rooms}), scenario)
+        return path[np.argmin(np.abs(path[:, 1] - 1.55)), 0]
+
+    assert 1.1 < crossing(0.0) < 1.6
+    assert 2.5 < crossing(0.2, 0.0) < 3.95
+    assert crossing(5.0, 0.0) == crossing(0.0)

@@ -28,6 +28,10 @@ SCANNER = ("beams", "range_max", "angle_min", "angle_increment")
 """What a network's input depends on; the scanner's place and faults are those of the world that is driven in."""
 
 
+WINDOWS = {"path": ("path", "costmap"), "costmap": ("costmap",)}
+"""Groups of the world's options that a window depends on: the path is planned on the costmap."""
+
+
 class Normalization(Settings):
     """Statistics of Stable-Baselines3's VecNormalize, applied to what the encoder returns.
 
@@ -97,7 +101,7 @@ class ModelCard(Settings):
         if "scan" in self.encoding.keys:
             own = self.world.lidar
             changes["lidar"] = config.lidar.replace(**{name: getattr(own, name) for name in SCANNER})
-        changes |= {key: getattr(self.world, key) for key in ("path", "costmap") if key in self.encoding.keys}
+        changes |= {group: getattr(self.world, group) for key in self.encoding.keys for group in WINDOWS.get(key, ())}
         return config.replace(**changes)
 
     def differences(self, config: EnvConfig) -> list[str]:
@@ -112,7 +116,8 @@ class ModelCard(Settings):
         if fitted.lidar != config.lidar:
             here = f"{config.lidar.beams} to {config.lidar.range_max:g} m"
             found.append(f"sees with its own {own.lidar.beams} beams to {own.lidar.range_max:g} m instead of {here}")
-        found += [f"sees its own window of {key}" for key in ("path", "costmap") if _differ(fitted, config, key)]
+        windows = [key for key in WINDOWS if key in self.encoding.keys]
+        found += [f"sees its own window of {key}" for key in windows if _differ(fitted, config, WINDOWS[key])]
         if own.noise != config.noise:
             found.append("trained with other noise")
         for name in ("xy_goal_tolerance", "yaw_goal_tolerance"):
@@ -121,8 +126,8 @@ class ModelCard(Settings):
         return found
 
 
-def _differ(one: EnvConfig, other: EnvConfig, key: str) -> bool:
-    return bool(getattr(one, key) != getattr(other, key))
+def _differ(one: EnvConfig, other: EnvConfig, groups: tuple[str, ...]) -> bool:
+    return any(getattr(one, group) != getattr(other, group) for group in groups)
 
 
 def write_card(path: Path, card: ModelCard) -> None:

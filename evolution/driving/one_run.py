@@ -15,6 +15,7 @@ from controllers.navigator import Navigator
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.env import MapBenchEnv
 from gym_mapbench.episode import Episode, Event, Outcome
+from gym_mapbench.errors import NoPathError
 from gym_mapbench.groups import RewardSettings
 from gym_mapbench.scenario import Scenario
 
@@ -71,9 +72,12 @@ def run_episode(
         watch: Called with the controller after every command that is driven.
 
     Returns:
-        The recorded run.
+        The recorded run; one of outcome ``planner_failure`` where the controller observes a path and there is none.
     """
-    observation, info = env.reset(seed=seed if noise_seed is None else noise_seed, options={"scenario": scenario})
+    try:
+        observation, info = env.reset(seed=seed if noise_seed is None else noise_seed, options={"scenario": scenario})
+    except NoPathError as error:
+        return _without_path(env, scenario, name, seed, str(error))
     context = context_of(env.config, scenario, seed)
     controller.reset(context)
     log = _Log(info)
@@ -106,6 +110,26 @@ def run_episode(
         first_contact_time=log.first_contact_time,
         events=events,
         controller_seconds=log.controller_seconds,
+        robot=env.robot,
+    )
+
+
+def _without_path(env: MapBenchEnv, scenario: Scenario, name: str, seed: int, reason: str) -> Episode:
+    """Return the run of a controller that could not begin, as the path that it observes cannot be planned."""
+    return Episode(
+        scenario=scenario,
+        controller=name,
+        seed=seed,
+        outcome="planner_failure",
+        reason=reason,
+        time=0.0,
+        control_period=1.0 / env.config.control_hz,
+        trajectory=np.array([[*scenario.start, 0.0, 0.0]]),
+        commands=np.empty((0, 2)),
+        path=np.empty((0, 3)),
+        first_contact_time=None,
+        events=(),
+        controller_seconds=0.0,
         robot=env.robot,
     )
 

@@ -33,8 +33,10 @@ from evolution.training.evaluation import Judgement, judge
 from evolution.training.levels import GivenLevels, Levels, RandomLevels, ReplayedLevels
 from evolution.training.record import Recorder, TrainProgress
 from evolution.training.settings import TrainSettings
+from gym_mapbench.clearance import check_clearance
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.scenario import Scenario
-from gym_mapbench.scenario_source import draw_scenario
+from gym_mapbench.scenario_source import draw_scenario, is_planned
 
 HELD_OUT = 20_260_713
 """Seed of the random maps that policies are judged on: the same in every training."""
@@ -57,6 +59,7 @@ def begin_training(
         ConfigError: If something cannot be used; nothing is made then.
     """
     check_model(settings)
+    _check_maps(settings, (*maps, *curriculum))
     return TrainingDir.create(path, settings, maps, curriculum)
 
 
@@ -79,6 +82,14 @@ def learn(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] |
         if not (directory.state or {}).get("finished"):
             _go_on(directory, on_progress)
     return load_training(directory.path)
+
+
+def _check_maps(settings: TrainSettings, scenarios: Sequence[Scenario]) -> None:
+    """Refuse given maps on which no episode can begin."""
+    for scenario in scenarios:
+        check_clearance(scenario, settings.world.robot)
+        if not is_planned(settings.world, scenario):
+            raise ConfigError(f"{scenario.name}: expected a map on which the planner finds the observed path, got none")
 
 
 def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] | None) -> None:

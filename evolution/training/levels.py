@@ -13,7 +13,7 @@ from evolution.training.settings import ReplaySettings, Stage
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.random_task import draw_task
 from gym_mapbench.scenario import Scenario
-from gym_mapbench.scenario_source import draw_scenario
+from gym_mapbench.scenario_source import draw_scenario, is_planned
 
 POOL = 3000
 """Random maps that are kept for further episodes."""
@@ -98,7 +98,8 @@ class RandomLevels:
         scenario = draw_scenario(self._world.replace(shapes=shapes), self._rng)
         if self._rng.random() >= self._anywhere:
             return scenario
-        return draw_task(scenario.map, self._world.robot, self._rng) or scenario
+        elsewhere = draw_task(scenario.map, self._world.robot, self._rng)
+        return scenario if elsewhere is None or not is_planned(self._world, elsewhere) else elsewhere
 
 
 class ReplayedLevels:

@@ -98,6 +98,15 @@ def test_differences_are_said():
     assert card_of().differences(WORLD.replace(control_hz=20.0)) == []
 
 
+def test_a_policy_that_sees_the_path_has_it_planned_as_in_training():
+    trained = WORLD.replace(observation=("path",), costmap={"cost_scaling_factor": 10.0}, path={"rooms": (0.05, 0.0)})
+    card = card_of(world=trained, encoding=EncodingSettings(features=("path",)))
+    fitted = card.fit(EnvConfig())
+    assert (fitted.path, fitted.costmap) == (trained.path, trained.costmap)
+    assert "sees its own window of path" in card.differences(EnvConfig())
+    assert card_of().fit(EnvConfig()).costmap == EnvConfig().costmap
+
+
 class TestFile:
     @pytest.fixture
     def model(self, tmp_path):

@@ -3,9 +3,11 @@ from __future__ import annotations
 import numpy as np
 
 from controllers.base import STOP
+from controllers.rl import as_controller
 from evolution.driving.one_run import environment_for, run_episode
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.gridmap import GridMap
+from gym_mapbench.metrics import measure
 from gym_mapbench.scenario import Pose, Scenario
 from tests.worlds import ROOM
 
@@ -53,3 +55,13 @@ def test_the_noise_belongs_to_its_own_seed():
     one, other = watch(noise="rough")[0], watch(noise="rough")[0]
     for first, second in zip(one.seen, other.seen, strict=True):
         assert all(np.array_equal(first[key], second[key]) for key in first)
+
+
+def test_a_policy_whose_path_cannot_be_planned_ends_as_nav2_s_controllers_do():
+    halves = GridMap.from_rows(["#" * 80, *["#" + "." * 38 + "##" + "." * 38 + "#"] * 20, "#" * 80])
+    apart = Scenario(halves, Pose(1.0, 0.5), Pose(3.0, 0.5))
+    policy = as_controller(lambda observation: (0.1, 0.0), "policy", ("path",))
+    episode = run_episode(environment_for(EnvConfig(), policy), policy, apart, name="policy", seed=0)
+    assert (episode.outcome, episode.time, len(episode.commands)) == ("planner_failure", 0.0, 0)
+    assert "not connected" in episode.reason
+    assert measure(episode)["spl"] == 0.0

@@ -128,6 +128,27 @@ def test_given_maps_and_a_curriculum_are_kept_in_the_directory(tmp_path):
     assert train(resume=tmp_path / "run").finished
 
 
+def test_a_policy_that_sees_the_path_is_trained_and_drives(tmp_path):
+    encoding = {"features": ["goal", "velocity", "scan", "path"]}
+    config = small(encoding=encoding, world={**SMALL["world"], "path": {"points": 5, "spacing": 0.2}}, anywhere=0.5)
+    training = train("ppo", config=config, out=tmp_path / "run")
+    assert read_card(training.best).world.path.points == 5
+    result = bench(rooms(1), [f"learned={training.best}"], time_limit=2.0, workers=1)
+    assert result.table("runs")[0]["outcome"] in ("timeout", "collision")
+
+
+def test_given_maps_on_which_no_episode_can_begin_are_refused(tmp_path):
+    halves = GridMap.from_rows(["#" * 80, *["#" + "." * 38 + "##" + "." * 38 + "#"] * 20, "#" * 80])
+    apart = Scenario(halves, Pose(1.0, 0.5), Pose(3.0, 0.5), "halves")
+    encoding = {"features": ["goal", "velocity", "scan", "path"]}
+    with pytest.raises(ConfigError, match="halves: expected a map on which the planner finds the observed path"):
+        train("ppo", config=small(encoding=encoding), maps=[apart], out=tmp_path / "run")
+    inside = Scenario(halves, Pose(1.0, 0.1), Pose(1.0, 0.5))
+    with pytest.raises(ConfigError, match="start: expected room for the robot"):
+        train("ppo", config=small(), curriculum=[inside], out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
 def test_every_fifth_map_is_held_out():
     maps = rooms(11)
     kept, held_out = split(maps)

@@ -51,6 +51,13 @@ def test_tasks_are_anywhere_as_often_as_told():
     assert 15 < max(usual, len(starts) - len(set(starts))) < 45
 
 
+def test_a_task_without_the_path_that_is_observed_is_not_taken(monkeypatch):
+    stages = (Stage(after=0.0, fewest=2, most=4),)
+    monkeypatch.setattr("evolution.training.levels.is_planned", lambda world, scenario: False)
+    starts = {RandomLevels(WORLD, stages, 1.0, 1.0, rng(seed)).next(0.0).start for seed in range(5)}
+    assert len(starts) == 1
+
+
 def test_given_levels_are_all_used():
     levels = GivenLevels([level(i) for i in range(4)], rng())
     assert {levels.next(0.0).name for _ in range(60)} == {"0", "1", "2", "3"}
