@@ -59,9 +59,9 @@ def read_document(path: str | Path) -> dict[str, Any]:
     for name in document:
         if name not in SECTIONS:
             raise ConfigError(f"{path}: {unknown_name('section', name, SECTIONS)}")
+    refuse_code(document, path)
     for name in ("search", "run"):
         _section(document, name, str(path))
-    refuse_code(document, path)
     return dict(document)
 
 
