@@ -8,7 +8,7 @@ the configuration space, i.e. where the robot's centre can be. Lengths are in m,
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 from typing import Final
 
@@ -19,7 +19,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.configuration import connects, stamp_footprint
 from gym_mapbench.kernels.distance import distance_along_columns, framed_distance
-from gym_mapbench.kernels.passages import joins, open_cells, wall_points
+from gym_mapbench.kernels.passages import ends_are_open, joins, open_cells, wall_points
 from gym_mapbench.kernels.pathmeasures import descend, measure_path
 from gym_mapbench.robot import RobotSpec
 from gym_mapbench.scenario import Pose, Scenario
@@ -90,17 +90,25 @@ def narrowest_passage(grid: GridMap, start: Cell, goal: Cell) -> float:
     Start and goal count as places.
     """
     walls, ends = wall_points(grid.occupancy), 2 * np.array([start, goal]) + 1
-    too_wide = 1
-    while joins(walls, too_wide, ends):
-        too_wide *= 4
-    widest = too_wide // 4
-    while too_wide - widest > 1:
-        middle = (widest + too_wide) // 2
-        if joins(walls, middle, ends):
-            widest = middle
-        else:
-            too_wide = middle
+    widest = _largest(lambda square: ends_are_open(walls, square, ends), len(walls) ** 2)
+    if widest > 0 and not joins(walls, widest, ends):
+        widest = _largest(lambda square: joins(walls, square, ends), widest)
     return math.sqrt(widest) * grid.resolution
+
+
+def _largest(holds: Callable[[int], bool], too_large: int) -> int:
+    """Return the largest square that something holds for, as it does for all smaller ones; 0 if for none.
+
+    Args:
+        holds: Whether it holds for a square.
+        too_large: A square that it does not hold for.
+    """
+    largest = 0
+    while too_large - largest > 1:
+        halfway = round((math.sqrt(largest) + math.sqrt(too_large)) ** 2 / 4)
+        square = min(max(halfway, largest + 1), too_large - 1)
+        largest, too_large = (square, too_large) if holds(square) else (largest, square)
+    return largest
 
 
 def configuration_space(grid: GridMap, robot: RobotSpec) -> Cells:

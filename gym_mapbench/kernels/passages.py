@@ -136,6 +136,17 @@ def open_cells(walls, square, cols):
 
 
 @kernel
+def ends_are_open(walls, square, ends):
+    """Whether two points have room around them; see :func:`joins`."""
+    closed, spare = np.empty(walls.shape[1], np.uint64), np.empty(walls.shape[1], np.uint64)
+    for end in range(2):
+        near = close_row(walls, ends[end, 0], square, closed, spare)
+        if near[ends[end, 1] // 64] >> np.uint64(ends[end, 1] % 64) & ONE:
+            return False
+    return True
+
+
+@kernel
 def joins(walls, square, ends):
     """Whether two points connect through points that have room around them, each next to the one before or diagonal.
 
@@ -144,12 +155,10 @@ def joins(walls, square, ends):
         square: Square of the room that every point must have, both ends included, half cells squared; 1 or more.
         ends: ``(2, 2)`` int64 row and col of the two points.
     """
+    if not ends_are_open(walls, square, ends):
+        return False
     points, words = walls.shape
     closed, spare = np.empty(words, np.uint64), np.empty(words, np.uint64)
-    for end in range(2):
-        near = close_row(walls, ends[end, 0], square, closed, spare)
-        if near[ends[end, 1] // 64] >> np.uint64(ends[end, 1] % 64) & ONE:
-            return False
     runs, before, count = np.empty((32 * words, 3), np.int32), np.empty((32 * words, 3), np.int32), 0
     parents, made = np.empty(16 * words * (points + 1), np.int32), 0
     labels = np.full(2, -1, np.int32)
