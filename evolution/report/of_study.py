@@ -91,6 +91,7 @@ PROMISES = {
     "goals": "goals",
     "order": "order kept",
     "roles": "all roles filled",
+    "against": "against",
     "a12": "A12",
     "p_value": "p",
 }

@@ -22,8 +22,9 @@ BOOTSTRAP_SEED = 0
 def promise_rows(results: StudyResults) -> list[Row]:
     """Return a row for every configuration whose sets were driven again.
 
-    ``a12`` is how often, of all pairs of runs, this configuration is better on fresh seeds than the first one whose
-    sets were driven in the same world, ties counting half; ``p_value`` is of Mann and Whitney's test of the two.
+    ``a12`` is how often, of all pairs of runs, this configuration is better on fresh seeds than the one that it is held
+    ``against``: the first one whose sets were driven in the same world. Ties count half; ``p_value`` is of Mann and
+    Whitney's test of the two.
     """
     groups = {
         name: again
@@ -38,7 +39,8 @@ def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> 
     low, high = median_interval(fresh, np.random.default_rng(BOOTSTRAP_SEED))
     same = [run.seed for run in reference] == [run.seed for run in runs] and reference[0].path == runs[0].path
     others = [_fresh(run) for run in reference]
-    tested = not same and len(runs) > 1 and len(others) > 1
+    one_scale = len({run.seen["cluster_scale"] for run in (*runs, *reference)}) == 1
+    tested = not same and one_scale and len(runs) > 1 and len(others) > 1
     return {
         "configuration": name,
         "n": len(runs),
@@ -51,6 +53,7 @@ def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> 
         "goals": fmean(run.fresh.success_rate for run in runs if run.fresh is not None),
         "order": fmean(order_share(run) for run in runs),
         "roles": fmean(fills_roles(run.fresh.results) for run in runs if run.fresh is not None),
+        "against": reference[0].configuration.name if tested else "",
         "a12": vargha_delaney_a12(others, fresh) if tested else None,
         "p_value": pairwise_mann_whitney({"a": fresh, "b": others}, [("a", "b")])[0].p_value if tested else None,
     }

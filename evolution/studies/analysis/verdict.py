@@ -12,6 +12,7 @@ from evolution.statistics import Summary, TestResult, median_interval
 from evolution.studies.analysis.comparisons import BOOTSTRAP_SEED, QUANTITIES, Comparison, StudyAnalysis, analyse
 from evolution.studies.analysis.fresh import conditions, fresh_rows, order_kept, selected_sets
 from evolution.studies.analysis.judges import Judge
+from evolution.studies.analysis.promises import promise_rows
 from evolution.studies.analysis.results import StudyResults, StudyRun
 
 ALPHA = 0.05
@@ -31,7 +32,29 @@ def verdict_of(results: StudyResults, analysis: StudyAnalysis | None = None) -> 
     analysis = analysis or analyse(results)
     rows = fresh_rows(results)
     sentences = [sentence for judge in analysis.judges for sentence in _of_judge(judge, analysis, rows)]
-    return sentences + _repeats(rows)
+    return _promises(analysis) + sentences + _repeats(rows)
+
+
+def _promises(analysis: StudyAnalysis) -> list[str]:
+    """Say which configurations are worth more or less on fresh seeds than one that judges sets in another way."""
+    rows = {row["configuration"]: row for row in promise_rows(analysis.results)}
+    return [
+        f"On fresh seeds, lower is better, the sets of {_promised(row)}, those of {_promised(rows[row['against']])}: "
+        f"{name} is better in {100 * row['a12']:.0f} % of pairs of runs (A12; {_p(row['p_value'])})."
+        for name, row in rows.items()
+        if row["against"]
+        and row["p_value"] < ALPHA
+        and not any({name, row["against"]} <= set(judge.groups) for judge in analysis.judges)
+    ]
+
+
+def _promised(row: Row) -> str:
+    """Say what the sets of a configuration claimed and are worth."""
+    return (
+        f"{row['configuration']} are worth {row['fresh']:.2f} in the median (95 % interval {row['fresh_low']:.2f} to "
+        f"{row['fresh_high']:.2f}; {row['claimed']:.2f} claimed; in order in {_percent(row['order'])} of the drives; "
+        f"n = {row['n']})"
+    )
 
 
 def _of_judge(judge: Judge, analysis: StudyAnalysis, rows: Sequence[Row]) -> list[str]:

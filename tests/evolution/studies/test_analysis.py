@@ -51,7 +51,7 @@ def made_run(
     seen,
     fresh=None,
     *,
-    results=(),
+    results=None,
     readings=(0.1, 0.2, 0.3),
     configuration=None,
     world=WORLD,
@@ -80,6 +80,7 @@ def made_run(
     generations = [{"evaluations": 600, "best": seen}]
     again = None
     if fresh is not None:
+        results = results or set_of([ALIKE], [TWICE], [FAR])
         one = GINI(set_of([ALIKE], [TWICE], [FAR]))
         one = type(one)(**{**vars(one), "total": fresh})
         again = DrivenAgain(results, (one,), (one,), readings)
@@ -293,6 +294,19 @@ def test_a_clear_difference_is_said_with_all_its_numbers():
     assert row["cliffs_delta"] == 1.0
     assert row["p_holm"] < 0.001
     assert [row["configuration"] for row in summary_rows(compare(study)[0])] == ["ga", "random"]
+
+
+def test_what_is_judged_in_another_way_is_compared_by_what_it_is_worth_on_fresh_seeds():
+    lucky = [made_run("lucky", s, v - 5.0, v) for s, v in enumerate(spread(-1.0))]
+    careful = [made_run("careful", s, v, v, aggregate="median") for s, v in enumerate(spread(-3.0))]
+    first, *rest = verdict_of(made_study(*lucky, *careful))
+    assert first.startswith("On fresh seeds, lower is better, the sets of careful are worth -3.02 in the median (95 % ")
+    assert "those of lucky are worth -1.02 in the median" in first
+    assert "-6.03 claimed" in first
+    assert first.endswith(": careful is better in 100 % of pairs of runs (A12; p < 0.001).")
+    assert not any(sentence.startswith("On fresh seeds, lower is better") for sentence in rest)
+    alike = [made_run("alike", s, v, v, aggregate="median") for s, v in enumerate(spread(-1.0))]
+    assert not verdict_of(made_study(*lucky, *alike))[0].startswith("On fresh seeds, lower")
 
 
 def test_text_and_table_give_one_direction():
