@@ -50,10 +50,11 @@ def _promises(analysis: StudyAnalysis) -> list[str]:
 
 def _promised(row: Row) -> str:
     """Say what the sets of a configuration claimed and are worth."""
+    low, high = row["fresh_low"], row["fresh_high"]
+    interval = "" if math.isnan(low) else f"95 % interval {low:.2f} to {high:.2f}; "
     return (
-        f"{row['configuration']} are worth {row['fresh']:.2f} in the median (95 % interval {row['fresh_low']:.2f} to "
-        f"{row['fresh_high']:.2f}; {row['claimed']:.2f} claimed; in order in {_percent(row['order'])} of the drives; "
-        f"n = {row['n']})"
+        f"{row['configuration']} are worth {row['fresh']:.2f} in the median ({interval}{row['claimed']:.2f} claimed; "
+        f"in order in {_percent(row['order'])} of the drives; n = {row['n']})"
     )
 
 
