@@ -80,18 +80,7 @@ def run_episode(
         return _without_path(env, scenario, name, seed, str(error))
     context = context_of(env.config, scenario, seed)
     controller.reset(context)
-    log = _Log(info)
-    while info["outcome"] == "running":
-        began = time.perf_counter()
-        answer = controller.act(observation)
-        log.controller_seconds += time.perf_counter() - began
-        if getattr(controller, "status", "running") != "running":
-            break
-        if watch is not None:
-            watch(controller)
-        command = np.array(answer, dtype=np.float64)
-        observation, _, _, _, info = env.step(command)
-        log.add(command, info)
+    log, info = _drive(env, controller, observation, info, watch)
     outcome, reason = _outcome(controller, info)
     trajectory, events = log.trajectory, _events(controller, log)
     if outcome != "goal":
@@ -112,6 +101,29 @@ def run_episode(
         controller_seconds=log.controller_seconds,
         robot=env.robot,
     )
+
+
+def _drive(
+    env: MapBenchEnv,
+    controller: Controller,
+    observation: dict[str, Any],
+    info: dict[str, Any],
+    watch: Callable[[Controller], object] | None,
+) -> tuple[_Log, dict[str, Any]]:
+    """Drive from what a reset returned to the end, and return what happened and the last step's information."""
+    log = _Log(info)
+    while info["outcome"] == "running":
+        began = time.perf_counter()
+        answer = controller.act(observation)
+        log.controller_seconds += time.perf_counter() - began
+        if getattr(controller, "status", "running") != "running":
+            break
+        if watch is not None:
+            watch(controller)
+        command = np.array(answer, dtype=np.float64)
+        observation, _, _, _, info = env.step(command)
+        log.add(command, info)
+    return log, info
 
 
 def _without_path(env: MapBenchEnv, scenario: Scenario, name: str, seed: int, reason: str) -> Episode:
