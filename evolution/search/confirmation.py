@@ -243,15 +243,18 @@ def gains_of(results: SetResults, fitness: Fitness) -> list[float]:
 
 
 def reached_by(gains: Sequence[float], share: float, chance: float) -> float:
-    """Return the gain that a share of all drives reach, if these gains come with a chance only, and else none does.
+    """Return the gain that a share of all drives reach, if these gains come with a chance only, and else nothing does.
+
+    Where the chance is too small, nothing is gained; a drive that is worse than that still counts.
 
     Args:
         gains: Gains of single drives, less is better.
         share: Share of all drives.
         chance: Chance of a drive to be like these.
     """
-    reached = float(np.quantile(gains, min(share / chance, 1.0)))
-    return reached if share < chance else max(reached, 0.0)
+    if share < chance:
+        return float(np.quantile(gains, share / chance))
+    return max(0.0, *gains)
 
 
 def chance_of_order(readings: Sequence[Sequence[float]]) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolution.driving import RunResult
-from evolution.search.confirmation import chance_of_order, choose, claim, combined, gains_of
+from evolution.search.confirmation import chance_of_order, choose, claim, combined, gains_of, reached_by
 from evolution.search.fitness import Fitness, singles_of
 from evolution.search.settings import ConfirmationSettings, EvolveSettings
 
@@ -52,6 +52,14 @@ def test_where_no_set_can_be_relied_on_the_one_that_gains_most_in_the_mean_is_ch
     assert all(np.quantile(of_set, 0.9) == 0.0 for of_set in gains.values())
     means = {names: np.mean(of_set) for names, of_set in gains.items()}
     assert means[choose(maps, careful, options)] == min(means.values()) < means["a", "b", "c"]
+
+
+def test_what_comes_with_a_chance_only_is_reached_less_often():
+    gains = np.linspace(-10.0, -1.0, 91).tolist()
+    assert reached_by(gains, 0.9, 1.0) == pytest.approx(-1.9)
+    assert reached_by(gains, 0.9, 0.95) == pytest.approx(np.quantile(gains, 0.9 / 0.95))
+    assert reached_by(gains, 0.9, 0.9) == reached_by(gains, 0.9, 0.0) == 0.0
+    assert reached_by([*gains, 20_000.0], 0.9, 0.5) == 20_000.0
 
 
 def test_a_map_that_failed_once_is_out_while_others_suffice():
