@@ -25,12 +25,14 @@ from controllers.registry import FOLLOWERS
 from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec
 from evolution.driving.one_run import context_of, environment_for, run_episode
-from evolution.driving.worker import DriveSettings, build_controller, result_of
+from evolution.driving.worker import DriveSettings, build_controller
+from gym_mapbench.clearance import measure_clearance
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.inflation import inflate
 from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.task import distance_to_goal
 
 try:
     import fcntl
@@ -39,8 +41,8 @@ except ImportError:  # not on Windows, where every worker compiles for itself
 
 ROOM = ("#" * 50, *["#" + "." * 48 + "#"] * 48, "#" * 50)
 TASK = Pose(0.6, 0.6), Pose(1.9, 1.9)
-WORLD = "world"
-BY_COST = ("mppi", WORLD, "dwb", "graceful", "rpp")
+WORLD, MEASURES = "world", "measures"
+BY_COST = ("mppi", "dwb", WORLD, MEASURES, "graceful", "rpp")
 """What takes longest to compile comes first, so that two workers are done at about the same time."""
 PRESET_OF: dict[Release, str] = {"humble": "thesis", "jazzy": "jazzy"}
 PAUSE_SECONDS = 0.05
@@ -62,6 +64,7 @@ def warm_up(kinds: Iterable[str] = ("dwb", "mppi", "rpp"), release: Release = "h
     scenario = Scenario(GridMap.from_rows(ROOM), *TASK)
     drills: dict[str, Callable[[], None]] = {kind: partial(_decide, kind, settings, scenario) for kind in kinds}
     drills[WORLD] = partial(_drive, settings, scenario)
+    drills[MEASURES] = partial(_measure, settings, scenario)
     _share({name: drills[name] for name in sorted(drills, key=_place)})
 
 
@@ -117,10 +120,16 @@ def _is_ours(lock: IO[str]) -> bool:
 
 
 def _drive(settings: DriveSettings, scenario: Scenario) -> None:
-    """Drive for half a second through an empty room, and measure the run."""
+    """Drive for half a second through an empty room."""
     navigator = Navigator(_Turning(), settings.navigation, WORLD)
-    env = environment_for(settings.environment, navigator)
-    result_of(run_episode(env, navigator, scenario, name=WORLD, seed=0))
+    run_episode(environment_for(settings.environment, navigator), navigator, scenario, name=WORLD, seed=0)
+
+
+def _measure(settings: DriveSettings, scenario: Scenario) -> None:
+    """Measure what a run is compared with: the shortest way, and how near the walls are."""
+    robot = settings.environment.robot
+    distance_to_goal(scenario, robot).at(scenario.start.x, scenario.start.y)
+    measure_clearance(scenario.map, robot, scenario.start)
 
 
 def _decide(kind: str, settings: DriveSettings, scenario: Scenario) -> None:

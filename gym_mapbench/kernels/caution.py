@@ -26,7 +26,9 @@ def weighted_distance(costs, row, col):
     rows, cols = costs.shape
     width = cols + 2
     framed = np.full((rows + 2, width), np.inf)  # a blocked frame makes bounds checks unnecessary
-    framed[1:-1, 1:-1] = costs
+    for r in range(rows):
+        for c in range(cols):
+            framed[r + 1, c + 1] = costs[r, c]
     framed[row + 1, col + 1] = 1.0
     distance = np.full((rows + 2) * width, np.inf)
     distance[(row + 1) * width + col + 1] = 0.0

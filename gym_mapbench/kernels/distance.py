@@ -131,7 +131,9 @@ def geodesic_distance(blocked, row, col):
     """
     rows, cols = blocked.shape
     framed = np.ones((rows + 2, cols + 2), np.bool_)
-    framed[1:-1, 1:-1] = blocked
+    for r in range(rows):
+        for c in range(cols):
+            framed[r + 1, c + 1] = blocked[r, c]
     distance = framed_distance(framed, row + 1, col + 1)
     reached = np.empty((rows, cols))
     for r in range(rows):
@@ -199,14 +201,15 @@ def _spread(distance, width, start):
     cells = len(distance)
     bucket, following, after = np.empty(cells, np.int32), np.empty(cells, np.int32), np.empty(cells, np.int32)
     bucket[0] = start
-    count, n_following, n_after, whole = 1, 0, 0, 0.0
+    none, one = np.int64(0), np.int64(1)
+    count, n_following, n_after, whole = one, none, none, 0.0
     while count + n_following + n_after > 0:
         for i in range(count):
             cell = np.uint64(bucket[i])  # unsigned, for numba would otherwise check for negative indices
             if distance[cell] >= whole:
                 n_following, n_after = _leave(distance, width, cell, whole, following, n_following, after, n_after)
         bucket, following, after = following, after, bucket
-        count, n_following, n_after, whole = n_following, n_after, 0, whole + 1.0
+        count, n_following, n_after, whole = n_following, n_after, none, whole + 1.0
 
 
 @kernel

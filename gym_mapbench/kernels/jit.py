@@ -1,7 +1,9 @@
 """The one way a kernel is compiled: cached on disk, IEEE arithmetic, no Python errors.
 
 No fast-math: the same inputs give the same bits on every machine of one architecture. A constant argument is a type of
-its own to numba; where a kernel is called with constants and variables, ``np.int64(0)`` saves compiling it twice.
+its own to numba; where a kernel is called with constants and variables, ``np.int64(0)`` saves compiling it twice. To
+assign an array to a part of another takes three seconds to compile, because its error message is compiled, too; a loop
+takes nothing.
 """
 
 from __future__ import annotations
@@ -11,16 +13,20 @@ from typing import Any, cast
 
 import numba
 
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+NOT_FROM_C: dict[str, Any] = {"no_cfunc_wrapper": True}
+"""Leaves out the entry for callers in C."""
+
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile ``function`` when it is first called, for the types of its arguments."""
-    compiled = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
+    compiled = numba.njit(cache=True, **OPTIONS, **NOT_FROM_C)(function)
     return cast(Callable[..., Any], compiled)
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile ``function`` into its callers; for scalar arithmetic inside loops that have to be vectorised."""
-    compiled = numba.njit(inline="always", error_model="numpy", nogil=True)(function)
+    compiled = numba.njit(inline="always", **OPTIONS)(function)
     return cast(Callable[..., Any], compiled)
 
 

@@ -125,7 +125,9 @@ def judge(raw, scales, critics, tuning, robot, candidates, place, corners, total
         # What lies on the way only rejects candidates and adds no score, so it can be checked last: for the cheapest
         # candidate first, then for the next, until one is legal.
         while best >= 0:
-            illegal_by[best] = rejected_by(best, raw, scales, critics, tuning, robot, candidates, place, corners)
+            illegal_by[best] = rejected_by(
+                np.int64(best), raw, scales, critics, tuning, robot, candidates, place, corners
+            )
             if illegal_by[best] < 0:
                 return best
             best = cheapest(totals, illegal_by)
