@@ -259,8 +259,7 @@ class KeepsProcesses(WorkerPlugin):  # type: ignore[misc]
         may_have_children()
         threads, context = worker.state.nthreads, worker_context(self.crew.modules)
         self.processes = Processes(threads, self.crew.timeout_s, self.crew.prepare, context)
-        for _ in range(threads):
-            self.processes.submit(bool)
+        self.processes.get_ready()
 
     def teardown(self, worker: Worker) -> None:
         """Kill the processes, whatever they do."""

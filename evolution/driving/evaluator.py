@@ -21,7 +21,7 @@ from typing import Self
 from evolution.driving.crew import Crew, RunJob, WarmUp, attempt, error_result, one_line
 from evolution.driving.executors import EXECUTORS
 from evolution.driving.jobs import Job, JobPlan, RunResult, SetResults
-from evolution.driving.processes import WorkerDiedError
+from evolution.driving.processes import Processes, WorkerDiedError
 from evolution.driving.serving import NotStartedError
 from evolution.driving.store import ResultStore
 from gym_mapbench.errors import ConfigError, RunError
@@ -127,6 +127,12 @@ class Evaluator:
             self.close()
             raise
         return [results[job.key] for job in jobs]
+
+    def get_ready(self) -> None:
+        """Start the workers now, so that they load and compile while their first jobs are still being made."""
+        executor = self._running()
+        if isinstance(executor, Processes):
+            executor.get_ready()
 
     def close(self) -> None:
         """Stop all workers at once; those of an executor other than ``processes`` finish their job first."""

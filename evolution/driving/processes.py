@@ -92,6 +92,11 @@ class Processes(Executor):
         self._jobs.put(_Job(partial(fn, **kwargs), args, future))
         return future
 
+    def get_ready(self) -> None:
+        """Start all workers now; without this, they start as jobs come."""
+        for _ in self._threads:
+            self.submit(bool)
+
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Kill all workers at once, busy or not, with whatever they have started."""
         self._stopping.set()

@@ -172,6 +172,8 @@ class _Search:
         self.evaluator = evaluator
         self.recorder = recorder
         self.expected = None if recorder is None else recorder.checkpoint
+        if self.expected is None:
+            evaluator.get_ready()
         self.archive = Archive(evaluator, experiment.plan, experiment.search.drive_last, on_run)
         self.budget = Budget(experiment.search, self.archive)
         self.problem = MapSetProblem(

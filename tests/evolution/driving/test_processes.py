@@ -67,6 +67,16 @@ def test_workers_killed_before_their_first_run_are_replaced(tmp_path):
     assert (tmp_path / "starts").read_text() == "xxxxx"
 
 
+def test_workers_get_ready_before_there_is_a_job(tmp_path):
+    ready = tmp_path / "ready"
+    with Evaluator(fake_runs.drive, warm_up=ready.touch) as evaluator:
+        evaluator.get_ready()
+        began = time.monotonic()
+        while not ready.exists() and time.monotonic() - began < SOON:
+            time.sleep(0.01)
+        assert ready.exists()
+
+
 @pytest.mark.parametrize("fault", ["hangs", "holds_the_lock", "leaves_a_child_and_hangs"])
 def test_a_killed_parent_takes_its_workers_along(fault):
     script = f"""

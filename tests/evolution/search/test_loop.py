@@ -248,6 +248,18 @@ def test_maps_and_fitness_can_be_the_callers():
     assert all(one.map_set[0].map.occupancy[15].sum() == 3 for one in result.population)
 
 
+def test_workers_start_before_the_first_maps_are_drawn(monkeypatch):
+    started = []
+    monkeypatch.setattr(Evaluator, "get_ready", lambda _: started.append(True))
+
+    def drawn(rng, shapes):
+        assert started == [True]
+        return sample_map(rng, shapes)
+
+    with Evaluator(drive) as evaluator:
+        evolve(with_search(evaluations=8), evaluator, draw_map=drawn)
+
+
 def test_a_search_draws_of_its_families(tmp_path):
     families = ["doors", {"name": "sparse", "options": {"blocks": [1, 3]}}]
     search = with_search(families=families, algorithm="random", evaluations=16)
