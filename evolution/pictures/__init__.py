@@ -9,6 +9,7 @@ from __future__ import annotations
 from evolution.pictures.animation import Frame, check_display, check_film, frames, save_animation, show_animation
 from evolution.pictures.map_table import maps_figure
 from evolution.pictures.plots import (
+    FORMATS,
     box_figure,
     colour_of,
     critical_difference_figure,
@@ -35,6 +36,7 @@ from evolution.pictures.run_figures import (
 
 __all__ = [
     "FIGURES",
+    "FORMATS",
     "DrivenMap",
     "Frame",
     "best_maps_figure",

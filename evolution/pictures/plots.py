@@ -25,6 +25,7 @@ MARKERS = ("o", "s", "D", "P", "X")
 DASHES: tuple[Any, ...] = ("-", (0, (4, 2.5)), (0, (1.2, 1.6)))
 WIDTHS = (4.2, 2.8, 1.8)
 """Lines of trajectories: a later one is thinner and has gaps, so that one that lies below it can be seen."""
+FORMATS = ("png", "svg")
 MAP_SIGNS = "Lines: driven paths. Circle: start. Star: goal. Crosses: recoveries. Grey: obstacles."
 HATCHES = ("", "///", "xxx", "...", "|||")
 """Fillings of bars; like :data:`MARKERS` for points, they tell names of one colour apart if there are many names."""
@@ -50,8 +51,8 @@ def new_figure(
     return figure, np.atleast_1d(figure.subplots(rows, columns, sharey=sharey))
 
 
-def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = ("png", "svg")) -> list[Path]:
-    """Write ``stem.png`` and ``stem.svg`` without dates or random ids, so that equal figures are equal bytes."""
+def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
+    """Write a figure in some formats, without dates or random ids, so that equal figures are equal bytes."""
     import matplotlib as mpl
 
     stem.parent.mkdir(parents=True, exist_ok=True)

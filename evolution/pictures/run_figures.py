@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolution.driving import Job, drive
-from evolution.pictures.plots import convergence_figure, lorenz_figure, map_set_figure, save_figure, times_figure
+from evolution.pictures.plots import (
+    FORMATS,
+    convergence_figure,
+    lorenz_figure,
+    map_set_figure,
+    save_figure,
+    times_figure,
+)
 from evolution.runs import LoadedRun, experiment_in, typical_repeat
 from evolution.search import FITNESSES, Experiment, experiment_of
 from gym_mapbench.episode import Episode
@@ -87,16 +94,19 @@ def _spread(runs: Sequence[Mapping[str, Any]]) -> str:
     return f"{low:.0f} to {high:.0f} s in {len(runs)} drives" + (f", {failed}" if failed else "")
 
 
-def write_run_figures(run: LoadedRun, maps: Sequence[DrivenMap] | None = None) -> list[Path]:
+def write_run_figures(
+    run: LoadedRun, maps: Sequence[DrivenMap] | None = None, formats: Sequence[str] = FORMATS
+) -> list[Path]:
     """Draw convergence, best maps with trajectories, times and Lorenz curves into ``figures/``."""
     folder = run.figures or run.path / FIGURES
     maps = drive_best(run) if maps is None else maps
-    written = save_figure(convergence_figure(_convergence(run)), folder / "convergence")
+    written = save_figure(convergence_figure(_convergence(run)), folder / "convergence", formats)
     if drawn := best_maps_figure(maps, run.controllers):
-        written += save_figure(drawn, folder / "best_maps")
-    written += save_figure(times_figure(_times(run), [driven.name for driven in maps]), folder / "times")
+        written += save_figure(drawn, folder / "best_maps", formats)
+    times = times_figure(_times(run), [driven.name for driven in maps])
+    written += save_figure(times, folder / "times", formats)
     if drawn := solved_lorenz_figure(run.best_results["maps"]):
-        written += save_figure(drawn, folder / "lorenz")
+        written += save_figure(drawn, folder / "lorenz", formats)
     return written
 
 

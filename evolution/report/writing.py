@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from evolution.files import temporary_directory, write_text
-from evolution.pictures import FIGURES, drive_best, recorded_maps, write_run_figures
+from evolution.pictures import FIGURES, FORMATS, drive_best, recorded_maps, write_run_figures
 from evolution.report.of_run import report_of_run
 from evolution.report.of_study import refused_replays, report_of_study
 from evolution.report.page import Report, render_page
@@ -70,11 +70,12 @@ def write_report(
         SECTIONS.get(name)
     own = path / REPORT
     target = new_page(own if out is None else out, own)
-    with nullcontext(path) if out is None else TemporaryDirectory(dir=temporary_directory()) as drawn:
+    with nullcontext(path) if out is None else TemporaryDirectory(dir=temporary_directory()) as folder:
+        drawn = _Drawn(Path(folder), FORMATS if out is None else ("png",))
         if is_study(path):
-            report = _study_report(analysis or analyse(load_results(path, engine)), Path(drawn), engine, on_step)
+            report = _study_report(analysis or analyse(load_results(path, engine)), drawn, engine, on_step)
         else:
-            report = _run_report(path, Path(drawn), engine, sections, on_step)
+            report = _run_report(path, drawn, engine, sections, on_step)
     write_text(target, render_page(report))
     return target
 
@@ -99,10 +100,18 @@ def new_page(path: str | Path, own: Path | None = None) -> Path:
     return target
 
 
+@dataclass(frozen=True)
+class _Drawn:
+    """Where figures and tables are written, and in which formats the figures."""
+
+    path: Path
+    formats: Sequence[str]
+
+
 def _run_report(
-    path: Path, drawn: Path, engine: Engine, sections: Sequence[str], on_step: Callable[[str], object]
+    path: Path, drawn: _Drawn, engine: Engine, sections: Sequence[str], on_step: Callable[[str], object]
 ) -> Report:
-    run = replace(load_run(path), figures=drawn / FIGURES)
+    run = replace(load_run(path), figures=drawn.path / FIGURES)
     on_step("driving the best map set again for the replays")
     missing = []
     try:
@@ -110,16 +119,17 @@ def _run_report(
     except UntrustedError as error:
         driven, missing = recorded_maps(run), [f"There are no replays: {error}"]
         on_step(missing[0])
-    write_run_figures(run, driven)
+    write_run_figures(run, driven, drawn.formats)
     return report_of_run(run, driven, sections, missing)
 
 
-def _study_report(analysis: StudyAnalysis, drawn: Path, engine: Engine, on_step: Callable[[str], object]) -> Report:
+def _study_report(analysis: StudyAnalysis, drawn: _Drawn, engine: Engine, on_step: Callable[[str], object]) -> Report:
     results = analysis.results
-    elsewhere = replace(results, path=drawn)
+    elsewhere = replace(results, path=drawn.path)
     write_tables(elsewhere, analysis)
     on_step(f"driving the best map set of {len(results.by_configuration)} configurations again for the replays")
     best_sets = drive_best_sets(results, engine)
     for line in refused_replays(best_sets):
         on_step(line)
-    return report_of_study(results, best_sets, write_study_figures(elsewhere, best_sets, analysis), analysis)
+    figures = write_study_figures(elsewhere, best_sets, analysis, drawn.formats)
+    return report_of_study(results, best_sets, figures, analysis)

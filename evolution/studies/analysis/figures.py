@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from evolution.pictures import (
     FIGURES,
+    FORMATS,
     DrivenMap,
     best_maps_figure,
     box_figure,
@@ -60,11 +61,10 @@ class BestSet:
 
 @dataclass(frozen=True)
 class StudyFigure:
-    """A figure that was drawn: its caption and its files."""
+    """A figure that was drawn: its caption and its picture as PNG."""
 
     caption: str
     png: Path
-    svg: Path
 
 
 def drive_best_sets(results: StudyResults, engine: Engine = NAV2) -> list[BestSet]:
@@ -91,19 +91,24 @@ def _driven(run: StudyRun, engine: Engine) -> BestSet:
 
 
 def write_study_figures(
-    results: StudyResults, best_sets: Sequence[BestSet], analysis: StudyAnalysis | None = None
+    results: StudyResults,
+    best_sets: Sequence[BestSet],
+    analysis: StudyAnalysis | None = None,
+    formats: Sequence[str] = FORMATS,
 ) -> list[StudyFigure]:
-    """Draw every figure of a study into ``figures/``, as PNG and SVG.
+    """Draw every figure of a study into ``figures/``.
 
     Args:
         results: The study.
         best_sets: What :func:`drive_best_sets` returned.
         analysis: The study's comparisons, if they are there already.
+        formats: PNG first.
     """
     folder = results.path / FIGURES
     analysis = analysis or analyse(results)
-    figures = [figure for judge in analysis.judges for figure in _Judged(folder, judge, analysis.of(judge)).draw()]
-    return figures + [figure for best in best_sets for figure in _best_set_figures(folder, best)]
+    judged = [_Judged(folder, formats, judge, analysis.of(judge)) for judge in analysis.judges]
+    figures = [figure for one in judged for figure in one.draw()]
+    return figures + [figure for best in best_sets for figure in _best_set_figures(folder, formats, best)]
 
 
 @dataclass(frozen=True)
@@ -111,6 +116,7 @@ class _Judged:
     """All runs that were judged alike, and the figures over them."""
 
     folder: Path
+    formats: Sequence[str]
     judge: Judge
     comparisons: Sequence[Comparison]
 
@@ -185,7 +191,7 @@ class _Judged:
         name = re.sub(r"[^A-Za-z0-9]+", "_", self.judge.name).strip("_")
         if len(name) > LONGEST_NAME:
             name = f"{name[:LONGEST_NAME]}_{zlib.crc32(name.encode()):08x}"
-        return _save(self.folder / f"{what}_{name}", caption, figure)
+        return _save(self.folder / f"{what}_{name}", self.formats, caption, figure)
 
 
 def _curve(runs: Sequence[StudyRun]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -200,7 +206,7 @@ def _curve(runs: Sequence[StudyRun]) -> tuple[NDArray[np.float64], NDArray[np.fl
     return places, np.array(rows)
 
 
-def _best_set_figures(folder: Path, best: BestSet) -> list[StudyFigure]:
+def _best_set_figures(folder: Path, formats: Sequence[str], best: BestSet) -> list[StudyFigure]:
     """Figures of the best set of one configuration."""
     name, seed = best.run.configuration.name, best.run.seed
     figures = []
@@ -209,12 +215,12 @@ def _best_set_figures(folder: Path, best: BestSet) -> list[StudyFigure]:
             f"Best set of {name} (seed {seed}, fitness {best.run.fitness:.2f}) with all trajectories; crosses mark "
             "recoveries (thesis, figures 5.3 and 5.5)"
         )
-        figures.append(_save(folder / f"best_{name}", caption, drawn))
+        figures.append(_save(folder / f"best_{name}", formats, caption, drawn))
     if drawn := solved_lorenz_figure(best.run.seen["maps"]):
-        figures.append(_save(folder / f"lorenz_{name}", f"Lorenz curves of the best set of {name}", drawn))
+        figures.append(_save(folder / f"lorenz_{name}", formats, f"Lorenz curves of the best set of {name}", drawn))
     if best.run.fresh is not None:
         caption = f"Times of the best set of {name} on fresh seeds; dots are single runs that reached the goal"
-        figures.append(_save(folder / f"times_{name}", caption, times_figure(*_fresh_times(best))))
+        figures.append(_save(folder / f"times_{name}", formats, caption, times_figure(*_fresh_times(best))))
     return figures
 
 
@@ -228,6 +234,5 @@ def _fresh_times(best: BestSet) -> tuple[dict[str, list[list[float]]], list[str]
     return times, [entry["name"] for entry in best.run.seen["maps"]]
 
 
-def _save(stem: Path, caption: str, figure: Figure) -> StudyFigure:
-    png, svg = save_figure(figure, stem)
-    return StudyFigure(caption, png, svg)
+def _save(stem: Path, formats: Sequence[str], caption: str, figure: Figure) -> StudyFigure:
+    return StudyFigure(caption, save_figure(figure, stem, formats)[0])

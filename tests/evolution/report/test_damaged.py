@@ -279,7 +279,7 @@ def test_a_page_of_many_damages(study):
     spoil(study / "reevaluation" / "random" / "seed-0000.json", without("maps", 0))
     spoil(study / STUDY, with_value(None, "libraries"))
     steps = []
-    text = write_report(study, engine=ENGINE, on_step=steps.append).read_text()
+    text = write_report(study, study.parent / "page.html", engine=ENGINE, on_step=steps.append).read_text()
     files = ("generations.csv", "best_map_set.json", "runs.csv", "checkpoint.json", "config.json", STUDY)
     for name in (*files, "reevaluation/random/seed-0000.json"):
         assert f"{name}: " in text

@@ -205,7 +205,7 @@ def test_comparisons_are_made_once(results, best_sets, monkeypatch, tmp_path):
     monkeypatch.setattr("evolution.studies.analysis.comparisons._comparison", lambda *args: made.append(args))
     elsewhere = replace(results, path=tmp_path)
     write_tables(elsewhere, analysis)
-    figures = write_study_figures(elsewhere, best_sets[:1], analysis)
+    figures = write_study_figures(elsewhere, best_sets[:1], analysis, formats=("png",))
     report_of_study(results, best_sets, figures, analysis)
     verdict_of(results, analysis)
     assert made == []
