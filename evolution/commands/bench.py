@@ -27,6 +27,7 @@ from evolution.driving import ControllerSpec
 from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_benchmark_report
 from evolution.runs import LoadedRun, experiment_in
+from evolution.search import DEFAULT_CONTROLLERS
 from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
@@ -39,6 +40,10 @@ EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps o
   mapbench bench maps/*.yaml --fail-if 'success<0.95' --fail-if 'mppi.collisions>0'    exit code 1, for a robot's CI"""
 
 RULE_BROKEN = 1
+WHO = (
+    "the controller_plugins of the --params file; without a file, those of the run whose maps are driven, else "
+    f"{','.join(DEFAULT_CONTROLLERS)}"
+)
 KNOWN_MAP = """  Here the global costmap knows the whole map from the start, unlike that of the published DWA;
   --unknown-map drives without the map."""
 
@@ -49,11 +54,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "maps", nargs="+", metavar="MAP", help="map_server yaml, map-set file, run directory, .scen, barn:DIR, ..."
     )
-    driving_options.add_controllers_option(parser)
+    driving_options.add_controllers_option(parser, WHO)
     options.add_task_options(parser)
-    driving_options.add_drive_options(parser)
+    driving_options.add_drive_options(parser, driving_options.OF_THE_RUN)
     driving_options.add_unknown_map_option(parser)
-    driving_options.add_work_options(parser)
+    driving_options.add_work_options(parser, "0; for the maps of a run, its seed and 1")
     parser.add_argument("--repeats", type=options.positive, default=1, metavar="R", help="runs of each (default 1)")
     parser.add_argument(
         "--lo",

@@ -28,7 +28,12 @@ EXAMPLES = """  mapbench drive runs/first --controller mppi --gif mppi.gif
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "drive", EXAMPLES)
-    parser.add_argument("map", metavar="MAP", help="map_server yaml, map-set file, run directory, ...")
+    parser.add_argument(
+        "map",
+        metavar="MAP",
+        help="map_server yaml, map-set file, run directory, ...; of a run only the best maps are taken, not its world "
+        "(mapbench report RUN --gif FILE films its own drives)",
+    )
     parser.add_argument(
         "--controller", required=True, metavar="NAME", help="who drives: NAME, NAME=KIND or NAME=model.zip"
     )

@@ -27,19 +27,35 @@ from gym_mapbench.noise import NOISES
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
 
+DEFAULT_PARAMS = "thesis"
+WORLD = EnvConfig()
+OF_THE_RUN = "that of the run whose maps are driven, else {}"
+"""Where the values of a command come from that drives the maps of a run or others."""
 
-def add_drive_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options about the parameters, the robot and the world."""
+
+def add_drive_options(parser: argparse.ArgumentParser, default: str = "{}") -> None:
+    """Add the options about the parameters, the robot and the world.
+
+    Args:
+        parser: Gets them.
+        default: Where the values come from that are not given; ``{}`` is the value that holds without anything else.
+    """
     group = parser.add_argument_group("who drives, and how")
     group.add_argument(
         "--params",
         metavar="FILE|PRESET",
         help="a nav2_params.yaml, whose controller_plugins drive unless others are named, or a preset: thesis "
-        "(Humble's examples; the default), fair (Humble, same limits for all), jazzy (Jazzy's examples) or "
-        "jazzy_fair (Jazzy, same limits for all)",
+        "(Humble's examples), fair (Humble, same limits for all), jazzy (Jazzy's examples) or jazzy_fair (Jazzy, same "
+        f"limits for all) (default: {default.format(DEFAULT_PARAMS)})",
     )
-    group.add_argument("--planner", metavar="NAME", help=f"global planner: {names_in(PLANNERS)}")
-    group.add_argument("--robot", metavar="NAME", help=names_in(ROBOTS))
+    group.add_argument(
+        "--planner", metavar="NAME", help=f"global planner: {names_in(PLANNERS)} (default: that of the parameters)"
+    )
+    group.add_argument(
+        "--robot",
+        metavar="NAME",
+        help=f"{names_in(ROBOTS)} (default: that of the --params file; without one {default.format(WORLD.robot.name)})",
+    )
     add_reading_options(group)
     group.add_argument(
         "--robot-radius",
@@ -47,14 +63,23 @@ def add_drive_options(parser: argparse.ArgumentParser) -> None:
         metavar="M",
         help="radius of the robot, here a disc, in the world and in its costmaps",
     )
-    group.add_argument("--time-limit", type=positive_number, metavar="S", help="simulated seconds a run may take")
+    group.add_argument(
+        "--time-limit",
+        type=positive_number,
+        metavar="S",
+        help=f"simulated seconds a run may take (default: {default.format(f'{WORLD.time_limit:g}')})",
+    )
     group.add_argument(
         "--contact",
         choices=("ends", "slides"),
-        help="whether touching a wall ends the run, or the robot slides along it as in Gazebo",
+        help="whether touching a wall ends the run, or the robot slides along it as in Gazebo (default: "
+        f"{default.format('ends')})",
     )
     group.add_argument(
-        "--noise", metavar="NAME", help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)}"
+        "--noise",
+        metavar="NAME",
+        help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)} (default: "
+        f"{default.format('none')})",
     )
 
 
@@ -67,20 +92,19 @@ def add_unknown_map_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_controllers_option(parser: argparse.ArgumentParser) -> None:
-    """Add ``--controllers``."""
+def add_controllers_option(parser: argparse.ArgumentParser, default: str) -> None:
+    """Add ``--controllers``, and say who drives where it is not given."""
     parser.add_argument(
         "--controllers",
         metavar="A,B,..",
         help="names, NAME=KIND to compare one kind twice, or NAME=model.zip, which runs code in that file, so name "
-        "only files that you trust (default: the controller_plugins of the --params file; without a file, "
-        f"{','.join(DEFAULT_CONTROLLERS)})",
+        f"only files that you trust (default: {default})",
     )
 
 
-def add_work_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--seed`` and the options of :func:`add_workers_options`."""
-    parser.add_argument("--seed", type=non_negative, metavar="N", help="root of all randomness (default 0)")
+def add_work_options(parser: argparse.ArgumentParser, seed: str = "0") -> None:
+    """Add ``--seed`` with its default, and the options of :func:`add_workers_options`."""
+    parser.add_argument("--seed", type=non_negative, metavar="N", help=f"root of all randomness (default {seed})")
     add_workers_options(parser)
 
 
@@ -163,7 +187,7 @@ def executor_of(args: argparse.Namespace) -> str:
 
 def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) -> DriveSettings:
     """Return the world and navigation that the options describe; everything else is as in ``base``."""
-    settings = base or DriveSettings(navigation="thesis")
+    settings = base or DriveSettings(navigation=DEFAULT_PARAMS)
     read = read_parameter_file(args)
     if read is not None:
         settings = with_parameters(settings, read)

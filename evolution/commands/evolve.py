@@ -55,11 +55,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--failures",
         choices=("exclude", "censor", "par2"),
         help="a map with a failed run has no value (exclude), or that run counts as the time limit (censor) or twice "
-        "the time limit (par2)",
+        "the time limit (par2); these two need drive_last: [] in the search section of --config, or --preset thesis",
     )
     options.add_family_option(search, "those of the preset")
-    driving_options.add_controllers_option(parser)
-    driving_options.add_drive_options(parser)
+    driving_options.add_controllers_option(
+        parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
+    )
+    driving_options.add_drive_options(parser, "that of the preset or of --config")
     driving_options.add_work_options(parser)
     parser.add_argument("--out", metavar="DIR", help="run directory (default runs/FITNESS-popN-seedN)")
     parser.add_argument(

@@ -13,6 +13,7 @@ from evolution.commands.console import console
 from evolution.commands.parameter_file import read_parameter_file
 from evolution.driving import ControllerSpec, DriveSettings
 from evolution.runs import CONFIG, experiment_in, load_run
+from evolution.search import DEFAULT_CONTROLLERS
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_maps
 from gym_mapbench.mapio.formats import WRITTEN
@@ -23,6 +24,11 @@ EXAMPLES = """  mapbench export runs/first --format gazebo --out bundle
   mapbench export maps.mapset.json --format map_server --out maps
   mapbench export office.yaml --format gazebo --params nav2_params.yaml --out bundle
   mapbench export office.yaml --format gazebo --nav2 jazzy --out bundle"""
+
+WHO = (
+    "those of the exported run; of other maps, the controller_plugins of the --params file, else "
+    f"{','.join(DEFAULT_CONTROLLERS)}"
+)
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -38,9 +44,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="M",
         help="height of the walls in Gazebo (default 0.5)",
     )
-    driving_options.add_controllers_option(parser)
+    driving_options.add_controllers_option(parser, WHO)
     options.add_task_options(parser)
-    driving_options.add_drive_options(parser)
+    driving_options.add_drive_options(parser, "that of the exported run, else {}")
     parser.set_defaults(run=run)
 
 

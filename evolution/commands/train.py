@@ -40,8 +40,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="the directory of a run, or a map-set file: its maps are replayed by how much is still to be learned on "
         "them; every fifth is held out",
     )
-    parser.add_argument("--steps", type=options.positive, metavar="N", help="decisions in all worlds together")
-    parser.add_argument("--envs", type=options.positive, metavar="N", help="worlds stepped together")
+    parser.add_argument(
+        "--steps",
+        type=options.positive,
+        metavar="N",
+        help="decisions in all worlds together (default: those of --config, else of the algorithm)",
+    )
+    parser.add_argument(
+        "--envs", type=options.positive, metavar="N", help="worlds stepped together (default: as for --steps)"
+    )
     parser.add_argument("--seed", type=options.non_negative, metavar="N", help="root of all randomness (default 0)")
     parser.add_argument("--config", metavar="FILE", help="YAML that replaces some of the algorithm's settings")
     parser.add_argument("--out", metavar="DIR", help="directory of the training (default runs/ALGO-seedN)")

@@ -48,7 +48,7 @@ class MutationSettings(Settings):
     """How mutation changes the obstacles of a map (thesis, section 4.1.5). Ranges include both ends.
 
     Args:
-        probability: Probability that an individual is mutated (p_m), with all its maps.
+        probability: Probability that an individual is mutated (p_m).
         shapes_per_map: Smallest and largest number of obstacles changed on each map (k).
         move_probability: Probability that a chosen obstacle is moved.
         scale_probability: Probability that it is enlarged or reduced.
@@ -233,8 +233,8 @@ class EvolveSettings(Settings):
         """Refuse options that mean nothing without others."""
         if self.drive_last and self.failures != "exclude":
             raise ConfigError(
-                f"drive_last: expected failures 'exclude' beside it, got {self.failures!r}: runs that are left out "
-                "have no time"
+                f"drive_last: expected [] with failures {self.failures!r}, or failures 'exclude': runs that are left "
+                "out have no time"
             )
         if self.elite_seeds and not self.archive:
             raise ConfigError(f"elite_seeds: expected 0 without archive, got {self.elite_seeds}")
