@@ -17,6 +17,7 @@ from evolution.driving import EXECUTORS
 from evolution.report import SECTIONS
 from evolution.search import FITNESSES, OPERATORS, load_preset, preset_names
 from evolution.studies import load_definition, study_names
+from evolution.training import algorithm_names, load_algorithm
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
@@ -108,6 +109,7 @@ KINDS: dict[str, Kind] = {
     "params": Kind("--params", lambda: PRESETS, _heading("controllers", "presets"), read_preset),
     "presets": Kind("evolve --preset", preset_names, _heading("evolution.search", "presets"), load_preset),
     "studies": Kind("study", study_names, _heading("evolution.studies", "definitions"), _study),
+    "algorithms": Kind("train --algo", algorithm_names, _heading("evolution.training", "algorithms"), load_algorithm),
     "metrics": _of_registry(METRICS, "--metric"),
     "noise": _of_registry(NOISES, "--noise", _settings_in(NOISES))._replace(about=_noise),
     "families": _of_registry(FAMILIES, "--family"),

@@ -12,7 +12,7 @@ from __future__ import annotations
 from evolution.training.directory import TRAINING, Training, TrainingDir, load_training
 from evolution.training.learning import begin_training, learn
 from evolution.training.record import TrainProgress
-from evolution.training.settings import TrainSettings, algorithm_names, train_settings
+from evolution.training.settings import TrainSettings, algorithm_names, load_algorithm, train_settings
 
 __all__ = [
     "TRAINING",
@@ -23,6 +23,7 @@ __all__ = [
     "algorithm_names",
     "begin_training",
     "learn",
+    "load_algorithm",
     "load_training",
     "train_settings",
 ]
