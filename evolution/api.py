@@ -308,7 +308,7 @@ def train(
         algorithm: ``ppo``, ``sac`` or ``td3``; None for that of ``config``, or ``ppo``.
         maps: Maps to train on; None for new random ones all the time. Every fifth is held out.
         curriculum: Maps that are replayed among them by how much is still to be learned on them; of the directory of a
-            run, all maps that it drove to the goal. Every fifth is held out.
+            run, all maps on which one of its controllers reached the goal. Every fifth is held out.
         config: A YAML file with fields of :class:`evolution.training.TrainSettings`, or a mapping of them.
         out: New directory of the training; ``runs/ALGORITHM-seedN`` if None.
         resume: Directory of a training to continue; nothing but ``on_progress`` can be given beside it.

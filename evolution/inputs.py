@@ -55,7 +55,7 @@ def items_of(maps: Maps | Sequence[Maps]) -> list[Maps]:
 
 
 def levels_of(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
-    """Return the levels of a curriculum: of a run, all maps that it drove to the goal."""
+    """Return the levels of a curriculum: of a run, all maps on which one of its controllers reached the goal."""
     if isinstance(curriculum, str | Path) and RUN.holds(curriculum):
         curriculum = load_run(curriculum)
     return reached_maps(curriculum) if isinstance(curriculum, LoadedRun) else listed(curriculum)

@@ -32,9 +32,13 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     """Drive from start to goal.
 
     Action: ``(v m/s, omega rad/s)``, or -1 to 1 where ``action="normalized"``. Observation: see
-    :func:`gym_mapbench.observation.observation_space`. ``info`` of every reset and step: ``time`` (s),
-    ``outcome`` (running, goal, collision or timeout), ``contact`` (whether a wall was touched during the
-    step), ``pose`` and ``velocity`` (true, ``(3,)`` and ``(2,)`` float64), ``reward_terms``.
+    :func:`gym_mapbench.observation.observation_space`. Reward: the weighted terms of
+    :class:`gym_mapbench.groups.RewardSettings`. An episode terminates at the goal or at the first touch of a wall
+    (``goal_ends_episode``, ``collision_ends_episode``), and is truncated after ``time_limit`` simulated seconds.
+
+    ``info`` of every reset and step: ``time`` (s), ``outcome`` (running, goal, collision or timeout), ``contact``
+    (whether a wall was touched during the step), ``pose`` and ``velocity`` (true, ``(3,)`` and ``(2,)`` float64),
+    ``reward_terms``.
 
     Args:
         config: An EnvConfig, a mapping, or the name of a YAML file.
@@ -82,7 +86,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
 
         Args:
             seed: Seeds the env's own generator, from which maps and noise are drawn.
-            options: ``scenario`` (index or Scenario), or ``map`` (GridMap); ``start`` and ``goal`` poses.
+            options: ``scenario`` (a Scenario, or the index of one of the env's), or ``map`` (GridMap); ``start`` and
+                ``goal`` poses. What is not given is drawn, or the map's own.
 
         Raises:
             ConfigError: If start or goal is off the map, or the robot would touch a wall there.
