@@ -21,7 +21,8 @@ def add_reading_options(group: argparse._ActionsContainer) -> None:
     group.add_argument(
         "--nav2",
         choices=RELEASES,
-        help="ROS distribution whose Nav2 drives (default: recognised by the keys of the file)",
+        help="ROS distribution whose Nav2 drives (default: recognised by the keys of the file); without a file it "
+        "stands for --params thesis or --params jazzy",
     )
     group.add_argument(
         "--define",
