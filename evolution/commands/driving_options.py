@@ -29,6 +29,8 @@ from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
 
 DEFAULT_PARAMS = "thesis"
 WORLD = EnvConfig()
+OF_THE_FILE = f"the controller_plugins of the --params file; without a file, {','.join(DEFAULT_CONTROLLERS)}"
+"""Who drives where nobody is named and the maps are not those of a run."""
 OF_THE_RUN = "that of the run whose maps are driven, else {}"
 """Where the values of a command come from that drives the maps of a run or others."""
 
@@ -92,7 +94,7 @@ def add_unknown_map_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_controllers_option(parser: argparse.ArgumentParser, default: str) -> None:
+def add_controllers_option(parser: argparse.ArgumentParser, default: str = OF_THE_FILE) -> None:
     """Add ``--controllers``, and say who drives where it is not given."""
     parser.add_argument(
         "--controllers",
