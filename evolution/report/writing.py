@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from evolution.benchmark import BENCHMARK
 from evolution.files import temporary_directory, write_text
 from evolution.pictures import FIGURES, FORMATS, drive_best, recorded_maps, write_run_figures
 from evolution.report.of_run import report_of_run
@@ -31,6 +32,7 @@ from evolution.studies import (
 from gym_mapbench.errors import ConfigError, RunError, UntrustedError
 
 REPORT = "report.html"
+HINT = "; the page of a benchmark is written by its own command, with --resume --html FILE"
 
 
 def write_report(
@@ -63,7 +65,7 @@ def write_report(
     """
     path = Path(path)
     if not is_study(path) and not (path / CONFIG).is_file():
-        raise RunError(f"{path}: neither a run nor a study (no {CONFIG}, no {STUDY})")
+        raise RunError(f"{path}: neither a run nor a study (no {CONFIG}, no {STUDY}){HINT * BENCHMARK.holds(path)}")
     if sections and is_study(path):
         raise ConfigError(f"sections: expected only of a run, got {path}")
     for name in sections:

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import yaml
 
+from evolution.benchmark import BENCHMARK
 from evolution.cli import main
 from evolution.report.of_study import report_of_study
 from evolution.report.page import Attachment, Report, Section, Table, render_page
@@ -232,6 +233,9 @@ def test_files_of_others_are_left_alone(study_path, tmp_path):
     (tmp_path / "run" / "report.html").write_text("the last one")
     assert write_report(tmp_path / "run", tmp_path / "run" / "report.html", engine=ENGINE).stat().st_size > 10_000
     with pytest.raises(RunError, match=r"neither a run nor a study \(no config.json, no study.json\)"):
+        write_report(tmp_path, tmp_path / "page.html", engine=ENGINE)
+    (tmp_path / BENCHMARK.mark).touch()
+    with pytest.raises(RunError, match=r"the page of a benchmark is written by its own command, with --resume --html"):
         write_report(tmp_path, tmp_path / "page.html", engine=ENGINE)
     with pytest.raises(ConfigError, match=r"page\.html: there is no directory"):
         write_report(tmp_path / "run", tmp_path / "none" / "page.html", engine=ENGINE)
