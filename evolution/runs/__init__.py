@@ -12,7 +12,15 @@ from evolution.runs.driven_again import DrivenAgain, driven_again, fitness_of, j
 from evolution.runs.filling import filling
 from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, load_run, reached_maps
 from evolution.runs.recorded_world import recorded_experiment
-from evolution.runs.results import confirmed_sentence, errors_in, results_document, results_in, typical_repeat
+from evolution.runs.results import (
+    chosen_by,
+    confirmation_in,
+    confirmed_sentence,
+    errors_in,
+    results_document,
+    results_in,
+    typical_repeat,
+)
 
 __all__ = [
     "CONFIG",
@@ -22,6 +30,8 @@ __all__ = [
     "LoadedRun",
     "RunDir",
     "check_results",
+    "chosen_by",
+    "confirmation_in",
     "confirmed_sentence",
     "driven_again",
     "driven_maps",

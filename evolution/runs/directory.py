@@ -67,7 +67,7 @@ best_results.json   its fitness, and every run on it; once it is confirmed, what
 checkpoint.json     where the search stands
 figures/            the best maps with what was driven on them, the best fitness over the search, travel times, and
                     Lorenz curves (the further from the diagonal, the less alike the controllers are)
-timing.jsonl        wall-clock seconds of each generation
+timing.jsonl        wall-clock seconds of each generation, and of the confirmation
 results.sqlite      every result by the key of its run (SQLite, table "results")
 
 All but the last two are the same whenever the same experiment is run.

@@ -59,6 +59,24 @@ def _runs_of_map(of_map: Sequence[Sequence[RunResult]], controllers: Sequence[st
     }
 
 
+def confirmation_in(results: Mapping[str, Any]) -> Confirmation | None:
+    """Return what ``best_results.json`` says of the confirmation; None if it says nothing."""
+    found = results.get("confirmation")
+    if found is None:
+        return None
+    bounds = {name: tuple(found[name]) for name in ("interval", "goals_interval")}
+    return Confirmation(**{**found, **bounds})
+
+
+def chosen_by(results: Mapping[str, Any], controllers: Sequence[str]) -> dict[str, Any]:
+    """Return the readings and the values in ``best_results.json``: those by which the set was chosen."""
+    values = [entry["values"] for entry in results["maps"]]
+    return {
+        "readings": tuple(entry["reading"] for entry in results["maps"]),
+        "values": tuple(None if one is None else tuple(one[name] for name in controllers) for one in values),
+    }
+
+
 def confirmed_sentence(results: Mapping[str, Any], search: Mapping[str, Any]) -> list[str]:
     """Say what a confirmed set is worth, or that none could be confirmed; nothing if that was not asked for.
 

@@ -8,6 +8,7 @@ new seeds again, until the choice stays. What that set is worth is then said by 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
@@ -37,6 +38,8 @@ from gym_mapbench.scenario import MapSet
 
 MAX_COMBINATIONS = 1024
 MIDDLE = (2.5, 97.5)
+MAX_SETS = 100_000
+"""Sets that are looked at, each for some tenths of a millisecond."""
 SHORT_LIST = 40
 """Sets whose single drives are looked at; they are those that are best by their mean readings and their order."""
 
@@ -192,11 +195,32 @@ def choose(maps: Mapping[str, MapResults], fitness: Fitness, settings: EvolveSet
     """
     assert settings.confirmation is not None
     solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
-    chosen_from = solved if len(solved) >= settings.maps_per_set else maps
+    chosen_from = few_enough(solved if len(solved) >= settings.maps_per_set else maps, settings.maps_per_set)
     choice = _Choice(chosen_from, fitness, settings.confirmation.reliability)
     short_list = sorted(combinations(chosen_from, settings.maps_per_set), key=choice.roughly)[:SHORT_LIST]
     best = min(short_list, key=choice.reliable)
     return tuple(sorted(best, key=lambda name: _place(fitness((maps[name],)).readings[0])))
+
+
+def few_enough(maps: Mapping[str, MapResults], size: int) -> dict[str, MapResults]:
+    """Return so many maps that no more than :data:`MAX_SETS` sets can be made of them, in their order.
+
+    Those that failed least are kept, of equals the first: where few maps stand, hundreds may have failed.
+
+    Args:
+        maps: Results of the candidates, by name.
+        size: Maps in a set.
+    """
+    most = len(maps)
+    while math.comb(most, size) > MAX_SETS:
+        most -= 1
+    kept = set(sorted(maps, key=lambda name: -_success_share(maps[name]))[:most])
+    return {name: of_map for name, of_map in maps.items() if name in kept}
+
+
+def _success_share(of_map: MapResults) -> float:
+    """Return the share of successful runs; runs that were left out have failed."""
+    return sum(run.success for runs in of_map for run in runs) / (len(of_map) * repeats_of(of_map))
 
 
 class _Choice:
@@ -211,9 +235,11 @@ class _Choice:
         self.in_time = chances_in_time(solved, self.readings, fitness.time_limit)
 
     def roughly(self, names: Names) -> float:
-        """Return the value of a set times the chance of its order and of no timeout; what is bad stays as bad."""
+        """Return the value of a set times the chance of no timeout, and of its order if it counts; bad stays as bad."""
         total = self.fitness(self._results(names)).total
-        likely = self._chance_in_time(names) * chance_of_order([self.readings[name] for name in names])
+        likely = self._chance_in_time(names)
+        if self.fitness.kind.ordered:
+            likely *= chance_of_order([self.readings[name] for name in names])
         return min(total, 0.0) * likely + max(total, 0.0)
 
     def reliable(self, names: Names) -> tuple[float, float]:

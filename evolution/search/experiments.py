@@ -118,15 +118,25 @@ def check_experiment(experiment: Experiment) -> None:
         ConfigError: If there are fewer than two controllers, one cannot drive in this world, the robot does not
             fit on a map without obstacles, or a family has no map for it.
     """
-    names, settings = experiment.plan.names, experiment.run
-    if len(names) < 2:
-        raise ConfigError(f"controllers: expected two or more to tell apart, got {names[0]} alone")
+    check_several(experiment)
+    settings = experiment.run
     if not isinstance(settings, DriveSettings):
         raise TypeError(f"expected DriveSettings, got {type(settings).__name__}")
     try_controllers(experiment.controllers, settings)
     check_room([_emptiest(experiment.search.shapes)], settings)
     for family in experiment.search.families:
         draw_from(np.random.default_rng(0), [family], experiment.search.shapes, settings.robot)
+
+
+def check_several(experiment: Experiment) -> None:
+    """Refuse a single controller.
+
+    Raises:
+        ConfigError: Naming it.
+    """
+    names = experiment.plan.names
+    if len(names) < 2:
+        raise ConfigError(f"controllers: expected two or more to tell apart, got {names[0]} alone")
 
 
 def _emptiest(shapes: ShapeSettings) -> Scenario:

@@ -93,7 +93,7 @@ class Recorder(Protocol):
         ...
 
     def append_timing(self, row: Mapping[str, Any]) -> None:
-        """Add the wall-clock seconds of a generation."""
+        """Add the wall-clock seconds of a generation, or of the confirmation."""
         ...
 
 
@@ -198,6 +198,9 @@ class _Search:
         most = self.budget.sets(self.algorithm.evaluator.n_eval, first=self.generation == 0)
         if not self.algorithm.has_next() or (offspring := ask(self.algorithm, most)) is None:
             self._finish()
+            if self.settings.confirmation is not None and not (self.expected and self.expected["finished"]):
+                seconds = time.perf_counter() - began
+                self._note_time(seconds, seconds, self.evaluator.driven - driven, self.evaluator.reused - reused)
             return False
         asked = time.perf_counter()
         self.algorithm.evaluator.eval(self.problem, offspring)
@@ -219,7 +222,8 @@ class _Search:
             evaluate_seconds=evaluated - asked,
             replayed=replayed,
         )
-        self._note_time(progress)
+        if not replayed:
+            self._note_time(progress.seconds, progress.evaluate_seconds, progress.driven, progress.reused)
         if on_generation is not None:
             on_generation(progress)
         return True
@@ -305,16 +309,17 @@ class _Search:
             self.confirmed = Evaluation(found.map_set, results, judged)
             self.confirmation = found.claim
 
-    def _note_time(self, progress: Progress) -> None:
-        if self.recorder is None or progress.replayed:
+    def _note_time(self, seconds: float, evaluate_seconds: float, driven: int, reused: int) -> None:
+        """Add a line about a generation, or about the confirmation, which counts with the last one."""
+        if self.recorder is None:
             return
         self.recorder.append_timing(
             {
                 "generation": self.generation,
-                "seconds": progress.seconds,
-                "evaluate_seconds": progress.evaluate_seconds,
-                "driven": progress.driven,
-                "reused": progress.reused,
+                "seconds": seconds,
+                "evaluate_seconds": evaluate_seconds,
+                "driven": driven,
+                "reused": reused,
                 "workers": self.evaluator.workers,
             }
         )

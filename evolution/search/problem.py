@@ -104,7 +104,8 @@ def ask(algorithm: GA, most: int) -> Population | None:
     if most < 1:
         return None
     algorithm.n_offsprings = min(algorithm.pop_size, most)
-    return algorithm.ask()
+    asked = algorithm.ask()
+    return asked if asked is not None and len(asked) else None  # random search may find nothing but duplicates
 
 
 def rejudge(algorithm: GA, joining: Sequence[MapSet]) -> None:

@@ -261,11 +261,15 @@ class EvolveSettings(Settings):
             )
 
     def runs_to_confirm(self, controllers: int) -> int:
-        """Return the runs that are kept back for the confirmation: the new seeds of the candidates and of the set."""
+        """Return the runs that are kept back for the confirmation: the new seeds of the candidates and of the set.
+
+        They suffice for a whole set whose maps were driven once, and come to the seeds of the elite first.
+        """
         if self.confirmation is None:
             return 0
         options = self.confirmation
-        return controllers * (options.candidates * options.seeds + self.maps_per_set * options.seeds_of_set)
+        of_candidates = max(options.candidates * options.seeds, self.maps_per_set * self.elite_seeds)
+        return controllers * (of_candidates + self.maps_per_set * options.seeds_of_set)
 
     @property
     def elite_repeats(self) -> int:

@@ -3,11 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from evolution.driving import Evaluator
-from evolution.runs import CONFIG, LoadedRun, RunDir, driven_maps, fitness_of, load_run, results_in
-from evolution.search import Evaluation, Experiment, Fitness, Progress, Record, best_set, evolve, runs_on, scenario_on
+from evolution.runs import (
+    CONFIG,
+    LoadedRun,
+    RunDir,
+    chosen_by,
+    confirmation_in,
+    driven_maps,
+    fitness_of,
+    load_run,
+    results_in,
+)
+from evolution.search import (
+    Confirmation,
+    Evaluation,
+    Experiment,
+    Fitness,
+    Progress,
+    Record,
+    best_set,
+    evolve,
+    runs_on,
+    scenario_on,
+)
 from evolution.studies.baselines.path_length import PathLengthFitness, planned
 from evolution.studies.directory import StudyDir
 from evolution.studies.tasks import Task
@@ -70,15 +92,19 @@ def choose_best_triple(task: Task, directory: StudyDir) -> None:
 
 
 def take_best(task: Task, directory: StudyDir) -> None:
-    """Record the best set that another run found."""
+    """Record the best set that another run found, with what its confirmation claims if it is judged alike."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
     if rundir.finished:
         return
     parent = load_run(directory.run_path(str(task.configuration.of), task.seed))
     scale = parent.checkpoint["cluster_scale"]
     results = results_in(parent.best_results, parent.controllers)
-    best = Evaluation(parent.best, results, fitness_of(task.experiment, scale)(results))
-    record_sets(rundir, task.experiment, [(parent.checkpoint["evaluations"], best)], scale)
+    judged = fitness_of(task.experiment, scale)(results)
+    claim = confirmation_in(parent.best_results) if task.experiment.search.confirmation else None
+    if claim is not None:
+        judged = replace(judged, total=claim.fitness, **chosen_by(parent.best_results, parent.controllers))
+    best = Evaluation(parent.best, results, judged)
+    record_sets(rundir, task.experiment, [(parent.checkpoint["evaluations"], best)], scale, claim)
 
 
 def search_by_path_length(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
@@ -111,7 +137,11 @@ def opened(path: Path, experiment: Experiment) -> RunDir:
 
 
 def record_sets(
-    rundir: RunDir, experiment: Experiment, chosen: Iterable[tuple[int, Evaluation]], cluster_scale: float | None
+    rundir: RunDir,
+    experiment: Experiment,
+    chosen: Iterable[tuple[int, Evaluation]],
+    cluster_scale: float | None,
+    claim: Confirmation | None = None,
 ) -> None:
     """Write a run directory of map sets that were not found by a search, one per generation.
 
@@ -120,6 +150,7 @@ def record_sets(
         experiment: The experiment that the sets were driven with.
         chosen: For each generation, the number of map sets evaluated by then and the best set.
         cluster_scale: Scale of their fitness; None if it has none.
+        claim: What a confirmation said of the only set.
     """
     record = Record(experiment.plan)
     for generation, (evaluations, best) in enumerate(chosen, start=1):
@@ -134,7 +165,7 @@ def record_sets(
             "best_fitness": best.fitness.total,
             "population": [best.map_set.digest],
         }
-        rundir.write_generation(record, best, checkpoint)
+        rundir.write_generation(record, best, checkpoint, claim)
     rundir.write_checkpoint({**checkpoint, "finished": True})
 
 

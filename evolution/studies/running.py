@@ -232,6 +232,7 @@ class _Meter:
 
     def skip(self, task: Task, runs: int = 1) -> None:
         """Count ``runs`` runs like ``task`` that are finished already or have failed."""
+        self._searched = 0
         self.skipped += work_of(task) * runs
         self.finished += work_of(task) * runs
 

@@ -115,6 +115,12 @@ class Configuration(Settings):
         return {"families": [{"name": "cellular", "options": self.cellular.model_dump(mode="json")}]}
 
     @property
+    def fixed(self) -> Document:
+        """Options of the search that nothing else can set: a set that was chosen or judged anew is not confirmed."""
+        anew = self.method == "again" and (search_of(self.experiment) or self.cluster_scale_from)
+        return {"confirmation": None} if anew or self.method in ("path_length", "best_triple") else {}
+
+    @property
     def needs(self) -> tuple[str, ...]:
         """Configurations that must be done before this one."""
         parent = () if self.of is None else (self.of,)
@@ -215,7 +221,7 @@ class StudySettings(Settings):
             below = overlay(self.experiment, {"search": sampled})
         else:
             below = self.document(self.configuration(configuration.of), seed, taken)
-        search = {**taken.get(configuration.name, {}), "seed": seed}
+        search = {**taken.get(configuration.name, {}), **configuration.fixed, "seed": seed}
         return overlay(overlay(below, configuration.experiment), {"search": search})
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from controllers.nav2_params.presets import overlay
 from evolution.runs import RunDir, driven_maps, experiment_in, load_run
-from evolution.search import FITNESSES, MAX_MAPS, Experiment, Fitness, calibrate_scale
+from evolution.search import FITNESSES, MAX_MAPS, Experiment, Fitness, calibrate_scale, check_several
 from evolution.studies.directory import StudyDir
 from evolution.studies.engine import Engine
 from evolution.studies.settings import MAX_SEED, Configuration, StudySettings
@@ -78,6 +78,7 @@ def check_study(settings: StudySettings, engine: Engine) -> list[Task]:
         tasks.append(make_task(settings, configuration, settings.first_seed, taken, engine))
         try:
             engine.check_experiment(tasks[-1].experiment)
+            check_several(tasks[-1].experiment)
         except ConfigError as error:
             raise ConfigError(f"{_where(settings, configuration)}: {error}") from None
     return tasks

@@ -80,8 +80,9 @@ class Cluster(Pattern):
     def best_of(self, pools: Sequence[Pool]) -> Found:
         """Return one score from each pool so that they are closest to 1, 2, ..., n; two are as far apart as possible.
 
-        Only the ``n`` readings of a pool nearest to its number are tried. This is exact: if another one were chosen,
-        one of these ``n`` would be free and at least as good.
+        Only the ``n`` readings of a pool nearest to its number are tried. Without ``caution`` this is exact: if another
+        one were chosen, one of these ``n`` would be free and at least as good. With it, a better set may be missed, in
+        which an extreme reading is moved no further than to its neighbour.
         """
         if len(pools) < 2:
             return None

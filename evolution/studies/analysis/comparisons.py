@@ -150,7 +150,9 @@ def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
     values = dict(sorted(unordered.items(), key=lambda item: float(np.median(item[1]))))
     rng = np.random.default_rng(BOOTSTRAP_SEED)
     nested = _nested(groups) if judge.comparable and quantity == "fitness" else []
-    pairs = [pair for pair in itertools.combinations(values, 2) if judge.comparable and pair not in nested]
+    pairs = [
+        pair for pair in itertools.combinations(values, 2) if judge.comparable and set(pair) not in map(set, nested)
+    ]
     populations = _populations(groups) if judge.comparable else []
     return Comparison(
         judge=judge.name,
@@ -165,9 +167,16 @@ def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
 
 
 def _nested(groups: Groups) -> list[tuple[str, str]]:
-    """Return the pairs of a configuration that chooses the exact best set, and the one whose maps it chooses from."""
-    parents = {name: runs[0].configuration.of for name, runs in groups.items()}
-    return [(name, parent) for name, parent in parents.items() if parent in groups]
+    """Return the pairs of a configuration that chooses the exact best set, and the one whose maps it chooses from.
+
+    A confirmed set is none of them: its fitness is that of new seeds alone, and can be better by luck.
+    """
+    chosen = [runs[0].configuration for runs in groups.values() if runs[0].configuration.method == "best_triple"]
+    return [
+        (one.name, one.of)
+        for one in chosen
+        if one.of in groups and groups[one.of][0].experiment.search.confirmation is None
+    ]
 
 
 def _populations(groups: Groups) -> list[list[str]]:

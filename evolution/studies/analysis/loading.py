@@ -79,14 +79,15 @@ class _Reader:
             self.missing.append(f"{who}{': ' if who else ''}{error}{'; ' if advice else ''}{advice}")
 
     def _taken_from_few(self) -> list[str]:
-        """Say what was taken from fewer seeds than the study has, and how to take it from all."""
-        wanted = len(self.directory.settings.seeds)
-        few = {name: entry for name, entry in self.resolved.items() if len(entry["seeds"]) < wanted}
+        """Say what was taken from fewer seeds than a configuration has, and how to take it from all."""
+        settings = self.directory.settings
+        wanted = {one.name: len(settings.seeds_of(one)) for one in settings.configurations}
+        few = {name: entry for name, entry in self.resolved.items() if len(entry["seeds"]) < wanted.get(name, 0)}
         folders = [self.directory.path / part / name for name in few for part in ("runs", "searches", "reevaluation")]
         remove = shlex.join(["rm", "-r", *map(str, [self.directory.path / RESOLVED, *filter(Path.exists, folders)])])
         return [
             f"{name}: {' and '.join(f'{key} {value:.4g}' for key, value in entry['search'].items())} taken from "
-            f"{len(entry['seeds'])} of {wanted} seeds; to take it from all: {remove} and then {self.resume}"
+            f"{len(entry['seeds'])} of {wanted[name]} seeds; to take it from all: {remove} and then {self.resume}"
             for name, entry in few.items()
         ]
 

@@ -11,20 +11,23 @@ from evolution.driving import RunResult, SetResults
 from evolution.files import Row
 from evolution.statistics import median_interval, pairwise_mann_whitney, vargha_delaney_a12
 from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.settings import JUDGES
 
 KEPT = 0.5
 """A promise is kept if the fitness on fresh seeds differs from the one the search said by no more than this."""
 EQUAL = 1.2
 """Controllers are alike if one takes no longer than this many times the other."""
 BOOTSTRAP_SEED = 0
+OF_REPEATS = ("aggregate", "cluster_scale")
+"""Options that do not decide what a single drive is worth; the scale that was used is looked at instead."""
 
 
 def promise_rows(results: StudyResults) -> list[Row]:
     """Return a row for every configuration whose sets were driven again.
 
     ``a12`` is how often, of all pairs of runs, this configuration is better on fresh seeds than the one that it is held
-    ``against``: the first one whose sets were driven in the same world. Ties count half; ``p_value`` is of Mann and
-    Whitney's test of the two.
+    ``against``: the first one whose single drives are judged alike, in the same world. Ties count half; ``p_value`` is
+    of Mann and Whitney's test of the two.
     """
     groups = {
         name: again
@@ -65,14 +68,15 @@ def _fresh(run: StudyRun) -> float:
 
 
 def _reference(runs: Sequence[StudyRun], groups: dict[str, list[StudyRun]]) -> list[StudyRun]:
-    """Return the runs of the first configuration that was judged by the same fitness, in the same world."""
+    """Return the runs of the first configuration whose single drives are judged alike, in the same world."""
 
-    def world(run: StudyRun) -> tuple[str, object, object]:
-        document = run.experiment.document()["run"]
-        document.get("environment", {}).pop("noise", None)  # the sets are driven again with the noise of the study
-        return run.experiment.search.fitness, document, run.configuration.fresh_noise
+    def judged(run: StudyRun) -> tuple[object, ...]:
+        document = run.experiment.document()
+        document["run"].get("environment", {}).pop("noise", None)  # sets are driven again with the noise of the study
+        options = [document["search"][name] for name in JUDGES if name not in OF_REPEATS]
+        return options, document["controllers"], document["run"], run.configuration.fresh_noise
 
-    return next(others for others in groups.values() if world(others[0]) == world(runs[0]))
+    return next(others for others in groups.values() if judged(others[0]) == judged(runs[0]))
 
 
 def order_share(run: StudyRun) -> float:

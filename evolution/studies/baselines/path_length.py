@@ -22,8 +22,13 @@ PLANNER = ControllerSpec(name="global_planner", kind="global_planner")
 
 
 def planned(experiment: Experiment) -> Experiment:
-    """Return the same search over planned paths, without driving a controller."""
-    return replace(experiment, search=experiment.search.replace(repeats=1), controllers=(PLANNER,))
+    """Return the same search over planned paths, without driving a controller.
+
+    Nothing is planned twice, because a path has no luck: there is no elite and no confirmation, which would also judge
+    by the readings of another fitness. That fitness is not asked, and must not refuse a single controller.
+    """
+    once = {"repeats": 1, "archive": False, "elite_seeds": 0, "confirmation": None, "fitness": "gini"}
+    return replace(experiment, search=experiment.search.replace(**once), controllers=(PLANNER,))
 
 
 def plan_job(job: Job) -> RunResult:

@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
 import pytest
 
 from evolution.driving import RunResult
-from evolution.search.confirmation import chance_of_order, choose, claim, combined, gains_of, reached_by
+from evolution.search.budget import Budget
+from evolution.search.confirmation import (
+    MAX_SETS,
+    chance_of_order,
+    choose,
+    claim,
+    combined,
+    confirm,
+    few_enough,
+    gains_of,
+    reached_by,
+)
 from evolution.search.fitness import Fitness, singles_of
 from evolution.search.settings import ConfirmationSettings, EvolveSettings
+from gym_mapbench.errors import ConfigError
+from tests.evolution.search.test_archive import answer, archive_of, sets_of
 
 OPTIONS = EvolveSettings(confirmation=ConfirmationSettings(), aggregate="median")
 FITNESS = Fitness.of(OPTIONS, 150.0)
@@ -101,3 +116,40 @@ def test_sets_are_driven_once_in_every_combination_up_to_a_limit(maps, repeats, 
     drives = combined(results)
     assert len(drives) == len(set(map(repr, drives))) == count
     assert all(one[0] in singles_of(results[0]) for one in drives)
+
+
+def fastest(place, others):
+    """A map on which one controller takes 20 s, and the two others these times."""
+    times = [*others[:place], 20.0, *others[place:]]
+    return tuple(tuple(RunResult("goal", time, 1.0) for _ in range(8)) for time in times)
+
+
+def test_the_order_of_maps_does_not_count_where_the_fitness_knows_none():
+    options = OPTIONS.replace(fitness="pairs")
+    alike = {name: fastest(place, (30.0, 30.0)) for place, name in enumerate("abc")}
+    weak = {f"weak{n}": fastest(0, (21.0 + n / 2, 22.0 + n)) for n in range(6)}
+    assert set(choose(weak | alike, Fitness.of(options, 150.0), options)) == {"a", "b", "c"}
+
+
+def test_of_hundreds_of_maps_those_that_failed_least_are_chosen_from():
+    often, once = map_with(*[20.0] * 3, outcome="timeout"), map_with(*[20.0] * 3)
+    once = (*once[:2], (*once[2][:2], RunResult("timeout", 150.0, 1.0)))
+    maps = {f"often{n}": often for n in range(200)} | {f"once{n}": once for n in range(20)}
+    kept = few_enough(maps, 3)
+    assert math.comb(len(kept), 3) <= MAX_SETS < math.comb(len(kept) + 1, 3)
+    assert list(kept) == [name for name in maps if name in kept]
+    assert sum(name.startswith("once") for name in kept) == 20
+    assert few_enough(kept, 3) == kept
+
+
+@pytest.mark.parametrize("elite_seeds", [2, 20])
+def test_the_least_runs_allowed_suffice_to_confirm_a_set(elite_seeds):
+    options = OPTIONS.replace(archive=True, elite_seeds=elite_seeds, pop_size=8, evaluations=8)
+    options = options.replace(runs=8 * 3 * 3 + options.runs_to_confirm(3))
+    options.check_runs(3)
+    with pytest.raises(ConfigError, match="runs: expected at least"):
+        options.replace(runs=options.runs - 1).check_runs(3)
+    archive = archive_of(how=lambda job: replace(answer(job), outcome="goal"))
+    archive.evaluate(sets_of(8))
+    assert confirm(archive, FITNESS, options, Budget(options, archive)) is not None
+    assert archive.count <= options.runs

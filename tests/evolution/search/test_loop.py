@@ -464,3 +464,20 @@ def test_a_search_whose_maps_nobody_solves_says_that_nothing_is_confirmed(tmp_pa
     result = run(tmp_path / "run", with_search(**ROBUST), run_job=never)
     assert result.confirmation is None
     assert "confirmation" not in load_run(tmp_path / "run").best_results
+
+
+def test_a_random_search_ends_where_there_is_nothing_new_to_draw(tmp_path):
+    empty = SMALL.model_copy(update={"n_obstacles": (0, 0)})
+    result = run(tmp_path, with_search(algorithm="random", shapes=empty, pop_size=4, evaluations=12))
+    assert [row["evaluations"] for row in result.record.generations] == [1]
+    assert load_run(tmp_path).finished
+
+
+def test_the_runs_of_the_confirmation_are_among_those_that_are_counted(tmp_path):
+    confirmed = {"confirmation": {"seeds": 2, "candidates": 3, "claim_seeds": 2}, "evaluations": 8}
+    result = run(tmp_path, with_search(**confirmed))
+    timing = load_run(tmp_path).timing
+    assert [row["generation"] for row in timing] == [1, 1]
+    assert sum(row["driven"] for row in timing) == len(result.record.runs)
+    go_on(RunDir.open(tmp_path), with_search(**confirmed))
+    assert load_run(tmp_path).timing == timing

@@ -17,6 +17,7 @@ from evolution.studies import Configuration, StudyResults, StudyRun, StudySettin
 from evolution.studies.analysis.comparisons import analyse, compare
 from evolution.studies.analysis.fresh import conditions, fresh_rows, order_kept, selected_sets
 from evolution.studies.analysis.judges import judges_of, name_of
+from evolution.studies.analysis.promises import promise_rows
 from evolution.studies.analysis.tables import map_rows, pair_rows, rank_rows, summary_rows, test_rows, write_tables
 from evolution.studies.analysis.verdict import verdict_of
 from gym_mapbench.errors import ConfigError
@@ -266,6 +267,30 @@ def test_what_differs_by_construction_is_not_tested():
     assert verdict_of(not_again)[2].startswith("exact chose afterwards among all maps that random had driven")
 
 
+def test_what_cannot_be_worse_is_not_tested_either_where_it_is_as_good():
+    best = {"method": "best_triple", "of": "random"}
+    study = made_study(
+        *[made_run("random", s, v) for s, v in enumerate(spread(-8.0))],
+        *[made_run("exact", s, v, configuration=best) for s, v in enumerate(spread(-8.0))],
+    )
+    (seen,) = compare(study)
+    assert (seen.order, seen.pairs, seen.by_construction) == (["random", "exact"], [], [("exact", "random")])
+
+
+@pytest.mark.parametrize(
+    ("method", "options"), [("again", {}), ("best_triple", {"confirmation": {"seeds": 2, "claim_seeds": 2}})]
+)
+def test_nothing_is_so_by_construction_where_a_set_was_taken_over_or_confirmed(method, options):
+    later = {"method": method, "of": "ours"}
+    study = made_study(
+        *[made_run("ours", s, v, **options) for s, v in enumerate(spread(-8.0))],
+        *[made_run("later", s, v - 0.1, configuration=later) for s, v in enumerate(spread(-8.0))],
+    )
+    (seen,) = compare(study)
+    assert [pair.groups for pair in seen.pairs] == [("later", "ours")]
+    assert not any("chose afterwards" in sentence for sentence in verdict_of(study))
+
+
 def test_ranks_use_the_seeds_that_all_share():
     study = made_study(
         *[made_run("a", s, -9.0 - s) for s in range(5)],
@@ -307,6 +332,20 @@ def test_what_is_judged_in_another_way_is_compared_by_what_it_is_worth_on_fresh_
     assert not any(sentence.startswith("On fresh seeds, lower is better") for sentence in rest)
     alike = [made_run("alike", s, v, v, aggregate="median") for s, v in enumerate(spread(-1.0))]
     assert not verdict_of(made_study(*lucky, *alike))[0].startswith("On fresh seeds, lower")
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"pattern_weight": 40.0}, {"metric": "path_length"}, {"controllers": CONTROLLERS[:2]}, {"maps_per_set": 2}],
+)
+def test_promises_that_mean_something_else_are_not_held_against_each_other(other):
+    study = made_study(
+        *[made_run("a", s, v, v) for s, v in enumerate(spread(-8.0))],
+        *[made_run("b", s, v, 2 * v, **other) for s, v in enumerate(spread(-8.0))],
+        *[made_run("c", s, v, v, aggregate="median") for s, v in enumerate(spread(-4.0))],
+    )
+    assert [row["against"] for row in promise_rows(study)] == ["", "", "a"]
+    assert not any("the sets of b" in sentence for sentence in verdict_of(study))
 
 
 def test_text_and_table_give_one_direction():

@@ -11,6 +11,7 @@ import textwrap
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,9 +20,11 @@ import yaml
 from evolution.driving.store import ResultStore
 from evolution.runs.directory import CHECKPOINT, CONFIG, STORE, TIMING
 from evolution.runs.loading import load_run
+from evolution.runs.results import confirmed_sentence
 from evolution.studies import StudySettings, load_definition, load_results, load_study, run_study, study_names
 from evolution.studies.directory import STUDY
 from evolution.studies.engine import NAV2
+from evolution.studies.running import _Meter, work_of
 from evolution.studies.settings import MAX_SEED
 from evolution.studies.tasks import _complete, check_study
 from gym_mapbench.errors import ConfigError, RunError
@@ -126,6 +129,58 @@ def test_path_length_drives_no_controller_but_for_the_set_it_found(study_path):
         lengths = [entry["reading"] for entry in search.best_results["maps"]]
         assert search.best_results["fitness"] == pytest.approx(-np.mean(lengths))
         assert search.best_results["fitness"] == min(row["fitness"] for row in search.individuals)
+
+
+CONFIRMED = {
+    "pop_size": 6,
+    "archive": True,
+    "elite_seeds": 1,
+    "confirmation": {"seeds": 2, "candidates": 3, "claim_seeds": 2},
+}
+
+
+def test_what_is_not_confirmed_anew_does_not_say_so(tmp_path):
+    names = {"triple": "best_triple", "again": "again", "lengths": "path_length"}
+    later = [{"name": one, "method": how, **({} if one == "lengths" else {"of": "ours"})} for one, how in names.items()]
+    anew = {"name": "anew", "method": "again", "of": "ours", "experiment": {"search": {"pattern_weight": 10.0}}}
+    study = small_study(
+        runs=1,
+        budget=12,
+        experiment={"search": CONFIRMED},
+        configurations=[{"name": "ours"}, *later, anew],
+        reevaluation={"seeds": 0},
+    )
+    results = run_study(study, tmp_path / "s", engine=ENGINE)
+    assert results.missing == ()
+    loaded = {run.configuration.name: load_run(run.path) for run in results.runs}
+    says = {name: confirmed_sentence(run.best_results, run.config["search"]) for name, run in loaded.items()}
+    assert says["again"] == says["ours"] != []
+    assert says["triple"] == says["lengths"] == says["anew"] == []
+    ours, again = loaded["ours"].best_results, loaded["again"].best_results
+    assert again["fitness"] == again["confirmation"]["fitness"] == ours["fitness"]
+    assert [entry["reading"] for entry in again["maps"]] == [entry["reading"] for entry in ours["maps"]]
+
+
+@pytest.mark.parametrize("search", [CONFIRMED, {"pop_size": 6, "fitness": "roles"}])
+def test_long_paths_are_searched_for_whatever_the_other_searches_look_for(tmp_path, search):
+    study = small_study(
+        runs=1,
+        budget=12,
+        experiment={"search": search},
+        configurations=[{"name": "lengths", "method": "path_length"}],
+        reevaluation={"seeds": 0},
+    )
+    assert run_study(study, tmp_path / "s", engine=ENGINE).missing == ()
+    found = load_run(tmp_path / "s" / "searches" / "lengths" / "seed-0000")
+    assert found.best_results["fitness"] == min(row["fitness"] for row in found.individuals)
+    assert {row["repeat"] for row in found.runs} == {0}
+
+
+def test_a_configuration_with_few_seeds_takes_from_all_of_them(tmp_path):
+    second = {"name": "second", "runs": 1, "pop_size_from": ["first"]}
+    first = {"name": "first", "experiment": {"search": {"pop_size": 6}}}
+    study = small_study(budget=6, configurations=[first, second], reevaluation={"seeds": 0})
+    assert run_study(study, tmp_path / "s", engine=ENGINE).missing == ()
 
 
 def test_the_automaton_draws_other_maps(study_path):
@@ -290,6 +345,24 @@ def test_nav2s_controllers_are_made_before_anything_runs(controller, message):
     document = {"name": "mine", "configurations": [{"name": "a", "experiment": {"controllers": [controller]}}]}
     with pytest.raises(ConfigError, match=message):
         check_study(StudySettings(**document), NAV2)
+
+
+def test_a_single_controller_is_refused_before_anything_runs():
+    alone = [{"name": "a", "experiment": {"search": {"pop_size": 6}, "controllers": [{"name": "dwb"}]}}]
+    with pytest.raises(ConfigError, match="small: a: controllers: expected two or more to tell apart, got dwb alone"):
+        check_study(small_study(configurations=alone), ENGINE)
+
+
+def test_a_run_that_failed_half_way_leaves_nothing_to_the_progress_of_the_next():
+    configuration = {"name": "a", "experiment": {"search": {"pop_size": 6, "runs": 108}}}
+    (task,) = check_study(small_study(configurations=[configuration], reevaluation={"seeds": 0}), ENGINE)
+    seen = []
+    meter = _Meter(SimpleNamespace(driven=0), 2 * work_of(task), seen.append)
+    generation = SimpleNamespace(driven=54, reused=0, row={"evaluations": 6, "best": 0.0})
+    meter.search(task, generation)
+    meter.skip(task)
+    meter.search(task, generation)
+    assert [one.fraction for one in seen] == [0.25, 0.75]
 
 
 def test_what_was_taken_from_few_seeds_is_said_and_can_be_taken_from_all(study_path, tmp_path):
