@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams, PlannerPlugin
 from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
-from controllers.nav2_params.presets import PRESETS, load_preset
-from controllers.nav2_params.reading import preset_of, read_nav2_params
+from controllers.nav2_params.presets import PRESETS, counterpart, load_preset
+from controllers.nav2_params.reading import read_nav2_params
 from controllers.nav2_params.robot import robot_of
 from controllers.nav2_params.summary import summarise
 from controllers.nav2_params.writing import parameters_of_ours, write_nav2_params
@@ -21,10 +21,10 @@ __all__ = [
     "Nav2Params",
     "NavigationParams",
     "PlannerPlugin",
+    "counterpart",
     "load_preset",
     "parameters_of_ours",
     "parse_nav2_params",
-    "preset_of",
     "read_nav2_params",
     "robot_of",
     "summarise",

@@ -9,13 +9,15 @@ from typing import Any
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import parse_nav2_params
 from controllers.parameters import overlay
-from controllers.releases import Release
+from controllers.releases import RELEASES, Release
 from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import unknown_name
 
-__all__ = ["PRESETS", "load_preset", "overlay", "read_preset"]
+__all__ = ["PRESETS", "counterpart", "load_preset", "overlay", "read_preset"]
 
 PRESETS = ("thesis", "fair", "jazzy", "jazzy_fair")
+PAIRS = (("thesis", "jazzy"), ("fair", "jazzy_fair"))
+"""Presets that have the same limits, one for each release."""
 
 
 @functools.cache
@@ -30,6 +32,12 @@ def load_preset(name: str) -> NavigationParams:
     document = read_preset(name)
     release: Release = document.pop("release", "humble")
     return parse_nav2_params(document, release=release).navigation
+
+
+def counterpart(navigation: NavigationParams, release: Release) -> NavigationParams | None:
+    """Return the preset of a release with the limits that a preset of any release has; None for other parameters."""
+    pair = next((pair for pair in PAIRS if navigation in map(load_preset, pair)), None)
+    return None if pair is None else load_preset(pair[RELEASES.index(release)])
 
 
 def read_preset(name: str) -> dict[str, Any]:

@@ -6,7 +6,8 @@ import argparse
 from collections.abc import Sequence
 
 from controllers.learned import read_card
-from controllers.nav2_params import PlannerPlugin, preset_of
+from controllers.nav2_params import NavigationParams, PlannerPlugin, counterpart
+from controllers.releases import Release
 from evolution.commands.console import note
 from evolution.commands.options import names_in, non_negative, positive, positive_number, seconds
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
@@ -193,12 +194,28 @@ def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) 
     read = read_parameter_file(args)
     if read is not None:
         settings = with_parameters(settings, read)
-    elif args.params is not None or args.nav2 is not None:
-        settings = settings.replace(navigation=args.params or preset_of(args.nav2))
+    elif args.params is not None:
+        settings = settings.replace(navigation=args.params)
+    elif args.nav2 is not None:
+        settings = settings.replace(navigation=_of_release(settings.navigation, args.nav2))
     settings = settings.replace(environment=_environment(args, settings.environment))
     if read is not None:
         describe_parameter_file(read, args, settings.environment)
     return settings.replace(navigation=_navigation(args, settings))
+
+
+def _of_release(navigation: NavigationParams, release: Release) -> NavigationParams:
+    """Return the counterpart of a preset in a release.
+
+    Raises:
+        ConfigError: If the parameters are those of no preset, and of the other release.
+    """
+    if navigation.release == release:
+        return navigation
+    found = counterpart(navigation, release)
+    if found is None:
+        raise ConfigError(f"--nav2 {release}: expected --params beside it, as these parameters are those of no preset")
+    return found
 
 
 def _environment(args: argparse.Namespace, environment: EnvConfig) -> EnvConfig:

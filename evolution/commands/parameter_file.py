@@ -21,8 +21,8 @@ def add_reading_options(group: argparse._ActionsContainer) -> None:
     group.add_argument(
         "--nav2",
         choices=RELEASES,
-        help="ROS distribution whose Nav2 drives (default: recognised by the keys of the file); without a file it "
-        "stands for --params thesis or --params jazzy",
+        help="ROS distribution whose Nav2 drives (default: recognised by the keys of the file); without a file, the "
+        "preset of that distribution that has the same limits as the one in use",
     )
     group.add_argument(
         "--define",

@@ -9,7 +9,10 @@ import pytest
 import yaml
 
 from controllers.nav2_params import load_preset, read_nav2_params
-from evolution.cli import main
+from evolution.cli import build_parser, main
+from evolution.commands.driving_options import drive_settings
+from evolution.driving import DriveSettings
+from gym_mapbench.errors import ConfigError
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 OFFICE = str(EXAMPLES / "office.yaml")
@@ -42,6 +45,25 @@ def test_the_distribution_may_be_named_alone(tmp_path):
     assert '#   mppi.noise: "numpy"' in text
     assert "(Jazzy)" in (tmp_path / "bundle" / "README.md").read_text()
     assert not list((tmp_path / "bundle").rglob("*.world"))
+
+
+@pytest.mark.parametrize(("preset", "other"), [("fair", "jazzy_fair"), ("thesis", "jazzy")])
+def test_the_distribution_alone_keeps_the_limits_of_a_run(preset, other):
+    recorded = DriveSettings.from_mapping(DriveSettings(navigation=preset).model_dump(mode="json"), "run")
+    assert drive_settings(given("--nav2", "jazzy"), recorded).navigation == load_preset(other)
+    assert drive_settings(given("--nav2", "humble"), recorded).navigation == load_preset(preset)
+
+
+def test_parameters_of_ones_own_have_no_counterpart():
+    fair = load_preset("fair")
+    recorded = DriveSettings(navigation=fair.replace(planner=fair.planner.replace(name="smac_2d", params={})))
+    assert drive_settings(given("--nav2", "humble"), recorded).navigation == recorded.navigation
+    with pytest.raises(ConfigError, match="--nav2 jazzy: expected --params beside it, as these parameters"):
+        drive_settings(given("--nav2", "jazzy"), recorded)
+
+
+def given(*options):
+    return build_parser().parse_args(["export", OFFICE, "--format", "gazebo", "--out", "bundle", *options])
 
 
 USERS = """
