@@ -1,4 +1,4 @@
-"""Judges: which configurations of a study have comparable fitness values, and what those values mean."""
+"""Judges: which configurations of a study have comparable fitness values, seen and fresh, and what those values mean."""
 
 from __future__ import annotations
 
@@ -104,6 +104,7 @@ def _decisive(runs: Sequence[StudyRun]) -> dict[str, Any]:
     return {
         **judging,
         "cluster_scale": scales if len(scales) < 2 else "different",
+        "fresh_noise": runs[0].configuration.fresh_noise,
         "controllers": ", ".join(experiment.plan.names),
         "controller": {spec["name"]: spec for spec in document["controllers"]},
         **document["run"],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -442,6 +443,14 @@ def test_added_noise_is_called_noise(searched, again, words):
     study = StudyResults(Path("made"), settings, "0", {}, {}, (run,), ())
     assert conditions(run, study) == words
     assert ("added noise" in verdict_of(study)[-1]) == ("noise" in words)
+
+
+def test_sets_driven_again_in_an_easier_world_beat_nobody():
+    runs = [made_run("noisy", s, -7.0, v) for s, v in enumerate(spread(-1.0))]
+    easy = [made_run("calm", s, -7.0, v) for s, v in enumerate(spread(-7.0))]
+    assert any("beats noisy" in sentence for sentence in verdict_of(made_study(*runs, *easy)))
+    calm = [replace(run, configuration=run.configuration.replace(fresh_noise="none")) for run in easy]
+    assert not any("beats" in sentence for sentence in verdict_of(made_study(*runs, *calm)))
 
 
 def test_the_order_is_judged_where_all_maps_are_solved():
