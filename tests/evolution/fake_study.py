@@ -54,7 +54,8 @@ def run_job(job: Job) -> RunResult:
     noisy = job.settings.environment.noise != "none"
     if noisy:
         time_s *= float(np.exp(0.1 * luck.standard_normal()))
-    outcome = "timeout" if luck.random() < (0.05 if noisy else 0.02) else "goal"
+    unlucky = luck.random() < (0.05 if noisy else 0.02)
+    outcome = "timeout" if unlucky or time_s > job.settings.time_limit else "goal"
     metrics = {"min_clearance": 0.2, "n_recoveries": float(rng.integers(3))}
     return RunResult(outcome, time_s, 0.5 * time_s, seed=job.seed, metrics=metrics)
 

@@ -1,4 +1,4 @@
-"""Judges: which configurations of a study have comparable fitness values, seen and fresh, and what those values mean."""
+"""Judges: which configurations of a study have comparable fitness values, and what those values mean."""
 
 from __future__ import annotations
 

@@ -285,6 +285,8 @@ def test_what_builds_on_others_waits_for_them(tmp_path):
     assert (waiting.failed, waiting.runs) == (2, ())
 
 
+SHORT = {"time_limit": 1.0}
+"""A world in which nobody arrives in time."""
 ONE_CONTROLLER = {"controllers": [{"name": "dwb"}], "search": {"pop_size": 6}}
 """No pair of controllers, no gap, no cluster scale."""
 
@@ -292,9 +294,9 @@ ONE_CONTROLLER = {"controllers": [{"name": "dwb"}], "search": {"pop_size": 6}}
 def test_a_run_that_cannot_be_made_costs_itself_and_what_builds_on_it(tmp_path):
     study = small_study(
         configurations=[
-            {"name": "alone", "experiment": {**ONE_CONTROLLER, "search": {"pop_size": 6, "fitness": "cluster"}}},
-            {"name": "best", "method": "best_triple", "of": "alone"},
-            {"name": "like_alone", "experiment": {"search": {"pop_size": 6}}, "pop_size_from": ["alone"]},
+            {"name": "short", "experiment": {"run": SHORT, "search": {"pop_size": 6, "fitness": "cluster"}}},
+            {"name": "best", "method": "best_triple", "of": "short"},
+            {"name": "like_short", "experiment": {"search": {"pop_size": 6}}, "pop_size_from": ["short"]},
             {"name": "ga", "experiment": {"search": {"pop_size": 6}}},
         ]
     )
@@ -304,11 +306,11 @@ def test_a_run_that_cannot_be_made_costs_itself_and_what_builds_on_it(tmp_path):
         assert [(run.configuration.name, run.seed) for run in results.runs] == [("ga", 0), ("ga", 1)]
         why = "cluster_scale: cannot be calibrated from the first population (no map that all controllers solved)"
         assert [line.split("; give a value")[0] for line in results.missing[:5]] == [
-            f"alone, seed 0: {why}",
-            f"alone, seed 1: {why}",
-            "best, seed 0: builds on alone, whose run 0 is not finished",
-            "best, seed 1: builds on alone, whose run 1 is not finished",
-            "like_alone: builds on alone, of which 2 of 2 runs are not finished",
+            f"short, seed 0: {why}",
+            f"short, seed 1: {why}",
+            "best, seed 0: builds on short, whose run 0 is not finished",
+            "best, seed 1: builds on short, whose run 1 is not finished",
+            "like_short: builds on short, of which 2 of 2 runs are not finished",
         ]
         assert results.failed == 6
     assert [one.fraction for one in seen][-1] == pytest.approx(1.0)
