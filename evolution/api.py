@@ -175,7 +175,7 @@ def bench(
 
 
 def _evaluator(
-    store: ResultStore, plan: JobPlan, workers: int | None, executor: str, run_timeout_s: float
+    store: ResultStore | None, plan: JobPlan, workers: int | None, executor: str, run_timeout_s: float
 ) -> Evaluator:
     """Return what drives the runs of a plan; its workers begin by compiling what these need."""
     return Evaluator(
@@ -224,19 +224,15 @@ def evolve(
         ConfigError: If an option cannot be used; nothing is driven then.
         RunError: If no worker starts, nothing can be written, or a run cannot be continued.
     """
-    if resume is None:
-        rundir, wanted = _begin(experiment, search, out)
-    elif search or out is not None:
+    if resume is not None and (search or out is not None):
         raise ConfigError(f"resume: expected no other option, got {next(iter(search), 'out')}")
-    else:
-        rundir = RunDir.open(resume)
-        wanted = experiment_in(rundir)
+    begun = None if resume is None else RunDir.open(resume)
+    wanted = _wanted(experiment, search) if begun is None else experiment_in(begun)
     LOG.info("seed %d; controllers: %s", wanted.search.seed, ", ".join(wanted.plan.names))
-    with (
-        filling(RUN, rundir.path, wait_s) as store,
-        _evaluator(store, wanted.plan, workers, executor, run_timeout_s) as evaluator,
-    ):
-        search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)
+    with _evaluator(None, wanted.plan, workers, executor, run_timeout_s) as evaluator:
+        rundir = begun or _begin(wanted, out, evaluator)
+        with filling(RUN, rundir.path, wait_s) as evaluator.store:
+            search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)
     run = load_run(rundir.path)
     write_run_figures(run)
     return run
@@ -357,19 +353,21 @@ def compose(preset: str = DEFAULT_PRESET, config: Mapping[str, Any] | None = Non
     return overlay(overlay(load_preset(preset), config or {}), {"search": search})
 
 
-def _begin(
-    experiment: str | Path | Mapping[str, Any] | Experiment, search: dict[str, Any], out: str | Path | None
-) -> tuple[RunDir, Experiment]:
-    """Build an experiment, refuse what cannot be driven, and make the directory of its run."""
+def _wanted(experiment: str | Path | Mapping[str, Any] | Experiment, search: dict[str, Any]) -> Experiment:
+    """Build an experiment."""
     if isinstance(experiment, Experiment):
-        wanted = experiment_of(overlay(experiment.document(), {"search": search})) if search else experiment
-    elif isinstance(experiment, Mapping):
-        wanted = experiment_of(compose(config=experiment, **search))
-    elif experiment in preset_names():
-        wanted = experiment_of(compose(str(experiment), **search))
-    else:
-        wanted = experiment_of(compose(config=read_document(experiment), **search), str(experiment))
-    check_experiment(wanted)
-    options = wanted.search
+        return experiment_of(overlay(experiment.document(), {"search": search})) if search else experiment
+    if isinstance(experiment, Mapping):
+        return experiment_of(compose(config=experiment, **search))
+    if experiment in preset_names():
+        return experiment_of(compose(str(experiment), **search))
+    return experiment_of(compose(config=read_document(experiment), **search), str(experiment))
+
+
+def _begin(experiment: Experiment, out: str | Path | None, evaluator: Evaluator) -> RunDir:
+    """Refuse what cannot be driven, which needs the planner, while the workers get ready; make the run's directory."""
+    evaluator.get_ready()
+    check_experiment(experiment)
+    options = experiment.search
     default = Path("runs") / f"{options.fitness.replace(':', '.')}-pop{options.pop_size}-seed{options.seed}"
-    return RunDir.create(out or default, wanted), wanted
+    return RunDir.create(out or default, experiment)
