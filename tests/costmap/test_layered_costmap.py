@@ -116,7 +116,7 @@ def test_a_scan_marks_walls_and_nothing_else(layer, seed):
     assert len(marked) > 10
     cells = (y / 0.05).astype(int), (x / 0.05).astype(int)
     # A beam that ends within a hair of a wall's corner may mark the cell next to it.
-    assert grid.occupancy[cells].mean() > 0.97
+    assert np.count_nonzero(~grid.occupancy[cells]) <= 1 + 0.03 * len(marked)
     assert binary_dilation(grid.occupancy, np.ones((3, 3)))[cells].all()
     assert np.hypot(x - pose.x, y - pose.y).max() <= min(2.5, hits.max()) + 0.08
 
