@@ -47,6 +47,8 @@ def conditions(run: StudyRun, results: StudyResults) -> str:
         return "new seeds"
     if searched == read_noise(noise, "reevaluation.noise").model_dump(mode="json"):
         return "new seeds"
+    if noise == "none":
+        return "new seeds without noise"
     return f"new seeds and {noise if isinstance(noise, str) else 'other'} noise"
 
 

@@ -169,7 +169,7 @@ def _fresh_minus_seen(judge: Judge, results: StudyResults) -> list[str]:
     seen = float(np.median([run.fitness for run in sets]))
     new = conditions(sets[0], results)
     held = (
-        "This holds the luck of the selection (the winner's curse) and the added noise, and does not tell them apart."
+        "This holds the luck of the selection (the winner's curse) and the other noise, and does not tell them apart."
         if "noise" in new
         else "This is the luck of the selection (the winner's curse)."
     )

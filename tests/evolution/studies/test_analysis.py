@@ -407,7 +407,7 @@ def test_fresh_minus_seen_is_said_with_its_interval():
     assert verdict_of(study)[3] == (
         "Fresh minus seen, gini fitness: the searches saw a median of -8.00 on the sets they selected by driven runs; "
         "with new seeds and nominal noise the difference is +2.00 in the median (95 % interval +2.00 to +2.00, n = 6 "
-        "different sets). This holds the luck of the selection (the winner's curse) and the added noise, and does not "
+        "different sets). This holds the luck of the selection (the winner's curse) and the other noise, and does not "
         "tell them apart. All maps of a set were solved by all controllers on 100 % of the fresh seeds; on 100 % of "
         "these they kept the order the search saw."
     )
@@ -432,6 +432,7 @@ def test_luck_is_counted_once_and_where_something_was_selected():
     ("searched", "again", "words"),
     [
         ("none", "nominal", "new seeds and nominal noise"),
+        ("nominal", "none", "new seeds without noise"),
         ("none", {"scan": 0.1}, "new seeds and other noise"),
         ("none", None, "new seeds"),
         ("nominal", "nominal", "new seeds"),
@@ -442,7 +443,7 @@ def test_added_noise_is_called_noise(searched, again, words):
     settings = StudySettings(name="made", configurations=[{"name": "a"}], reevaluation={"noise": again})
     study = StudyResults(Path("made"), settings, "0", {}, {}, (run,), ())
     assert conditions(run, study) == words
-    assert ("added noise" in verdict_of(study)[-1]) == ("noise" in words)
+    assert ("other noise" in verdict_of(study)[-1]) == ("noise" in words)
 
 
 def test_sets_driven_again_in_an_easier_world_beat_nobody():
