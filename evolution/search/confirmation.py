@@ -9,7 +9,7 @@ new seeds again, until the choice stays. What that set is worth is then said by 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 from statistics import fmean, median
@@ -31,7 +31,7 @@ from evolution.search.fitness import (
     repeats_of,
     singles_of,
 )
-from evolution.search.prospects import best_prospect, chances_in_time
+from evolution.search.prospects import best_prospect, chances_in_time, least_dispensable
 from evolution.search.settings import EvolveSettings
 from evolution.statistics import wilson_interval
 from gym_mapbench.scenario import MapSet
@@ -123,11 +123,11 @@ class _Candidates:
 
     def drive_all(self) -> None:
         """Drive the best set until it stays the best, then the best one without its most important map, and so on."""
-        without: set[str] = set()
-        while (wanted := self.options.candidates - self._standing) > 0 and (names := self._best_prospect(without)):
+        without: frozenset[str] = frozenset()
+        while (wanted := self.options.candidates - self._standing) > 0 and (names := self._best(without)):
             new = [name for name in names if name not in self.names]
             if not new:
-                without.add(max(names, key=lambda name: self._total(self._best({*without, name}))))
+                without |= {least_dispensable(self.archive, self.fitness, names, without)}
             elif not self._drive(new[:wanted]):
                 break
 
@@ -135,14 +135,8 @@ class _Candidates:
     def _standing(self) -> int:
         return sum(is_solved(self.archive.results(name)) for name in self.names)
 
-    def _best_prospect(self, without: Collection[str]) -> Names:
-        return best_prospect(self.archive, self.fitness, self.settings.maps_per_set, frozenset(without))
-
-    def _best(self, without: Collection[str]) -> Names:
-        return self.archive.best(self.fitness, self.settings.maps_per_set, without)
-
-    def _total(self, names: Names) -> float:
-        return self.fitness(self.archive.results_of(self.archive.map_set(names))).total if names else np.inf
+    def _best(self, without: frozenset[str]) -> Names:
+        return best_prospect(self.archive, self.fitness, self.settings.maps_per_set, without)
 
     def settle(self) -> Names:
         """Return the set that is still chosen after its maps were driven with as many new seeds once more."""

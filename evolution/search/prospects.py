@@ -154,3 +154,25 @@ def best_prospect(archive: Archive, fitness: Fitness, size: int, without: frozen
         return names
     prospects = prospects_of(archive, fitness, without)
     return best_by_exchange(names, prospects, lambda some: expected_value(some, prospects, fitness))
+
+
+def least_dispensable(archive: Archive, fitness: Fitness, names: Names, without: frozenset[str] = frozenset()) -> str:
+    """Return the map of a set without which the best set would be expected to be worth least.
+
+    Args:
+        archive: Every driven map.
+        fitness: Judges sets.
+        names: The set, by digest.
+        without: Maps to leave out in any case.
+    """
+    prospects = prospects_of(archive, fitness)
+
+    def worth(name: str) -> float:
+        others = best_prospect(archive, fitness, len(names), without | {name})
+        if not others:
+            return float("inf")
+        if fitness.kind.ordered:
+            return expected_value(others, prospects, fitness)
+        return fitness(archive.results_of(archive.map_set(others))).total
+
+    return max(names, key=worth)

@@ -13,7 +13,14 @@ from evolution.driving import RunResult
 from evolution.search.archive import Archive
 from evolution.search.exact import judge_map
 from evolution.search.fitness import Fitness, readings_of
-from evolution.search.prospects import Prospect, best_prospect, chances_in_time, deviations_of, expected_value
+from evolution.search.prospects import (
+    Prospect,
+    best_prospect,
+    chances_in_time,
+    deviations_of,
+    expected_value,
+    least_dispensable,
+)
 from evolution.search.settings import EvolveSettings
 from tests.evolution.search.test_archive import Answers, archive_of, sets_of
 
@@ -116,3 +123,29 @@ def order_kept(archive, names):
     archive.drive(dict.fromkeys(names, 60))
     readings = sorted((readings_of(archive.results(name), FITNESS) for name in names), key=np.mean)
     return np.mean([a < b < c for a, b, c in zip(*(some[6:] for some in readings), strict=True)])
+
+
+def test_the_least_dispensable_map_is_found_by_what_sets_are_expected_to_be_worth():
+    """By fitness low maps would be missed most, as others, fitter than the steady one, nearly run out of time."""
+    kinds = {}
+
+    def answer(job):
+        luck = abs(np.random.default_rng(job.seed).normal())
+        kind = kinds[job.scenario.map.digest]
+        time = {"steady": 140.0 - luck, "late": 149.9 - 3.0 * luck, "middle": 48.0 - luck, "low": 21.0 - luck / 4}[kind]
+        return RunResult("goal", time if job.controller.registered_name == "mppi" else 20.0, 1.0, seed=job.seed)
+
+    sets = sets_of(8)
+    names = list(dict.fromkeys(scenario.map.digest for one in sets for scenario in one))
+    kinds |= dict(zip(names, ["steady", *["late"] * 5, *["middle"] * 6, *["low"] * len(names)], strict=False))
+    archive = Archive(Answers(answer), archive_of().plan)
+    archive.evaluate(sets)
+    archive.drive(dict.fromkeys(names, 6))
+    fitness = Fitness.of(EvolveSettings(), 150.0)
+    best = best_prospect(archive, fitness, 3)
+    assert [kinds[name] for name in best if kinds[name] not in ("low", "middle")] == ["steady"]
+    assert kinds[least_dispensable(archive, fitness, best)] == "steady"
+    fittest = {
+        name: fitness(archive.results_of(archive.map_set(archive.best(fitness, 3, {name})))).total for name in best
+    }
+    assert kinds[max(fittest, key=fittest.get)] != "steady"
