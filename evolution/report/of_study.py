@@ -93,7 +93,7 @@ PROMISES = {
     "roles": "all roles filled",
     "against": "against",
     "a12": "A12",
-    "p_value": "p",
+    "p_holm": "p (Holm)",
 }
 MAPS = {
     "map": "map",
@@ -179,8 +179,9 @@ def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table
         note = (
             "What the searches said of their best sets, and their median fitness on fresh seeds with the 95 % interval "
             "of the median over runs. The order counts over all fresh drives. Roles are filled if one map has all "
-            "controllers within a factor of 1.2, one two groups further apart than that, and so on. A12 and p compare "
-            "with the first configuration of the same fitness, navigation and fresh noise."
+            "controllers within a factor of 1.2, one two groups further apart than that, and so on. A12 and p "
+            "(corrected by Holm over these rows) compare with the first configuration of the same fitness, navigation "
+            "and fresh noise."
         )
         tables.append(table_of("Promised and kept", PROMISES, rows, note))
     tables += [table for best in best_sets if best.run.fresh is not None for table in _best_set_tables(best.run)]

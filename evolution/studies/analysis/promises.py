@@ -9,7 +9,7 @@ import numpy as np
 
 from evolution.driving import RunResult, SetResults
 from evolution.files import Row
-from evolution.statistics import median_interval, pairwise_mann_whitney, vargha_delaney_a12
+from evolution.statistics import holm, median_interval, pairwise_mann_whitney, vargha_delaney_a12
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.settings import JUDGES
 
@@ -26,15 +26,19 @@ def promise_rows(results: StudyResults) -> list[Row]:
     """Return a row for every configuration whose sets were driven again.
 
     ``a12`` is how often, of all pairs of runs, this configuration is better on fresh seeds than the one that it is held
-    ``against``: the first one whose single drives are judged alike, in the same world. Ties count half; ``p_value`` is
-    of Mann and Whitney's test of the two.
+    ``against``: the first one whose single drives are judged alike, in the same world. Ties count half; ``p_holm`` is
+    of Mann and Whitney's test of the two, corrected by Holm over all rows that are tested.
     """
     groups = {
         name: again
         for name, runs in results.by_configuration.items()
         if (again := [run for run in runs if run.fresh is not None])
     }
-    return [_row(name, runs, _reference(runs, groups)) for name, runs in groups.items()]
+    rows = [_row(name, runs, _reference(runs, groups)) for name, runs in groups.items()]
+    tested = [row for row in rows if row["p_holm"] is not None]
+    for row, p_value in zip(tested, holm([row["p_holm"] for row in tested]), strict=True):
+        row["p_holm"] = p_value
+    return rows
 
 
 def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> Row:
@@ -58,7 +62,7 @@ def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> 
         "roles": fmean(fills_roles(run.fresh.results) for run in runs if run.fresh is not None),
         "against": reference[0].configuration.name if tested else "",
         "a12": vargha_delaney_a12(others, fresh) if tested else None,
-        "p_value": pairwise_mann_whitney({"a": fresh, "b": others}, [("a", "b")])[0].p_value if tested else None,
+        "p_holm": pairwise_mann_whitney({"a": fresh, "b": others}, [("a", "b")])[0].p_value if tested else None,
     }
 
 

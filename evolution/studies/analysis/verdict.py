@@ -40,10 +40,10 @@ def _promises(analysis: StudyAnalysis) -> list[str]:
     rows = {row["configuration"]: row for row in promise_rows(analysis.results)}
     return [
         f"On fresh seeds, lower is better, the sets of {_promised(row)}, those of {_promised(rows[row['against']])}: "
-        f"{name} is better in {100 * row['a12']:.0f} % of pairs of runs (A12; {_p(row['p_value'])})."
+        f"{name} is better in {100 * row['a12']:.0f} % of pairs of runs (A12; {_p(row['p_holm'])})."
         for name, row in rows.items()
         if row["against"]
-        and row["p_value"] < ALPHA
+        and row["p_holm"] < ALPHA
         and not any({name, row["against"]} <= set(judge.groups) for judge in analysis.judges)
     ]
 

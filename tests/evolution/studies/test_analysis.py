@@ -349,6 +349,17 @@ def test_promises_that_mean_something_else_are_not_held_against_each_other(other
     assert not any("the sets of b" in sentence for sentence in verdict_of(study))
 
 
+def test_promises_are_tested_with_a_correction_for_all_rows():
+    one = [made_run("a", s, v, v) for s, v in enumerate(spread(-8.0))]
+    others = [made_run(name, s, v, v) for name in "bcd" for s, v in enumerate(spread(-4.0))]
+    (_, alone), (_, *together) = (
+        promise_rows(made_study(*one, *others[: len(one)])),
+        promise_rows(made_study(*one, *others)),
+    )
+    assert 0 < alone["p_holm"] < 0.01
+    assert [row["p_holm"] for row in together] == pytest.approx([3 * alone["p_holm"]] * 3)
+
+
 def test_text_and_table_give_one_direction():
     study = made_study(
         *[made_run("worse", s, v, v) for s, v in enumerate(spread(-7.8))],
