@@ -11,9 +11,10 @@ from controllers.base import Controller
 from controllers.navigator import Navigator
 from evolution.commands import driving_options, options
 from evolution.commands.console import console
-from evolution.driving import JobPlan, check_room, drive, try_controllers
-from evolution.inputs import load_all
+from evolution.driving import ControllerSpec, JobPlan, check_room, drive, try_controllers
+from evolution.inputs import load_all, run_of, world_of
 from evolution.pictures import check_display, check_film, save_animation, show_animation
+from evolution.runs import LoadedRun, experiment_in
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
@@ -31,17 +32,20 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "map",
         metavar="MAP",
-        help="map_server yaml, map-set file, run directory, ...; of a run only the best maps are taken, not its world "
+        help="map_server yaml, map-set file, run directory, ...; the best maps of a run are driven in its world "
         "(mapbench report RUN --gif FILE films its own drives)",
     )
     parser.add_argument(
-        "--controller", required=True, metavar="NAME", help="who drives: NAME, NAME=KIND or NAME=model.zip"
+        "--controller",
+        required=True,
+        metavar="NAME",
+        help="who drives: NAME, NAME=KIND or NAME=model.zip; a name of the run's stands for its controller",
     )
     parser.add_argument(
         "--scenario", type=options.positive, default=1, metavar="N", help="which of the scenarios in MAP (default 1)"
     )
     options.add_task_options(parser)
-    driving_options.add_drive_options(parser)
+    driving_options.add_drive_options(parser, default=driving_options.OF_THE_RUN)
     driving_options.add_unknown_map_option(parser)
     parser.add_argument(
         "--seed", type=options.non_negative, default=0, metavar="N", help="root of all randomness (default 0)"
@@ -68,11 +72,10 @@ def run(args: argparse.Namespace) -> int:
     if args.scenario > len(scenarios):
         raise ConfigError(f"--scenario: expected 1 to {len(scenarios)}, got {args.scenario}")
     scenario = scenarios[args.scenario - 1]
-    settings = driving_options.drive_settings(args).replace(unknown_map=args.unknown_map)
+    searched = run_of([args.map])
+    settings = driving_options.drive_settings(args, world_of(searched)).replace(unknown_map=args.unknown_map)
     check_room([scenario], settings)
-    controllers = driving_options.listed_controllers(args.controller)
-    if len(controllers) != 1:
-        raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
+    controllers = _controller(args.controller, searched)
     driving_options.note_models(controllers, settings)
     try_controllers(controllers, settings)
     (job,) = JobPlan(controllers, settings, args.seed).jobs(scenario)
@@ -86,6 +89,18 @@ def run(args: argparse.Namespace) -> int:
     if args.show:
         show_animation(episode, settings.environment.robot, seen)
     return 0
+
+
+def _controller(name: str, searched: LoadedRun | None) -> tuple[ControllerSpec, ...]:
+    """Return the named controller, alone: that of the run, if one of its controllers has the name."""
+    if searched is not None:
+        for spec in experiment_in(searched).controllers:
+            if spec.name == name:
+                return (spec,)
+    controllers = driving_options.listed_controllers(name)
+    if len(controllers) != 1:
+        raise ConfigError(f"--controller: expected one controller, got {name!r}")
+    return controllers
 
 
 def _look(seen: list[SeenCostmap], controller: Controller) -> None:

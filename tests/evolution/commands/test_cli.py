@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from controllers.nav2_params import read_nav2_params
 from evolution.cli import main
 from evolution.driving import DriveSettings, check_room
 from evolution.runs.loading import load_run
+from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, make_family
 from gym_mapbench.mapio import load_scenarios
@@ -280,6 +282,35 @@ def test_drive_writes_a_film(tmp_path, capsys):
     assert film.read_bytes().startswith(b"GIF89a")
     assert "timeout" in capsys.readouterr().out
     assert "nothing is overwritten" in refused(capsys, *argv)
+
+
+@pytest.mark.usefixtures("fake_robot")
+def test_the_maps_of_a_run_are_driven_in_its_world_by_its_controllers(tmp_path, monkeypatch, capsys):
+    out, jobs = tmp_path / "run", []
+    search = [
+        *SMALL_SEARCH,
+        "--noise",
+        "rough",
+        "--time-limit",
+        "33",
+        "--controllers",
+        "mine=rpp,dwb",
+        "--workers",
+        "1",
+    ]
+    assert main([*search, "--out", str(out)]) == 0
+    monkeypatch.setattr("evolution.commands.drive.drive", lambda job, _: jobs.append(job) or sys.exit(7))
+    for more in (["mine"], ["mine", "--noise", "none"], ["dwb"]):
+        with pytest.raises(SystemExit, match="7"):
+            main(["drive", str(out), "--controller", *more])
+    assert [job.controller.registered_name for job in jobs] == ["rpp", "rpp", "dwb"]
+    assert [job.settings.environment.noise == EnvConfig.build(noise="rough").noise for job in jobs] == [
+        True,
+        False,
+        True,
+    ]
+    assert {job.settings.environment.time_limit for job in jobs} == {33.0}
+    assert "expected names separated by commas" in refused(capsys, "drive", out, "--controller", "")
 
 
 def test_a_film_shows_the_costmap(tmp_path, capsys):
