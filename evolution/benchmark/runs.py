@@ -19,6 +19,7 @@ from evolution.files import Document, Row, Table, Tabled, check_rows, read_json,
 from evolution.runs import DrivenAgain
 from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import RunError, unknown_name
+from gym_mapbench.mapio.gazebo_package import RUNNER
 from gym_mapbench.scenario import Scenario
 
 BENCH, BENCH_TABLE = "bench.json", "bench.csv"
@@ -121,10 +122,12 @@ def read_bench(path: str | Path) -> Benchmark:
     """Read a ``bench.json``, or the directory that holds one.
 
     Raises:
-        RunError: If there is none, it holds something else, or the benchmark was not finished.
+        RunError: If there is none, it holds something else, it is a bundle, or the benchmark was not finished.
     """
     path = Path(path)
     path = path / BENCH if (path / BENCH).is_file() else path
+    if (path / RUNNER).is_file():
+        raise RunError(f"{path}: a bundle for Gazebo holds no results; expected the run or benchmark it was made from")
     if BENCHMARK.holds(path):
         raise RunError(f"{path}: the benchmark was not finished; continue it with --resume")
     if not path.is_file():

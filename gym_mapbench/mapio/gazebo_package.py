@@ -19,6 +19,8 @@ SIMULATORS: dict[Release, tuple[str, ...]] = {"humble": ("classic", "gz"), "jazz
 """Simulators that have packages for a release, the usual one first."""
 
 PREFIX = "mapbench_"
+RUNNER = "run_benchmark.py"
+"""The program of a bundle that drives its maps in Gazebo; only bundles have it."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class Bundle:
             "CMakeLists.txt": render("CMakeLists.txt.j2", **values),
             "benchmark.json": json.dumps(self._benchmark(), indent=1) + "\n",
             "launch/benchmark.launch.py": render("benchmark.launch.py.j2", **values),
-            "run_benchmark.py": render("run_benchmark.py.j2", columns=list(COLUMNS), **values),
+            RUNNER: render("run_benchmark.py.j2", columns=list(COLUMNS), **values),
             "README.md": self._readme(values),
         }
 

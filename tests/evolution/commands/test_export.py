@@ -13,6 +13,7 @@ from evolution.cli import build_parser, main
 from evolution.commands.driving_options import drive_settings
 from evolution.driving import DriveSettings
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio.runner_results import COLUMNS
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 OFFICE = str(EXAMPLES / "office.yaml")
@@ -110,3 +111,11 @@ def test_the_lidar_of_the_bundle_is_the_robots(tmp_path):
     lidar = model.find(".//sensor[@name='lidar']")
     assert lidar.findtext("pose").split()[0] == "-0.032"
     assert lidar.findtext("ray/range/min") == "0.12"
+
+
+def test_a_bundle_is_no_benchmark_though_its_file_is_called_so(tmp_path, capsys):
+    exported(tmp_path / "bundle")
+    (tmp_path / "results.csv").write_text(",".join(COLUMNS) + "\n")
+    argv = ["import-results", str(tmp_path / "results.csv"), "--ours", str(tmp_path / "bundle")]
+    assert main(argv) == 2
+    assert "a bundle for Gazebo holds no results; expected the run or benchmark" in capsys.readouterr().err
