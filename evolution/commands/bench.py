@@ -151,7 +151,7 @@ def print_benchmark(result: Benchmark, form: str, again: Sequence[str] = ()) -> 
 
 def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequence[ControllerSpec]:
     """Return who drives: those that were named, else those of the run whose maps are driven, else the usual ones."""
-    named = driving_options.named_controllers(args)
+    named = driving_options.named_controllers(args, driving_options.controllers_known_from(searched, args))
     if named or searched is None:
         return named or driving_options.controllers_of(args)
     return experiment_in(searched).controllers

@@ -11,10 +11,9 @@ from controllers.base import Controller
 from controllers.navigator import Navigator
 from evolution.commands import driving_options, options
 from evolution.commands.console import console
-from evolution.driving import ControllerSpec, JobPlan, check_room, drive, try_controllers
+from evolution.driving import JobPlan, check_room, drive, try_controllers
 from evolution.inputs import load_all, run_of, world_of
 from evolution.pictures import check_display, check_film, save_animation, show_animation
-from evolution.runs import LoadedRun, experiment_in
 from gym_mapbench.episode import Episode
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
@@ -39,7 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--controller",
         required=True,
         metavar="NAME",
-        help="who drives: NAME, NAME=KIND or NAME=model.zip; a name of the run's stands for its controller",
+        help="who drives: NAME, NAME=KIND or NAME=model.zip; of the controllers of a run, the name is enough",
     )
     parser.add_argument(
         "--scenario", type=options.positive, default=1, metavar="N", help="which of the scenarios in MAP (default 1)"
@@ -75,7 +74,10 @@ def run(args: argparse.Namespace) -> int:
     searched = run_of([args.map])
     settings = driving_options.drive_settings(args, world_of(searched)).replace(unknown_map=args.unknown_map)
     check_room([scenario], settings)
-    controllers = _controller(args.controller, searched)
+    known = driving_options.controllers_known_from(searched, args)
+    controllers = driving_options.listed_controllers(args.controller, known)
+    if len(controllers) != 1:
+        raise ConfigError(f"--controller: expected one controller, got {args.controller!r}")
     driving_options.note_models(controllers, settings)
     try_controllers(controllers, settings)
     (job,) = JobPlan(controllers, settings, args.seed).jobs(scenario)
@@ -89,18 +91,6 @@ def run(args: argparse.Namespace) -> int:
     if args.show:
         show_animation(episode, settings.environment.robot, seen)
     return 0
-
-
-def _controller(name: str, searched: LoadedRun | None) -> tuple[ControllerSpec, ...]:
-    """Return the named controller, alone: that of the run, if one of its controllers has the name."""
-    if searched is not None:
-        for spec in experiment_in(searched).controllers:
-            if spec.name == name:
-                return (spec,)
-    controllers = driving_options.listed_controllers(name)
-    if len(controllers) != 1:
-        raise ConfigError(f"--controller: expected one controller, got {name!r}")
-    return controllers
 
 
 def _look(seen: list[SeenCostmap], controller: Controller) -> None:

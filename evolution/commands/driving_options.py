@@ -21,6 +21,7 @@ from evolution.driving import (
     try_controllers,
     with_parameters,
 )
+from evolution.runs import LoadedRun, experiment_in
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -145,22 +146,33 @@ def controllers_of(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
     return named_controllers(args) or controllers_from(DEFAULT_CONTROLLERS)
 
 
-def named_controllers(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
-    """Return the controllers of ``--controllers``, ``--only`` or the ``--params`` file; empty if there are none."""
+def named_controllers(args: argparse.Namespace, known: Sequence[ControllerSpec] = ()) -> tuple[ControllerSpec, ...]:
+    """Return the controllers of ``--controllers``, ``--only`` or the ``--params`` file; empty if there are none.
+
+    Args:
+        args: The parsed options.
+        known: Controllers that are meant by their names (see :func:`controllers_known_from`).
+    """
     if args.controllers is not None:
-        return listed_controllers(args.controllers)
+        return listed_controllers(args.controllers, known)
     read = read_parameter_file(args)
     if read is None:
         return ()
     return controllers_from([args.only] if args.only else list(read.own_controllers))
 
 
-def listed_controllers(text: str) -> tuple[ControllerSpec, ...]:
-    """Read ``name`` or ``name=kind``, separated by commas."""
+def controllers_known_from(searched: LoadedRun | None, args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
+    """Return the controllers of the run whose maps are driven; none without one, or where ``--params`` replaces its."""
+    return () if searched is None or args.params is not None else experiment_in(searched).controllers
+
+
+def listed_controllers(text: str, known: Sequence[ControllerSpec] = ()) -> tuple[ControllerSpec, ...]:
+    """Read ``name`` or ``name=kind``, separated by commas; the name of a known controller means that one."""
     names = [part.strip() for part in text.split(",")]
     if not all(names):
         raise ConfigError(f"--controllers: expected names separated by commas, got {text!r}")
-    return controllers_from(names)
+    own = {spec.name: spec.model_dump() for spec in known}
+    return controllers_from([own.get(name, name) for name in names])
 
 
 def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> None:

@@ -311,6 +311,11 @@ def test_the_maps_of_a_run_are_driven_in_its_world_by_its_controllers(tmp_path, 
     ]
     assert {job.settings.environment.time_limit for job in jobs} == {33.0}
     assert "expected names separated by commas" in refused(capsys, "drive", out, "--controller", "")
+    capsys.readouterr()
+    argv = ["bench", str(out), "--controllers", "mine,dwb", "--workers", "1", "--format", "csv"]
+    assert main(argv) == 0
+    assert {line.split(",")[1] for line in capsys.readouterr().out.splitlines()[1:]} == {"mine", "dwb"}
+    assert "mine" in refused(capsys, *argv, "--params", "fair")
 
 
 def test_a_film_shows_the_costmap(tmp_path, capsys):
