@@ -11,10 +11,10 @@ from pathlib import Path
 
 from evolution.benchmark import load_barn
 from gym_mapbench import EnvConfig
+from gym_mapbench.env.observation import has_path
+from gym_mapbench.env.task import distance_to_goal
 from gym_mapbench.mapio.bundle import write_bundle
 from gym_mapbench.mapio.tasked_map import group_scenarios
-from gym_mapbench.observation import has_path
-from gym_mapbench.task import distance_to_goal
 
 
 def main() -> None:

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from gym_mapbench import EnvConfig
+from gym_mapbench.env.scenario_source import draw_scenario
 from gym_mapbench.mapio.bundle import write_bundle
 from gym_mapbench.mapio.tasked_map import group_scenarios
-from gym_mapbench.scenario import Scenario
-from gym_mapbench.scenario_source import draw_scenario
+from gym_mapbench.world.scenario import Scenario
 
 
 def main() -> None:

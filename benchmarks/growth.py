@@ -30,13 +30,13 @@ from evolution.driving.store import ResultStore
 from evolution.runs.directory import RunDir
 from evolution.search.experiments import experiment_of, load_preset
 from evolution.search.loop import Progress, evolve
-from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import Costmap, build_static_costmap
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.planners import make_planner
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Scenario
 
 POPULATIONS = (40, 200, 1000)
 MAPS_PER_SET = (1, 2, 3, 6, 12)

@@ -22,17 +22,17 @@ from controllers.nav2_params import NavigationParams, load_preset
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RppParams
 from evolution.driving import calibration_loop
-from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import Costmap, LaserScan, LayeredCostmap, build_static_costmap
-from gym_mapbench.env import MapBenchEnv
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.single import MapBenchEnv
 from gym_mapbench.errors import NoPathError
-from gym_mapbench.footprint import Footprint
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.lidar import Lidar, LidarSettings
 from gym_mapbench.planners import make_planner
-from gym_mapbench.scenario import Pose, Scenario
-from gym_mapbench.simulation import Simulation
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.lidar import Lidar, LidarSettings
+from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.simulation import Simulation
 
 WINDOW_CELLS = 60
 FOLLOWERS = {"MPPI": (MppiFollower, MppiParams), "DWB": (DwbFollower, DwbParams), "RPP": (RppFollower, RppParams)}

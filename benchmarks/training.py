@@ -22,9 +22,9 @@ from gymnasium.vector import SyncVectorEnv
 from PIL import Image
 
 import gym_mapbench  # noqa: F401, registers the env
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.env import MapBenchEnv
-from gym_mapbench.scenario_source import draw_scenario
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.scenario_source import draw_scenario
+from gym_mapbench.env.single import MapBenchEnv
 
 BEAMS = 64
 RANGE_MAX = 3.5

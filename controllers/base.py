@@ -1,7 +1,7 @@
 """What a controller is: a policy over the env API, and Nav2's path followers inside one.
 
 :class:`Controller` is all that a run needs: ``reset`` and ``act``. Nav2's controllers are
-:class:`PathFollower` objects; :class:`controllers.navigator.Navigator` turns any of them into a
+:class:`PathFollower` objects; :class:`controllers.navigator.navigator.Navigator` turns any of them into a
 Controller by adding planning, checkers and recoveries.
 """
 
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import MapBenchError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.lidar import LidarSettings
-from gym_mapbench.robot import RobotSpec
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.lidar import LidarSettings
+from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.scenario import Pose
 
 Observation = Mapping[str, Any]
 
@@ -77,9 +77,9 @@ class Controller(Protocol):
     """A policy over the env API.
 
     ``observation_keys`` names the parts of the observation that it needs; one that was trained with certain sensors
-    also has ``fit(config)``, which returns an :class:`~gym_mapbench.config.EnvConfig` with them. A controller that
+    also has ``fit(config)``, which returns an :class:`~gym_mapbench.env.config.EnvConfig` with them. A controller that
     decides by itself when its run is over (as Nav2 does) also has ``decides_goal = True`` and the attributes of
-    :class:`controllers.navigator.Navigator`: ``status`` and ``events``.
+    :class:`controllers.navigator.navigator.Navigator`: ``status`` and ``events``.
     """
 
     @property

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.episode import RECOVERY_KINDS, Event
+from gym_mapbench.metrics.episode import RECOVERY_KINDS, Event
 
 STANDING_RADIUS = 0.3
 """A robot that stays within this radius (m) counts as standing, however it turns."""

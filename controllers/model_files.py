@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from gym_mapbench.bounded import open_zip
-from gym_mapbench.documents import parse_json
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.files.bounded import open_zip
+from gym_mapbench.files.documents import parse_json
 
 MAX_MODEL_BYTES = 500_000_000
 MAX_DATA_BYTES = 20_000_000

@@ -4,7 +4,7 @@ A third party provides a callable that makes its controller. It is named ``modul
 in the entry point group ``gym_mapbench.controllers`` (see :mod:`gym_mapbench.registry`). It is called with the
 parameters that the user gave, and with ``navigation=`` (a :class:`~controllers.nav2_params.NavigationParams`) if it has
 a parameter of that name, and returns a :class:`~controllers.base.Controller`.
-:class:`~controllers.navigator.Navigator` makes a controller of a path follower.
+:class:`~controllers.navigator.navigator.Navigator` makes a controller of a path follower.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from controllers.mppi.controller import MppiFollower
 from controllers.nav2_params import ControllerPlugin, NavigationParams, load_preset, plugins
 from controllers.nav2_params.findings import Findings
 from controllers.nav2_params.section import Section
-from controllers.navigator import Navigator
+from controllers.navigator.navigator import Navigator
 from controllers.parameters import overlay
 from controllers.rl import load_sb3
 from controllers.rotation_shim.controller import RotationShimFollower

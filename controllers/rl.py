@@ -16,13 +16,13 @@ from gymnasium.spaces import Box
 from controllers.base import Context, Observation
 from controllers.learned import ModelCard, TrainedPolicy, read_card
 from controllers.model_files import model_data
-from gym_mapbench.action import to_command
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.action import to_command
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.observation import FAR, observation_space
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.lidar import LidarSettings
-from gym_mapbench.observation import FAR, observation_space
 from gym_mapbench.registry import accepted_keywords
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.lidar import LidarSettings
 
 
 class PolicyController:

@@ -15,9 +15,9 @@ from PIL import Image, ImageDraw
 
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
 from evolution.pictures import Frame, frames
-from gym_mapbench.episode import Episode
 from gym_mapbench.mapio import load_scenarios
-from gym_mapbench.robot import RobotSpec
+from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.robot import RobotSpec
 
 POLICIES = [Path("examples/policies/ppo.zip"), Path("examples/policies/ppo_path.zip")]
 SIDE = 240

@@ -138,7 +138,7 @@ def bench(
             nothing is written if None.
         resume: Whether to continue a benchmark that was begun in ``out``; its results are as if uninterrupted.
         on_run: Called after each run with its job, its result, and how many are left.
-        environment: Fields of :class:`gym_mapbench.config.EnvConfig`, e.g. ``robot="jackal", noise="nominal"``.
+        environment: Fields of :class:`gym_mapbench.env.config.EnvConfig`, e.g. ``robot="jackal", noise="nominal"``.
 
     Returns:
         One row per run; a notebook shows the summary.

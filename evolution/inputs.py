@@ -12,10 +12,10 @@ from evolution.benchmark import load_barn
 from evolution.driving import ControllerSpec, DriveSettings, with_parameters
 from evolution.runs import RUN, LoadedRun, experiment_in, load_run, reached_maps
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike, load_scenarios
-from gym_mapbench.scenario import MapSet, Scenario
+from gym_mapbench.world.scenario import MapSet, Scenario
 
 Maps = str | Path | Scenario | MapSet | LoadedRun
 """A file or directory of any kind that ``mapbench bench`` reads, or maps that are loaded already."""
@@ -92,7 +92,7 @@ def world_from(
     Args:
         params: What was given: a preset's name, a file, or what was read from one; None for the run's.
         read: What :func:`read_parameters` returned for it.
-        environment: Fields of :class:`gym_mapbench.config.EnvConfig` that replace those of the run and of the file.
+        environment: Fields of :class:`gym_mapbench.env.config.EnvConfig` that replace those of the run and of the file.
         run: The run whose maps are driven.
     """
     base = world_of(run)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from controllers.base import ControllerError, Twist
-from controllers.navigator import Navigator
+from controllers.navigator.navigator import Navigator
 from evolution import bench
 from evolution.report import verdict_of_benchmark
 

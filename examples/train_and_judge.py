@@ -12,7 +12,7 @@ import numpy as np
 from evolution import bench, train
 from evolution.report import verdict_of_benchmark
 from gym_mapbench import EnvConfig
-from gym_mapbench.scenario_source import draw_scenario
+from gym_mapbench.env.scenario_source import draw_scenario
 
 SMALL = bool(os.environ.get("MAPBENCH_SMALL"))  # the tests run a small form
 STEPS, MAPS, TIME_LIMIT = (256, 2, 20.0) if SMALL else (400_000, 40, 100.0)

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 from gym_mapbench.registration import register_envs
 
 if TYPE_CHECKING:
-    from gym_mapbench.config import EnvConfig
-    from gym_mapbench.env import MapBenchEnv
-    from gym_mapbench.episode import Episode
+    from gym_mapbench.env.config import EnvConfig
+    from gym_mapbench.env.single import MapBenchEnv
+    from gym_mapbench.env.vector import MapBenchVectorEnv
     from gym_mapbench.errors import MapBenchError
-    from gym_mapbench.gridmap import GridMap
-    from gym_mapbench.robot import RobotSpec
-    from gym_mapbench.scenario import MapSet, Pose, Scenario
-    from gym_mapbench.vector import MapBenchVectorEnv
+    from gym_mapbench.metrics.episode import Episode
+    from gym_mapbench.world.gridmap import GridMap
+    from gym_mapbench.world.robot import RobotSpec
+    from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 
 __all__ = [
     "EnvConfig",
@@ -31,16 +31,16 @@ __all__ = [
 ]
 
 _HOME = {
-    "EnvConfig": "config",
-    "Episode": "episode",
-    "GridMap": "gridmap",
-    "MapBenchEnv": "env",
+    "EnvConfig": "env.config",
+    "Episode": "metrics.episode",
+    "GridMap": "world.gridmap",
+    "MapBenchEnv": "env.single",
     "MapBenchError": "errors",
-    "MapBenchVectorEnv": "vector",
-    "MapSet": "scenario",
-    "Pose": "scenario",
-    "RobotSpec": "robot",
-    "Scenario": "scenario",
+    "MapBenchVectorEnv": "env.vector",
+    "MapSet": "world.scenario",
+    "Pose": "world.scenario",
+    "RobotSpec": "world.robot",
+    "Scenario": "world.scenario",
 }
 
 

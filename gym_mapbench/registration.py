@@ -16,6 +16,6 @@ def register_envs() -> None:
     if ENV_ID not in registry:
         register(
             id=ENV_ID,
-            entry_point="gym_mapbench.env:MapBenchEnv",
-            vector_entry_point="gym_mapbench.vector:MapBenchVectorEnv",
+            entry_point="gym_mapbench.env.single:MapBenchEnv",
+            vector_entry_point="gym_mapbench.env.vector:MapBenchVectorEnv",
         )

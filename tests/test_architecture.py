@@ -26,7 +26,7 @@ def test_import_contracts_hold():
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.parametrize("module", ["gym_mapbench.env", "controllers.registry"])
+@pytest.mark.parametrize("module", ["gym_mapbench.env.single", "controllers.registry"])
 def test_heavy_modules_stay_out(module):
     loaded = run(f"import sys, {module}; print(*sys.modules)").split()
     assert not set(HEAVY) & set(loaded)
@@ -58,7 +58,7 @@ def test_no_pygame_anywhere():
 
 @pytest.mark.parametrize(
     ("package", "only_in"),
-    [("Box2D", "gym_mapbench/simulation.py"), ("pymoo", "evolution/"), ("distributed", "evolution/driving/")],
+    [("Box2D", "gym_mapbench/world/simulation.py"), ("pymoo", "evolution/"), ("distributed", "evolution/driving/")],
 )
 def test_each_engine_lives_in_one_place(package, only_in):
     for folder in PACKAGES:

@@ -6,8 +6,8 @@ import pickle
 import numpy as np
 import pytest
 
-from gym_mapbench.documents import MAX_YAML_BYTES, read_yaml
 from gym_mapbench.errors import ConfigError, nearest_name
+from gym_mapbench.files.documents import MAX_YAML_BYTES, read_yaml
 from gym_mapbench.settings import Settings
 
 

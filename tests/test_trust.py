@@ -12,7 +12,7 @@ from evolution.files import DirectoryKind
 from evolution.search import read_document
 from evolution.studies.settings import read_definition
 from evolution.training import train_settings
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, UntrustedError
 from gym_mapbench.registry import Registry
 from gym_mapbench.trust import allow_code, only_code_named_in, refuse_code

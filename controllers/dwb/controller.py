@@ -25,7 +25,7 @@ from controllers.dwb.records import (
 )
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 NO_SPEED_LIMIT = 0.0
 FORWARD = 0.4

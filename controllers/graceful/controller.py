@@ -11,7 +11,7 @@ from controllers.graceful.params import GracefulParams
 from controllers.local_plan import search_distance
 from controllers.records import fill_groups, record_of
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 # The messages are worded as in Nav2, so that logs of both can be compared.
 REASONS = {

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from controllers.learned.kernels import free_arcs
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.settings import Settings
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.learned.encoding import Encoder, EncodingSettings, Features
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 
 
 class Sight:

@@ -16,10 +16,10 @@ from pydantic import Field
 from controllers.learned.encoding import EncodingSettings, Features
 from controllers.learned.memory import Sight
 from controllers.model_files import MAX_MODEL_BYTES
-from gym_mapbench.bounded import open_zip
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.documents import parse_json
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.files.bounded import open_zip
+from gym_mapbench.files.documents import parse_json
 from gym_mapbench.settings import Settings
 
 CARD = "mapbench.json"

@@ -10,8 +10,8 @@ import numpy as np
 from controllers.base import Context, Observation
 from controllers.learned.memory import Sight
 from controllers.learned.model_card import ModelCard
-from gym_mapbench.action import to_command
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.action import to_command
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 
 ONE = np.ones(1, dtype=np.bool_)

@@ -11,7 +11,7 @@ from controllers.mppi.optimizer import Optimizer
 from controllers.mppi.params import MppiParams
 from controllers.mppi.path_handler import PathHandler
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 
 class MppiFollower:

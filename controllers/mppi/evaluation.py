@@ -16,7 +16,7 @@ from controllers.mppi.noise import Layout, Noise
 from controllers.mppi.optimizer import Optimizer
 from controllers.mppi.params import MppiParams
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 Array = NDArray[np.float32]
 

@@ -34,7 +34,7 @@ from controllers.mppi.params import MppiParams
 from controllers.mppi.records import CALL, make_tuning
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 SAME_PERIOD = 1e-6
 HISTORY = 4

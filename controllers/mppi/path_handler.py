@@ -12,7 +12,7 @@ from controllers.mppi.kernels.plan import find_window
 from controllers.mppi.params import MppiParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.kernels.geometry import normalize_angle
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 Path = NDArray[np.float64]
 

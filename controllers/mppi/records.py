@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from controllers.base import FollowerSetup
 from controllers.mppi.params import MppiParams
 from controllers.records import fill_groups, record_of
-from gym_mapbench.footprint import Footprint
+from gym_mapbench.world.footprint import Footprint
 
 Record = NDArray[np.void]
 

@@ -33,8 +33,8 @@ from controllers.nav2_params.plugins import CONTROLLERS, Plugin, controller_kind
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.releases import Release
-from gym_mapbench.documents import parse_yaml, read_document_text
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.files.documents import parse_yaml, read_document_text
 
 
 @dataclass(frozen=True)

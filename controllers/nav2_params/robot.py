@@ -12,7 +12,7 @@ from controllers.nav2_params.navigation import ControllerPlugin, NavigationParam
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import SHIMS
 from gym_mapbench.costmap import CostmapParams
-from gym_mapbench.robot import RobotSpec
+from gym_mapbench.world.robot import RobotSpec
 
 MAX_CORNERS = 8
 """Largest number of corners that Box2D allows a polygon."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from controllers.nav2_params.findings import KINDS, Finding, Kind
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
-from gym_mapbench.robot import RobotSpec
+from gym_mapbench.world.robot import RobotSpec
 
 MOST = 6
 """How many reasons, and how many findings for each reason, the short summary names of one kind."""

@@ -21,8 +21,8 @@ from controllers.parameters import nest_dotted, overlay
 from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.robot import RobotSpec
 
 BASE_FRAME = "base_link"
 SCAN = {"topic": "/scan", "data_type": "LaserScan"}

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import FollowerSetup, PathFollower, Twist
-from controllers.checkers import PositionGoalChecker
 from controllers.nav2_params.navigation import GoalChecker
+from controllers.navigator.checkers import PositionGoalChecker
 from controllers.rotation_shim.kernels import turn_is_free
 from controllers.rotation_shim.params import RotationShimParams
 from controllers.rpp.regulation import reachable_turn_rate, rotation_speed
 from gym_mapbench.costmap import LETHAL_OBSTACLE, Costmap
-from gym_mapbench.scenario import Pose, wrap_angle
+from gym_mapbench.world.scenario import Pose, wrap_angle
 
 
 class RotationShimFollower:

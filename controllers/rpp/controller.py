@@ -13,7 +13,7 @@ from controllers.records import fill_groups, record_of
 from controllers.rpp import kernels
 from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 # The messages are worded as in Nav2, so that logs of both can be compared.
 REASONS = {

@@ -14,16 +14,16 @@ from evolution.driving import ControllerSpec, DriveSettings, Job, JobPlan, drive
 from evolution.pictures import colour_of, draw_map, lorenz_figure, maps_figure, new_figure, solved_lorenz_figure
 from evolution.runs import load_run
 from evolution.search import gini
-from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import build_static_costmap, inflation_costs
-from gym_mapbench.frames import IDENTITY
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.render import SeenCostmap, Snapshot, draw
 from gym_mapbench.generator import FAMILIES, draw_from
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.planners import make_planner
-from gym_mapbench.render import SeenCostmap, Snapshot, draw
-from gym_mapbench.robot import make_robot
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.world.frames import IDENTITY
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.robot import make_robot
+from gym_mapbench.world.scenario import Pose, Scenario
 
 ROOT = Path(__file__).parents[2]
 ROBOT = make_robot("turtlebot3_waffle")

@@ -6,7 +6,6 @@ well two sets of times agree.
 
 from __future__ import annotations
 
-from evolution.benchmark.again import again_in, again_sentence
 from evolution.benchmark.barn import (
     PREFIX,
     BarnScore,
@@ -18,10 +17,11 @@ from evolution.benchmark.barn import (
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
-from evolution.benchmark.in_words import table_of_pairs, table_of_scores
+from evolution.benchmark.reevaluation import again_in, again_sentence
 from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule
 from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
 from evolution.benchmark.scores import pair_rows, score_rows
+from evolution.benchmark.summary import table_of_pairs, table_of_scores
 
 __all__ = [
     "BENCHMARK",

@@ -19,12 +19,12 @@ from evolution.files import Row
 from evolution.statistics import rank_correlation
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.mapio.barn import GOAL_RADIUS, TIME_LIMIT, read_barn_path, read_dwa_reference, world_files
 from gym_mapbench.metrics import score_barn
-from gym_mapbench.robot import make_robot
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.robot import make_robot
+from gym_mapbench.world.scenario import Scenario
 
 PREFIX = "barn:"
 TOP_SPEED = 2.0

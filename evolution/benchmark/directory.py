@@ -16,7 +16,7 @@ from typing import Any
 
 from evolution.driving import JobPlan
 from evolution.files import DirectoryKind
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.world.scenario import Scenario
 
 BENCHMARK = DirectoryKind("benchmark", "benchmark.json", format_version=1)
 

@@ -17,10 +17,10 @@ from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
 from evolution.files import Document, Row, Table, Tabled, check_rows, read_json, write_text
 from evolution.runs import DrivenAgain
-from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.mapio.gazebo_package import RUNNER
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.metrics.episode import Outcome
+from gym_mapbench.world.scenario import Scenario
 
 BENCH, BENCH_TABLE = "bench.json", "bench.csv"
 TABLES = ("summary", "runs", "controllers", "pairs")

@@ -21,10 +21,10 @@ from evolution.training import algorithm_names, load_algorithm
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
-from gym_mapbench.noise import NOISES
 from gym_mapbench.planners import PLANNERS, PlannerEntry
 from gym_mapbench.registry import Registry
-from gym_mapbench.robot import ROBOTS
+from gym_mapbench.world.noise import NOISES
+from gym_mapbench.world.robot import ROBOTS
 
 ROLE = re.compile(r":\w+:`~?(?:[\w.]+\.)?(\w+)`")
 """A reference in a docstring; only its last name is shown."""

@@ -25,9 +25,9 @@ from evolution.commands.console import note
 from evolution.driving import DriveSettings, Job, JobPlan, available_cores, calibration_loop, drive
 from evolution.files import version_lines
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 
 LOG = logging.getLogger(__name__)
 EXAMPLES = """  mapbench doctor              what to send with a question"""

@@ -8,16 +8,16 @@ from functools import partial
 from pathlib import Path
 
 from controllers.base import Controller
-from controllers.navigator import Navigator
+from controllers.navigator.navigator import Navigator
 from evolution.commands import driving_options, options
 from evolution.commands.console import console
 from evolution.driving import JobPlan, check_room, drive, try_controllers
 from evolution.inputs import load_all, run_of, world_of
 from evolution.pictures import check_display, check_film, save_animation, show_animation
-from gym_mapbench.episode import Episode
+from gym_mapbench.env.render import SeenCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
-from gym_mapbench.render import SeenCostmap
+from gym_mapbench.metrics.episode import Episode
 
 LOG = logging.getLogger(__name__)
 EXAMPLES = """  mapbench drive runs/first --controller mppi --gif mppi.gif

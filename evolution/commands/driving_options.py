@@ -23,11 +23,11 @@ from evolution.driving import (
 )
 from evolution.runs import LoadedRun, experiment_in
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.noise import NOISES
 from gym_mapbench.planners import PLANNERS
-from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
+from gym_mapbench.world.noise import NOISES
+from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
 
 DEFAULT_PARAMS = "thesis"
 WORLD = EnvConfig()

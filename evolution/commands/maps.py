@@ -11,15 +11,15 @@ from rich.table import Table
 
 from evolution.commands import options
 from evolution.commands.console import console
-from evolution.commands.drawn_maps import add_draw
-from gym_mapbench.clearance import check_clearance
+from evolution.commands.sampled_maps import add_draw
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_map_file
 from gym_mapbench.mapio.movingai_check import check_scen
-from gym_mapbench.mapmeasures import measure_map
-from gym_mapbench.robot import ROBOTS, RobotSpec, make_robot
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.metrics.map_metrics import measure_map
+from gym_mapbench.world.clearance import check_clearance
+from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
+from gym_mapbench.world.scenario import Scenario
 
 EXAMPLES = """  mapbench maps info office.yaml --start 1,1,0 --goal 8,6,0
   mapbench maps convert arena.map.scen arena.yaml

@@ -11,7 +11,7 @@ from evolution.commands import COMMANDS
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.registry import Registry
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 
 def example_parser(

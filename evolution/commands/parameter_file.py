@@ -10,7 +10,7 @@ from controllers.nav2_params import PRESETS, Nav2Params, load_preset, read_nav2_
 from controllers.nav2_params.templates import parse_defines
 from controllers.releases import RELEASES, Release
 from evolution.commands.console import note
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 
 ONLY_FOR_FILES = ("define", "only")

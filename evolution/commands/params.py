@@ -14,7 +14,7 @@ from evolution.commands.console import console, note
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file
 from evolution.files import write_text
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.robot import RobotSpec, make_robot
+from gym_mapbench.world.robot import RobotSpec, make_robot
 
 EXAMPLES = """  mapbench params check nav2_params.yaml
   mapbench params check rosbot.yaml --define min_x=-0.1 --define max_x=0.1 --define min_y=-0.12 --define max_y=0.12

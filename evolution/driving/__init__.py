@@ -7,7 +7,6 @@ jobs, in whichever order the worker processes finish; what was driven before com
 from __future__ import annotations
 
 from evolution.driving.calibration import calibration_loop
-from evolution.driving.crew import Crew, RunJob
 from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS, Evaluator, OnRun
 from evolution.driving.executors import EXECUTORS
 from evolution.driving.jobs import (
@@ -23,8 +22,9 @@ from evolution.driving.jobs import (
     check_controllers,
     check_metric,
 )
-from evolution.driving.launching import available_cores
 from evolution.driving.one_run import environment_for, run_episode
+from evolution.driving.pool.process_start import available_cores
+from evolution.driving.pool.worker_setup import Crew, RunJob
 from evolution.driving.seeds import derive_seed
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation, warm_up

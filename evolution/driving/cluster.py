@@ -1,6 +1,6 @@
 """Runs on a Dask cluster: on the machines of a scheduler, or on this one.
 
-A Dask worker drives nothing itself. It keeps as many worker processes (:mod:`evolution.driving.processes`) as it has
+A Dask worker drives nothing itself. It keeps as many worker processes (:mod:`evolution.driving.pool`) as it has
 threads, so that on every machine a run that takes too long is killed, and a controller that kills its process costs its
 own run. What Dask does is to carry jobs and results, and to drive elsewhere what was lost with a machine.
 
@@ -27,10 +27,10 @@ from typing import Any, NamedTuple, TypeVar
 
 from distributed import Client, LocalCluster, Worker, WorkerPlugin, get_worker
 
-from evolution.driving.crew import Crew
-from evolution.driving.launching import may_have_children, worker_context
-from evolution.driving.processes import Processes
-from evolution.driving.serving import Answer, NotStartedError
+from evolution.driving.pool.process_start import may_have_children, worker_context
+from evolution.driving.pool.processes import Processes
+from evolution.driving.pool.worker_loop import Answer, NotStartedError
+from evolution.driving.pool.worker_setup import Crew
 from evolution.files import software
 from gym_mapbench.errors import ConfigError, RunError
 

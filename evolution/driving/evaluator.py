@@ -18,14 +18,14 @@ from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
-from evolution.driving.crew import Crew, RunJob, WarmUp, attempt, error_result, one_line
 from evolution.driving.executors import EXECUTORS
 from evolution.driving.jobs import Job, JobPlan, RunResult, SetResults
-from evolution.driving.processes import Processes, WorkerDiedError
-from evolution.driving.serving import NotStartedError
+from evolution.driving.pool.processes import Processes, WorkerDiedError
+from evolution.driving.pool.worker_loop import NotStartedError
+from evolution.driving.pool.worker_setup import Crew, RunJob, WarmUp, attempt, error_result, one_line
 from evolution.driving.store import ResultStore
 from gym_mapbench.errors import ConfigError, RunError
-from gym_mapbench.scenario import MapSet
+from gym_mapbench.world.scenario import MapSet
 
 LOG = logging.getLogger(__name__)
 

@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 
-from evolution.driving.crew import Crew
-from evolution.driving.launching import worker_context
-from evolution.driving.processes import Processes
+from evolution.driving.pool.process_start import worker_context
+from evolution.driving.pool.processes import Processes
+from evolution.driving.pool.worker_setup import Crew
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.registry import Registry, must_be_callable
 

@@ -18,12 +18,12 @@ from pydantic import AfterValidator, ConfigDict, Field, JsonValue, TypeAdapter
 
 from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
 from evolution.files import PACKAGE_VERSION
-from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import ConfigError, unknown_name, visible
 from gym_mapbench.metrics import METRICS
-from gym_mapbench.robot import RobotSpec
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.metrics.episode import Outcome
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.scenario import Scenario
 
 TIME = "time"
 """Name of the simulated seconds until the end, which may be compared like a metric."""

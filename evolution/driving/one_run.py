@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from controllers.base import Context, Controller
 from controllers.diagnosis import diagnose
-from controllers.navigator import Navigator
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.env import MapBenchEnv
-from gym_mapbench.episode import Episode, Event, Outcome
+from controllers.navigator.navigator import Navigator
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.groups import RewardSettings
+from gym_mapbench.env.single import MapBenchEnv
 from gym_mapbench.errors import NoPathError
-from gym_mapbench.groups import RewardSettings
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.metrics.episode import Episode, Event, Outcome
+from gym_mapbench.world.scenario import Scenario
 
 Floats = NDArray[np.float64]
 

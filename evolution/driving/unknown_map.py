@@ -12,7 +12,7 @@ from typing import Any
 from controllers.nav2_params import NavigationParams
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.gridmap import GridMap
+from gym_mapbench.world.gridmap import GridMap
 
 STATIC = "static_layer"
 COSTMAPS = ("global_costmap", "local_costmap")

@@ -20,19 +20,19 @@ from numpy.typing import NDArray
 
 from controllers.base import ControllerAbort, ControllerError, FollowerSetup, Twist
 from controllers.nav2_params import load_preset
-from controllers.navigator import Navigator
+from controllers.navigator.navigator import Navigator
 from controllers.registry import FOLLOWERS
 from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec
 from evolution.driving.one_run import context_of, environment_for, run_episode
 from evolution.driving.worker import DriveSettings, build_controller
-from gym_mapbench.clearance import measure_clearance
-from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.gridmap import GridMap
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.task import distance_to_goal
 from gym_mapbench.kernels.inflation import inflate
-from gym_mapbench.scenario import Pose, Scenario
-from gym_mapbench.task import distance_to_goal
+from gym_mapbench.world.clearance import measure_clearance
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 
 try:
     import fcntl

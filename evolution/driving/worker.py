@@ -17,21 +17,21 @@ from controllers.nav2_params import (
     read_nav2_params,
     robot_of,
 )
-from controllers.navigator import Navigator
+from controllers.navigator.navigator import Navigator
 from controllers.registry import CONTROLLERS, make_controller
 from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.unknown_map import check_sensors, without_map
-from gym_mapbench.clearance import check_clearance
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.episode import Episode
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
+from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.planners import PLANNERS
-from gym_mapbench.robot import RobotSpec
-from gym_mapbench.scenario import Scenario
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.clearance import check_clearance
+from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.scenario import Scenario
 
 
 class ParameterFile(Settings):

@@ -15,10 +15,10 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench import bounded
-from gym_mapbench.documents import parse_json
 from gym_mapbench.errors import RunError
-from gym_mapbench.gridmap import GridMap
+from gym_mapbench.files import bounded
+from gym_mapbench.files.documents import parse_json
+from gym_mapbench.world.gridmap import GridMap
 
 Row = dict[str, Any]
 """A line of a table, by column."""
@@ -194,7 +194,7 @@ def read_npz(path: Path, resolution: float, limit: int = MAX_BYTES) -> dict[str,
 
 
 def read_arrays(path: Path, limit: int) -> dict[str, NDArray[Any]]:
-    """Read the arrays of an ``.npz`` file, as :func:`gym_mapbench.bounded.read_arrays` does; raises ``RunError``."""
+    """Read the arrays of an ``.npz`` file as :func:`gym_mapbench.files.bounded.read_arrays`; raises ``RunError``."""
     return bounded.read_arrays(path, limit, RunError)
 
 

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from gym_mapbench.episode import Episode
+from gym_mapbench.env.render import SeenCostmap, Snapshot, Window, draw
 from gym_mapbench.errors import ConfigError, RunError
-from gym_mapbench.render import SeenCostmap, Snapshot, Window, draw
-from gym_mapbench.robot import RobotSpec
-from gym_mapbench.scenario import Pose
+from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.scenario import Pose
 
 FRAMES_PER_SECOND = 20
 MAX_FRAMES = 400

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from evolution.pictures.plots import draw_map, new_figure
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.world.scenario import Scenario
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gym_mapbench.episode import RECOVERY_KINDS, Episode
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode
+from gym_mapbench.world.scenario import Scenario
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -20,7 +20,7 @@ from evolution.pictures.plots import (
 )
 from evolution.runs import LoadedRun, experiment_in, typical_repeat
 from evolution.search import FITNESSES, Experiment, experiment_of
-from gym_mapbench.episode import Episode
+from gym_mapbench.metrics.episode import Episode
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,9 +6,9 @@ replays, tables and figures.
 
 from __future__ import annotations
 
-from evolution.report.of_benchmark import verdict_of_benchmark, write_benchmark_report
-from evolution.report.of_run import changed_replays
+from evolution.report.benchmark_page import verdict_of_benchmark, write_benchmark_report
 from evolution.report.page import Attachment, Section, Table, picture
+from evolution.report.run_page import changed_replays
 from evolution.report.sections import SECTIONS
 from evolution.report.writing import REPORT, new_page, write_report
 

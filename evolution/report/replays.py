@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evolution.pictures import colour_of
-from gym_mapbench.episode import RECOVERY_KINDS, Episode, Event
 from gym_mapbench.kernels.rectangles import merge_rectangles
+from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode, Event
 
 REPLAY_PERIOD = 0.1
 MARKED_KINDS = RECOVERY_KINDS | {"contact"}

@@ -12,10 +12,10 @@ from tempfile import TemporaryDirectory
 from evolution.benchmark import BENCHMARK
 from evolution.files import temporary_directory, write_text
 from evolution.pictures import FIGURES, FORMATS, drive_best, recorded_maps, write_run_figures
-from evolution.report.of_run import report_of_run
-from evolution.report.of_study import refused_replays, report_of_study
 from evolution.report.page import Report, render_page
+from evolution.report.run_page import report_of_run
 from evolution.report.sections import SECTIONS
+from evolution.report.study_page import refused_replays, report_of_study
 from evolution.runs import CONFIG, load_run
 from evolution.studies import (
     NAV2,

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
-from evolution.runs.driven_again import DrivenAgain, driven_again, fitness_of, judge
-from evolution.runs.filling import filling
+from evolution.runs.exclusive_store import filling
 from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, load_run, reached_maps
 from evolution.runs.recorded_world import recorded_experiment
+from evolution.runs.reevaluation import DrivenAgain, driven_again, fitness_of, judge
 from evolution.runs.results import (
     chosen_by,
     confirmation_in,

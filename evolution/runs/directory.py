@@ -46,7 +46,7 @@ from evolution.search import Confirmation, Evaluation, Experiment, Record
 from gym_mapbench.errors import MapBenchError, RunError
 from gym_mapbench.mapio.bundle import BEST_MAP_SET, bundle_document, read_bundle
 from gym_mapbench.mapio.tasked_map import group_scenarios
-from gym_mapbench.scenario import MapSet
+from gym_mapbench.world.scenario import MapSet
 
 CONFIG, CHECKPOINT, README = "config.json", "checkpoint.json", "README.txt"
 GENERATIONS, INDIVIDUALS, RUNS = "generations.csv", "individuals.csv", "runs.csv"

@@ -11,8 +11,8 @@ from pydantic import ConfigDict, Field, FiniteFloat
 
 from evolution.files import Document, Row, Versions, check
 from evolution.search import FitnessName
-from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import RunError
+from gym_mapbench.metrics.episode import Outcome
 
 Count = Annotated[int, Field(ge=1)]
 

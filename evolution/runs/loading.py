@@ -15,9 +15,9 @@ from evolution.runs.directory import CONFIG, MAPS, RunDir, controllers_in
 from evolution.search import Experiment, MapResults, experiment_of
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.generator import ShapeSettings, default_task
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import MapSet, Scenario
 from gym_mapbench.trust import refuse_code
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import MapSet, Scenario
 
 MOST_MAP_BYTES = 2_000_000_000
 """All maps of a run together, unpacked; a search of 100 000 maps of 100 x 100 cells takes half of it."""

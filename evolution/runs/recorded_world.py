@@ -10,7 +10,7 @@ from pydantic import ConfigDict, Field, FiniteFloat
 from evolution.files import Document, check
 from evolution.search import Experiment, experiment_of
 from gym_mapbench.errors import ConfigError, RunError
-from gym_mapbench.robot import RobotSpec
+from gym_mapbench.world.robot import RobotSpec
 
 
 class _Environment(Document):

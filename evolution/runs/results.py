@@ -11,7 +11,7 @@ import numpy as np
 from evolution.driving import RunResult
 from evolution.files import Row
 from evolution.search import Confirmation, Evaluation, MapResults, result_fields
-from gym_mapbench.scenario import MapSet
+from gym_mapbench.world.scenario import MapSet
 
 
 def named(map_set: MapSet) -> MapSet:

@@ -6,8 +6,7 @@ In: an :class:`Experiment` (options, controllers, world) and an evaluator that d
 
 from __future__ import annotations
 
-from evolution.search.confirmation import Confirmation
-from evolution.search.exact import MAX_MAPS, best_set
+from evolution.search.algorithms.problem import Evaluation
 from evolution.search.experiments import (
     DEFAULT_CONTROLLERS,
     DEFAULT_PRESET,
@@ -20,15 +19,16 @@ from evolution.search.experiments import (
     preset_names,
     read_document,
 )
-from evolution.search.fitness import Fitness, FitnessBreakdown, MapResults, calibrate_scale, order_of
+from evolution.search.judging.exact import MAX_MAPS, best_set
+from evolution.search.judging.fitness import Fitness, FitnessBreakdown, MapResults, calibrate_scale, order_of
+from evolution.search.judging.patterns import FITNESSES, Pattern, gini
 from evolution.search.loop import EvolveResult, Progress, Recorder, evolve
 from evolution.search.operators.changes import OPERATORS
 from evolution.search.operators.edits import Edit, Operator
 from evolution.search.operators.sampling import scenario_on
-from evolution.search.patterns import FITNESSES, Pattern, gini
-from evolution.search.problem import Evaluation
 from evolution.search.record import Record, result_fields, runs_on
 from evolution.search.settings import METRIC_NAMES, EvolveSettings, Experiment, FitnessName, MutationSettings
+from evolution.search.validation_stage import Confirmation
 
 __all__ = [
     "DEFAULT_CONTROLLERS",

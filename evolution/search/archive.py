@@ -10,9 +10,9 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import product
 
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult, SetResults
-from evolution.search.exact import MAX_MAPS, JudgedMap, Names, best_of_judged, judge_map
-from evolution.search.fitness import Fitness, MapResults, is_solved
-from gym_mapbench.scenario import MapSet, Scenario
+from evolution.search.judging.exact import MAX_MAPS, JudgedMap, Names, best_of_judged, judge_map
+from evolution.search.judging.fitness import Fitness, MapResults, is_solved
+from gym_mapbench.world.scenario import MapSet, Scenario
 
 MAX_EXCHANGES = 100
 

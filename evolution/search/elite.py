@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from evolution.search.archive import Archive
 from evolution.search.budget import Budget
-from evolution.search.exact import Names
-from evolution.search.fitness import Fitness
+from evolution.search.judging.exact import Names
+from evolution.search.judging.fitness import Fitness
 from evolution.search.settings import EvolveSettings
 
 MAX_ROUNDS = 3

@@ -14,11 +14,11 @@ from controllers.nav2_params.presets import overlay
 from evolution.driving import ControllerSpec, DriveSettings, check_room, try_controllers
 from evolution.search.operators.sampling import scenario_on
 from evolution.search.settings import Experiment, RunSettingsModel
-from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_from
-from gym_mapbench.scenario import Scenario
 from gym_mapbench.trust import refuse_code
+from gym_mapbench.world.scenario import Scenario
 
 SECTIONS = ("search", "controllers", "run")
 DEFAULT_PRESET = "robust"

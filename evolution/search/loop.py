@@ -21,21 +21,21 @@ from pymoo.core.individual import Individual
 
 from evolution.driving import Evaluator, OnRun
 from evolution.files import Row
+from evolution.search.algorithms.problem import Evaluation, MapSetProblem, ask, make_algorithm, rejudge
 from evolution.search.archive import Archive
 from evolution.search.budget import Budget
-from evolution.search.confirmation import Confirmation, confirm
 from evolution.search.elite import find_elite
-from evolution.search.fitness import Fitness
-from evolution.search.operators.credit import Trial
+from evolution.search.judging.fitness import Fitness
+from evolution.search.operators.adaptive import Trial
 from evolution.search.operators.mutation import MapMutation, Mutator
 from evolution.search.operators.sampling import DrawMap
-from evolution.search.problem import Evaluation, MapSetProblem, ask, make_algorithm, rejudge
 from evolution.search.record import Record, best_of
 from evolution.search.settings import Experiment
+from evolution.search.validation_stage import Confirmation, confirm
 from gym_mapbench.errors import RunError
 from gym_mapbench.generator import draw_map as draw_from_families
 from gym_mapbench.generator import sample_map
-from gym_mapbench.scenario import MapSet
+from gym_mapbench.world.scenario import MapSet
 
 
 @dataclass(frozen=True)

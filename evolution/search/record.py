@@ -13,8 +13,8 @@ import numpy as np
 
 from evolution.driving import RESULT_FIELDS, Job, JobPlan, RunResult
 from evolution.files import Row
-from evolution.search.problem import Evaluation
-from gym_mapbench.gridmap import GridMap
+from evolution.search.algorithms.problem import Evaluation
+from gym_mapbench.world.gridmap import GridMap
 
 DrivenRun = tuple[Job, RunResult]
 

@@ -17,12 +17,12 @@ from pydantic import (
 )
 
 from evolution.driving import TIME, ControllerSpec, JobPlan, RunSettings, check_controllers, check_metric
+from evolution.search.judging.patterns import FITNESSES
 from evolution.search.operators.changes import OPERATORS
-from evolution.search.patterns import FITNESSES
-from gym_mapbench.episode import Outcome
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import FamilySpecs, ShapeSettings
 from gym_mapbench.metrics import METRICS
+from gym_mapbench.metrics.episode import Outcome
 from gym_mapbench.settings import Settings
 
 Probability = Annotated[float, Field(ge=0, le=1)]
@@ -60,7 +60,7 @@ class MutationSettings(Settings):
         maps: Whether ``all`` maps of an individual are mutated, as in the thesis, or ``one``.
         drivable: Whether a mutation must leave a way that Nav2 can plan; it is drawn anew where it does not, 20 times
             at most.
-        adaptive: Whether operators that improve sets are used more (:mod:`evolution.search.operators.credit`); only
+        adaptive: Whether operators that improve sets are used more (:mod:`evolution.search.operators.adaptive`); only
             where one map is mutated at a time, so that it is known which change did it.
         operators: Further operators by name, with the probability that each is applied to a chosen obstacle (see
             :mod:`evolution.search.operators.changes`): ``nudge``, ``near_way``, ``door`` and ``redraw``, which look at
@@ -146,7 +146,7 @@ class EvolveSettings(Settings):
 
     Args:
         fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), ``roles``, ``pairs``, or a third-party fitness
-            (see :mod:`evolution.search.patterns`).
+            (see :mod:`evolution.search.judging.patterns`).
         algorithm: ``ga``, or the baseline ``random``, which samples every generation anew.
         pop_size: Individuals in the population, and offspring per generation.
         evaluations: Individuals evaluated in total, including the first population.

@@ -16,9 +16,9 @@ from __future__ import annotations
 
 from evolution.studies.analysis.comparisons import Comparison, StudyAnalysis, analyse
 from evolution.studies.analysis.figures import BestSet, StudyFigure, drive_best_sets, write_study_figures
-from evolution.studies.analysis.fresh import fresh_rows
+from evolution.studies.analysis.held_out import fresh_rows
 from evolution.studies.analysis.loading import load_results
-from evolution.studies.analysis.promises import promise_rows
+from evolution.studies.analysis.reported_fitness import promise_rows
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.analysis.tables import (
     map_rows,

@@ -21,7 +21,7 @@ from evolution.driving import (
 )
 from evolution.search import Experiment, experiment_of
 from evolution.studies.baselines.path_length import PLANNER, plan_job
-from gym_mapbench.episode import Episode
+from gym_mapbench.metrics.episode import Episode
 
 E = TypeVar("E", bound=Evaluator)
 

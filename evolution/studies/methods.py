@@ -33,7 +33,7 @@ from evolution.search import (
 from evolution.studies.baselines.path_length import PathLengthFitness, planned
 from evolution.studies.directory import StudyDir
 from evolution.studies.tasks import Task
-from gym_mapbench.scenario import MapSet
+from gym_mapbench.world.scenario import MapSet
 
 OnGeneration = Callable[[Progress], None]
 

@@ -12,8 +12,8 @@ from pydantic import AfterValidator, Field, JsonValue, field_validator, model_va
 
 from controllers.nav2_params.presets import overlay
 from evolution.search import SECTIONS
-from gym_mapbench.documents import read_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import Cellular
 from gym_mapbench.settings import Settings
 from gym_mapbench.trust import refuse_code

@@ -15,7 +15,7 @@ from evolution.studies.directory import StudyDir
 from evolution.studies.engine import Engine
 from evolution.studies.settings import MAX_SEED, Configuration, StudySettings
 from gym_mapbench.errors import ConfigError, RunError
-from gym_mapbench.noise import read_noise
+from gym_mapbench.world.noise import read_noise
 
 
 @dataclass(frozen=True)

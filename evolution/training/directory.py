@@ -25,7 +25,7 @@ from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.mapio.bundle import bundle_document, parse_bundle
 from gym_mapbench.mapio.tasked_map import group_scenarios
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.world.scenario import Scenario
 
 CONFIG, STATE, CURVE, README = "training.json", "state.json", "curve.csv", "README.txt"
 BEST, LATEST, CHECKPOINTS, FIGURES, LOGS = "best_model.zip", "model.zip", "checkpoints", "figures", "tensorboard"

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from controllers.learned import EncodingSettings, Features
 from evolution.statistics import wilson_interval
 from evolution.training.worlds import EncodedWorlds
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.world.scenario import Scenario
 
 WORLDS = 64
 """Most worlds that are stepped together."""

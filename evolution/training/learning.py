@@ -33,10 +33,10 @@ from evolution.training.evaluation import Judgement, judge
 from evolution.training.levels import GivenLevels, Levels, RandomLevels, ReplayedLevels
 from evolution.training.record import Recorder, TrainProgress
 from evolution.training.settings import TrainSettings
-from gym_mapbench.clearance import check_clearance
+from gym_mapbench.env.scenario_source import draw_scenario, is_planned
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.scenario import Scenario
-from gym_mapbench.scenario_source import draw_scenario, is_planned
+from gym_mapbench.world.clearance import check_clearance
+from gym_mapbench.world.scenario import Scenario
 
 HELD_OUT = 20_260_713
 """Seed of the random maps that policies are judged on: the same in every training."""

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evolution.training.settings import ReplaySettings, Stage
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.random_task import draw_task
-from gym_mapbench.scenario import Scenario
-from gym_mapbench.scenario_source import draw_scenario, is_planned
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.random_task import draw_task
+from gym_mapbench.env.scenario_source import draw_scenario, is_planned
+from gym_mapbench.world.scenario import Scenario
 
 POOL = 3000
 """Random maps that are kept for further episodes."""

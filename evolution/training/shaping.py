@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evolution.training.settings import ShapingSettings
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 
 CLOSER = 0.1
 """Distance by which a robot must come closer to the goal than ever before in its episode not to count as stalled, m."""

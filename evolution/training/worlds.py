@@ -15,8 +15,8 @@ import gym_mapbench  # noqa: F401, registers MapBench-v0
 from controllers.learned import EncodingSettings, Features, Sight
 from evolution.training.settings import ShapingSettings
 from evolution.training.shaping import Shaping
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.world.scenario import Scenario
 
 UNSHAPED = ShapingSettings()
 

@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from controllers.navigator import Navigator
+from controllers.navigator.navigator import Navigator
 from evolution.driving import environment_for, run_episode
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset
 from evolution.validation.setup import KINDS, make_follower, navigation_of, robot_of
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.episode import Episode
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Scenario
 
 NEAR_CONTACT = 0.005
 """m; recorded runs this close to touching a wall are counted apart: Box2D stops a robot that the recording let pass."""

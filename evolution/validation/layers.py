@@ -18,9 +18,9 @@ from evolution.validation.recorded import Arrays, read_arrays, read_config
 from gym_mapbench.costmap import CostmapParams, LaserScan, LayeredCostmap
 from gym_mapbench.costmap.obstacle_layer import ObstacleGrid
 from gym_mapbench.errors import ConfigError, MapFormatError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 
 Grids = Mapping[int, NDArray[np.uint8]]
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from controllers.releases import RELEASES, Release
 from evolution.validation.recorded import Arrays, read_arrays, read_config, read_json
 from gym_mapbench.errors import MapFormatError
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 
 _REQUIRED = {
     "maps.npz": ("occupied", "map_id"),

@@ -9,8 +9,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from gym_mapbench import bounded
 from gym_mapbench.errors import MapFormatError
+from gym_mapbench.files import bounded
 
 Arrays = dict[str, NDArray[Any]]
 

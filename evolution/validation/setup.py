@@ -19,10 +19,10 @@ from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.registry import FOLLOWERS
 from evolution.validation.oracle import Oracle, Preset
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_static_costmap
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
-from gym_mapbench.robot import RobotSpec
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.robot import RobotSpec
 
 WINDOW_METERS = 3
 

@@ -19,7 +19,7 @@ from evolution.validation.setup import follower_setup, full_costmaps, make_follo
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.planners.navfn import NavfnPlanner
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 OTHERS = {"Graceful": "graceful", "RotationShim": "shim"}
 """Prefix of the column names, by controller, for controllers that only some recordings have."""

@@ -1,7 +1,7 @@
 """Costmap: Nav2's cost values on a grid.
 
 Source: nav2_costmap_2d (Humble). ``costs[row, col]`` has row 0 at the bottom, as
-:class:`~gym_mapbench.gridmap.GridMap` and Nav2's own ``my``.
+:class:`~gym_mapbench.world.gridmap.GridMap` and Nav2's own ``my``.
 """
 
 from __future__ import annotations

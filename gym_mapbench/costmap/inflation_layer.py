@@ -15,9 +15,9 @@ from gym_mapbench.costmap.grid import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTAC
 from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
 from gym_mapbench.costmap.params import CostmapParams, InflationLayer
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
 from gym_mapbench.kernels.inflation import inflate, widen
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.scenario import Pose
 
 MAX_REACH_CELLS = 2000
 EVERYWHERE = -math.inf, -math.inf, math.inf, math.inf

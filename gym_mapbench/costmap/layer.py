@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.frames import IDENTITY
 from gym_mapbench.kernels.layers import cells_in
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.frames import IDENTITY
+from gym_mapbench.world.scenario import Pose
 
 Costs = NDArray[np.uint8]
 Box = NDArray[np.float64]

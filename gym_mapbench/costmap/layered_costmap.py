@@ -15,11 +15,11 @@ from gym_mapbench.costmap.params import CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
 from gym_mapbench.costmap.static_layer import StaticMap, static_costs
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.frames import IDENTITY
-from gym_mapbench.gridmap import MAX_CELLS, GridMap
 from gym_mapbench.kernels.layers import shifted
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.frames import IDENTITY
+from gym_mapbench.world.gridmap import MAX_CELLS, GridMap
+from gym_mapbench.world.scenario import Pose
 
 
 def build_static_costmap(grid: GridMap, params: CostmapParams, footprint: Footprint) -> Costmap:

@@ -12,12 +12,12 @@ from gym_mapbench.costmap.grid import FREE_SPACE, NO_INFORMATION
 from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
 from gym_mapbench.costmap.params import CostmapParams, ObstacleLayer, VoxelLayer
 from gym_mapbench.costmap.scan import LaserScan, Observation
-from gym_mapbench.footprint import Footprint
 from gym_mapbench.kernels.footprint import clear_polygon, touch_footprint
 from gym_mapbench.kernels.layers import combine, shifted
 from gym_mapbench.kernels.obstacle_layer import clear_rays, mark_hits
 from gym_mapbench.kernels.voxel_layer import HALF, UNKNOWN_COLUMN, clear_voxels, mark_voxels
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.scenario import Pose
 
 
 class ObstacleGrid(Layer):

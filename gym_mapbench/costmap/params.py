@@ -10,12 +10,12 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from gym_mapbench.documents import parse_yaml
 from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.footprint import Footprint
+from gym_mapbench.files.documents import parse_yaml
 from gym_mapbench.releases import Release
-from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.robot import RobotSpec
 
 MAX_CELLS = 25_000_000
 """Largest costmap: 5000 x 5000 cells."""

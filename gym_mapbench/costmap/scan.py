@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.kernels.scan import project_scan
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 SHORT_OF_RANGE_MAX = np.float32(1e-4)
 

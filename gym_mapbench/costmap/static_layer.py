@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from gym_mapbench.costmap.grid import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
 from gym_mapbench.costmap.params import CostmapParams
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.layers import MAX, TRUE_OVERWRITE, combine, write_map
 from gym_mapbench.kernels.raytrace import touch
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 
 
 def static_costs(grid: GridMap, params: CostmapParams) -> NDArray[np.uint8]:

@@ -20,10 +20,10 @@ from gym_mapbench.generator.shapes import (
     interior,
     sample_map,
 )
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
-from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.robot import RobotSpec
 
 MAX_DRAWS = 200
 LONGEST_PLAN = 0.9

@@ -15,12 +15,12 @@ from pydantic import Field, model_validator
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator.ranges import CellRange, NumberRange, draw_count
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels import shapes as kernels
 from gym_mapbench.kernels.jit import plain
 from gym_mapbench.kernels.shapes import occupy, scatter
-from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 
 Cells = NDArray[np.bool_]
 Probability = Annotated[float, Field(ge=0, le=1)]

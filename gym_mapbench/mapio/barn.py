@@ -23,10 +23,10 @@ from defusedxml.ElementTree import fromstring
 from numpy.typing import NDArray
 
 from gym_mapbench.errors import MapFormatError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.source import as_number, read_bytes, read_text, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 
 RESOLUTION = 0.15
 COLS = 30

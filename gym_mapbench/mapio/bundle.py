@@ -21,10 +21,10 @@ from pathlib import Path
 from typing import Any
 
 from gym_mapbench.errors import ConfigError, MapFormatError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.source import MAX_JSON_BYTES, as_number, as_numbers, check_size, read_json, short
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
-from gym_mapbench.scenario import MapSet, Pose
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import MapSet, Pose
 
 FORMAT = "mapbench-mapset"
 VERSION = 1

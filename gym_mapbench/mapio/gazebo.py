@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 from gym_mapbench.mapio.gazebo_package import Bundle
 from gym_mapbench.mapio.gazebo_robot import RobotModel
@@ -21,8 +20,9 @@ from gym_mapbench.mapio.mesh import Mesh, wall_mesh
 from gym_mapbench.mapio.output import Files, check_names, write_new_folder
 from gym_mapbench.mapio.poses import poses_yaml, waypoints_yaml
 from gym_mapbench.mapio.rendering import render
-from gym_mapbench.robot import RobotSpec
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.world.lidar import LidarSettings
+from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.scenario import Scenario
 
 ROBOT_MODELS = {"classic": "mapbench_robot", "gz": "mapbench_robot_gz"}
 SDF_VERSIONS = {"classic": "1.6", "gz": "1.8"}

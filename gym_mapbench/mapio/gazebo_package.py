@@ -13,7 +13,7 @@ from gym_mapbench.mapio.output import Files
 from gym_mapbench.mapio.rendering import render
 from gym_mapbench.mapio.runner_results import COLUMNS
 from gym_mapbench.releases import Release
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.world.scenario import Scenario
 
 SIMULATORS: dict[Release, tuple[str, ...]] = {"humble": ("classic", "gz"), "jazzy": ("gz",)}
 """Simulators that have packages for a release, the usual one first."""

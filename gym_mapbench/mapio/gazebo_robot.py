@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gym_mapbench.lidar import LidarSettings
-from gym_mapbench.robot import RobotSpec
+from gym_mapbench.world.lidar import LidarSettings
+from gym_mapbench.world.robot import RobotSpec
 
 WHEEL_RADIUS = 0.033
 """Radius of a TurtleBot3's wheels, m."""

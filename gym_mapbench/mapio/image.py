@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from gym_mapbench.errors import ConfigError, MapFormatError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.netpbm import decode_pgm
 from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.source import check_size, read_bytes
 from gym_mapbench.mapio.tasked_map import TaskedMap
+from gym_mapbench.world.gridmap import GridMap
 
 IMAGE_SUFFIXES = frozenset({".png", ".pgm", ".bmp", ".jpg", ".jpeg"})
 DEFAULT_RESOLUTION = 0.05

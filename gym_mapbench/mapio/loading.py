@@ -12,13 +12,13 @@ import numpy as np
 
 from gym_mapbench.errors import ConfigError, MapFormatError, PluginError
 from gym_mapbench.generator import ShapeSettings, default_task, task_cells
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.formats import FORMATS, MapFormat
 from gym_mapbench.mapio.image import DEFAULT_THRESHOLD
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap
 from gym_mapbench.registry import accepted_keywords
-from gym_mapbench.scenario import MapSet, Pose, Scenario
 from gym_mapbench.trust import MODULE_ATTRIBUTE
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 
 LOG = logging.getLogger(__name__)
 

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.errors import MapFormatError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.image import Picture, grey_levels, look_up, read_picture
 from gym_mapbench.mapio.netpbm import encode_pgm
 from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.poses import find_poses, poses_yaml, read_poses, yaml_float
 from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, read_yaml_file, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
+from gym_mapbench.world.gridmap import GridMap
 
 OCCUPIED_THRESH = 0.65
 FREE_THRESH = 0.25

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.gridmap import GridMap
+from gym_mapbench.world.gridmap import GridMap
 
 SLIDE = 1e-3
 """How far corners that touch only each other move apart, in cells; still resolved by float32 on a map of 100 m."""

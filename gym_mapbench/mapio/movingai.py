@@ -20,12 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.errors import ConfigError, MapFormatError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.distance import geodesic_distance
 from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.source import as_number, check_size, file_inside, read_bytes, read_text, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 
 DEFAULT_RESOLUTION = 1.0
 PASSABLE = b".GS"

@@ -18,7 +18,7 @@ from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.map_server import read_map_server_grid
 from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, read_json, read_text, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 CONFIG = "config.txt"
 TASKS = "tasks.json"

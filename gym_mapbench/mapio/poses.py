@@ -8,7 +8,7 @@ from pathlib import Path
 
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.source import as_numbers, read_yaml_file, short
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 
 def find_poses(map_path: Path) -> Path | None:

@@ -8,9 +8,9 @@ import reprlib
 from pathlib import Path
 from typing import Any
 
-from gym_mapbench import bounded
-from gym_mapbench.documents import parse_json, parse_yaml
 from gym_mapbench.errors import ConfigError, MapFormatError
+from gym_mapbench.files import bounded
+from gym_mapbench.files.documents import parse_json, parse_yaml
 
 MAX_MAP_CELLS = 25_000_000
 """Largest map read from a file (5000 x 5000); what a header claims is checked before anything is allocated."""

@@ -8,8 +8,8 @@ from itertools import groupby
 from typing import NamedTuple
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 
 
 class Task(NamedTuple):

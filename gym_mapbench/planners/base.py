@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gym_mapbench.costmap import LETHAL_OBSTACLE, Costmap
 from gym_mapbench.errors import EndpointError, NoPathError
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 Path = NDArray[np.float64]
 

@@ -21,8 +21,8 @@ from gym_mapbench.errors import EndpointError
 from gym_mapbench.kernels.wavefront import COST_NEUTRAL, COST_OBS, POT_HIGH, descend, spread
 from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay
 from gym_mapbench.releases import Release
-from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.scenario import Pose
 
 COST_FACTOR = 0.8
 AT_GOAL_SQUARED = 1e-6

@@ -15,8 +15,8 @@ from pydantic import Field
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.kernels.smac_2d import search_cells, smooth
 from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay, to_centres
-from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.scenario import Pose
 
 MAX_NON_OBSTACLE = 252
 SHORTEST_SMOOTHED = 12

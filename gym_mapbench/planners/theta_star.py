@@ -17,8 +17,8 @@ from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Co
 from gym_mapbench.errors import EndpointError
 from gym_mapbench.kernels.theta_star import search_corners
 from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay, to_centres
-from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.scenario import Pose
 
 MAX_NON_OBSTACLE = 252
 NEUTRAL_COST = 26

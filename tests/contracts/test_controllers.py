@@ -12,12 +12,12 @@ import pytest
 from controllers.base import Controller
 from controllers.registry import controller_names, make_controller
 from evolution.driving.one_run import environment_for, run_episode
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.episode import Episode
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.groups import OBSERVATION_KEYS
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.groups import OBSERVATION_KEYS
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 
 NAMES = controller_names()
 ROOM = GridMap.from_rows(("#" * 70, *["#" + "." * 68 + "#"] * 38, "#" * 70), 0.05)

@@ -11,7 +11,7 @@ from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 import gym_mapbench  # noqa: F401, registers the env
-from gym_mapbench.groups import OBSERVATION_KEYS
+from gym_mapbench.env.groups import OBSERVATION_KEYS
 
 NORMALISED = "normalized space|normalized Box action space"
 """What both checkers recommend for actions. The default's are m/s and rad/s; ``action="normalized"`` follows it."""

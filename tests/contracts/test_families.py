@@ -9,6 +9,7 @@ import pytest
 from scipy import ndimage
 
 from gym_mapbench.costmap import CostmapParams, build_static_costmap
+from gym_mapbench.env.task import DistanceToGoal
 from gym_mapbench.generator import (
     FAMILIES,
     FamilySpec,
@@ -18,11 +19,10 @@ from gym_mapbench.generator import (
     draw_from,
     make_family,
 )
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.planners import make_planner
-from gym_mapbench.robot import make_robot
-from gym_mapbench.scenario import Scenario
-from gym_mapbench.task import DistanceToGoal
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.robot import make_robot
+from gym_mapbench.world.scenario import Scenario
 
 THESIS = ShapeSettings()
 DRAWS = 100

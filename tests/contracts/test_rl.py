@@ -22,8 +22,8 @@ from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 import gym_mapbench  # noqa: F401, registers the env
 from evolution.driving import environment_for, run_episode
-from gym_mapbench.env import MapBenchEnv
-from gym_mapbench.groups import OBSERVATION_KEYS
+from gym_mapbench.env.groups import OBSERVATION_KEYS
+from gym_mapbench.env.single import MapBenchEnv
 from tests.contracts.test_envs import NORMALISED
 
 SMALL = {"lidar": {"beams": 6}, "costmap": {"cells": 36}, "path": {"points": 3}, "time_limit": 3.0}
@@ -150,7 +150,7 @@ def test_stable_baselines3_learns_on_the_env_as_it_is_and_the_model_drives(algor
     import stable_baselines3
 
     from controllers.registry import make_controller
-    from gym_mapbench.scenario_source import draw_scenario
+    from gym_mapbench.env.scenario_source import draw_scenario
 
     replay = {"buffer_size": 400, "learning_starts": 50} if algorithm in ("SAC", "TD3", "DDPG") else {"n_steps": 64}
     env = gymnasium.make("MapBench-v0", **LEARNABLE)

@@ -9,12 +9,12 @@ import numpy as np
 
 from controllers.base import STOP, Context, Twist
 from controllers.nav2_params import NavigationParams, load_preset
-from controllers.navigator import Navigator
+from controllers.navigator.navigator import Navigator
 from gym_mapbench.costmap import CostmapParams
-from gym_mapbench.frames import IDENTITY, compose
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.robot import make_robot
-from gym_mapbench.scenario import Pose, wrap_angle
+from gym_mapbench.world.frames import IDENTITY, compose
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.robot import make_robot
+from gym_mapbench.world.scenario import Pose, wrap_angle
 
 PERIOD = 0.05
 START, GOAL = Pose(1.0, 1.0, 0.0), Pose(4.0, 1.0, 0.0)

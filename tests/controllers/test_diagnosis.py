@@ -10,11 +10,11 @@ import pytest
 from controllers.diagnosis import ADVICE, diagnose, where_it_stood, who_gave_up
 from evolution import bench
 from gym_mapbench.costmap import Costmap
-from gym_mapbench.episode import Event
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.metrics.episode import Event
 from gym_mapbench.planners import make_planner
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

@@ -17,8 +17,8 @@ from controllers.parameters import nest_dotted
 from controllers.releases import RELEASES
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_dwb import Twin, cells_on_map, flood
 
 STANDARD = "dwb_plugins::StandardTrajectoryGenerator"

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from controllers.learned.encoding import FEATURES, SOURCES, Encoder, EncodingSettings
 from controllers.learned.kernels import free_arcs
 from controllers.learned.memory import Frames, Sight
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.env import MapBenchEnv
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.single import MapBenchEnv
 from gym_mapbench.errors import ConfigError
 
 WORLD = EnvConfig(lidar={"beams": 8, "range_max": 3.5}, path={"points": 3}, costmap={"cells": 4})

@@ -8,9 +8,9 @@ import pytest
 from controllers.nav2_params.plugins import SHIMS
 from controllers.registry import make_controller
 from evolution.driving.one_run import environment_for, run_episode
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 
 ROWS, COLS = 80, 100
 

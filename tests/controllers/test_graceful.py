@@ -16,8 +16,8 @@ from controllers.graceful.kernels.following import COLLISION, EMPTY_PLAN
 from controllers.graceful.params import GracefulParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_graceful import PlainGraceful
 from tests.controllers.test_rpp import (
     DISC,

@@ -26,9 +26,9 @@ from controllers.mppi.params import CRITIC_NAMES, JAZZY_DEFAULTS, RENAMED_KEYS, 
 from controllers.mppi.path_handler import PathHandler
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
 from gym_mapbench.kernels.jit import kernel
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_mppi import PlainMppi, closest, smooth, smooth_copy
 
 STEPS = 56

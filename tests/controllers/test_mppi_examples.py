@@ -11,8 +11,8 @@ from controllers.mppi.evaluation import evaluate
 from controllers.mppi.params import MppiParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.scenario import Pose
 
 STEPS = 56
 LONG_PATH = np.column_stack([0.025 * np.arange(61), np.zeros(61), np.zeros(61)])

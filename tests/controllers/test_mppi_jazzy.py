@@ -20,8 +20,8 @@ from controllers.mppi.path_handler import PathHandler
 from controllers.mppi.records import CALL, make_tuning
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_mppi import PlainMppi
 from tests.controllers.test_mppi import (
     RECTANGLE,

@@ -23,7 +23,7 @@ from controllers.nav2_params.navigation import (
 from controllers.nav2_params.parsing import SECTIONS
 from gym_mapbench.costmap import CostmapParams, InflationLayer, ObservationSource, ObstacleLayer
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.robot import make_robot
+from gym_mapbench.world.robot import make_robot
 from tests.oracle_data import DATA, needs_data
 
 SAMPLE = """

@@ -15,17 +15,17 @@ from controllers.dwb.params import DwbParams
 from controllers.mppi.controller import MppiFollower
 from controllers.mppi.params import MppiParams
 from controllers.nav2_params import load_preset
-from controllers.navigator import Navigator
+from controllers.navigator.navigator import Navigator
 from controllers.rpp.controller import RppFollower
 from evolution.driving.one_run import environment_for, run_episode
-from gym_mapbench.clearance import measure_clearance
-from gym_mapbench.config import EnvConfig
 from gym_mapbench.costmap import Costmap, CostmapParams
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.frames import IDENTITY, compose, relate, transform_path
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.robot import RobotSpec
-from gym_mapbench.scenario import Pose, Scenario, wrap_angle
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.world.clearance import measure_clearance
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.frames import IDENTITY, compose, relate, transform_path
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.scenario import Pose, Scenario, wrap_angle
 from tests.controllers.plain_follower import PERIOD, Drive, PlainFollower, context, plain_navigation
 
 FRAMES = st.builds(

@@ -17,7 +17,7 @@ from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.presets import read_preset
 from controllers.nav2_params.templates import fill_templates, find_template, parse_defines
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.robot import RobotSpec
+from gym_mapbench.world.robot import RobotSpec
 from tests.oracle_data import DATA, needs_data
 
 DWB = {"plugin": "dwb_core::DWBLocalPlanner", "max_vel_x": 0.3, "max_vel_theta": 1.0, "critics": ["PathDist"]}

@@ -5,7 +5,7 @@ from importlib.metadata import EntryPoint
 import pytest
 
 from controllers.nav2_params import load_preset, parse_nav2_params
-from controllers.navigator import Navigator
+from controllers.navigator.navigator import Navigator
 from controllers.registry import FOLLOWERS, controller_names, make_controller
 from controllers.rl import as_controller
 from gym_mapbench import registry

@@ -10,7 +10,7 @@ from controllers.registry import make_controller
 from controllers.releases import RELEASES
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.robot import make_robot
+from gym_mapbench.world.robot import make_robot
 
 OF_JAZZY = ("jazzy", "jazzy_fair")
 

@@ -11,7 +11,7 @@ from gymnasium.spaces import Box, Dict
 
 from controllers.registry import make_controller
 from controllers.rl import as_controller, load_sb3
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from tests.controllers.plain_follower import context
 

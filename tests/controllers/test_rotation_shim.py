@@ -15,8 +15,8 @@ from controllers.registry import FOLLOWERS, PRIMARIES
 from controllers.rotation_shim.controller import RotationShimFollower
 from controllers.rotation_shim.params import RotationShimParams
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.scenario import Pose, wrap_angle
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.scenario import Pose, wrap_angle
 from tests.controllers.plain_rpp import outline_cost
 from tests.controllers.test_rpp import DISC, ORIGIN, angles, costmaps, free_map, make_setup, shifted, straight
 

@@ -17,8 +17,8 @@ from controllers.rpp.kernels import COLLISION_AHEAD, EMPTY_PLAN, OFF_COSTMAP, SI
 from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_rpp import PlainRpp
 
 ORIGIN = Pose(0.0, 0.0, 0.0)

@@ -14,10 +14,10 @@ from controllers.learned.trained import TrainedPolicy
 from controllers.registry import make_controller
 from controllers.rl import as_controller
 from evolution.driving import environment_for, run_episode
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 
 WORLD = EnvConfig(control_hz=5.0, lidar={"beams": 16, "range_max": 6.0})
 ROOM = Scenario(GridMap.from_rows(["#" * 60, *["#" + "." * 58 + "#"] * 58, "#" * 60]), Pose(1.0, 1.0), Pose(2.0, 1.0))

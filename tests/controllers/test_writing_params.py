@@ -29,7 +29,7 @@ from controllers.nav2_params.navigation import (
 from controllers.nav2_params.plugins import CONTROLLERS
 from gym_mapbench.costmap import CostmapParams, InflationLayer, ObservationSource, ObstacleLayer
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.robot import make_robot
+from gym_mapbench.world.robot import make_robot
 
 positive = st.floats(0.01, 10)
 axes = st.tuples(positive, st.just(0.0), positive)

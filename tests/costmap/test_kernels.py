@@ -17,7 +17,7 @@ from gym_mapbench.kernels.layers import shifted
 from gym_mapbench.kernels.obstacle_layer import clear_rays, mark_hits
 from gym_mapbench.kernels.raytrace import line_cell
 from gym_mapbench.kernels.voxel_layer import UNKNOWN_COLUMN, clear_voxels, mark_voxels
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 from tests.costmap.plain_layers import (
     PlainVoxels,
     cell_of,

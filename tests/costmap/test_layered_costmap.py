@@ -23,10 +23,10 @@ from gym_mapbench.costmap import (
     build_static_costmap,
 )
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.lidar import Lidar, LidarSettings
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.lidar import Lidar, LidarSettings
+from gym_mapbench.world.scenario import Pose
 
 DISC = Footprint.from_radius(0.22)
 POINT = Footprint.from_radius(0.001, 0.0)

@@ -21,10 +21,10 @@ from gym_mapbench.costmap import (
     inflation_costs,
 )
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.inflation import OUT_OF_REACH, brushfire
-from gym_mapbench.robot import make_robot
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.robot import make_robot
 
 DISC = Footprint.from_radius(0.22)
 GRIDS = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=14))

@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-from evolution.driving.crew import Crew
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
+from evolution.driving.pool.worker_setup import Crew
 from gym_mapbench.generator import ShapeSettings
-from gym_mapbench.robot import RobotSpec
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.robot import RobotSpec
 
 SMALL = ShapeSettings(
     size=30,

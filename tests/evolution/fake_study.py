@@ -9,8 +9,8 @@ import numpy as np
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.search.settings import Experiment
 from evolution.studies import Engine, StudySettings
-from gym_mapbench.episode import Episode, Event
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.metrics.episode import Episode, Event
 from gym_mapbench.settings import Settings
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings
 

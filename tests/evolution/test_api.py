@@ -17,7 +17,7 @@ from evolution.inputs import world_of
 from evolution.studies import StudyResults
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio import load_scenarios
-from gym_mapbench.noise import read_noise
+from gym_mapbench.world.noise import read_noise
 from tests.evolution import fake_runs
 
 OFFICE = Path(__file__).resolve().parents[2] / "examples" / "office.yaml"

@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from evolution.driving.launching import available_cores, worker_context
-from evolution.driving.processes import Processes
+from evolution.driving.pool.process_start import available_cores, worker_context
+from evolution.driving.pool.processes import Processes
 from tests.faults import inputs, kills, workers
 from tests.faults.inputs import End
 from tests.faults.samples import write_samples

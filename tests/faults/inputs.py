@@ -34,7 +34,7 @@ from evolution.studies import NAV2, SweepSettings, load_results, load_sweep
 from evolution.studies.kinds import load_definition
 from evolution.studies.tasks import check_study
 from evolution.training import TrainingDir, train_settings
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import MapBenchError
 from gym_mapbench.mapio import load_maps
 from tests.faults.damage import as_json, as_yaml, damaged, damaged_bytes

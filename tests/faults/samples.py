@@ -11,8 +11,8 @@ from evolution.api import compose
 from evolution.search import experiment_of
 from evolution.studies import StudySettings, SweepSettings
 from evolution.training import TrainingDir, train_settings
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.scenario_source import draw_scenario
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.scenario_source import draw_scenario
 from tests.mapio import fuzz
 
 QUICK = {

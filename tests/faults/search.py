@@ -18,8 +18,8 @@ from evolution.runs import RUN, RunDir, filling
 from evolution.search import evolve
 from evolution.studies import run_study
 from evolution.studies.directory import KIND
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 from tests.evolution import fake_runs, fake_study
 from tests.evolution.fake_runs import CONTROLLERS, FakeRunSettings
 

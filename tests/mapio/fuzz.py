@@ -20,11 +20,11 @@ import numpy as np
 from PIL import Image
 
 from gym_mapbench.errors import MapBenchError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import load_maps, save_map_set
 from gym_mapbench.mapio.barn import read_barn_path, read_dwa_reference
 from gym_mapbench.mapio.runner_results import COLUMNS, read_runner_results
-from gym_mapbench.scenario import MapSet, Pose, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 from tests.faults.damage import damaged_bytes
 from tests.mapio import samples
 from tests.oracle_data import DATA

@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.barn import LATTICE_ROWS
-from gym_mapbench.scenario import MapSet, Pose, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 
 YAML = """\
 image: {image}

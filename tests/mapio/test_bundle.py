@@ -7,11 +7,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from gym_mapbench.errors import ConfigError, MapFormatError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import load_map_set, load_maps, save_map_set
 from gym_mapbench.mapio.bundle import BEST_MAP_SET, bundle_document, parse_bundle
 from gym_mapbench.mapio.tasked_map import group_scenarios
-from gym_mapbench.scenario import MapSet, Pose, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 from tests.mapio.samples import map_sets
 
 GRID = GridMap.from_rows(["#####", "#..?#", "#####"], 0.5, origin=(-1.0, 0.25))

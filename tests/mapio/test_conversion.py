@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import TaskedMap, load_maps
 from gym_mapbench.mapio.conversion import write_map_file, write_maps
 from gym_mapbench.mapio.formats import WRITTEN
 from gym_mapbench.mapio.tasked_map import group_scenarios, name_tasks
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 
 ROWS = ["######", "#....#", "#.##.#", "#....#", "######"]
 TASKS = [(Pose(1.5, 1.5, 0.5), Pose(4.5, 3.5, 1.0)), (Pose(4.5, 3.5, 2.0), Pose(1.5, 1.5, 0.0))]

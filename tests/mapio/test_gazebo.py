@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from evolution.cli import build_parser
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.lidar import LidarSettings
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.mapio.gazebo import export_gazebo, map_files
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 from gym_mapbench.mapio.gazebo_robot import RobotModel
-from gym_mapbench.robot import LidarMount, RobotSpec, make_robot
-from gym_mapbench.scenario import MapSet, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.lidar import LidarSettings
+from gym_mapbench.world.robot import LidarMount, RobotSpec, make_robot
+from gym_mapbench.world.scenario import MapSet, Scenario
 from tests.mapio.rasterise import rasterise_world, read_collada
 from tests.mapio.samples import grids, scenario_on
 

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from PIL import Image
 
 from gym_mapbench.errors import ConfigError, MapFormatError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import TaskedMap, load_maps
 from gym_mapbench.mapio.image import encode_image, image_files
 from gym_mapbench.mapio.output import write_files
+from gym_mapbench.world.gridmap import GridMap
 from tests.mapio.samples import grids
 
 PIXELS = np.array([[0, 100, 255], [200, 127, 128]], np.uint8)

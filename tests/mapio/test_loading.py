@@ -5,11 +5,11 @@ import pytest
 
 from gym_mapbench.errors import ConfigError, MapFormatError, PluginError
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import TaskedMap, load_map_set, load_maps, load_scenarios, write_maps
 from gym_mapbench.mapio.formats import FORMATS, MapFormat
 from gym_mapbench.mapio.image import encode_image
 from gym_mapbench.mapio.loading import has_thesis_layout
+from gym_mapbench.world.gridmap import GridMap
 from tests.mapio.samples import map_server_files
 from tests.oracle_data import DATA, needs_data
 

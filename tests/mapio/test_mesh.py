@@ -8,8 +8,8 @@ from hypothesis.extra.numpy import arrays
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, sample_map
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.mesh import SLIDE, stack_runs, wall_mesh
+from gym_mapbench.world.gridmap import GridMap
 from tests.mapio.rasterise import rasterise_mesh
 
 trimesh = pytest.importorskip("trimesh")

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 
 from gym_mapbench.errors import MapFormatError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.movingai import ScenTask, map_text, read_map_file, read_scen_file, scen_text
+from gym_mapbench.world.gridmap import GridMap
 from tests.mapio.samples import MOVINGAI_MAP, MOVINGAI_SCEN, grids
 
 

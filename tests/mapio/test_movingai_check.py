@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from gym_mapbench.errors import MapFormatError
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio.movingai import ScenTask, optimal_lengths
 from gym_mapbench.mapio.movingai_check import SUMMATION, check_scen, tolerances
+from gym_mapbench.world.gridmap import GridMap
 from tests.mapio.samples import MOVINGAI_MAP, MOVINGAI_SCEN
 from tests.oracle_data import DATA, needs_data
 

@@ -7,7 +7,7 @@ import pytest
 
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio import load_maps, load_scenarios
-from gym_mapbench.scenario import wrap_angle
+from gym_mapbench.world.scenario import wrap_angle
 from tests.mapio.samples import MRPB_CONFIG, map_server_files
 
 TESTS = {"start": [-0.85, 2.15, 1.571], "goal": [-0.75, 2.25, -3.142], "clear_start": 1.3}

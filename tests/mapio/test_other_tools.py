@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gym_mapbench.lidar import Lidar, LidarSettings
 from gym_mapbench.mapio.gazebo import export_gazebo
-from gym_mapbench.robot import make_robot
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.lidar import Lidar, LidarSettings
+from gym_mapbench.world.robot import make_robot
+from gym_mapbench.world.scenario import Pose
 from tests.mapio.test_gazebo import OPTIONS, thesis_scenario
 
 SUN = "<sdf version='1.6'><light name='sun' type='directional'><direction>0 0 -1</direction></light></sdf>"

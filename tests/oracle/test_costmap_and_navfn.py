@@ -7,10 +7,10 @@ import pytest
 
 from gym_mapbench.costmap import CostmapParams, InflationLayer, build_static_costmap
 from gym_mapbench.errors import NoPathError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.planners import NavfnParams, NavfnPlanner
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 from tests.oracle_data import RECORDINGS
 
 STORED = 1e-9  # paths are recorded rounded to this

@@ -10,7 +10,7 @@ from controllers.dwb.controller import DwbFollower
 from controllers.dwb.kernels.decision import near_plan
 from controllers.dwb.kernels.plan import GOAL, GOAL_AHEAD, PATH, distance_fields
 from controllers.dwb.params import ROS_ONLY_KEYS, DwbParams
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 from tests.oracle.test_rpp import compare, drive, full_costmaps, make_planner, make_setup, rolling_window
 from tests.oracle_data import each_recording
 

@@ -9,7 +9,7 @@ from controllers.dwb.params import ROS_ONLY_KEYS as DWB_ROS_ONLY_KEYS
 from controllers.graceful.params import ROS_ONLY_KEYS
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.registry import FOLLOWERS
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 from tests.oracle.test_rpp import compare, drive, full_costmaps, make_setup
 from tests.oracle_data import each_jazzy_recording
 

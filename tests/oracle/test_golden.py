@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from gym_mapbench.costmap import CostmapParams, InflationLayer, build_static_costmap
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.planners import NavfnPlanner
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 from tests.oracle.write_golden import EVERY, GOLDEN
 
 

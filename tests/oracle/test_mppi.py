@@ -10,7 +10,7 @@ from controllers.mppi.controller import MppiFollower
 from controllers.mppi.evaluation import evaluate
 from controllers.mppi.params import ROS_ONLY_KEYS, MppiParams
 from controllers.mppi.path_handler import PathHandler
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 from tests.oracle.test_rpp import full_costmaps, make_setup
 from tests.oracle_data import each_recording
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from controllers.base import Context
-from controllers.navigator import Navigator
+from controllers.navigator.navigator import Navigator
 from evolution.validation.oracle import Oracle
 from evolution.validation.setup import make_follower, navigation_of, robot_of
-from gym_mapbench.scenario import Pose, wrap_angle
+from gym_mapbench.world.scenario import Pose, wrap_angle
 from tests.oracle_data import ORACLE, needs_oracle
 
 pytestmark = needs_oracle

@@ -13,10 +13,10 @@ from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import ROS_ONLY_KEYS, RppParams
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, LayeredCostmap
 from gym_mapbench.errors import NoPathError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 from tests.oracle_data import each_recording
 
 # Trajectories and commands are recorded to five decimals, in float32.

@@ -14,7 +14,7 @@ from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import EndpointError, NoPathError
 from gym_mapbench.kernels.wavefront import cell_potential
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner, navfn_cell, navfn_costs
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 POT_HIGH = np.float32(1e10)
 

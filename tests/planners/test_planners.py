@@ -12,11 +12,11 @@ from scipy.ndimage import label
 from controllers.nav2_params import NavigationParams, PlannerPlugin, load_preset, write_nav2_params
 from gym_mapbench.costmap import Costmap, CostmapParams, build_static_costmap
 from gym_mapbench.errors import ConfigError, NoPathError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.planners import PLANNERS, PlannerEntry, make_planner
-from gym_mapbench.scenario import Pose
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 
 NAMES = sorted(PLANNERS)
 ALL_EIGHT = np.ones((3, 3))

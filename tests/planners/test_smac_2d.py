@@ -12,11 +12,11 @@ from scipy.sparse.csgraph import dijkstra
 
 from gym_mapbench.costmap import Costmap, CostmapParams, build_static_costmap
 from gym_mapbench.errors import ConfigError, NoPathError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.kernels.smac_2d import smooth
 from gym_mapbench.planners.smac_2d import Smac2DParams, Smac2DPlanner, SmootherParams, downsampled
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose
 
 ROUGH = SmootherParams(max_iterations=0)
 COSTS = hnp.arrays(

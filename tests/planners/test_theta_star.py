@@ -14,7 +14,7 @@ from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.kernels.theta_star import traversal_on_line
 from gym_mapbench.planners.theta_star import ThetaStarParams, ThetaStarPlanner
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 
 
 def metre_map(costs):

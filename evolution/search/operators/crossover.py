@@ -12,7 +12,7 @@ import numpy as np
 from pymoo.core.crossover import Crossover
 
 from evolution.search.operators.sampling import Column
-from gym_mapbench.scenario import MapSet, Scenario
+from gym_mapbench.world.scenario import MapSet, Scenario
 
 T = TypeVar("T")
 Pair = tuple[tuple[T, ...], tuple[T, ...]]

@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from evolution.search.operators.sampling import Cells
 from gym_mapbench.generator import FamilySpec, ShapeSettings
-from gym_mapbench.robot import RobotSpec
+from gym_mapbench.world.robot import RobotSpec
 
 Labels = NDArray[np.int32]
 

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from pymoo.core.mutation import Mutation
 from scipy import ndimage
 
+from evolution.search.operators.adaptive import Credit, Trial
 from evolution.search.operators.changes import OPERATORS
-from evolution.search.operators.credit import Credit, Trial
 from evolution.search.operators.edits import Edit, Labels, Operator
 from evolution.search.operators.sampling import Cells, Column, as_column, scenario_on
 from evolution.search.settings import MutationSettings
 from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, interior, is_drivable, plan_way
-from gym_mapbench.robot import RobotSpec
-from gym_mapbench.scenario import MapSet
+from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.scenario import MapSet
 
 MAX_TRIES = 20
 """How often a mutation is drawn anew where it must leave a way; after that, the last one stays."""

@@ -9,7 +9,7 @@ from pymoo.core.repair import Repair
 
 from evolution.search.operators.sampling import Column, as_column, scenario_on
 from gym_mapbench.generator import ShapeSettings, clear_and_border
-from gym_mapbench.scenario import MapSet, Scenario
+from gym_mapbench.world.scenario import MapSet, Scenario
 
 
 def repair_scenario(scenario: Scenario, shapes: ShapeSettings) -> Scenario:

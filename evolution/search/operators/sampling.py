@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import MapSet, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import MapSet, Scenario
 
 Cells = NDArray[np.bool_]
 Column = NDArray[np.object_]

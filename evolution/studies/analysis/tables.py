@@ -13,8 +13,8 @@ from evolution.driving import RunResult
 from evolution.files import Row, csv_of, make_directory, write_text
 from evolution.statistics import TestResult, cliffs_delta, vargha_delaney_a12
 from evolution.studies.analysis.comparisons import Comparison, StudyAnalysis, analyse
-from evolution.studies.analysis.fresh import fresh_rows
-from evolution.studies.analysis.promises import promise_rows
+from evolution.studies.analysis.held_out import fresh_rows
+from evolution.studies.analysis.reported_fitness import promise_rows
 from evolution.studies.analysis.results import StudyResults, StudyRun
 
 TABLES = "tables"

@@ -10,9 +10,9 @@ import numpy as np
 from evolution.files import Row
 from evolution.statistics import Summary, TestResult, median_interval
 from evolution.studies.analysis.comparisons import BOOTSTRAP_SEED, QUANTITIES, Comparison, StudyAnalysis, analyse
-from evolution.studies.analysis.fresh import conditions, fresh_rows, order_kept, selected_sets
+from evolution.studies.analysis.held_out import conditions, fresh_rows, order_kept, selected_sets
 from evolution.studies.analysis.judges import Judge
-from evolution.studies.analysis.promises import promise_rows
+from evolution.studies.analysis.reported_fitness import promise_rows
 from evolution.studies.analysis.results import StudyResults, StudyRun
 
 ALPHA = 0.05

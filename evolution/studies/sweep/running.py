@@ -24,7 +24,7 @@ from evolution.studies.engine import NAV2, Engine
 from evolution.studies.sweep.effects import effect_rows
 from evolution.studies.sweep.settings import SweepSettings
 from gym_mapbench.errors import ConfigError, RunError, unknown_name
-from gym_mapbench.scenario import Scenario
+from gym_mapbench.world.scenario import Scenario
 
 SWEEP = DirectoryKind("sweep", "sweep.json", format_version=1)
 RUNS, EFFECTS, FIGURE = "runs.csv", "effects.csv", "figures/effects"

@@ -11,10 +11,10 @@ from controllers.nav2_params.presets import overlay
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from evolution.studies.settings import Document, Name
+from gym_mapbench.env.scenario_source import draw_scenario
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.scenario import Scenario
-from gym_mapbench.scenario_source import draw_scenario
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.scenario import Scenario
 
 
 class SweepSettings(Settings):

@@ -12,7 +12,7 @@ from evolution.benchmark.barn import barn_settings, correlation_with, load_barn,
 from evolution.benchmark.runs import bench
 from evolution.driving.jobs import ControllerSpec, JobPlan, RunResult
 from evolution.driving.worker import DriveSettings
-from gym_mapbench.gridmap import GridMap
+from gym_mapbench.world.gridmap import GridMap
 from tests.oracle_data import DATA, needs_data
 
 

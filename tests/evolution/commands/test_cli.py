@@ -17,11 +17,11 @@ from controllers.nav2_params import read_nav2_params
 from evolution.cli import main
 from evolution.driving import DriveSettings, check_room
 from evolution.runs.loading import load_run
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, make_family
 from gym_mapbench.mapio import load_scenarios
-from gym_mapbench.scenario import Pose
+from gym_mapbench.world.scenario import Pose
 from tests.evolution import fake_runs
 from tests.mapio.samples import barn_world
 

@@ -17,8 +17,8 @@ from evolution.commands import COMMANDS, console, doctor
 from evolution.commands.catalogue import KINDS
 from evolution.commands.console import be_quiet, note, say
 from evolution.files import readable
-from gym_mapbench.noise import NOISES
-from gym_mapbench.robot import ROBOTS
+from gym_mapbench.world.noise import NOISES
+from gym_mapbench.world.robot import ROBOTS
 
 
 @pytest.fixture(scope="module")

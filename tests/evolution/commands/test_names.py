@@ -14,9 +14,9 @@ from evolution.commands.console import console, print_table
 from evolution.commands.progress import PlainColumn
 from evolution.driving import ControllerSpec
 from evolution.files import Table
-from gym_mapbench.gridmap import GridMap
 from gym_mapbench.mapio import save_map_set
-from gym_mapbench.scenario import MapSet, Pose, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 
 NASTY = "[/x]\x1b[31m"
 SHOWN = "[/x]\\x1b[31m"

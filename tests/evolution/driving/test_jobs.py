@@ -10,7 +10,7 @@ from gym_mapbench.errors import ConfigError
 from tests.evolution.driving.test_evaluator import map_sets
 from tests.evolution.fake_runs import FakeRunSettings
 
-MINE = "tests.test_metrics:half_time"
+MINE = "tests.metrics.test_run_metrics:half_time"
 
 
 def plan_of(*metrics):

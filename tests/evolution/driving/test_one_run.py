@@ -5,10 +5,10 @@ import numpy as np
 from controllers.base import STOP
 from controllers.rl import as_controller
 from evolution.driving.one_run import environment_for, run_episode
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.gridmap import GridMap
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.metrics import measure
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 from tests.worlds import ROOM
 
 SCENARIO = Scenario(GridMap.from_rows(ROOM, 0.1), Pose(0.8, 0.8), Pose(2.2, 2.2), "room")

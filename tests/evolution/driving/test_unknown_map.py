@@ -9,9 +9,9 @@ from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
 from evolution.driving.unknown_map import without_map
 from gym_mapbench.costmap import LayeredCostmap
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.footprint import Footprint
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 
 
 def walled_grid(origin=(0.0, 0.0)):

@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 from PIL import Image
 
-from evolution.report.of_study import report_of_study
 from evolution.report.page import Attachment, Section, render_page
+from evolution.report.study_page import report_of_study
 from evolution.studies import load_results
 from evolution.studies.analysis.figures import drive_best_sets
 from tests.evolution.fake_study import ENGINE

@@ -18,9 +18,9 @@ import yaml
 
 from evolution.benchmark import BENCHMARK
 from evolution.cli import main
-from evolution.report.of_study import report_of_study
 from evolution.report.page import Attachment, Report, Section, Table, render_page
 from evolution.report.replays import ReplayedMap, replays_of, stuck_spots
+from evolution.report.study_page import report_of_study
 from evolution.report.writing import write_report
 from evolution.studies import StudySettings, load_results
 from evolution.studies.analysis.comparisons import analyse

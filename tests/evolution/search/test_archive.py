@@ -12,8 +12,8 @@ from evolution.driving import ControllerSpec, Evaluator, JobPlan, RunResult
 from evolution.search.archive import Archive, best_by_exchange
 from evolution.search.budget import Budget
 from evolution.search.elite import find_elite
-from evolution.search.exact import judge_map
-from evolution.search.fitness import Fitness, is_solved, repeats_of
+from evolution.search.judging.exact import judge_map
+from evolution.search.judging.fitness import Fitness, is_solved, repeats_of
 from evolution.search.operators.sampling import sample_map_set
 from evolution.search.settings import EvolveSettings
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from evolution.search.operators.credit import Credit, Trial
+from evolution.search.operators.adaptive import Credit, Trial
 from evolution.search.operators.mutation import MapMutation, Mutator, draw_changes, label_obstacles, obstacles_near
 from evolution.search.operators.sampling import as_column, sample_map_set
 from evolution.search.settings import MutationSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, interior, is_drivable, plan_way, sample_map
-from gym_mapbench.robot import make_robot
+from gym_mapbench.world.robot import make_robot
 
 THESIS = ShapeSettings()
 WAFFLE = make_robot("turtlebot3_waffle")

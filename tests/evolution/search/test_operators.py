@@ -18,7 +18,7 @@ from evolution.search.operators.sampling import MapSampling, as_column, sample_m
 from evolution.search.settings import MutationSettings
 from gym_mapbench.errors import ConfigError, PluginError
 from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, sample_map
-from gym_mapbench.scenario import MapSet, Scenario
+from gym_mapbench.world.scenario import MapSet, Scenario
 from tests.evolution.fake_runs import SMALL
 
 seeds = st.integers(0, 2**32 - 1)

@@ -12,13 +12,13 @@ import pytest
 
 from evolution.driving.jobs import RunResult
 from evolution.runs import DrivenAgain, judge
-from evolution.search.fitness import Fitness
+from evolution.search.judging.fitness import Fitness
 from evolution.search.settings import EvolveSettings, Experiment
 from evolution.studies import Configuration, StudyResults, StudyRun, StudySettings, load_results
 from evolution.studies.analysis.comparisons import analyse, compare
-from evolution.studies.analysis.fresh import conditions, fresh_rows, order_kept, selected_sets
+from evolution.studies.analysis.held_out import conditions, fresh_rows, order_kept, selected_sets
 from evolution.studies.analysis.judges import judges_of, name_of
-from evolution.studies.analysis.promises import promise_rows
+from evolution.studies.analysis.reported_fitness import promise_rows
 from evolution.studies.analysis.tables import map_rows, pair_rows, rank_rows, summary_rows, test_rows, write_tables
 from evolution.studies.analysis.verdict import verdict_of
 from gym_mapbench.errors import ConfigError

@@ -28,7 +28,7 @@ from evolution.studies.running import _Meter, work_of
 from evolution.studies.settings import MAX_SEED
 from evolution.studies.tasks import _complete, check_study
 from gym_mapbench.errors import ConfigError, RunError
-from gym_mapbench.noise import NOISES, NoiseSettings
+from gym_mapbench.world.noise import NOISES, NoiseSettings
 from tests.evolution.fake_runs import broken_warm_up
 from tests.evolution.fake_study import ENGINE, small_study
 

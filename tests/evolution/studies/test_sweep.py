@@ -14,7 +14,7 @@ from evolution.statistics import wilson_interval
 from evolution.studies import Engine, SweepSettings, load_definition, load_sweep, run_sweep
 from evolution.studies.sweep.effects import effect_rows
 from gym_mapbench.errors import ConfigError, RunError
-from gym_mapbench.noise import NOISES, NoiseSettings
+from gym_mapbench.world.noise import NOISES, NoiseSettings
 from tests.evolution import fake_runs
 
 ENGINE = Engine(run_job=fake_runs.noisy, warm_up=None)

@@ -15,11 +15,11 @@ from evolution.training import TRAINING, Training, train_settings
 from evolution.training.evaluation import judge
 from evolution.training.learning import held_out_groups, make_levels, split
 from evolution.training.worlds import EncodedWorlds
-from gym_mapbench.config import EnvConfig
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.scenario_source import draw_scenario
 from gym_mapbench.errors import ConfigError, RunError
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Pose, Scenario
-from gym_mapbench.scenario_source import draw_scenario
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 from tests.evolution.test_received import write_model
 
 pytest.importorskip("stable_baselines3")

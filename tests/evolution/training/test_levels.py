@@ -7,9 +7,9 @@ import pytest
 
 from evolution.training.levels import GivenLevels, RandomLevels, ReplayedLevels
 from evolution.training.settings import ReplaySettings, Stage
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.gridmap import GridMap
-from gym_mapbench.scenario import Pose, Scenario
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
 
 WORLD = EnvConfig()
 

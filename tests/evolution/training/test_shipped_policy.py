@@ -10,8 +10,8 @@ import pytest
 from controllers.learned import read_card
 from evolution import bench
 from evolution.training import train_settings
-from gym_mapbench.config import EnvConfig
-from gym_mapbench.scenario_source import draw_scenario
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.scenario_source import draw_scenario
 
 POLICIES = Path(__file__).resolve().parents[3] / "examples" / "policies"
 SEEN = {"ppo": ("goal", "velocity", "scan"), "ppo_path": ("goal", "velocity", "scan", "path")}

@@ -1,0 +1,1 @@
+"""NavigateToPose around a controller: behavior tree, recoveries, controller server, costmap servers."""

@@ -1,0 +1,267 @@
+"""Behaviour tree: the control nodes of Nav2's NavigateToPose tree, with their exact semantics.
+
+A node is ticked until it is no longer RUNNING. A parent that is done with a child stops it, which calls ``halt`` only
+if the child is RUNNING (BehaviorTree.CPP 3.8). Sources: nav2_behavior_tree (Humble) plugins/control and
+plugins/decorator; BehaviorTree.CPP 3.8 for Sequence and ReactiveFallback.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from enum import Enum, auto
+
+from controllers.navigator.rate import TIME_RESOLUTION
+
+
+class Status(Enum):
+    """State of a node; IDLE before its first tick and after a halt."""
+
+    IDLE = auto()
+    RUNNING = auto()
+    SUCCESS = auto()
+    FAILURE = auto()
+
+
+class Node(ABC):
+    """A node of the tree; ``status`` is that of its last tick."""
+
+    status: Status = Status.IDLE
+
+    def execute_tick(self) -> Status:
+        """Tick the node and remember its status."""
+        self.status = self.tick()
+        return self.status
+
+    def stop(self) -> None:
+        """Make the node IDLE; it is halted first if it is RUNNING."""
+        if self.status is Status.RUNNING:
+            self.halt()
+        self.status = Status.IDLE
+
+    @abstractmethod
+    def tick(self) -> Status:
+        """Do one tick; ``self.status`` is still that of the tick before."""
+
+    @abstractmethod
+    def halt(self) -> None:
+        """Stop whatever is running."""
+
+
+class Action(Node):
+    """A leaf that begins something when it is first ticked and continues it at every tick while it runs."""
+
+    def tick(self) -> Status:
+        """Begin unless the action runs already, then do this tick's part."""
+        if self.status is not Status.RUNNING:
+            self.start()
+        return self.update()
+
+    def start(self) -> None:
+        """Begin; the first update follows in the same tick."""
+
+    @abstractmethod
+    def update(self) -> Status:
+        """Do this tick's part."""
+
+    def halt(self) -> None:
+        """Cancel the action; by default there is nothing to do."""
+
+
+class Condition(Node):
+    """A leaf that asks a question: SUCCESS for yes, FAILURE for no."""
+
+    def __init__(self, holds: Callable[[], bool]) -> None:
+        self._holds = holds
+
+    def tick(self) -> Status:
+        """Ask the question."""
+        return Status.SUCCESS if self._holds() else Status.FAILURE
+
+    def halt(self) -> None:
+        """Do nothing: a condition is never RUNNING."""
+
+
+class Control(Node):
+    """A node with children."""
+
+    def __init__(self, *children: Node) -> None:
+        self.children = children
+
+    def halt(self) -> None:
+        """Stop all children."""
+        for child in self.children:
+            child.stop()
+
+
+class Sequence(Control):
+    """Ticks its children in order, each until it succeeds; it fails as soon as one of them fails."""
+
+    def __init__(self, *children: Node) -> None:
+        super().__init__(*children)
+        self._current = 0
+
+    def tick(self) -> Status:
+        """Go on with the current child."""
+        while self._current < len(self.children):
+            status = self.children[self._current].execute_tick()
+            if status is not Status.SUCCESS:
+                if status is Status.FAILURE:
+                    self.halt()
+                return status
+            self._current += 1
+        self.halt()
+        return Status.SUCCESS
+
+    def halt(self) -> None:
+        """Stop all children and begin with the first one next time."""
+        super().halt()
+        self._current = 0
+
+
+class ReactiveFallback(Control):
+    """Ticks its children from the first one on at every tick; the first that does not fail decides."""
+
+    def tick(self) -> Status:
+        """Tick the children from the first one on."""
+        for index, child in enumerate(self.children):
+            status = child.execute_tick()
+            if status is Status.RUNNING:
+                for earlier in self.children[:index]:
+                    earlier.stop()
+                return status
+            if status is Status.SUCCESS:
+                self.halt()
+                return status
+        self.halt()
+        return Status.FAILURE
+
+
+class RecoveryNode(Control):
+    """Retries its first child up to ``number_of_retries`` times, each time after its second child succeeded.
+
+    The count of retries begins anew only when the node ends: a child that failed once, was retried and is running
+    now has one retry fewer left.
+    """
+
+    def __init__(self, number_of_retries: int, child: Node, recovery: Node) -> None:
+        super().__init__(child, recovery)
+        self.number_of_retries = number_of_retries
+        self.retry_count = 0
+        self._recovering = False
+
+    def tick(self) -> Status:
+        """Alternate between the two children until one is RUNNING or the node ends."""
+        child, recovery = self.children
+        while True:
+            active = recovery if self._recovering else child
+            status = active.execute_tick()
+            if status is Status.RUNNING:
+                return status
+            if self._ends_with(status):
+                self.halt()
+                return status
+            active.stop()
+            self.retry_count += self._recovering
+            self._recovering = not self._recovering
+
+    def _ends_with(self, status: Status) -> bool:
+        """Whether this result of the active child ends the node; otherwise it is the other child's turn."""
+        if self._recovering:
+            return status is Status.FAILURE
+        return status is Status.SUCCESS or self.retry_count >= self.number_of_retries
+
+    def halt(self) -> None:
+        """Stop both children and forget the retries."""
+        super().halt()
+        self.retry_count = 0
+        self._recovering = False
+
+
+class PipelineSequence(Control):
+    """Ticks all children reached so far at every tick; a RUNNING one blocks only those not yet reached."""
+
+    def __init__(self, *children: Node) -> None:
+        super().__init__(*children)
+        self._reached = 0
+
+    def tick(self) -> Status:
+        """Tick the children from the first one on."""
+        for index, child in enumerate(self.children):
+            status = child.execute_tick()
+            if status is Status.FAILURE:
+                self.halt()
+                return status
+            if status is Status.RUNNING and index >= self._reached:
+                self._reached = index
+                return status
+        self.halt()
+        return Status.SUCCESS
+
+    def halt(self) -> None:
+        """Stop all children and begin with the first one next time."""
+        super().halt()
+        self._reached = 0
+
+
+class RoundRobin(Control):
+    """Tries its children in turn, beginning after the last one that succeeded; fails when all of them fail.
+
+    It keeps its place after a success, because the parent's halt reaches RUNNING nodes only.
+    """
+
+    def __init__(self, *children: Node) -> None:
+        super().__init__(*children)
+        self._current = 0
+        self._failed = 0
+
+    def tick(self) -> Status:
+        """Tick the child whose turn it is, and the next ones while they fail."""
+        while self._failed < len(self.children):
+            status = self.children[self._current].execute_tick()
+            if status is Status.RUNNING:
+                return status
+            self._current = (self._current + 1) % len(self.children)
+            if status is Status.SUCCESS:
+                self._failed = 0
+                super().halt()
+                return status
+            self._failed += 1
+        self.halt()
+        return Status.FAILURE
+
+    def halt(self) -> None:
+        """Stop all children and begin with the first one next time."""
+        super().halt()
+        self._current = 0
+        self._failed = 0
+
+
+class RateController(Control):
+    """Ticks its child at first, while the child is RUNNING, and once one period has passed since it last succeeded.
+
+    Args:
+        hz: The rate, Hz.
+        clock: Returns the time, s.
+        child: The node that is ticked.
+    """
+
+    def __init__(self, hz: float, clock: Callable[[], float], child: Node) -> None:
+        super().__init__(child)
+        self._period = 1.0 / hz
+        self._clock = clock
+        self._start = 0.0
+
+    def tick(self) -> Status:
+        """Tick the child if it is due."""
+        (child,) = self.children
+        first = self.status is Status.IDLE
+        if first:
+            self._start = self._clock()
+        due = self._clock() - self._start >= self._period - TIME_RESOLUTION
+        if not (first or due or child.status is Status.RUNNING):
+            return Status.RUNNING
+        status = child.execute_tick()
+        if status is Status.SUCCESS:
+            self._start = self._clock()
+        return status

@@ -1,0 +1,98 @@
+"""The costmaps of Nav2 as the navigator keeps them during a run.
+
+Source: nav2_costmap_2d (Humble) src/costmap_2d_ros.cpp.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.navigator.rate import Rate
+from gym_mapbench.costmap import Costmap, CostmapParams, LaserScan, LayeredCostmap
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.frames import IDENTITY, relate
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.lidar import LidarSettings
+from gym_mapbench.world.scenario import Pose
+
+Ranges = NDArray[np.floating]
+
+HAIR = 32
+"""How much farther along the ray a hit is reported, in steps of single precision. The simulated lidar is exact: without
+noise its hits lie on the border of the wall's cell, and rounding would decide which cell they fall into."""
+
+
+class CostmapServer:
+    """A costmap, global or local, updated at ``update_frequency`` with the newest scan.
+
+    Args:
+        params: Layers and size.
+        grid: The static map.
+        footprint: The padded footprint.
+        lidar: The lidar that makes the scans: its beams and its place on the robot.
+    """
+
+    _costmap: Costmap
+    _pose: Pose
+    _on_map: Pose | None
+    _scan: Ranges
+    _taken_at: Pose
+
+    def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint, lidar: LidarSettings) -> None:
+        self._layered = LayeredCostmap(params, grid, footprint)
+        self._rate = Rate(params.update_frequency)
+        self._lidar = lidar
+        self._measured = b""
+        self._is_buffered = True
+
+    @property
+    def costmap(self) -> Costmap:
+        """The costmap as of its last update."""
+        return self._costmap
+
+    def observe(self, pose: Pose, scan: Ranges | None, now: float, on_map: Pose | None = None) -> None:
+        """Take this step's measurements, and update the costmap if that is due.
+
+        Args:
+            pose: Pose of the robot, in the costmap's frame.
+            scan: ``(beams,)`` ranges, m. If all of them equal the last ones, it is still the last scan, taken at the
+                pose at which it first came.
+            now: Seconds since the start of the run.
+            on_map: The same pose in the map's frame; None where this is the costmap's frame.
+
+        Raises:
+            ConfigError: If the number of ranges is not the number of the lidar's beams.
+        """
+        if scan is not None and len(scan) != self._lidar.beams:
+            raise ConfigError(f"scan: expected {self._lidar.beams} ranges, one a beam, got {len(scan)}")
+        self._pose, self._on_map = pose, on_map
+        if scan is not None and (measured := scan.tobytes()) != self._measured:  # a seventh of array_equal's time
+            self._measured, self._scan, self._is_buffered = measured, scan, False
+            self._taken_at = self._lidar.sensor_pose(pose)
+        if self._rate.is_due(now):
+            self._update()
+
+    def clear(self) -> None:
+        """Forget all layers (``ClearEntirely``) and fill them again from the newest scan.
+
+        Nav2 fills them at the next regular update, for which the planner and the controller wait.
+        """
+        self._layered.clear()
+        self._update()
+
+    def _update(self) -> None:
+        if not self._is_buffered:
+            self._layered.observe(self._message(self._scan, self._taken_at), self._taken_at)
+            self._is_buffered = True
+        frame = IDENTITY if self._on_map is None else relate(self._pose, self._on_map)
+        self._costmap = self._layered.update(self._pose, frame)
+
+    def _message(self, scan: Ranges, taken_at: Pose) -> LaserScan:
+        """Return a scan as a driver would send it, with an infinite range for a beam that hits nothing."""
+        lidar = self._lidar
+        farthest = max(abs(taken_at.x), abs(taken_at.y)) + lidar.range_max
+        hair = HAIR * np.spacing(np.float32(farthest))
+        ranges = np.where(scan < lidar.range_max, scan + hair, np.float32(np.inf))
+        return LaserScan(ranges, lidar.angle_min, lidar.beam_angle, lidar.range_min or 0.0, lidar.range_max)

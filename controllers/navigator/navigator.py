@@ -1,0 +1,256 @@
+"""Navigator: Nav2's NavigateToPose as a policy over the env API.
+
+One ``act`` is one control period. It does the following, in this order: update the costmaps if that is due, replan if
+that is due, check progress, ask the path follower for a command, and test the goal at the same pose. Time is counted in
+control periods, never by a wall clock.
+
+The planner works on the map. The controller, its checkers and the recovery behaviours work in the frame of the local
+costmap, which is ``odom`` (a costmap's ``global_frame`` in Nav2). It is shifted and turned against the map; the robot
+moves smoothly in it, but it drifts.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from controllers.base import (
+    STOP,
+    Context,
+    ControllerAbort,
+    ControllerError,
+    FollowerSetup,
+    Observation,
+    PathFollower,
+    Twist,
+)
+from controllers.nav2_params.navigation import NavigationParams
+from controllers.navigator.behavior_tree import Node, Status
+from controllers.navigator.behaviors import BehaviorServer
+from controllers.navigator.controller_server import ControllerServer
+from controllers.navigator.costmap_servers import CostmapServer
+from controllers.navigator.navigate_to_pose import (
+    Blackboard,
+    navigate_to_pose_w_replanning,
+    navigate_to_pose_w_replanning_and_recovery,
+)
+from controllers.navigator.rate import TIME_RESOLUTION
+from controllers.navigator.velocity_smoother import VelocitySmoother
+from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.env.render import SeenCostmap
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.metrics.episode import RECOVERY_KINDS, Event, Outcome
+from gym_mapbench.planners import make_planner
+from gym_mapbench.world.frames import relate
+from gym_mapbench.world.scenario import Pose
+
+
+class Navigator:
+    """Plans, follows the plan with ``follower``, and recovers, as Nav2 does.
+
+    Args:
+        follower: DWB, MPPI or any other :class:`controllers.base.PathFollower`.
+        params: Parameters of everything but the follower.
+        name: Name under which the controller is reported.
+        abort_is_exception: Whether the failure tolerance also covers a follower's ControllerAbort, which in Nav2 ends
+            the action at once.
+
+    Attributes:
+        status: ``running``, ``succeeded`` (at the goal) or ``failed``.
+        failure_kind: What failed, as an episode's outcome.
+        failure_reason: Why it failed, in one line.
+        events: Replans, failures and recoveries of this run, in order.
+        path: The newest global path, ``(n, 3)`` x, y in m and yaw in rad; empty before the first one.
+        first_path: The first global path; empty before it.
+    """
+
+    decides_goal = True
+    _board: Blackboard
+    _tree: Node
+
+    def __init__(
+        self, follower: PathFollower, params: NavigationParams, name: str, *, abort_is_exception: bool = False
+    ) -> None:
+        self.follower = follower
+        self.params = params
+        self.name = name
+        self._abort_is_exception = abort_is_exception
+        self._forget_outcome()
+
+    @property
+    def observation_keys(self) -> tuple[str, ...]:
+        """``pose``, ``odom`` and ``velocity``, and ``scan`` if a layer of a costmap uses it."""
+        keys = "pose", "odom", "velocity"
+        return (*keys, "scan") if self._observing_costmaps else keys
+
+    @property
+    def scan_rate(self) -> float:
+        """Highest update frequency of the costmaps that use scans, Hz."""
+        rates = [costmap.update_frequency for costmap in self._observing_costmaps]
+        return max(rates, default=self.params.local_costmap.update_frequency)
+
+    @property
+    def _observing_costmaps(self) -> tuple[CostmapParams, ...]:
+        both = self.params.local_costmap, self.params.global_costmap
+        return tuple(costmap for costmap in both if costmap.observes)
+
+    @property
+    def _local_in_odom(self) -> bool:
+        """Whether the local costmap is in the odom frame; one that copies the whole static map stays in the map's."""
+        local = self.params.local_costmap
+        return local.rolling_window or not local.writes("static_layer")
+
+    def check_frequency(self, control_period: float) -> None:
+        """Refuse an env that is slower than the controller server.
+
+        Args:
+            control_period: The env's control period, s.
+
+        Raises:
+            ConfigError: If ``controller_frequency`` is above the env's rate of control.
+        """
+        wanted = self.params.controller_server.controller_frequency
+        if wanted * control_period > 1.0 + TIME_RESOLUTION:
+            raise ConfigError(
+                f"controller_frequency: expected at most the env's rate of control, {1.0 / control_period:g} Hz, "
+                f"got {wanted:g}"
+            )
+
+    def reset(self, context: Context) -> None:
+        """Forget the last run and build the servers of the next.
+
+        Raises:
+            ConfigError: If ``controller_frequency`` is above the env's rate of control.
+        """
+        self.check_frequency(context.control_period)
+        self._forget_outcome()
+        self._period = context.control_period
+        self._steps = 0
+        self._board = self._make_board(context)
+        recoveries = self.params.bt.recoveries
+        build_tree = navigate_to_pose_w_replanning_and_recovery if recoveries else navigate_to_pose_w_replanning
+        self._tree = build_tree(self._board, self.params)
+        limits = self.params.velocity_smoother
+        self._smoother = VelocitySmoother(limits, context.control_period) if limits else None
+
+    def act(self, observation: Observation) -> Twist:
+        """Return the command for one control period; zero when the run is over."""
+        if self.status != "running":
+            return STOP
+        pose, odometry = Pose(*_floats(observation["pose"])), Twist(*_floats(observation["velocity"]))
+        local_pose = Pose(*_floats(observation["odom"])) if self._local_in_odom else pose
+        now = round(self._steps * self._period, 9)
+        board, scan = self._board, observation.get("scan")
+        board.begin_tick(now, pose, local_pose, odometry)
+        board.global_costmap.observe(pose, scan, now)
+        board.local_costmap.observe(local_pose, scan, now, pose)
+        self._steps += 1
+        outcome = self._tree.execute_tick()
+        self._remember_path()
+        if outcome is not Status.RUNNING:
+            self._finish(outcome)
+            return STOP
+        return self._command(odometry)
+
+    def explain(self) -> str:
+        """Say in one line what keeps the path follower from driving on; empty if it cannot tell."""
+        explain = getattr(self.follower, "explain", None)
+        if explain is None or not len(self._board.path):
+            return ""
+        try:
+            return str(explain(self._board.local_pose, self._board.local_costmap.costmap, self._board.now))
+        except (ControllerError, ControllerAbort) as error:
+            return str(error)
+
+    @property
+    def seen_costmap(self) -> SeenCostmap:
+        """The current local costmap, placed on the map where the robot believes it to be."""
+        board = self._board
+        return SeenCostmap(board.local_costmap.costmap, relate(board.local_pose, board.pose), board.pose)
+
+    @property
+    def number_recoveries(self) -> int:
+        """Number of clears, spins, waits and back-ups in this run, as Nav2 counts them."""
+        return sum(event.kind in RECOVERY_KINDS for event in self.events)
+
+    @property
+    def controller_seconds(self) -> float:
+        """Wall-clock seconds spent inside the path follower in this run."""
+        return self._board.controller_server.seconds
+
+    @property
+    def controller_calls(self) -> int:
+        """Number of calls of the path follower in this run."""
+        return self._board.controller_server.calls
+
+    def _forget_outcome(self) -> None:
+        self.status: Literal["running", "succeeded", "failed"] = "running"
+        self.failure_kind: Outcome = "controller_failure"
+        self.failure_reason = ""
+        self.events: list[Event] = []
+        self.path = self.first_path = np.empty((0, 3))
+
+    def _make_board(self, context: Context) -> Blackboard:
+        """Build the servers on this run's map."""
+        params = self.params
+        setup = self.follower_setup(context)
+        self.follower.reset(setup)
+        global_footprint = params.global_costmap.make_footprint(context.robot)
+        return Blackboard(
+            goal=context.goal,
+            planner=make_planner(params.planner.name, **params.planner.params),
+            global_costmap=CostmapServer(params.global_costmap, context.grid, global_footprint, context.lidar),
+            local_costmap=CostmapServer(params.local_costmap, context.grid, setup.footprint, context.lidar),
+            controller_server=ControllerServer(
+                self.follower,
+                params.controller_server,
+                abort_is_exception=self._abort_is_exception,
+                release=params.release,
+            ),
+            behavior_server=BehaviorServer(params.behavior_server, setup.footprint),
+            pose=context.start,
+            local_pose=context.start,
+            events=self.events,
+        )
+
+    def follower_setup(self, context: Context) -> FollowerSetup:
+        """Return what Nav2's controller server tells the path follower before a run."""
+        server, inflation = self.params.controller_server, self.params.local_costmap.inflation_layer
+        return FollowerSetup(
+            footprint=self.params.local_costmap.make_footprint(context.robot),
+            control_period=1.0 / server.controller_frequency,
+            xy_goal_tolerance=server.goal_checker.xy_goal_tolerance,
+            yaw_goal_tolerance=server.goal_checker.yaw_goal_tolerance,
+            inflation_radius=inflation.inflation_radius,
+            cost_scaling_factor=inflation.cost_scaling_factor,
+            rng=context.rng,
+        )
+
+    def _command(self, odometry: Twist) -> Twist:
+        """Return the smoothed command of the controller, or that of a recovery, which bypasses the smoother."""
+        board = self._board
+        command = self._smoother.smooth(board.cmd_vel_nav, odometry) if self._smoother else board.cmd_vel_nav
+        return command if board.recovery_command is None else board.recovery_command
+
+    def _remember_path(self) -> None:
+        self.path = self._board.path
+        if not len(self.first_path):
+            self.first_path = self.path
+
+    def _finish(self, outcome: Status) -> None:
+        """Record how the run ended."""
+        if outcome is Status.SUCCESS:
+            self.status = "succeeded"
+            return
+        self.status = "failed"
+        self.failure_kind, self.failure_reason = self._board.failure
+        if self.failure_kind == "planner_failure":
+            self._board.log(*self._board.failure)
+
+
+def _floats(values: ArrayLike) -> list[float]:
+    """Return the numbers of an array; faster than to convert them one by one."""
+    floats: list[float] = np.asarray(values, dtype=np.float64).tolist()
+    return floats

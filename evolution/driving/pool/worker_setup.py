@@ -1,0 +1,79 @@
+"""The workers that an executor is asked for, and what each of them does with a job."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+from evolution.driving.jobs import Job, RunResult
+from evolution.driving.pool.worker_loop import NotStartedError, belong_to_parent
+from gym_mapbench.errors import visible
+
+RunJob = Callable[[Job], RunResult]
+WarmUp = Callable[[], object]
+
+MAX_REASON = 300
+
+
+@dataclass(frozen=True)
+class Crew:
+    """The workers that an executor is asked for.
+
+    Args:
+        workers: How many jobs run at once.
+        timeout_s: Wall-clock seconds a job may take, not counting the start of its worker.
+        prepare: To be called once in every new worker process, before its first job; can be pickled.
+        modules: Modules that workers will import; a fork server may import them once for all workers.
+        scheduler: Address of the scheduler whose workers to use; empty if none was named.
+    """
+
+    workers: int
+    timeout_s: float
+    prepare: WarmUp
+    modules: tuple[str, ...]
+    scheduler: str = ""
+
+    @classmethod
+    def of(cls, workers: int, timeout_s: float, run_job: RunJob, warm_up: WarmUp | None, scheduler: str = "") -> Crew:
+        """Describe the workers that drive with ``run_job`` after a ``warm_up``."""
+        functions = [getattr(function, "func", function) for function in (run_job, warm_up)]
+        modules = tuple(name for one in functions if isinstance(name := getattr(one, "__module__", None), str))
+        return cls(workers, timeout_s, partial(start_worker, warm_up), modules, scheduler)
+
+
+_warm_up_failure: list[str] = []
+"""Why the warm-up of this worker process failed; empty if it did not."""
+
+
+def start_worker(warm_up: WarmUp | None) -> None:
+    """Prepare a new worker: make it end with its parent and leave standard output alone, and load its kernels."""
+    belong_to_parent()
+    try:
+        if warm_up is not None:
+            warm_up()
+    except Exception as error:
+        _warm_up_failure.append(one_line(error))
+
+
+def attempt(run_job: RunJob, job: Job) -> RunResult:
+    """Drive a job in a worker; an exception of the controller becomes an ``error`` result."""
+    if _warm_up_failure:
+        raise NotStartedError(_warm_up_failure[0])
+    try:
+        result = run_job(job)
+    except (Exception, SystemExit) as error:
+        return error_result(one_line(error))
+    if not isinstance(result, RunResult):
+        return error_result(f"expected a RunResult, got {type(result).__name__}")
+    return result if result.reason.isprintable() else replace(result, reason=visible(result.reason))
+
+
+def error_result(reason: str) -> RunResult:
+    """Return the result of a run that ended in an error."""
+    return RunResult("error", time_s=0.0, path_length_m=0.0, reason=reason)
+
+
+def one_line(error: BaseException) -> str:
+    """Return the type and text of an error as one short line."""
+    return visible(" ".join(f"{type(error).__name__}: {error}".split()))[:MAX_REASON]

@@ -1,0 +1,179 @@
+"""The page of a benchmark: who reaches the goal how often and how fast, with intervals, replays and every run."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from evolution.benchmark import (
+    Benchmark,
+    benchmark_document,
+    pair_rows,
+    score_rows,
+    table_of_pairs,
+    table_of_scores,
+)
+from evolution.driving import Job, JobPlan, drive
+from evolution.files import Row, Table, write_text
+from evolution.report.page import Attachment, Report, Section, render_page
+from evolution.report.page import Table as PageTable
+from evolution.report.replays import ReplayedMap
+from evolution.statistics import FEWEST_FOR_INTERVAL
+from gym_mapbench.errors import RunError
+from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.scenario import Scenario
+
+MOST_REPLAYS = 24
+"""Maps with replays on one page; more would make it too large to open."""
+
+INTERVALS = (
+    "Intervals are of 95 %: Wilson's for shares of runs, bootstrap for means and for differences, over "
+    f"maps where there are {FEWEST_FOR_INTERVAL} or more, else over runs; there is none for fewer than "
+    f"{FEWEST_FOR_INTERVAL}."
+)
+
+
+def write_benchmark_report(
+    result: Benchmark,
+    page: Path,
+    arguments: Sequence[str] = (),
+    notes: Sequence[str] = (),
+    drive: Callable[[Job], Episode] = drive,
+) -> None:
+    """Write the page of a benchmark; one run of each controller on each map is driven again for its replay.
+
+    Args:
+        result: The benchmark, as :func:`evolution.bench` returned it.
+        page: The file; see :func:`evolution.report.writing.new_page`.
+        arguments: What stood on the command line after ``mapbench``; empty if nothing did.
+        notes: What else is to be said below the verdict.
+        drive: Drives a job and records everything.
+
+    Raises:
+        RunError: If the benchmark was read from a file, which does not hold its maps, or the page cannot be written.
+    """
+    if result.plan is None:
+        raise RunError(f"{page}: expected a benchmark that was just driven; a file of results does not hold its maps")
+    write_text(page, render_page(report_of_benchmark(result, result.plan, arguments, notes, drive)))
+
+
+def report_of_benchmark(
+    result: Benchmark, plan: JobPlan, arguments: Sequence[str], notes: Sequence[str], drive: Callable[[Job], Episode]
+) -> Report:
+    """Collect the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
+    driven = [_driven(result, plan, scenario, drive) for scenario in result.scenarios[:MOST_REPLAYS]]
+    radius = float(plan.settings.robot.radius)
+    count = f"{len(result.scenarios)} maps, {plan.repeats} runs of each controller on each"
+    return Report(
+        title="Benchmark",
+        subtitle=f"{count}: {', '.join(plan.names)}; seed {plan.root_seed}",
+        verdict=[*verdict_of_benchmark(result.rows, plan.names), *notes],
+        command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.bench(...), see the configuration",
+        configuration=yaml.safe_dump(benchmark_document(result.scenarios, plan), sort_keys=False),
+        maps=[ReplayedMap(episodes[0].scenario.name, episodes, radius) for episodes in driven if episodes],
+        sections=[Section("Tables", [INTERVALS], _tables(result, plan.names), id="tables")],
+        downloads=[
+            Attachment("bench.json", "application/json", result.to_json().encode()),
+            Attachment("bench.csv", "text/csv", result.table("runs").to_csv().encode()),
+        ],
+        missing=_missing(result),
+        changed=[line for episodes in driven for line in _changed(result, episodes)],
+    )
+
+
+def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> list[str]:
+    """Say how often each controller reaches the goal and how long it takes, then which differences are certain.
+
+    Args:
+        rows: The runs.
+        controllers: Who drove, in order.
+    """
+    ordered = sorted(score_rows(rows, controllers), key=lambda row: (-row["success"], row["mean s"] or np.inf))
+    pairs = [sentence for pair in pair_rows(rows, [row["controller"] for row in ordered]) for sentence in _faster(pair)]
+    return [_sentence(row) for row in ordered] + pairs
+
+
+def _sentence(row: Row) -> str:
+    """Say what one controller reached."""
+    low, high = (f"{100 * row[f'success {end}']:.0f}" for end in ("from", "to"))
+    text = (
+        f"{row['controller']} reaches the goal in {row['goals']} of {row['runs']} runs "
+        f"({100 * row['success']:.0f} %, 95 % interval {low} to {high} %)"
+    )
+    if row["mean s"] is None:
+        return f"{text}."
+    interval = "" if row["mean s from"] is None else f" ({row['mean s from']:.1f} to {row['mean s to']:.1f})"
+    return f"{text}, in {row['mean s']:.1f} s{interval} in the mean of these."
+
+
+def _faster(pair: Row) -> Iterator[str]:
+    """Say which of two controllers is faster where both reached the goal; nothing if there are too few such runs."""
+    mean, low, high = (pair[name] for name in ("faster s", "faster s from", "faster s to"))
+    if low is None:
+        return
+    fast, slow, low, high = (
+        (pair["first"], pair["second"], -high, -low) if mean <= 0 else (pair["second"], pair["first"], low, high)
+    )
+    sure = "" if low > 0 else ", so neither is shown to be faster"
+    yield (
+        f"Where both reach the goal ({pair['both']} pairs of runs on the same map and noise), {fast} is "
+        f"{abs(mean):.1f} s faster than {slow} in the mean (95 % interval {low:.1f} to {high:.1f} s{sure})."
+    )
+
+
+def _driven(result: Benchmark, plan: JobPlan, scenario: Scenario, drive: Callable[[Job], Episode]) -> list[Episode]:
+    """Drive the run of each controller on a map again whose time is the median; errors have no trajectory."""
+    episodes = []
+    for number, name in enumerate(plan.names):
+        rows = [row for row in _rows_of(result, scenario.name, name) if row["outcome"] != "error"]
+        if rows:
+            typical = sorted(rows, key=lambda row: (row["outcome"] != "goal", row["time_s"]))[(len(rows) - 1) // 2]
+            episodes.append(drive(plan.job(scenario, number, typical["repeat"])))
+    return episodes
+
+
+def _rows_of(result: Benchmark, name: str, controller: str) -> list[Row]:
+    return [row for row in result.rows if (row["map"], row["controller"]) == (name, controller)]
+
+
+def _changed(result: Benchmark, episodes: Sequence[Episode]) -> Iterator[str]:
+    """Report replays that end as none of the runs did."""
+    for episode in episodes:
+        rows = _rows_of(result, episode.scenario.name, episode.controller)
+        if (episode.outcome, episode.time) not in {(row["outcome"], row["time_s"]) for row in rows}:
+            yield (
+                f"The replay of {episode.controller} on {episode.scenario.name} ends with {episode.outcome} after "
+                f"{episode.time:.2f} s, as none of its runs did."
+            )
+
+
+def _missing(result: Benchmark) -> list[str]:
+    """Say which maps have no replay."""
+    left = len(result.scenarios) - MOST_REPLAYS
+    return [f"Replays of the first {MOST_REPLAYS} maps only; {left} more are in the tables."] if left > 0 else []
+
+
+def _tables(result: Benchmark, controllers: Sequence[str]) -> list[PageTable]:
+    return [
+        _page_table("Controllers", table_of_scores(result.table("controllers"))),
+        *([_page_table("Pairs", table_of_pairs(result.table("pairs")))] if len(controllers) > 1 else []),
+        _page_table("Maps", result.table()),
+        _page_table("Runs", Table(map(_long_last, result.rows))),
+    ]
+
+
+def _long_last(row: Row) -> Row:
+    """Return a run with its seed and its reason at the end, where they push nothing off a narrow page."""
+    ends = ("seed", "reason")
+    return {name: row[name] for name in (*(one for one in row if one not in ends), *ends)}
+
+
+def _page_table(caption: str, table: Table) -> PageTable:
+    """Show a table on the page; what has no value becomes a dash."""
+    nothing = {name: float("nan") if table.numeric(name) else "" for name in table.filled}
+    rows = [[nothing[name] if row.get(name) is None else row[name] for name in nothing] for row in table]
+    return PageTable(caption, table.filled, rows, table.title)

@@ -1,0 +1,330 @@
+"""The content of the report of a study."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping, Sequence
+
+import yaml
+
+from evolution.files import Row, csv_of
+from evolution.report.page import Attachment, Report, Section, Table, picture
+from evolution.report.replays import ReplayedMap
+from evolution.report.run_page import changed_replays, replayed_maps
+from evolution.statistics import FEWEST_FOR_INTERVAL
+from evolution.studies import (
+    BestSet,
+    Comparison,
+    StudyAnalysis,
+    StudyFigure,
+    StudyResults,
+    StudyRun,
+    analyse,
+    fresh_rows,
+    load_study,
+    map_rows,
+    measure_rows,
+    pair_rows,
+    promise_rows,
+    rank_rows,
+    study_names,
+    summary_rows,
+    test_rows,
+    verdict_of,
+)
+from gym_mapbench.mapio.bundle import BEST_MAP_SET
+
+ZIP_DATE = (1980, 1, 1, 0, 0, 0)
+"""The oldest date a zip file can hold: equal content gives equal bytes."""
+
+SUMMARY = {
+    "configuration": "configuration",
+    "n": "n",
+    "mean": "mean",
+    "std": "std",
+    "median": "median",
+    "ci_low": "median: 95 % from",
+    "ci_high": "to",
+    "min": "min",
+    "max": "max",
+}
+PAIRS = {
+    "first": "first",
+    "second": "second",
+    "median_difference": "difference of medians",
+    "p_holm": "p (Holm)",
+    "a12": "A12: first better",
+    "cliffs_delta": "Cliff's delta",
+    "n_first": "n first",
+    "n_second": "n second",
+}
+TESTS = {
+    "test": "test",
+    "groups": "of",
+    "statistic": "statistic",
+    "p_value": "p",
+    "effect": "effect",
+    "effect_name": "which",
+    "n": "n",
+}
+FRESH = {
+    "configuration": "configuration",
+    "repeats": "repeats in the search",
+    "n": "n",
+    "seen": "seen (median)",
+    "fresh": "fresh (median)",
+    "winners_curse": "fresh minus seen (median)",
+    "solved": "seeds with all maps solved",
+    "order_kept": "order kept on these",
+    "fresh_success_rate": "success on fresh seeds",
+}
+PROMISES = {
+    "configuration": "configuration",
+    "n": "n",
+    "claimed": "claimed (median)",
+    "fresh": "fresh (median)",
+    "fresh_low": "from",
+    "fresh_high": "to",
+    "off": "off by (median)",
+    "kept": "off by 0.5 at most",
+    "goals": "goals",
+    "order": "order kept",
+    "roles": "all roles filled",
+    "against": "against",
+    "a12": "A12",
+    "p_holm": "p (Holm)",
+}
+MAPS = {
+    "map": "map",
+    "reading": "reading",
+    "controller": "controller",
+    "seen_s": "search saw, s",
+    "mean_s": "mean s",
+    "min_s": "min s",
+    "max_s": "max s",
+    "std_s": "std s",
+    "goals": "goals",
+    "runs": "runs",
+    "otherwise": "otherwise",
+}
+RUNS = {
+    "configuration": "configuration",
+    "seed": "seed",
+    "pop_size": "population",
+    "evaluations": "evaluations",
+    "cluster_scale": "cluster scale",
+    "fitness": "fitness seen",
+    "fresh_fitness": "on fresh seeds",
+    "winners_curse": "fresh minus seen",
+    "fresh_success_rate": "success on fresh seeds",
+    "driven": "newly driven runs",
+    "seconds": "seconds for these",
+}
+
+
+def report_of_study(
+    results: StudyResults,
+    best_sets: Sequence[BestSet] = (),
+    figures: Sequence[StudyFigure] = (),
+    analysis: StudyAnalysis | None = None,
+) -> Report:
+    """Collect the report of a study, as far as it has come.
+
+    Args:
+        results: The study.
+        best_sets: What :func:`evolution.studies.analysis.figures.drive_best_sets` returned, for the replays.
+        figures: What :func:`evolution.studies.analysis.figures.write_study_figures` returned.
+        analysis: The study's comparisons, if they are there already.
+    """
+    settings, analysis = results.settings, analysis or analyse(results)
+    controllers = dict.fromkeys(name for run in results.runs for name in run.experiment.plan.names)
+    return Report(
+        title=f"Study: {settings.name}",
+        subtitle=(
+            f"{len(settings.configurations)} configurations x {settings.runs} runs, {settings.budget} map sets "
+            f"evaluated in each; controllers {', '.join(controllers) or 'unknown'}; {len(results.runs)} runs finished"
+        ),
+        verdict=verdict_of(results, analysis),
+        command=_command(results),
+        configuration=_configuration(results),
+        maps=[shown for best in best_sets for shown in _replayed(best)],
+        sections=[
+            Section("Tables", tables=_tables(analysis, best_sets), id="tables"),
+            Section("Figures", figures=[picture(one.caption, one.png.read_bytes()) for one in figures], id="figures"),
+        ],
+        downloads=_downloads(results, best_sets),
+        missing=[*refused_replays(best_sets), *results.missing, *_not_shown(results, best_sets)],
+        changed=[line for best in best_sets for line in _changed(best)],
+    )
+
+
+def table_of(caption: str, columns: Mapping[str, str], rows: Sequence[Row], note: str = "") -> Table:
+    """Make a table of the given columns of some rows, under their headings; None becomes a dash."""
+    cells = [[float("nan") if row[name] is None else row[name] for name in columns] for row in rows]
+    return Table(caption, tuple(columns.values()), cells, note)
+
+
+def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table]:
+    results = analysis.results
+    tables = [table for one in analysis.comparisons for table in _comparison_tables(one)]
+    if rows := fresh_rows(results):
+        note = (
+            "Fitness on fresh seeds minus the fitness the search saw: the luck of the selection, and the noise of the "
+            "new runs where the search had none. path_length selected nothing by driven runs. The order is that of "
+            "the maps' readings, on the seeds on which all controllers solved all maps."
+        )
+        tables.append(table_of("Fresh minus seen", FRESH, rows, note))
+    if rows := promise_rows(results):
+        note = (
+            "What the searches said of their best sets, and their median fitness on fresh seeds with the 95 % interval "
+            "of the median over runs. The order counts over all fresh drives. Roles are filled if one map has all "
+            "controllers within a factor of 1.2, one two groups further apart than that, and so on. A12 and p "
+            "(corrected by Holm over these rows) compare with the first configuration of the same fitness, navigation "
+            "and fresh noise."
+        )
+        tables.append(table_of("Promised and kept", PROMISES, rows, note))
+    tables += [table for best in best_sets if best.run.fresh is not None for table in _best_set_tables(best.run)]
+    if results.runs:
+        note = (
+            "All runs of a study share one store of results: what an earlier run had driven is not driven again, so "
+            "the last two columns depend on the order of the runs."
+        )
+        tables.append(table_of("Every run", RUNS, results.rows(), note))
+    return tables
+
+
+def _comparison_tables(comparison: Comparison) -> list[Table]:
+    """Table 5.2 and the tests behind the verdict."""
+    title = comparison.title
+    note = f"The interval is a bootstrap interval of the median, given for {FEWEST_FOR_INTERVAL} runs or more."
+    rows = summary_rows(comparison)
+    tables = [table_of(f"Best fitness of a run: {title} (thesis, Table 5.2)", SUMMARY, rows, note)]
+    if rows := pair_rows(comparison):
+        columns = PAIRS | ({"by_construction": "by construction"} if comparison.by_construction else {})
+        tables.append(table_of(f"Every pair of configurations: {title}", columns, rows, _pairs_note(comparison)))
+    if rows := test_rows(comparison):
+        tables.append(table_of(f"Tests over several configurations: {title}", TESTS, rows))
+    if ranking := comparison.ranking:
+        columns = {"configuration": "configuration", "mean_rank": "mean rank"}
+        note = (
+            f"Over {len(ranking.seeds)} seeds, 1 is best; ranks less than {ranking.critical_difference:.2f} apart "
+            f"cannot be told apart (Nemenyi, 0.05).{_nested_ranks(comparison)}"
+        )
+        tables.append(table_of(f"Ranks: {title}", columns, rank_rows(comparison), note))
+    return tables
+
+
+def _pairs_note(comparison: Comparison) -> str:
+    """How to read the table of pairs."""
+    note = (
+        "The first has the better median. Mann-Whitney U, corrected by Holm. A12 is the share of pairs of runs in "
+        "which the first is better, ties half (0.5: no effect). Runs with one seed share their first population; the "
+        "tests treat them as independent, which positive dependence makes conservative."
+    )
+    if not comparison.by_construction:
+        return note
+    return (
+        f"{note} Pairs by construction are not tested: the first chose afterwards among all maps that the second had "
+        "driven, so it cannot be worse in any run as the search saw it."
+    )
+
+
+def _nested_ranks(comparison: Comparison) -> str:
+    """Name the ranks that follow from how a configuration chooses, and so say nothing."""
+    fixed = [f"{best} never ranks behind {parent}" for best, parent in comparison.by_construction]
+    return f" By construction {', '.join(fixed)}." if fixed else ""
+
+
+def refused_replays(best_sets: Sequence[BestSet]) -> list[str]:
+    """Say in one line which best sets were not driven again because they name code."""
+    refused = {best.run.configuration.name: best.refused for best in best_sets if best.refused}
+    return [f"There are no replays of {', '.join(refused)}: {next(iter(refused.values()))}"] if refused else []
+
+
+def _not_shown(results: StudyResults, best_sets: Sequence[BestSet]) -> list[str]:
+    """Name the configurations of which no set is shown, or not the best one."""
+    shown = {best.run.configuration.name: best.run for best in best_sets}
+    lines = []
+    for name, runs in results.by_configuration.items():
+        best = min(runs, key=lambda run: run.fitness)
+        if name not in shown:
+            lines.append(f"{name}: no replay, none of its best sets could be loaded and driven again")
+        elif shown[name] is not best:
+            lines.append(
+                f"{name}: the best run (seed {best.seed}) could not be loaded and driven again; seed "
+                f"{shown[name].seed} is shown"
+            )
+    return lines
+
+
+def _best_set_tables(run: StudyRun) -> list[Table]:
+    """Times and other measures of the best set of a configuration."""
+    what = f"Best set of {run.configuration.name} (seed {run.seed}) on fresh seeds"
+    measures = measure_rows(run)
+    names = dict.fromkeys(name for row in measures for name in row if name not in ("configuration", "seed"))
+    rows = [{name: row.get(name) for name in names} for row in measures]
+    return [
+        table_of(f"{what} (thesis, Tables 5.3 and 5.4)", MAPS, map_rows(run), "Of the runs that reached the goal."),
+        table_of(
+            f"{what}: other measures", {name: name for name in names}, rows, "Means over the same runs; SI units."
+        ),
+    ]
+
+
+def _replayed(best: BestSet) -> list[ReplayedMap]:
+    """The best set of one configuration with its recorded runs."""
+    group = f"{best.run.configuration.name} (seed {best.run.seed}, fitness {best.run.fitness:.2f})"
+    return replayed_maps(best.loaded, best.maps, group)
+
+
+def _changed(best: BestSet) -> list[str]:
+    return [f"{best.run.configuration.name}: {line}" for line in changed_replays(best.loaded, best.maps)]
+
+
+def _command(results: StudyResults) -> str:
+    name = results.settings.name
+    if name in study_names() and load_study(name) == results.settings:
+        return f"mapbench study {name} --out {results.path.name}"
+    return f"mapbench study study.yaml --out {results.path.name}  # study.yaml is among the downloads"
+
+
+def _configuration(results: StudyResults) -> str:
+    document = {
+        "version": results.version,
+        "libraries": dict(results.libraries),
+        "taken from earlier configurations": dict(results.resolved),
+    }
+    return f"{_yaml(document)}\n# study.yaml\n{_study_yaml(results)}"
+
+
+def _study_yaml(results: StudyResults) -> str:
+    """The study's file, options at their defaults left out."""
+    return _yaml(results.settings.model_dump(mode="json", exclude_defaults=True))
+
+
+def _yaml(document: object) -> str:
+    return yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=110)
+
+
+def _downloads(results: StudyResults, best_sets: Sequence[BestSet]) -> list[Attachment]:
+    maps = [row for run in results.runs for row in map_rows(run)]
+    files = [
+        Attachment("study.yaml", "application/yaml", _study_yaml(results).encode()),
+        Attachment("runs.csv", "text/csv", csv_of(results.rows()).encode()),
+        Attachment("maps.csv", "text/csv", csv_of(maps).encode()),
+    ]
+    if best_sets:
+        files.append(Attachment("best_map_sets.zip", "application/zip", _zipped(best_sets)))
+    return files
+
+
+def _zipped(best_sets: Sequence[BestSet]) -> bytes:
+    """The best set of every configuration as map-set files."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as archive:
+        for best in best_sets:
+            entry = zipfile.ZipInfo(f"{best.run.configuration.name}.json", ZIP_DATE)
+            text = (best.run.path / BEST_MAP_SET).read_bytes()
+            archive.writestr(entry, text, compress_type=zipfile.ZIP_DEFLATED)
+    return content.getvalue()

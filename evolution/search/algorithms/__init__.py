@@ -1,0 +1,1 @@
+"""How sets of maps are searched."""

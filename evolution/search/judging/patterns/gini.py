@@ -1,0 +1,109 @@
+"""Gini: maps that range from equal controllers to one far ahead of the others (thesis, Alg. 1 and 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evolution.search.judging.patterns.base import Pattern, Times
+from evolution.search.judging.patterns.pools import Found, Pool, Readings, orders_of, readings_in
+
+NO_PATTERN = -1e3
+"""What Alg. 2 returns where there is no pattern."""
+
+
+def gini(times: Times) -> float:
+    """Gini coefficient (Alg. 1, Eq. 4.2): 0 if all are equal, ``1 - 1/n`` if one holds everything.
+
+    Args:
+        times: One value >= 0 per controller; equal for all, zeros included, gives 0.
+    """
+    ordered = np.sort(np.asarray(times, dtype=np.float64))
+    n, total = len(ordered), float(ordered.sum())
+    if total == 0.0:
+        return 0.0
+    weighted = float((np.arange(1, n + 1) * ordered).sum())
+    return max(2.0 * weighted / (n * total) - (n + 1) / n, 0.0)  # equal times may round to just below zero
+
+
+def gini_fitness(ginis: Sequence[float], epsilon: float = 1e-8, unevenness_weight: float = 1.0) -> float:
+    """Pattern fitness of some Gini coefficients (Alg. 2): it is best if they are spread wide and evenly.
+
+    It is the spread minus ``unevenness_weight`` times the population variance of the gaps; -1000 for
+    fewer than two coefficients, or if two of them are ``epsilon`` or less apart.
+    """
+    deltas = np.diff(np.sort(np.asarray(ginis, dtype=np.float64)))
+    if len(deltas) == 0 or (deltas <= epsilon).any():
+        return NO_PATTERN
+    return float(deltas.sum() - unevenness_weight * deltas.var())
+
+
+class Gini(Pattern):
+    """Gini coefficients, spread wide and evenly; up to 1.
+
+    The best middle value between two extremes is the one nearest to their midpoint, because the variance of the gaps
+    grows with the distance from it. The exact best set is therefore found directly.
+    """
+
+    reading_name = "Gini"
+    wanted = "Gini coefficients spread wide and evenly"
+    nothing = NO_PATTERN
+    exact = True
+
+    def read(self, times: Times) -> float:
+        """Return the Gini coefficient of the times."""
+        return gini(times)
+
+    def judge(self, readings: Sequence[float], maps: Sequence[Times]) -> float:
+        """Return the pattern fitness of the Gini coefficients."""
+        return gini_fitness(readings, self.settings.epsilon, self.settings.unevenness_weight)
+
+    def bound(self, widest: float) -> float:
+        """Return the spread, which unevenness can only reduce."""
+        return widest
+
+    def best_of(self, pools: Sequence[Pool]) -> Found:
+        """Return the widest and most even spread of one reading from each pool."""
+        if len(pools) < 2:
+            return None
+        best: Found = None
+        for order in orders_of(pools):
+            readings = readings_in(order)
+            found = self._best_pair(readings) if len(order) == 2 else self._best_triple(readings)
+            if found is not None and (best is None or found[0] > best[0]):
+                best = found[0], list(zip(order, found[1], strict=True))
+        return best
+
+    def _best_pair(self, readings: Sequence[Readings]) -> tuple[float, tuple[int, ...]] | None:
+        """Take the smallest and the largest reading."""
+        low, high = readings
+        first, last = int(np.argmin(low)), int(np.argmax(high))
+        spread = float(high[last] - low[first])
+        return (spread, (first, last)) if spread > self.settings.epsilon else None
+
+    def _best_triple(self, readings: Sequence[Readings]) -> tuple[float, tuple[int, ...]] | None:
+        """Try every pair of extremes with the middle reading nearest to their midpoint."""
+        low, middle, high = readings
+        best, places = -np.inf, None
+        highest = high.max()
+        for first, lowest in enumerate(low):
+            if highest - lowest <= best:  # the spread bounds the pattern
+                continue
+            nearest = _nearest(middle, (lowest + high) / 2)
+            gaps = middle[nearest] - lowest, high - middle[nearest]
+            patterns = high - lowest - self.settings.unevenness_weight * ((gaps[0] - gaps[1]) / 2) ** 2
+            patterns[np.minimum(*gaps) <= self.settings.epsilon] = -np.inf
+            last = int(np.argmax(patterns))
+            if patterns[last] > best:
+                best, places = float(patterns[last]), (first, int(nearest[last]), last)
+        return None if places is None else (best, places)
+
+
+def _nearest(values: Readings, wanted: Readings) -> NDArray[np.intp]:
+    """Index of the value nearest to each wanted one; ``values`` are ascending."""
+    right = np.searchsorted(values, wanted).clip(1, max(len(values) - 1, 1))
+    left = right - 1
+    right = np.minimum(right, len(values) - 1)
+    return np.where(wanted - values[left] <= values[right] - wanted, left, right)

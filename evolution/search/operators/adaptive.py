@@ -1,0 +1,69 @@
+"""Credit: what improves map sets is used more (adaptive operator selection).
+
+Credit is the mean gain in fitness of the mutations so far, those without gain included. It is kept by role, the rank of
+the mutated map's reading in its set, and within a role by operator: what makes an easy map easier is not what makes a
+hard one harder. A role or operator is used in proportion to its credit, operators also to their configured probability.
+What was never tried has the mean gain of all mutations.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from gym_mapbench.world.scenario import MapSet
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A mutation whose result is not known yet.
+
+    Args:
+        before: The map set as it was.
+        after: Digest of the mutated set.
+        role: Rank of the mutated map's reading in the set.
+        operators: What changed the map.
+    """
+
+    before: MapSet
+    after: str
+    role: int
+    operators: tuple[str, ...]
+
+
+@dataclass
+class Credit:
+    """How often roles, and operators in them, were tried, and what they gained in sum."""
+
+    tried: Counter[tuple[int, str]] = field(default_factory=Counter)
+    gained: dict[tuple[int, str], float] = field(default_factory=lambda: defaultdict(float))
+
+    def add(self, trial: Trial, gain: float) -> None:
+        """Count one mutation; a loss is no gain."""
+        for name in {"", *trial.operators}:
+            self.tried[trial.role, name] += 1
+            self.gained[trial.role, name] += max(gain, 0.0)
+
+    def of(self, role: int, operator: str = "") -> float:
+        """Return the mean gain of an operator in a role, or of all operators in it; never 0."""
+        key = role, operator
+        return (self._overall + self.gained.get(key, 0.0)) / (1 + self.tried[key])
+
+    def chances(self, configured: Mapping[str, float], role: int) -> dict[str, float]:
+        """Return the probabilities of the operators in a role.
+
+        Args:
+            configured: Their configured probabilities, whose sum is 1.
+            role: Rank of the map's reading in its set.
+        """
+        weights = {name: chance * self.of(role, name) for name, chance in configured.items()}
+        total = sum(weights.values())
+        return {name: weight / total for name, weight in weights.items()}
+
+    @property
+    def _overall(self) -> float:
+        """The mean gain of all mutations; 1 before the first gain."""
+        tried = sum(count for (_, name), count in self.tried.items() if not name)
+        gained = sum(gain for (_, name), gain in self.gained.items() if not name)
+        return gained / tried if gained else 1.0

@@ -1,0 +1,1 @@
+"""The Gymnasium environments over the world: task, action, observation, reward; one world or many."""

@@ -1,0 +1,273 @@
+"""What the robot observes: for every key its space, and the values in it.
+
+``pose``, ``odom`` and ``velocity`` are float64, because controllers that are compared with Nav2's to 1e-9 read
+them; the rest is float32. Every array of every observation is new.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from gym_mapbench.costmap import NO_INFORMATION, Costmap, CostmapParams, InflationLayer, build_static_costmap
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.groups import PathWindow
+from gym_mapbench.errors import NoPathError
+from gym_mapbench.kernels import frames
+from gym_mapbench.kernels.jit import plain
+from gym_mapbench.kernels.path import see_path
+from gym_mapbench.planners.navfn import NavfnPlanner
+from gym_mapbench.world.lidar import Lidar, LidarSettings
+from gym_mapbench.world.localisation import Localisation, Odometry
+from gym_mapbench.world.noise import NoiseSettings, Normals, Streams, disturb_ranges, disturb_velocity
+from gym_mapbench.world.scenario import Pose, Scenario
+
+FAR = 1e8
+"""Bound of every coordinate, m; beyond what maps in UTM coordinates hold. The spaces must be finite."""
+FAST = 1e3
+"""Bound of every speed, m/s and rad/s."""
+
+_seen_from = plain(frames.in_robot_frame)
+
+
+def observation_space(config: EnvConfig) -> spaces.Dict:
+    """Return the space of the keys chosen in ``config``.
+
+    ``pose``: x, y (m), yaw (rad) on the map, as the localisation has them. ``odom``: the same in the odom frame, as
+    wheel odometry has them. ``velocity``: v (m/s), omega (rad/s). ``goal``: x, y, yaw in the robot's frame. ``scan``:
+    ranges from the scanner, m. ``path``: x, y of the first point, of the second..., in the robot's frame, m.
+    ``costmap``: ``(1, cells, cells)`` Nav2 cost values, row 0 at the bottom.
+    """
+    return spaces.Dict({key: SPACES[key](config) for key in config.observation})
+
+
+def _vector(high: float, count: int, dtype: type = np.float32) -> spaces.Box:
+    return spaces.Box(-high, high, (count,), dtype)
+
+
+def _pose_space(dtype: type) -> spaces.Box:
+    bounds: NDArray[Any] = np.array([FAR, FAR, math.pi], dtype=dtype)
+    # The nearest float32 to pi lies above it, so both ends of (-pi, pi] are inside.
+    return spaces.Box(-bounds, bounds, dtype=dtype)
+
+
+SPACES: dict[str, Callable[[EnvConfig], spaces.Box]] = {
+    "pose": lambda config: _pose_space(np.float64),
+    "odom": lambda config: _pose_space(np.float64),
+    "velocity": lambda config: _vector(FAST, 2, np.float64),
+    "goal": lambda config: _pose_space(np.float32),
+    "scan": lambda config: spaces.Box(0.0, config.lidar.range_max, (config.lidar.beams,), np.float32),
+    "path": lambda config: _vector(FAR, 2 * config.path.points),
+    "costmap": lambda config: spaces.Box(0, 255, (1, config.costmap.cells, config.costmap.cells), np.uint8),
+}
+
+
+class Moment(NamedTuple):
+    """What is known of the robot in one control step.
+
+    Args:
+        true: True pose.
+        estimate: Pose on the map as the localisation has it.
+        odom: Pose in the odom frame as wheel odometry has it.
+        velocity: Measured speed (m/s) and turn rate (rad/s).
+    """
+
+    true: Pose
+    estimate: Pose
+    odom: Pose
+    velocity: tuple[float, float]
+
+
+class Observer:
+    """Observes the robot on one scenario.
+
+    Args:
+        config: Keys, sensors and noise.
+        scenario: Map and task.
+        start: Where the robot truly starts.
+        streams: What the noise is drawn from.
+
+    Attributes:
+        path: The global path, ``(n, 3)`` x, y (m), yaw (rad); None where it is not observed.
+
+    Raises:
+        NoPathError: If ``path`` is observed and there is none.
+    """
+
+    def __init__(self, config: EnvConfig, scenario: Scenario, start: Pose, streams: Streams) -> None:
+        self._config = config
+        self._streams = streams
+        self._velocity_normals = Normals(streams.velocity)
+        self._odometry = Odometry(config.noise, start, streams.odom_frame, streams.odometry)
+        self._localisation = Localisation(config.noise, 1.0 / config.control_hz, streams.localisation)
+        self.goal = scenario.goal
+        self._keys = config.observation
+        self.path: NDArray[np.float64] | None = None
+        if "scan" in self._keys:
+            self._mounted = config.mounted_lidar
+            self._lidar = Lidar(self._mounted, scenario.map)
+            rate = config.lidar.scan_rate
+            self._observations_per_scan = 1 if rate is None else max(1, round(config.control_hz / rate))
+            self._observations = 0
+        if "costmap" in self._keys:
+            self.window = CostmapView(_plan_costmap(config, scenario), config.costmap.cells)
+        if "path" in self._keys:
+            self.path = plan_path(config, scenario)
+            self.ahead = PathView(self.path, config.path)
+
+    def observe(self, pose: Pose, velocity: tuple[float, float]) -> dict[str, NDArray[Any]]:
+        """Return one observation, noise included, of a true pose and velocity; call it once a control step."""
+        moment = self.know(pose, velocity)
+        return {key: CONTENTS[key](self, moment) for key in self._keys}
+
+    def know(self, pose: Pose, velocity: tuple[float, float]) -> Moment:
+        """Return what odometry and localisation make of a true pose and velocity; call it once a control step."""
+        noise = self._config.noise
+        odom = self._odometry.advance(pose)
+        estimate = self._localisation.advance(pose, odom)
+        counted = self._odometry.measure(velocity)
+        measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._velocity_normals)
+        return Moment(pose, estimate, odom, measured)
+
+    def beams(self, pose: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
+        """Return where the beams start, and ``(beams, 2)`` world angle (rad) and range (m) of each, without noise.
+
+        None where no scan is observed.
+        """
+        if "scan" not in self._keys:
+            return None
+        sensor = self._mounted.sensor_pose(pose)
+        return sensor, np.stack([sensor.yaw + self._mounted.angles, self._lidar.scan(pose)], axis=1)
+
+    def scan_or_hold(self, pose: Pose) -> NDArray[np.float32]:
+        """Return a new scan if the scanner has one by now, or else the last one again, in a new array."""
+        if self._observations % self._observations_per_scan == 0:
+            self._last_scan = self._scan(pose)
+        self._observations += 1
+        return self._last_scan.copy()
+
+    def _scan(self, pose: Pose) -> NDArray[np.float32]:
+        """Measure: noise on every range, then the beams that are lost or too near."""
+        return report_scan(self._config.noise, self._mounted, self._lidar.scan(pose), *self.draw_scan_noise())
+
+    def draw_scan_noise(self) -> tuple[NDArray[np.float32] | None, NDArray[np.bool_] | None]:
+        """Draw ``(beams,)`` standard normal numbers, and which beams are lost; None where that noise is off."""
+        noise, streams, beams = self._config.noise, self._streams, self._mounted.beams
+        blurs = noise.scan or noise.scan_relative
+        normals = streams.scan.standard_normal(beams, dtype=np.float32) if blurs else None
+        lost = streams.dropout.random(beams) < noise.scan_dropout if noise.scan_dropout else None
+        return normals, lost
+
+
+def report_scan(
+    noise: NoiseSettings,
+    lidar: LidarSettings,
+    ranges: NDArray[np.float32],
+    normals: NDArray[np.float32] | None,
+    lost: NDArray[np.bool_] | None,
+) -> NDArray[np.float32]:
+    """Return ``(..., beams)`` ranges as a scanner reports them, with what was drawn in ``draw_scan_noise``."""
+    if normals is not None:
+        ranges = disturb_ranges(ranges, noise.scan, noise.scan_relative, lidar.range_max, normals)
+    return lidar.report(ranges, lost)
+
+
+CONTENTS: dict[str, Callable[[Observer, Moment], NDArray[Any]]] = {
+    "pose": lambda observer, moment: np.array(moment.estimate),
+    "odom": lambda observer, moment: np.array(moment.odom),
+    "velocity": lambda observer, moment: np.array(moment.velocity),
+    "goal": lambda observer, moment: in_robot_frame(observer.goal, moment.estimate),
+    "scan": lambda observer, moment: observer.scan_or_hold(moment.true),
+    "path": lambda observer, moment: observer.ahead.ahead_of(moment.estimate),
+    "costmap": lambda observer, moment: observer.window.around(moment.estimate),
+}
+
+
+def in_robot_frame(goal: Pose, pose: Pose) -> NDArray[np.float32]:
+    """Return ``(3,)`` x, y (m) and yaw (rad) of a goal, seen from a pose."""
+    return np.array(_seen_from(*goal, *pose), dtype=np.float32)
+
+
+class PathView:
+    """Looks ahead along a path from where the robot is, and never back.
+
+    Args:
+        path: ``(n, 3)`` x, y (m), yaw (rad) from start to goal.
+        window: How many points, how far apart.
+    """
+
+    def __init__(self, path: NDArray[np.float64], window: PathWindow) -> None:
+        steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
+        along = np.concatenate([[0.0], np.cumsum(steps)])
+        even = np.append(np.arange(0.0, along[-1], window.spacing), along[-1])
+        self._points = np.stack([np.interp(even, along, path[:, 0]), np.interp(even, along, path[:, 1])], axis=1)
+        self._count = window.points
+        self._nearest = 0
+
+    def ahead_of(self, pose: Pose) -> NDArray[np.float32]:
+        """Return ``(2 * points,)`` x, y in the robot's frame, m; the goal repeats at the end of the path."""
+        window = np.empty((self._count, 2), dtype=np.float32)
+        self._nearest = see_path(self._points, self._nearest, pose.x, pose.y, pose.yaw, window)
+        return window.ravel()
+
+
+class CostmapView:
+    """Cuts square windows out of a costmap; what lies off the map is 255, unknown.
+
+    Args:
+        costmap: The whole map's.
+        cells: Rows and columns of a window.
+    """
+
+    def __init__(self, costmap: Costmap, cells: int) -> None:
+        self._cells = cells
+        self._costmap = costmap
+        self._costs = np.pad(costmap.costs, cells, constant_values=NO_INFORMATION)
+
+    def around(self, pose: Pose) -> NDArray[np.uint8]:
+        """Return ``(1, cells, cells)`` costs around the cell of a pose, which is at ``[0, cells // 2, cells // 2]``."""
+        rows, cols = self._costmap.costs.shape
+        row = math.floor((pose.y - self._costmap.origin_y) / self._costmap.resolution)
+        col = math.floor((pose.x - self._costmap.origin_x) / self._costmap.resolution)
+        first_row = min(max(row, 0), rows - 1) + self._cells - self._cells // 2
+        first_col = min(max(col, 0), cols - 1) + self._cells - self._cells // 2
+        window = self._costs[first_row : first_row + self._cells, first_col : first_col + self._cells]
+        return window[np.newaxis].copy()
+
+
+def plan_path(config: EnvConfig, scenario: Scenario) -> NDArray[np.float64]:
+    """Return the path that the env's observations show, ``(n, 3)`` x, y (m), yaw (rad).
+
+    Raises:
+        NoPathError: If there is none.
+    """
+    *wide, narrowest = config.path.rooms
+    for room in wide:
+        with suppress(NoPathError):
+            return NavfnPlanner().plan(_plan_costmap(config, scenario, room), scenario.start, scenario.goal)
+    return NavfnPlanner().plan(_plan_costmap(config, scenario, narrowest), scenario.start, scenario.goal)
+
+
+def has_path(config: EnvConfig, scenario: Scenario) -> bool:
+    """Whether the planner finds the path that the env's observations show."""
+    try:
+        plan_path(config, scenario)
+    except NoPathError:
+        return False
+    return True
+
+
+def _plan_costmap(config: EnvConfig, scenario: Scenario, room: float = 0.0) -> Costmap:
+    """Build the costmap of the whole map, for a robot with some room around it: static and inflation layer."""
+    inflation = InflationLayer(
+        inflation_radius=config.costmap.inflation_radius, cost_scaling_factor=config.costmap.cost_scaling_factor
+    )
+    params = CostmapParams(plugins=("static_layer", "inflation_layer"), inflation_layer=inflation)
+    params = params.replace(footprint_padding=params.footprint_padding + room)
+    return build_static_costmap(scenario.map, params, params.make_footprint(config.robot))

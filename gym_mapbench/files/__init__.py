@@ -1,0 +1,1 @@
+"""Reading files of strangers: bounded in size, refused in one line."""

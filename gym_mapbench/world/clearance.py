@@ -1,0 +1,91 @@
+"""Clearance: how far the robot's outline is from the walls."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.kernels.clearance import clearances_of_disc, clearances_of_polygon
+from gym_mapbench.kernels.motion import GROUND, MARGIN, is_clear
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.noise import NoiseSettings, disturb_pose
+from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.state import ground_of
+
+MAX_DRAWS = 1000
+
+
+def measure_clearance(grid: GridMap, robot: RobotSpec, poses: ArrayLike) -> NDArray[np.float64]:
+    """Return the exact distance from the robot's outline to the nearest wall, ``(n,)`` m.
+
+    The map's edge is a wall; unknown cells are free. A disc that overlaps a wall has a negative clearance, as deep as
+    the overlap; a polygon's is 0.
+
+    Args:
+        grid: The map.
+        robot: Its shape.
+        poses: ``(n, 3)`` or more columns, x, y (m), yaw (rad); on the map.
+    """
+    states = np.ascontiguousarray(np.atleast_2d(np.asarray(poses, dtype=np.float64))[:, :3])
+    boxes, area = wall_boxes(grid), np.array(grid.bounds)
+    clearances: NDArray[np.float64]
+    if robot.footprint is None:
+        clearances = clearances_of_disc(boxes, area, states, robot.radius)
+    else:
+        clearances = clearances_of_polygon(boxes, area, states, counter_clockwise(np.asarray(robot.footprint)))
+    return clearances
+
+
+def wall_boxes(grid: GridMap) -> NDArray[np.float64]:
+    """Return the walls as few rectangles, ``(n, 4)`` left, bottom, right, top in the world, m."""
+    row, col, height, width = grid.rectangles.T
+    x, y = grid.origin
+    cells = np.stack([col, row, col + width, row + height], axis=1)
+    boxes: NDArray[np.float64] = cells * grid.resolution + np.array([x, y, x, y])
+    return boxes
+
+
+def check_clearance(scenario: Scenario, robot: RobotSpec) -> None:
+    """Refuse a task whose start or goal the robot cannot stand on.
+
+    Raises:
+        ConfigError: If the robot would touch a wall there.
+    """
+    for what, pose in (("start", scenario.start), ("goal", scenario.goal)):
+        if not has_room(scenario.map, robot, pose):
+            raise ConfigError(
+                f"{what}: expected room for the robot ({robot.name}), got a wall that touches it at "
+                f"({pose.x:g}, {pose.y:g}, {pose.yaw:g})"
+            )
+
+
+def has_room(grid: GridMap, robot: RobotSpec, pose: Pose) -> bool:
+    """Whether the robot touches no wall at a pose on the map; walls are measured only where some are near."""
+    walls, reach = grid.framed.reshape(-1), robot.circumscribed_radius + MARGIN
+    if is_clear(walls, np.array([ground_of(grid)], GROUND), 0, pose.x, pose.y, reach):
+        return True
+    return bool(measure_clearance(grid, robot, [pose])[0] > 0)
+
+
+def draw_start(scenario: Scenario, robot: RobotSpec, noise: NoiseSettings, rng: np.random.Generator) -> Pose:
+    """Draw the true start pose: the scenario's, disturbed, at a place where the robot touches no wall.
+
+    Raises:
+        ConfigError: If 1000 draws all touch one.
+    """
+    if not (noise.start_xy or noise.start_yaw):
+        return scenario.start
+    for _ in range(MAX_DRAWS):
+        pose = disturb_pose(scenario.start, noise.start_xy, noise.start_yaw, rng)
+        if scenario.map.world_to_cell(pose.x, pose.y) and has_room(scenario.map, robot, pose):
+            return pose
+    raise ConfigError(f"noise: expected room around the start, got walls in {MAX_DRAWS} draws")
+
+
+def counter_clockwise(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners ``(n, 2)`` of a polygon in counter-clockwise order."""
+    x, y = corners.T
+    area = np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
+    return np.ascontiguousarray(corners if area > 0 else corners[::-1])

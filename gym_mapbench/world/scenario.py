@@ -1,0 +1,106 @@
+"""Scenario and MapSet: a map with a task on it, and the tuple of them that is one individual."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from gym_mapbench.errors import ConfigError, visible
+from gym_mapbench.kernels.geometry import wrap_angle as wrap_angle_kernel
+from gym_mapbench.kernels.jit import plain
+from gym_mapbench.world.gridmap import GridMap
+
+_wrap = plain(wrap_angle_kernel)
+
+
+class Pose(NamedTuple):
+    """Position in m and heading in rad, counter-clockwise from +x."""
+
+    x: float
+    y: float
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One navigation task: drive from ``start`` to ``goal`` on ``map``.
+
+    Raises:
+        ConfigError: If start or goal is not finite, off the map, or in an occupied cell.
+    """
+
+    map: GridMap
+    start: Pose
+    goal: Pose
+    name: str = "map"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", visible(self.name))
+        for what in ("start", "goal"):
+            object.__setattr__(self, what, _pose_on(self.map, what, getattr(self, what)))
+
+    @cached_property
+    def digest(self) -> str:
+        """Content hash of map, start and goal (not of the name)."""
+        text = repr((self.map.digest, tuple(self.start), tuple(self.goal)))
+        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+
+@dataclass(frozen=True)
+class MapSet:
+    """A tuple of scenarios: the individual of the search.
+
+    Raises:
+        ConfigError: If it is empty.
+    """
+
+    scenarios: tuple[Scenario, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "scenarios", tuple(self.scenarios))
+        if not self.scenarios:
+            raise ConfigError("map set: expected at least one scenario, got none")
+
+    @cached_property
+    def digest(self) -> str:
+        """Content hash that does not depend on the order of the maps."""
+        return hashlib.blake2b("".join(sorted(s.digest for s in self)).encode(), digest_size=16).hexdigest()
+
+    def __len__(self) -> int:
+        return len(self.scenarios)
+
+    def __iter__(self) -> Iterator[Scenario]:
+        return iter(self.scenarios)
+
+    def __getitem__(self, index: int) -> Scenario:
+        return self.scenarios[index]
+
+
+def _pose_on(grid: GridMap, what: str, pose: Pose) -> Pose:
+    """Check one pose against a map; the yaw is wrapped to (-pi, pi]."""
+    try:
+        x, y, yaw = (float(value) for value in pose)
+    except (TypeError, ValueError):
+        raise ConfigError(f"{what}: expected (x, y, yaw) in m and rad, got {pose!r}") from None
+    if not np.isfinite([x, y, yaw]).all():
+        raise ConfigError(f"{what}: expected finite (x, y, yaw), got {pose!r}")
+    cell = grid.world_to_cell(x, y)
+    if cell is None:
+        x0, y0, x1, y1 = grid.bounds
+        raise ConfigError(
+            f"{what}: expected a point on the map ({x0:g}..{x1:g} m, {y0:g}..{y1:g} m), got ({x:g}, {y:g})"
+        )
+    if grid.occupancy[cell]:
+        raise ConfigError(f"{what}: expected a free cell, got an obstacle at ({x:g}, {y:g})")
+    return Pose(x, y, wrap_angle(yaw))
+
+
+def wrap_angle(angle: float) -> float:
+    """Wrap an angle to (-pi, pi]; one that lies there is returned unchanged, so that saved poses keep their digest."""
+    wrapped: float = _wrap(angle)
+    return wrapped

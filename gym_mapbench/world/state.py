@@ -1,0 +1,57 @@
+"""The numbers of many worlds side by side, where one kernel finds those of all of them."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.kernels.motion import BODY, BOX, DRIVE, GROUND
+from gym_mapbench.kernels.task import TASK
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.robot import RobotSpec
+
+Records = NDArray[Any]
+"""An array of records, whose type is in the kernels."""
+
+
+class Worlds:
+    """What changes from step to step in ``count`` worlds, and where their maps lie.
+
+    Attributes:
+        bodies: ``(count,)`` :data:`~gym_mapbench.kernels.motion.BODY`.
+        boxes: ``(count,)`` :data:`~gym_mapbench.kernels.motion.BOX`.
+        tasks: ``(count,)`` :data:`~gym_mapbench.kernels.task.TASK`.
+        grounds: ``(count,)`` :data:`~gym_mapbench.kernels.motion.GROUND`.
+        commands: ``(count, 2)`` the last command, m/s and rad/s, as it was carried out.
+    """
+
+    def __init__(self, count: int = 1) -> None:
+        self.bodies: Records = np.zeros(count, BODY)
+        self.boxes: Records = np.zeros(count, BOX)
+        self.tasks: Records = np.zeros(count, TASK)
+        self.grounds: Records = np.zeros(count, GROUND)
+        self.commands: NDArray[np.float64] = np.zeros((count, 2))
+
+    def only(self, index: int) -> Worlds:
+        """Return one of the worlds; what is written to it is written here."""
+        one = Worlds(0)
+        for name, records in vars(self).items():
+            setattr(one, name, records[index : index + 1])
+        return one
+
+
+def ground_of(grid: GridMap) -> tuple[Any, ...]:
+    """Return the GROUND of a map."""
+    return grid.resolution, *grid.origin, *grid.shape
+
+
+@functools.lru_cache(maxsize=8)
+def drive_of(robot: RobotSpec, physics_hz: float) -> Records:
+    """Return the ``(1,)`` DRIVE of a robot; cached, as every episode asks for it."""
+    tick = 1.0 / physics_hz
+    speeds = robot.max_linear_velocity, robot.max_reverse_velocity, robot.max_angular_velocity
+    changes = robot.max_linear_acceleration * tick, robot.max_angular_acceleration * tick
+    return np.array([(tick, *speeds, *changes, robot.circumscribed_radius)], DRIVE)

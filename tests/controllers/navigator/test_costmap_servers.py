@@ -1,0 +1,142 @@
+"""The navigator's costmaps: when they look at scans, what a scan is, and what clearing leaves."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import controllers.navigator.navigator as navigator_module
+from controllers.nav2_params import load_preset
+from controllers.navigator.costmap_servers import CostmapServer
+from controllers.navigator.navigator import Navigator
+from gym_mapbench.costmap import FREE_SPACE, LETHAL_OBSTACLE, CostmapParams
+from gym_mapbench.errors import NoPathError
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.lidar import Lidar, LidarSettings
+from gym_mapbench.world.scenario import Pose
+from tests.controllers.plain_follower import PlainFollower, context
+
+ROOM = GridMap(np.pad(np.zeros((98, 98), bool), 1, constant_values=True))
+LIDAR = LidarSettings(beams=4)
+POSE = Pose(1.025, 1.025)
+NOTHING = np.full(4, 3.5, np.float32)
+PARAMS = {"local": CostmapParams.example_local(), "global": CostmapParams.example_global()}
+
+
+def ahead(distance):
+    """Ranges of four beams of which the first one hits something."""
+    return np.array([distance, 3.5, 3.5, 3.5], np.float32)
+
+
+def server(which="global", grid=ROOM, lidar=LIDAR, **changes):
+    return CostmapServer(PARAMS[which].replace(**changes), grid, Footprint.from_radius(0.22), lidar)
+
+
+def cost_at(costmap_server, x, y=1.025):
+    costmap = costmap_server.costmap
+    return costmap.costs[costmap.world_to_map(x, y)]
+
+
+def test_a_costmap_takes_the_newest_scan_when_it_is_updated():
+    seen = server()
+    for step, ranges in enumerate([ahead(1.0), *(ahead(0.6 + 0.02 * i) for i in range(19)), ahead(2.0), ahead(1.5)]):
+        seen.observe(POSE, ranges, step * 0.05)
+    assert [cost_at(seen, x) == LETHAL_OBSTACLE for x in (2.03, 3.03, 2.53)] == [False, True, False]
+
+
+def test_a_scan_that_is_held_stays_where_it_was_taken():
+    seen = server("local")
+    seen.observe(POSE, ahead(1.0), 0.0)
+    seen.observe(Pose(1.325, 1.025), ahead(1.0), 0.2)
+    assert cost_at(seen, 2.03) == LETHAL_OBSTACLE
+    assert cost_at(seen, 2.33) != LETHAL_OBSTACLE
+    seen.observe(Pose(1.325, 1.025), ahead(1.01), 0.4)
+    assert cost_at(seen, 2.34) == LETHAL_OBSTACLE
+
+
+@pytest.mark.parametrize("which", PARAMS)
+def test_clearing_forgets_all_but_the_newest_scan_and_the_map(which):
+    seen = server(which)
+    seen.observe(POSE, ahead(1.0), 0.0)
+    seen.observe(POSE, ahead(0.8), 1.0)
+    assert cost_at(seen, 1.83) == cost_at(seen, 2.03) == LETHAL_OBSTACLE
+    seen.clear()
+    assert cost_at(seen, 1.83) == LETHAL_OBSTACLE
+    assert cost_at(seen, 2.03) != LETHAL_OBSTACLE
+    seen.observe(POSE, NOTHING, 1.05)
+    seen.clear()
+    assert cost_at(seen, 1.83) == FREE_SPACE
+    if which == "global":
+        assert cost_at(seen, 0.025) == LETHAL_OBSTACLE
+
+
+def test_clearing_does_not_move_the_next_update():
+    seen = server()
+    seen.observe(POSE, NOTHING, 0.0)
+    seen.clear()
+    seen.observe(POSE, ahead(1.0), 0.5)
+    assert cost_at(seen, 2.03) == FREE_SPACE
+    seen.observe(POSE, ahead(1.0), 1.0)
+    assert cost_at(seen, 2.03) == LETHAL_OBSTACLE
+
+
+@given(st.integers(0, 10**6), st.sampled_from([0.0, -300.0]))
+@settings(max_examples=20, deadline=None)
+def test_exact_hits_mark_the_walls_own_cells(seed, origin):
+    rng = np.random.default_rng(seed)
+    occupied = np.kron(rng.random((20, 20)) < 0.1, np.ones((5, 5))).astype(bool)
+    occupied[[0, -1]] = occupied[:, [0, -1]] = True
+    occupied[40:60, 40:60] = False
+    grid, lidar = GridMap(occupied, origin=(origin, origin)), LidarSettings()
+    seen = server(
+        grid=grid, lidar=lidar, plugins=("obstacle_layer",), width=5, height=5, origin_x=origin, origin_y=origin
+    )
+    pose = Pose(*(origin + rng.uniform(2.2, 2.8, 2)), rng.uniform(-3, 3))
+    seen.observe(pose, Lidar(lidar, grid).scan(pose), 0.0)
+    marked = seen.costmap.costs == LETHAL_OBSTACLE
+    assert marked.sum() > 20
+    # Hits within a hair of a corner may lie in the next cell.
+    assert grid.occupancy[marked].mean() > 0.95
+
+
+def test_without_obstacle_layers_nothing_is_computed_again():
+    seen = server(plugins=("static_layer", "inflation_layer"))
+    seen.observe(POSE, None, 0.0)
+    first = seen.costmap
+    seen.observe(POSE, None, 1.0)
+    seen.clear()
+    assert seen.costmap is first
+
+
+class DistrustfulPlanner:
+    """Finds a way unless something stands 1 m ahead; writes down whether it did."""
+
+    def __init__(self):
+        self.blocked = []
+
+    def plan(self, costmap, start, goal):
+        self.blocked.append(bool(costmap.costs[costmap.world_to_map(2.03, 1.025)] == LETHAL_OBSTACLE))
+        if self.blocked[-1]:
+            raise NoPathError("something stands there")
+        return np.array([start, goal])
+
+
+def test_the_planner_sees_what_the_lidar_saw_until_the_costmap_is_cleared(monkeypatch):
+    planner = DistrustfulPlanner()
+    monkeypatch.setattr(navigator_module, "make_planner", lambda name, **params: planner)
+    preset = load_preset("thesis")
+    often = preset.replace(global_costmap=preset.global_costmap.replace(update_frequency=2.0))
+    navigator = Navigator(PlainFollower(), often, "plain")
+    navigator.reset(dataclasses.replace(context(ROOM, POSE, Pose(4.0, 1.025)), lidar=LIDAR))
+    observation = {"pose": np.array(POSE), "odom": np.array(POSE), "velocity": np.zeros(2)}
+    # Something is seen at 0.5 s; then all beams come back with nothing, which clears nothing.
+    for step in range(22):
+        navigator.act({**observation, "scan": ahead(1.0) if step == 10 else NOTHING})
+    assert planner.blocked == [False, True, False]
+    kinds = [(event.time, event.kind) for event in navigator.events]
+    assert kinds == [(0.0, "replan"), (1.0, "replan_failure"), (1.0, "clear_global"), (1.0, "replan")]

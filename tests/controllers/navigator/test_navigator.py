@@ -1,0 +1,384 @@
+from __future__ import annotations
+
+import pickle
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from controllers import navigator as navigator_module
+from controllers.base import STOP, ControllerAbort, ControllerError, InvalidPath, Twist
+from controllers.nav2_params import load_preset
+from controllers.nav2_params.navigation import GoalChecker, ProgressChecker, VelocitySmoother
+from controllers.navigator.navigator import Navigator
+from gym_mapbench.costmap import build_static_costmap
+from gym_mapbench.errors import ConfigError, NoPathError
+from gym_mapbench.world.scenario import Pose
+from tests.controllers.plain_follower import (
+    GOAL,
+    OPEN,
+    PERIOD,
+    START,
+    Drive,
+    PlainFollower,
+    context,
+    plain_navigation,
+    walled_off,
+)
+
+STANDING = {"pose": np.array(START), "odom": np.array(START), "velocity": np.zeros(2)}
+
+
+def drive(follower=None, params=None, grid=OPEN, steps=4000, **options) -> tuple[Navigator, Drive]:
+    navigator = Navigator(follower or PlainFollower(), params or plain_navigation(), "plain", **options)
+    navigator.reset(context(grid))
+    return navigator, Drive(navigator).run(steps)
+
+
+def kinds(navigator: Navigator) -> list[str]:
+    return [event.kind for event in navigator.events]
+
+
+def raises(error: Exception):
+    def answer(now: float) -> Twist:
+        raise error
+
+    return answer
+
+
+def server(**changes):
+    return load_preset("thesis").controller_server.replace(**changes)
+
+
+class TestWayToTheGoal:
+    def test_succeeds_in_the_tick_in_which_the_goal_check_passes(self):
+        navigator, run = drive()
+        assert navigator.status == "succeeded"
+        assert run.commands[-1] == STOP
+        assert np.hypot(run.pose.x - GOAL.x, run.pose.y - GOAL.y) <= 0.25
+        assert navigator.follower.log[-1][1] == pytest.approx(run.time)
+
+    def test_replans_each_second_from_the_start_on(self):
+        navigator, run = drive()
+        replans = [event.time for event in navigator.events]
+        assert replans == pytest.approx(np.arange(0, run.time, 1.0))
+        assert set(kinds(navigator)) == {"replan"}
+        assert len(navigator.follower.calls("set_plan")) == len(replans)
+
+    def test_follower_is_asked_once_a_period_after_the_replan(self):
+        navigator, run = drive()
+        log = navigator.follower.log
+        times = [entry[1] for entry in navigator.follower.calls("compute")]
+        assert times == pytest.approx([step * PERIOD for step in range(len(run.commands))])
+        after_second = next(i for i, entry in enumerate(log) if entry[:2] == ("compute", 1.0))
+        assert log[after_second - 1][0] == "set_plan"
+
+    def test_first_and_newest_path(self):
+        navigator, _ = drive()
+        assert navigator.first_path[0, :2] == pytest.approx(START[:2], abs=0.05)
+        assert tuple(navigator.first_path[-1]) == GOAL
+        assert len(navigator.path) < len(navigator.first_path)
+
+    def test_act_after_the_end_stands_still(self):
+        navigator, run = drive()
+        assert run.step() == STOP
+        assert navigator.status == "succeeded"
+
+    def test_reset_forgets_everything(self):
+        navigator, first = drive()
+        events = list(navigator.events)
+        navigator.reset(context())
+        assert (navigator.status, navigator.events, len(navigator.path)) == ("running", [], 0)
+        second = Drive(navigator).run()
+        assert second.commands == first.commands
+        assert navigator.events == events
+
+    def test_calls_are_counted_and_timed(self):
+        navigator, run = drive()
+        assert navigator.controller_calls == len(run.commands)
+        assert navigator.controller_seconds > 0.0
+
+    def test_a_run_continues_after_pickling(self):
+        # A follower with a lambda does not pickle; this one has a function of the module.
+        navigator = Navigator(PlainFollower(_nothing), plain_navigation(), "plain")
+        navigator.reset(context())
+        begun = Drive(navigator).run(30)
+        copy = pickle.loads(pickle.dumps(begun))
+        assert copy.run().commands == begun.run().commands
+        assert copy.navigator.status == "succeeded"
+
+
+def _nothing(now: float) -> None:
+    return None
+
+
+class TestControllerServer:
+    def test_t3_odometry_is_thresholded(self):
+        navigator = Navigator(PlainFollower(), plain_navigation(), "plain")
+        navigator.reset(context())
+        Drive(navigator, velocity=Twist(0.0008, 0.002)).step()
+        assert navigator.follower.calls("compute")[0][3] == (0.0, 0.002)
+
+    def test_t3_patience_ends_after_the_tolerance(self):
+        navigator, run = drive(PlainFollower(raises(ControllerError("nothing legal"))))
+        assert (navigator.status, navigator.failure_kind) == ("failed", "controller_failure")
+        assert navigator.failure_reason == "nothing legal"
+        assert run.time == pytest.approx(0.35)
+        assert set(run.commands) == {STOP}
+        assert kinds(navigator) == ["replan", "controller_failure"]
+
+    def test_patience_counts_from_the_last_valid_command(self):
+        def answer(now: float) -> Twist | None:
+            if now >= 0.5 - 1e-9:
+                raise ControllerError("blocked")
+            return None
+
+        assert drive(PlainFollower(answer))[1].time == pytest.approx(0.45 + 0.35)
+
+    @pytest.mark.parametrize(("tolerance", "steps"), [(0.0, 1), (-1.0, 200)])
+    def test_no_patience_and_endless_patience(self, tolerance, steps):
+        params = plain_navigation(controller_server=server(failure_tolerance=tolerance))
+        _, run = drive(PlainFollower(raises(ControllerError("blocked"))), params, steps=200)
+        assert len(run.commands) == steps
+
+    @pytest.mark.parametrize(("option", "steps"), [(False, 1), (True, 8)])
+    def test_abort_ends_the_action_at_once_unless_it_is_an_exception(self, option, steps):
+        abort = raises(ControllerAbort("Optimizer fail to compute path"))
+        navigator, run = drive(PlainFollower(abort), abort_is_exception=option)
+        assert len(run.commands) == steps
+        assert navigator.failure_reason == "Optimizer fail to compute path"
+
+    def test_standing_still_is_no_progress(self):
+        navigator, run = drive(PlainFollower(lambda now: STOP))
+        assert navigator.failure_reason == "Failed to make progress"
+        assert run.time == pytest.approx(10.05)
+
+    def test_progress_checker_can_be_switched_off(self):
+        params = plain_navigation(controller_server=server(progress_checker=ProgressChecker(plugin="none")))
+        navigator, _ = drive(PlainFollower(lambda now: STOP), params, steps=400)
+        assert navigator.status == "running"
+
+    def test_a_new_path_unlatches_the_position(self):
+        # Within 0.25 m of the goal, facing away, then pushed out of the circle and turned.
+        navigator = Navigator(PlainFollower(lambda now: STOP), plain_navigation(), "plain")
+        for pushed_at, status in ((10, "succeeded"), (20, "running")):
+            navigator.reset(context())
+            run = Drive(navigator, start=Pose(GOAL.x - 0.24, GOAL.y, 0.5))
+            run.run(pushed_at)
+            run.pose = Pose(GOAL.x - 0.27, GOAL.y, 0.2)
+            run.step()
+            assert navigator.status == status
+
+    def test_slower_controller_holds_its_command(self):
+        params = plain_navigation(controller_server=server(controller_frequency=10.0))
+        navigator, run = drive(params=params, steps=20)
+        assert navigator.follower.setup.control_period == 0.1
+        assert navigator.controller_calls == 10
+        assert run.commands[0::2] == run.commands[1::2]
+
+    def test_faster_controller_than_control_is_refused(self):
+        params = plain_navigation(controller_server=server(controller_frequency=30.0))
+        with pytest.raises(ConfigError, match=r"controller_frequency: expected at most .* 20 Hz, got 30"):
+            Navigator(PlainFollower(), params, "plain").reset(context())
+
+    def test_follower_is_told_tolerances_footprint_and_inflation(self):
+        checker = GoalChecker(xy_goal_tolerance=0.1, yaw_goal_tolerance=0.2)
+        navigator = Navigator(
+            PlainFollower(), plain_navigation(controller_server=server(goal_checker=checker)), "plain"
+        )
+        navigator.reset(context())
+        setup = navigator.follower.setup
+        assert (setup.xy_goal_tolerance, setup.yaw_goal_tolerance) == (0.1, 0.2)
+        assert (setup.inflation_radius, setup.cost_scaling_factor) == (0.55, 3.0)
+        assert setup.footprint.inscribed_radius == pytest.approx(0.225498, abs=1e-6)
+
+
+class TestRecoveries:
+    def test_t4_planner_always_fails(self):
+        navigator, _ = drive(params=plain_navigation(recoveries=True), grid=walled_off())
+        assert (navigator.status, navigator.failure_kind) == ("failed", "planner_failure")
+        assert Counter(kinds(navigator)) == {
+            "replan_failure": 14,
+            "clear_global": 7 + 2,
+            "clear_local": 2,
+            "spin": 2,
+            "wait": 1,
+            "backup": 1,
+            "planner_failure": 1,
+        }
+        assert navigator.number_recoveries == 15
+        assert navigator.follower.log == []
+
+    def test_t4_order_of_the_recoveries(self):
+        navigator, _ = drive(params=plain_navigation(recoveries=True), grid=walled_off())
+        attempt = ["replan_failure", "clear_global", "replan_failure"]
+        clear = ["clear_local", "clear_global"]
+        turns = [clear, ["spin"], ["wait"], ["backup"], clear, ["spin"], ["planner_failure"]]
+        assert kinds(navigator) == [kind for turn in turns for kind in attempt + turn]
+
+    def test_controller_always_aborts(self):
+        abort = raises(ControllerAbort("no"))
+        navigator, _ = drive(PlainFollower(abort), plain_navigation(recoveries=True))
+        assert (navigator.status, navigator.failure_kind) == ("failed", "controller_failure")
+        assert navigator.number_recoveries == 15
+        assert navigator.controller_calls == 14
+        assert kinds(navigator).count("replan") == 7
+
+    def test_the_robot_frees_itself(self):
+        def answer(now: float) -> Twist | None:
+            if now < 3.0:
+                raise ControllerAbort("stuck")
+            return None
+
+        navigator, run = drive(PlainFollower(answer), plain_navigation(recoveries=True))
+        assert navigator.status == "succeeded"
+        assert kinds(navigator).count("spin") == 1
+        assert run.commands[2] == (0.0, 1.0)
+
+    def test_one_contextual_retry_until_an_outer_recovery(self):
+        fails = iter(step in (10, 30, 50) for step in range(10_000))
+
+        def answer(now: float) -> Twist | None:
+            if next(fails):
+                raise ControllerAbort("stuck")
+            return None
+
+        navigator, _ = drive(PlainFollower(answer), plain_navigation(recoveries=True))
+        recoveries = [kind for kind in kinds(navigator) if kind not in ("replan", "controller_failure")]
+        assert navigator.status == "succeeded"
+        assert recoveries == ["clear_local", "clear_local", "clear_global", "clear_local"]
+
+    def test_missing_behaviour_gives_its_turn_to_the_next(self):
+        params = plain_navigation(recoveries=True)
+        params = params.replace(behavior_server=params.behavior_server.replace(behavior_plugins=("wait",)))
+        navigator, _ = drive(params=params, grid=walled_off())
+        assert Counter(kinds(navigator))["wait"] == 3
+        assert not {"spin", "backup"} & set(kinds(navigator))
+
+    def test_recoveries_bypass_the_smoother(self):
+        params = plain_navigation(recoveries=True).replace(
+            velocity_smoother=VelocitySmoother(max_velocity=(0.1, 0.0, 0.2), min_velocity=(-0.1, 0.0, -0.2))
+        )
+
+        def answer(now: float) -> Twist | None:
+            if now < 1.0:
+                raise ControllerAbort("stuck")
+            return None
+
+        _, run = drive(PlainFollower(answer), params)
+        assert max(command.w for command in run.commands) == 1.0
+        assert max(command.v for command in run.commands) == pytest.approx(0.1)
+
+
+class TestPlanning:
+    class Planner:
+        """Finds a path at the given calls only."""
+
+        def __init__(self, good: set[int]) -> None:
+            self.good, self.calls = good, 0
+
+        def plan(self, costmap, start, goal):
+            self.calls += 1
+            if self.calls not in self.good:
+                raise NoPathError("no path")
+            x = np.linspace(start.x, goal.x, 40)
+            return np.stack([x, np.full(40, 1.0), np.zeros(40)], axis=1)
+
+    def test_without_recoveries_a_failed_replan_keeps_the_old_path(self, monkeypatch):
+        monkeypatch.setattr(navigator_module, "make_planner", lambda name, **params: self.Planner({1, 4}))
+        navigator, _ = drive()
+        assert navigator.status == "succeeded"
+        events = [(event.time, event.kind) for event in navigator.events[:5]]
+        assert events == [
+            (0.0, "replan"),
+            (1.0, "replan_failure"),
+            (2.0, "replan_failure"),
+            (3.0, "replan"),
+            (4.0, "replan_failure"),
+        ]
+        assert len(navigator.follower.calls("set_plan")) == 2
+
+    def test_without_recoveries_no_first_path_is_the_end(self, monkeypatch):
+        monkeypatch.setattr(navigator_module, "make_planner", lambda name, **params: self.Planner(set()))
+        navigator, run = drive()
+        assert (navigator.status, navigator.failure_kind) == ("failed", "planner_failure")
+        assert len(run.commands) == 1
+
+    def test_with_recoveries_a_failed_replan_stops_the_robot(self, monkeypatch):
+        monkeypatch.setattr(navigator_module, "make_planner", lambda name, **params: self.Planner({1, *range(6, 99)}))
+        navigator, run = drive(params=plain_navigation(recoveries=True))
+        assert navigator.status == "succeeded"
+        assert run.commands[20] == (0.0, 1.0)
+        spin = next(event.time for event in navigator.events if event.kind == "spin")
+        assert spin == 1.0
+
+
+class TestJazzy:
+    """Recoveries are tried only where they may help, and controllers forget when an action ends."""
+
+    def params(self, **changes):
+        return plain_navigation(recoveries=True, release="jazzy", **changes)
+
+    def test_no_recovery_helps_against_an_invalid_path(self):
+        invalid = PlainFollower(raises(InvalidPath("nothing left")))
+        navigator, run = drive(invalid, self.params())
+        assert (navigator.status, run.time) == ("failed", 0.0)
+        assert kinds(navigator) == ["replan", "controller_failure"]
+        navigator, _ = drive(PlainFollower(raises(ControllerAbort("unknown"))), self.params())
+        assert navigator.number_recoveries > 6
+
+    def test_no_recovery_helps_where_start_or_goal_is_off_the_map(self):
+        params = self.params()
+        navigator = Navigator(PlainFollower(), params, "plain")
+        navigator.reset(context(goal=Pose(9.0, 1.0)))
+        Drive(navigator).run()
+        assert set(kinds(navigator)) == {"replan_failure", "planner_failure"}
+        navigator, _ = drive(params=params, grid=walled_off())
+        assert navigator.number_recoveries == 15
+
+    def test_the_controller_forgets_whenever_an_action_ends(self):
+        class Forgetful(PlainFollower):
+            def end_action(self):
+                self.log.append(("end_action",))
+
+        navigator, _ = drive(Forgetful(), self.params())
+        assert navigator.status == "succeeded"
+        assert len(navigator.follower.calls("end_action")) == 1
+        navigator, _ = drive(Forgetful(), plain_navigation())
+        assert not navigator.follower.calls("end_action")
+        failing = Forgetful(raises(ControllerError("stuck")))
+        navigator, _ = drive(failing, self.params())
+        attempts = kinds(navigator).count("controller_failure")
+        assert len(failing.calls("end_action")) >= attempts > 1
+
+
+class TestLocalCostmap:
+    def test_fixed_window_with_a_static_layer_is_the_whole_inflated_map(self):
+        navigator, _ = drive(steps=1)
+        params, robot = navigator.params.local_costmap, context().robot
+        expected = build_static_costmap(OPEN, params, params.make_footprint(robot))
+        assert np.array_equal(navigator.follower.costmap.costs, expected.costs)
+
+    def test_scan_is_asked_for_only_where_a_layer_looks_at_it(self):
+        assert Navigator(PlainFollower(), plain_navigation(), "plain").observation_keys == ("pose", "odom", "velocity")
+        rolling = Navigator(PlainFollower(), load_preset("thesis"), "plain")
+        assert rolling.observation_keys == ("pose", "odom", "velocity", "scan")
+
+    def test_window_is_updated_at_its_own_rate(self):
+        navigator = Navigator(PlainFollower(), load_preset("thesis"), "plain")
+        navigator.reset(context())
+        scan = np.full(360, 3.5, dtype=np.float32)
+        seen = []
+        for _ in range(12):
+            navigator.act({**STANDING, "scan": scan})
+            costmap = navigator.follower.costmap
+            seen.append((costmap.costs == 254).any())
+            scan = scan.copy()
+            scan[0] = 1.0
+        assert seen == [False] * 4 + [True] * 8
+
+    def test_scan_of_another_lidar_is_refused(self):
+        navigator = Navigator(PlainFollower(), load_preset("thesis"), "plain")
+        navigator.reset(context())
+        with pytest.raises(ConfigError, match="scan: expected 360 ranges, one a beam, got 10"):
+            navigator.act({**STANDING, "scan": np.ones(10)})

@@ -1,0 +1,136 @@
+"""Worker processes: whatever happens to one of them costs the run it drives, and leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from evolution.driving.evaluator import Evaluator
+from tests.evolution import fake_runs
+from tests.evolution.driving.test_evaluator import jobs_of, plan_of
+
+ROOT = Path(__file__).resolve().parents[3]
+SOON = 20.0
+"""Seconds within which something must be seen; the wall-clock limit of a run is far above it."""
+
+
+def drive_with(name):
+    """Drive a controller with a fault between two without; returns the three results."""
+    plan = plan_of("good", name, "last")
+    began = time.monotonic()
+    with Evaluator(fake_runs.misbehave, workers=1) as evaluator:
+        results = evaluator.run(jobs_of(plan))
+    assert time.monotonic() - began < SOON
+    assert [results[0], results[2]] == [like(fake_runs.drive(job), results) for job in jobs_of(plan)[::2]]
+    return results[1]
+
+
+def like(result, others):
+    """Return a result with the wall-clock values of the one of the same seed."""
+    (same,) = [one for one in others if one.seed == result.seed]
+    return type(result)(**{**vars(result), "timings": same.timings})
+
+
+@pytest.mark.parametrize(
+    ("name", "code"), [("exits_at_once", "0"), ("overflows", "-11"), ("kills", "-9"), ("closes_all", "")]
+)
+def test_a_dead_worker_is_seen_at_once(name, code):
+    result = drive_with(name)
+    assert result.outcome == "error"
+    assert f"the worker died (exit code {code}" in result.reason
+
+
+@pytest.mark.parametrize("name", ["leaves_a_child", "returns_twice", "prints"])
+def test_a_child_that_is_left_behind_holds_nothing_up(name):
+    assert drive_with(name).outcome in ("goal", "timeout")
+
+
+def test_what_a_run_started_ends_with_it(tmp_path):
+    with Evaluator(fake_runs.misbehave) as evaluator:
+        evaluator.run(jobs_of(plan_of("tells_its_child", mark=str(tmp_path / "child"))))
+        assert is_gone(int((tmp_path / "child").read_text()))
+
+
+def test_workers_killed_before_their_first_run_are_replaced(tmp_path):
+    warm_up = partial(fake_runs.die_at_first, tmp_path / "starts")
+    with Evaluator(fake_runs.drive, warm_up=warm_up) as evaluator:
+        (result,) = evaluator.run(jobs_of(plan_of("any")))
+    assert result.attempts == 1
+    assert (tmp_path / "starts").read_text() == "xxxxx"
+
+
+def test_workers_get_ready_before_there_is_a_job(tmp_path):
+    ready = tmp_path / "ready"
+    with Evaluator(fake_runs.drive, warm_up=ready.touch) as evaluator:
+        evaluator.get_ready()
+        began = time.monotonic()
+        while not ready.exists() and time.monotonic() - began < SOON:
+            time.sleep(0.01)
+        assert ready.exists()
+
+
+@pytest.mark.parametrize("fault", ["hangs", "holds_the_lock", "leaves_a_child_and_hangs"])
+def test_a_killed_parent_takes_its_workers_along(fault):
+    script = f"""
+        import os, sys
+        from tests.evolution.fake_runs import misbehave
+        from tests.evolution.driving.test_evaluator import jobs_of, plan_of
+        from evolution.driving.evaluator import Evaluator
+
+        def report(*_):
+            [worker] = evaluator._executor._workers
+            print(worker.pid, flush=True)
+
+        evaluator = Evaluator(misbehave)
+        evaluator.run(jobs_of(plan_of("good")), report)
+        evaluator.run(jobs_of(plan_of({fault!r})))
+    """
+    parent = subprocess.Popen([sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True)
+    with parent:
+        assert parent.stdout is not None
+        worker = int(parent.stdout.readline())
+        time.sleep(0.5)  # until it is inside the second run
+        parent.kill()
+    if not is_gone(worker):
+        os.kill(worker, signal.SIGKILL)
+        pytest.fail("the worker outlived its parent")
+
+
+def test_workers_drive_with_the_modules_of_their_parent(tmp_path):
+    """Whatever the current directory holds, as a clone of this repository does where another version is installed."""
+    (tmp_path / "here" / "evolution").mkdir(parents=True)
+    (tmp_path / "here" / "evolution" / "__init__.py").touch()
+    script = tmp_path / "script.py"
+    script.write_text(f"""
+import sys
+sys.path.insert(0, {str(ROOT)!r})
+from evolution.driving.pool.process_start import worker_context
+from evolution.driving.pool.processes import Processes
+from tests.evolution import fake_runs
+
+with Processes(1, 60.0, int, worker_context(["evolution.driving.worker"])) as workers:
+    print(workers.submit(fake_runs.file_of, "evolution").result())
+""")
+    done = subprocess.run(
+        [sys.executable, str(script)], cwd=tmp_path / "here", capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.stdout.strip() == str(ROOT / "evolution" / "__init__.py"), done.stderr
+
+
+def is_gone(pid):
+    """Whether a process ends within some seconds."""
+    for _ in range(100):
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False

@@ -1,0 +1,81 @@
+"""The page of a benchmark, from runs made by hand and from a short real one."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from evolution.benchmark import read_bench, score_rows, table_of_scores
+from evolution.cli import main
+from evolution.report import write_benchmark_report
+from evolution.report.benchmark_page import _long_last, verdict_of_benchmark
+from gym_mapbench.errors import RunError
+
+OFFICE = str(Path(__file__).resolve().parents[3] / "examples" / "office.yaml")
+
+
+def runs(controller, times, outcome="goal"):
+    return [
+        {
+            "map": f"map_{number}",
+            "controller": controller,
+            "repeat": 0,
+            "outcome": outcome,
+            "time_s": time,
+            "n_recoveries": 0,
+        }
+        for number, time in enumerate(times)
+    ]
+
+
+def test_the_verdict_by_hand():
+    rows = runs("slow", [20.0, 22.0, 21.0, 23.0, 24.0]) + runs("fast", [10.0, 12.0, 11.0, 13.0, 14.0])
+    fast, slow, pair = verdict_of_benchmark(rows, ("slow", "fast"))
+    assert fast == (
+        "fast reaches the goal in 5 of 5 runs (100 %, 95 % interval 57 to 100 %), in 12.0 s (10.8 to 13.2) in the mean "
+        "of these."
+    )
+    assert slow.startswith("slow reaches the goal in 5 of 5 runs")
+    assert "fast is 10.0 s faster than slow in the mean (95 % interval 10.0 to 10.0 s)" in pair
+
+
+def test_no_difference_is_called_none():
+    rows = runs("a", [20.0, 10.0, 21.0, 10.0, 24.0, 9.0]) + runs("b", [10.0, 20.0, 11.0, 21.0, 9.0, 23.9])
+    *_, pair = verdict_of_benchmark(rows, ("a", "b"))
+    assert "so neither is shown to be faster" in pair
+
+
+def test_the_command_writes_the_page_and_fails_by_rule(tmp_path, capsys):
+    page = tmp_path / "bench.html"
+    argv = ["bench", OFFICE, "--controllers", "rpp", "--time-limit", "4", "--workers", "1", "--format", "json"]
+    argv += ["--html", str(page), "--fail-if", "success<0.95", "--fail-if", "rpp.collisions>0"]
+    assert main(argv) == 1
+    output = capsys.readouterr()
+    (run,) = json.loads(output.out)["runs"]
+    assert run["outcome"] == "timeout"
+    assert "mapbench bench: --fail-if success<0.95: rpp 0\n" in output.err
+    assert "collisions" not in output.err
+    text = page.read_text(encoding="utf-8")
+    assert "rpp reaches the goal in 0 of 1 runs (0 %, 95 % interval 0 to 79 %)." in text
+    assert f"mapbench bench {OFFICE} --controllers rpp" in text
+    assert "differ from what was recorded" not in text
+    (shown,) = json.loads(re.search(r'id="replays">(.*?)</script>', text)[1])["maps"]
+    assert [(one["controller"], one["outcome"]) for one in shown["runs"]] == [("rpp", "timeout")]
+    assert main([*argv[:-4], "--fail-if", "success<0"]) == 2  # the page exists: nothing is driven, nothing overwritten
+    assert "exists already" in capsys.readouterr().err
+
+
+def test_a_file_of_results_has_no_maps_to_replay(tmp_path):
+    (tmp_path / "bench.json").write_text(json.dumps({"runs": runs("a", [1.0])}))
+    with pytest.raises(RunError, match="does not hold its maps"):
+        write_benchmark_report(read_bench(tmp_path), tmp_path / "page.html")
+
+
+def test_tables_of_the_page_are_for_readers():
+    scores = table_of_scores(score_rows(runs("a", [20.0, 22.0, 21.0, 23.0, 24.0]), ("a",)))
+    assert [row["a"] for row in scores][:2] == ["100 (56.6 to 100)", "0 (0 to 43.4)"]
+    assert {row["over all maps"]: row["a"] for row in scores}["mean s"] == "22 (20.8 to 23.2)"
+    assert list(_long_last({"map": "m", "seed": 7, "reason": "", "jerk": 0.1})) == ["map", "jerk", "seed", "reason"]

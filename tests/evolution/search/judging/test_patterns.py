@@ -1,0 +1,101 @@
+"""Roles and pairs: worked examples, their limits, and the exact best set against trying all sets."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evolution.driving import RunResult
+from evolution.search.judging.exact import best_set
+from evolution.search.judging.fitness import Fitness
+from evolution.search.judging.patterns import groups, pair_scores, role_scores
+from evolution.search.settings import EvolveSettings, Experiment
+from gym_mapbench.errors import ConfigError
+from tests.evolution.fake_runs import CONTROLLERS, FakeRunSettings
+
+TIMES = st.lists(st.floats(5.0, 140.0), min_size=3, max_size=3)
+
+
+def results_of(times):
+    """One run of each controller on a map, all at the goal."""
+    return tuple((RunResult("goal", time, 1.0),) for time in times)
+
+
+@pytest.mark.parametrize(
+    ("times", "scores"),
+    [
+        ((20, 20, 20), (1, 0, 0)),
+        ((20, 20, 20 * math.sqrt(1.2)), (0.5, math.log(1.2) / 2 / math.log(1.5), 0)),
+        ((20, 20, 40), (0, 1, 0)),
+        ((40, 20, 20 * 1.1), (0, 1 - math.log(1.1) / math.log(1.2), math.log(1.1) / math.log(1.5))),
+        ((20, 30, 60), (0, 0, 1)),
+        ((20, 25, 60), (0, 0, math.log(1.25) / math.log(1.5))),
+    ],
+)
+def test_roles_of_three_controllers(times, scores):
+    assert role_scores(times) == pytest.approx(scores)
+
+
+def test_more_controllers_fill_roles_by_their_number_of_groups():
+    assert groups((10, 10, 30, 90)) == pytest.approx(3)
+    assert role_scores((10, 10, 30, 90)) == pytest.approx((0, 0, 1, 0))
+    assert role_scores((10, 10, 10, 10)) == pytest.approx((1, 0, 0, 0))
+
+
+def test_a_set_is_worth_its_best_assignment_of_maps_to_roles():
+    fitness = Fitness.of(EvolveSettings(fitness="roles"), 150.0)
+    equal, mixed, spread = results_of((20, 20, 20)), results_of((20, 20, 40)), results_of((20, 30, 60))
+    for order in ((equal, mixed, spread), (spread, equal, mixed)):
+        assert fitness(order).pattern == pytest.approx(1)
+        assert fitness(order).total == pytest.approx(-20)
+    assert fitness((equal, equal, spread)).pattern == pytest.approx(2 / 3)
+    failed = ((RunResult("timeout", 150.0, 1.0),),) * 3
+    assert fitness((failed, failed, failed)).pattern == 0  # three failures are not alike
+
+
+def test_pairs_ask_who_beats_whom():
+    assert pair_scores((20, 20 * 1.2, 60)) == pytest.approx((1, 1, 0, 1, 0, 0))
+    fitness = Fitness.of(EvolveSettings(fitness="pairs", maps_per_set=2), 150.0)
+    there, back = results_of((20, 30, 60)), results_of((60, 30, 20))
+    assert fitness((there, back)).pattern == pytest.approx(1)
+    assert fitness((there, there)).pattern == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("name", ["roles", "pairs", "gini", "cluster"])
+@given(times=st.lists(TIMES, min_size=3, max_size=9))
+@settings(max_examples=40, deadline=None)
+def test_the_exact_best_set_is_the_best_of_all_sets(name, times):
+    options = EvolveSettings(fitness=name, cluster_scale=10.0 if name == "cluster" else None)
+    fitness = Fitness.of(options, 150.0)
+    maps = {str(number): results_of(one) for number, one in enumerate(times)}
+    totals = [fitness(tuple(maps[name] for name in names)).total for names in combinations(maps, 3)]
+    found = best_set(maps, fitness, 3)
+    assert len(set(found)) == 3
+    assert fitness(tuple(maps[name] for name in found)).total == pytest.approx(min(totals))
+
+
+@given(times=TIMES, factor=st.floats(0.1, 10.0))
+def test_scores_depend_on_ratios_alone(times, factor):
+    scaled = [factor * time for time in times]
+    assert role_scores(scaled) == pytest.approx(role_scores(times), abs=1e-6)
+    assert pair_scores(scaled) == pytest.approx(pair_scores(times), abs=1e-6)
+    assert np.all((role_scores(times) >= 0) & (role_scores(times) <= 1))
+
+
+@pytest.mark.parametrize(
+    ("options", "controllers", "message"),
+    [
+        ({"fitness": "roles", "maps_per_set": 2}, 3, "maps_per_set: expected 3 or more with roles, got 2"),
+        ({"fitness": "roles"}, 2, "controllers: expected 3 or more with roles, got 2"),
+        ({"fitness": "roles", "failures": "par2"}, 3, "failures: expected 'exclude' with roles, got 'par2'"),
+        ({"fitness": "pairs", "maps_per_set": 1}, 3, "maps_per_set: expected 2 or more with pairs, got 1"),
+    ],
+)
+def test_what_a_pattern_cannot_be_used_for_is_one_line(options, controllers, message):
+    with pytest.raises(ConfigError, match=message):
+        Experiment(EvolveSettings(**options), CONTROLLERS[:controllers], FakeRunSettings())

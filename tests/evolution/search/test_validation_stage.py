@@ -1,0 +1,155 @@
+"""Confirmation: which set new seeds choose, and what they say of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import combinations, product
+
+import numpy as np
+import pytest
+
+from evolution.driving import RunResult
+from evolution.search.budget import Budget
+from evolution.search.judging.fitness import Fitness, singles_of
+from evolution.search.settings import ConfirmationSettings, EvolveSettings
+from evolution.search.validation_stage import (
+    MAX_SETS,
+    chance_of_order,
+    choose,
+    claim,
+    combined,
+    confirm,
+    few_enough,
+    gains_of,
+    reached_by,
+)
+from gym_mapbench.errors import ConfigError
+from tests.evolution.search.test_archive import answer, archive_of, sets_of
+
+OPTIONS = EvolveSettings(confirmation=ConfirmationSettings(), aggregate="median")
+FITNESS = Fitness.of(OPTIONS, 150.0)
+
+
+def map_with(*slowest, outcome="goal"):
+    """A map on which two controllers always take 20 s, and the third these times."""
+    steady = tuple(RunResult("goal", 20.0, 1.0) for _ in slowest)
+    return steady, steady, tuple(RunResult(outcome, time, 1.0) for time in slowest)
+
+
+EQUAL, MIDDLE, APART = map_with(*[20.0] * 8), map_with(*[30.0] * 8), map_with(*[44.0] * 8)
+
+
+def said_of(results, seeds, candidates):
+    """What the last seeds say of a set."""
+    return claim(results, FITNESS(results), FITNESS, seeds, candidates)
+
+
+def test_the_reliable_set_is_chosen_and_not_the_one_with_the_best_mean():
+    lucky = map_with(20.0, 20.0, 20.0, 120.0, 120.0, 120.0, 120.0, 120.0)
+    maps = {"lucky": lucky, "apart": APART, "equal": EQUAL, "middle": MIDDLE}
+    assert FITNESS((EQUAL, MIDDLE, lucky)).total < FITNESS((EQUAL, MIDDLE, APART)).total
+    assert choose(maps, FITNESS, OPTIONS) == ("equal", "middle", "apart")
+
+
+def test_maps_that_would_swap_places_are_not_put_side_by_side():
+    near = map_with(*[29.0, 31.0] * 4)
+    maps = {"near": near, "middle": MIDDLE, "apart": APART, "equal": EQUAL}
+    assert choose(maps, FITNESS, OPTIONS) in (("equal", "near", "apart"), ("equal", "middle", "apart"))
+
+
+def test_where_no_set_can_be_relied_on_the_one_that_gains_most_in_the_mean_is_chosen():
+    options = OPTIONS.replace(caution=1.0)
+    careful = Fitness.of(options, 150.0)
+    times = {"a": (20.0, 34.0), "b": (22.0, 40.0), "c": (24.0, 44.0), "d": (25.0, 60.0)}
+    maps = {name: map_with(*both * 4) for name, both in times.items()}
+    gains = {names: gains_of([maps[name] for name in names], careful) for names in combinations(maps, 3)}
+    assert all(np.quantile(of_set, 0.9) == 0.0 for of_set in gains.values())
+    means = {names: np.mean(of_set) for names, of_set in gains.items()}
+    assert means[choose(maps, careful, options)] == min(means.values()) < means["a", "b", "c"]
+
+
+def test_what_comes_with_a_chance_only_is_reached_less_often():
+    gains = np.linspace(-10.0, -1.0, 91).tolist()
+    assert reached_by(gains, 0.9, 1.0) == pytest.approx(-1.9)
+    assert reached_by(gains, 0.9, 0.95) == pytest.approx(np.quantile(gains, 0.9 / 0.95))
+    assert reached_by(gains, 0.9, 0.9) == reached_by(gains, 0.9, 0.0) == 0.0
+    assert reached_by([*gains, 20_000.0], 0.9, 0.5) == 20_000.0
+
+
+def test_a_map_that_failed_once_is_out_while_others_suffice():
+    failed = map_with(*[80.0] * 7, 80.0, outcome="timeout")
+    assert "failed" not in choose({"failed": failed, "a": EQUAL, "b": MIDDLE, "c": APART}, FITNESS, OPTIONS)
+    assert set(choose({"failed": failed, "a": EQUAL, "b": MIDDLE}, FITNESS, OPTIONS)) == {"failed", "a", "b"}
+
+
+def test_chances_of_order_are_those_of_all_pairs():
+    low, high = np.array([1.0, 2.0, 3.0]), np.array([2.5, 4.0])
+    by_hand = np.mean([a < b for a, b in product(low, high)])
+    assert chance_of_order([high, low]) == by_hand == pytest.approx(5 / 6)
+    assert chance_of_order([low, np.array([])]) == 0
+
+
+def test_a_claim_looks_at_the_last_seeds_alone():
+    before = map_with(*[150.0] * 3, *[44.0] * 5)
+    said = said_of((EQUAL, MIDDLE, before), 5, 12)
+    assert said.fitness == pytest.approx(FITNESS((EQUAL, MIDDLE, APART)).total)
+    assert said.interval == pytest.approx((said.fitness, said.fitness))
+    assert (said.order_kept, said.goals, said.runs, said.seeds, said.candidates) == (1, 45, 45, 5, 12)
+    assert said.goals_interval[0] == pytest.approx(0.921, abs=1e-3)
+    assert said.fitness_par2 == pytest.approx(said.fitness)
+
+
+def test_a_claim_tells_failures_and_lost_order():
+    swapping = map_with(*[20.0, 20.0, 20.0, 50.0, 50.0])
+    said = said_of((map_with(*[21.0] * 5), swapping, APART), 5, 3)
+    assert said.order_kept == pytest.approx(0.6)  # by its median it is the first map, in two of five drives the last
+    failing = said_of((EQUAL, MIDDLE, map_with(*[44.0] * 8, outcome="collision")), 5, 3)
+    assert failing.goals == 40
+    assert failing.order_kept == 0
+    assert failing.fitness > failing.fitness_par2
+
+
+@pytest.mark.parametrize(("maps", "repeats", "count"), [(3, 5, 125), (2, 2, 4), (6, 5, 25)])
+def test_sets_are_driven_once_in_every_combination_up_to_a_limit(maps, repeats, count):
+    results = tuple(map_with(*(20.0 + 10 * number + repeat for repeat in range(repeats))) for number in range(maps))
+    drives = combined(results)
+    assert len(drives) == len(set(map(repr, drives))) == count
+    assert all(one[0] in singles_of(results[0]) for one in drives)
+
+
+def fastest(place, others):
+    """A map on which one controller takes 20 s, and the two others these times."""
+    times = [*others[:place], 20.0, *others[place:]]
+    return tuple(tuple(RunResult("goal", time, 1.0) for _ in range(8)) for time in times)
+
+
+def test_the_order_of_maps_does_not_count_where_the_fitness_knows_none():
+    options = OPTIONS.replace(fitness="pairs")
+    alike = {name: fastest(place, (30.0, 30.0)) for place, name in enumerate("abc")}
+    weak = {f"weak{n}": fastest(0, (21.0 + n / 2, 22.0 + n)) for n in range(6)}
+    assert set(choose(weak | alike, Fitness.of(options, 150.0), options)) == {"a", "b", "c"}
+
+
+def test_of_hundreds_of_maps_those_that_failed_least_are_chosen_from():
+    often, once = map_with(*[20.0] * 3, outcome="timeout"), map_with(*[20.0] * 3)
+    once = (*once[:2], (*once[2][:2], RunResult("timeout", 150.0, 1.0)))
+    maps = {f"often{n}": often for n in range(200)} | {f"once{n}": once for n in range(20)}
+    kept = few_enough(maps, 3)
+    assert math.comb(len(kept), 3) <= MAX_SETS < math.comb(len(kept) + 1, 3)
+    assert list(kept) == [name for name in maps if name in kept]
+    assert sum(name.startswith("once") for name in kept) == 20
+    assert few_enough(kept, 3) == kept
+
+
+@pytest.mark.parametrize("elite_seeds", [2, 20])
+def test_the_least_runs_allowed_suffice_to_confirm_a_set(elite_seeds):
+    options = OPTIONS.replace(archive=True, elite_seeds=elite_seeds, pop_size=8, evaluations=8)
+    options = options.replace(runs=8 * 3 * 3 + options.runs_to_confirm(3))
+    options.check_runs(3)
+    with pytest.raises(ConfigError, match="runs: expected at least"):
+        options.replace(runs=options.runs - 1).check_runs(3)
+    archive = archive_of(how=lambda job: replace(answer(job), outcome="goal"))
+    archive.evaluate(sets_of(8))
+    assert confirm(archive, FITNESS, options, Budget(options, archive)) is not None
+    assert archive.count <= options.runs
