@@ -29,7 +29,7 @@ from evolution.commands import COMMANDS
 from evolution.commands.catalogue import KINDS
 from evolution.driving import EXECUTORS
 from evolution.runs import load_run
-from tests.files.test_documents import DOCUMENTS, ROOT, blocks_of, name_of
+from tests.test_documents import DOCUMENTS, ROOT, blocks_of, name_of
 
 SITE = yaml.load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"), yaml.BaseLoader)
 PAGES = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))

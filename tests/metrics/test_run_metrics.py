@@ -193,7 +193,7 @@ def test_metrics_of_others_are_measured_where_they_are_asked_for():
     [
         ("never", "expected a finite number for every run, got nan"),
         ("words", "expected a finite number for every run, got 'a lot'"),
-        ("fails", r"AttributeError: 'Episode' object has no attribute 'nothing', test_metrics.py line \d+"),
+        ("fails", r"AttributeError: 'Episode' object has no attribute 'nothing', test_run_metrics.py line \d+"),
     ],
 )
 def test_a_metric_that_fails_says_so(name, message):

@@ -6,10 +6,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from controllers import navigator as navigator_module
 from controllers.base import STOP, ControllerAbort, ControllerError, InvalidPath, Twist
 from controllers.nav2_params import load_preset
 from controllers.nav2_params.navigation import GoalChecker, ProgressChecker, VelocitySmoother
+from controllers.navigator import navigator as navigator_module
 from controllers.navigator.navigator import Navigator
 from gym_mapbench.costmap import build_static_costmap
 from gym_mapbench.errors import ConfigError, NoPathError

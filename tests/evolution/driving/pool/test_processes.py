@@ -17,7 +17,7 @@ from evolution.driving.evaluator import Evaluator
 from tests.evolution import fake_runs
 from tests.evolution.driving.test_evaluator import jobs_of, plan_of
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 SOON = 20.0
 """Seconds within which something must be seen; the wall-clock limit of a run is far above it."""
 
