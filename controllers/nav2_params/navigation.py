@@ -16,10 +16,8 @@ from controllers.releases import RELEASES, Release
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.planners import PLANNERS
+from gym_mapbench.quantities import Natural, NonNegative, Positive
 from gym_mapbench.settings import Settings
-
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
 
 
 def _three(value: object) -> object:
@@ -86,7 +84,7 @@ class ControllerServer(Settings):
         goal_checker: Parameters of the goal checker.
     """
 
-    controller_frequency: Annotated[float, Field(gt=0, le=1000)] = 20.0
+    controller_frequency: Annotated[Positive, Field(le=1000)] = 20.0
     min_x_velocity_threshold: NonNegative = 1e-4
     min_y_velocity_threshold: NonNegative = 1e-4
     min_theta_velocity_threshold: NonNegative = 1e-4
@@ -157,7 +155,7 @@ class BehaviorServer(Settings):
         behavior_plugins: Which of the behaviours exist; the tree's other ones fail.
     """
 
-    cycle_frequency: Annotated[float, Field(gt=0, le=1000)] = 10.0
+    cycle_frequency: Annotated[Positive, Field(le=1000)] = 10.0
     simulate_ahead_time: NonNegative = 2.0
     max_rotational_vel: Positive = 1.0
     min_rotational_vel: NonNegative = 0.4
@@ -182,7 +180,7 @@ class BehaviorTree(Settings):
 
     bt_loop_duration: Annotated[int, Field(gt=0)] = 10
     replanning_frequency: Positive = 1.0
-    number_of_retries: Annotated[int, Field(ge=0)] = 6
+    number_of_retries: Natural = 6
     spin_dist: float = 1.57
     wait_duration: NonNegative = 5.0
     backup_dist: NonNegative = 0.30
@@ -216,7 +214,7 @@ class VelocitySmoother(Settings):
         velocity_timeout: Seconds without a command after which the robot is stopped; here it never passes.
     """
 
-    smoothing_frequency: Annotated[float, Field(gt=0, le=1000)] = 20.0
+    smoothing_frequency: Annotated[Positive, Field(le=1000)] = 20.0
     scale_velocities: bool = False
     feedback: Literal["OPEN_LOOP", "CLOSED_LOOP"] = "OPEN_LOOP"
     max_velocity: Axes = (0.5, 0.0, 2.5)

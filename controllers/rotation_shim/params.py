@@ -9,9 +9,7 @@ Source: nav2_rotation_shim_controller: src/nav2_rotation_shim_controller.cpp (Hu
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
-
-from pydantic import Field
+from typing import Any, ClassVar
 
 from controllers.dwb import params as dwb
 from controllers.dwb.params import DwbParams
@@ -23,11 +21,10 @@ from controllers.parameters import ReleaseSettings
 from controllers.releases import RELEASES, Release
 from controllers.rpp import params as rpp
 from controllers.rpp.params import RppParams
+from gym_mapbench.quantities import NonNegative, Positive
 
 PRIMARIES = dwb, mppi, rpp, graceful
 
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
 
 ROS_ONLY_KEYS = frozenset().union(*(module.ROS_ONLY_KEYS for module in PRIMARIES))
 """Keys of a parameter file that mean nothing without ROS, whichever the primary controller is."""

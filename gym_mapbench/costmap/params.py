@@ -12,6 +12,7 @@ from pydantic import Field, field_validator, model_validator
 
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import parse_yaml
+from gym_mapbench.quantities import Count, Natural, NonNegative, Positive
 from gym_mapbench.releases import Release
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.footprint import Footprint
@@ -20,8 +21,6 @@ from gym_mapbench.world.robot import RobotSpec
 MAX_CELLS = 25_000_000
 """Largest costmap: 5000 x 5000 cells."""
 
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
 OBSTACLE_LAYERS = ("obstacle_layer", "voxel_layer")
 LAYERS = ("static_layer", *OBSTACLE_LAYERS, "inflation_layer")
 
@@ -115,11 +114,11 @@ class VoxelLayer(ObstacleLayer):
             the voxels by which the column is shorter than 16 are not counted against it.
     """
 
-    z_voxels: Annotated[int, Field(ge=1, le=16)] = 10
+    z_voxels: Annotated[Count, Field(le=16)] = 10
     z_resolution: Positive = 0.2
     origin_z: float = 0.0
-    mark_threshold: Annotated[int, Field(ge=0, le=16)] = 0
-    unknown_threshold: Annotated[int, Field(ge=0, le=16)] = 15
+    mark_threshold: Annotated[Natural, Field(le=16)] = 0
+    unknown_threshold: Annotated[Natural, Field(le=16)] = 15
 
 
 class CostmapParams(Settings):
@@ -163,8 +162,8 @@ class CostmapParams(Settings):
     update_frequency: Positive = 5.0
     track_unknown_space: bool = False
     use_maximum: bool = False
-    lethal_cost_threshold: Annotated[int, Field(ge=0, le=100)] = 100
-    unknown_cost_value: Annotated[int, Field(ge=0, le=255)] = 255
+    lethal_cost_threshold: Annotated[Natural, Field(le=100)] = 100
+    unknown_cost_value: Annotated[Natural, Field(le=255)] = 255
     trinary_costmap: bool = True
     plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
     static_layer: StaticLayer = StaticLayer()

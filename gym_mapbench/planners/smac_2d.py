@@ -15,14 +15,14 @@ from pydantic import Field
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.kernels.smac_2d import search_cells, smooth
 from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay, to_centres
+from gym_mapbench.quantities import Count, Fraction, Natural, NonNegative, Positive
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
 
 MAX_NON_OBSTACLE = 252
 SHORTEST_SMOOTHED = 12
 
-Count = Annotated[int, Field(ge=0, le=2**62)]
-Weight = Annotated[float, Field(ge=0, le=1)]
+Iterations = Annotated[Natural, Field(le=2**62)]
 
 
 class SmootherParams(Settings):
@@ -37,12 +37,12 @@ class SmootherParams(Settings):
         refinement_num: How many times.
     """
 
-    max_iterations: Count = 1000
-    w_smooth: Weight = 0.3
-    w_data: Weight = 0.2
-    tolerance: Annotated[float, Field(gt=0)] = 1e-10
+    max_iterations: Iterations = 1000
+    w_smooth: Fraction = 0.3
+    w_data: Fraction = 0.2
+    tolerance: Positive = 1e-10
     do_refinement: bool = True
-    refinement_num: Annotated[int, Field(ge=0, le=100)] = 2
+    refinement_num: Annotated[Natural, Field(le=100)] = 2
 
 
 class Smac2DParams(Settings):
@@ -63,13 +63,13 @@ class Smac2DParams(Settings):
         smoother: Options of the smoother.
     """
 
-    tolerance: Annotated[float, Field(ge=0)] = 0.125
+    tolerance: NonNegative = 0.125
     downsample_costmap: bool = False
-    downsampling_factor: Annotated[int, Field(ge=1)] = 1
+    downsampling_factor: Count = 1
     allow_unknown: bool = True
     max_iterations: Annotated[int, Field(le=2**62)] = 1_000_000
     max_on_approach_iterations: Annotated[int, Field(le=2**62)] = 1000
-    cost_travel_multiplier: Annotated[float, Field(ge=0)] = 1.0
+    cost_travel_multiplier: NonNegative = 1.0
     use_final_approach_orientation: bool = False
     smoother: SmootherParams = SmootherParams()
 
