@@ -11,26 +11,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from controllers.dwb import params as dwb
-from controllers.dwb.params import DwbParams
-from controllers.graceful import params as graceful
-from controllers.graceful.params import GracefulParams
-from controllers.mppi import params as mppi
-from controllers.mppi.params import MppiParams
 from controllers.parameters import ReleaseSettings
 from controllers.releases import RELEASES, Release
-from controllers.rpp import params as rpp
-from controllers.rpp.params import RppParams
 from gym_mapbench.quantities import NonNegative, Positive
-
-PRIMARIES = dwb, mppi, rpp, graceful
-
-
-ROS_ONLY_KEYS = frozenset().union(*(module.ROS_ONLY_KEYS for module in PRIMARIES))
-"""Keys of a parameter file that mean nothing without ROS, whichever the primary controller is."""
-
-RENAMED_KEYS = {new: old for module in PRIMARIES for new, old in module.RENAMED_KEYS.items()}
-"""Name in newer releases -> name in Humble and Jazzy, of all primary controllers."""
+from gym_mapbench.settings import Settings
 
 _ALWAYS = "Humble looks at the heading of every new path"
 
@@ -81,36 +65,21 @@ class RotationShimParams(ReleaseSettings):
     use_path_orientations: bool | None = None
 
 
-def _of_both(table: str, primary: type[ReleaseSettings]) -> dict[Release, dict[str, Any]]:
+def _of_both(table: str, primary: type[Settings]) -> dict[Release, dict[str, Any]]:
     """Join a table of the shim (``MISSING`` or ``DEFAULTS``) with that of its primary controller."""
     own: Mapping[Release, Mapping[str, Any]] = getattr(RotationShimParams, table)
     inner: Mapping[Release, Mapping[str, Any]] = getattr(primary, table)
     return {release: {**inner.get(release, {}), **own.get(release, {})} for release in RELEASES}
 
 
-class ShimDwbParams(RotationShimParams, DwbParams):
-    """A Rotation Shim around DWB."""
-
-    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", DwbParams)
-    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", DwbParams)
-
-
-class ShimMppiParams(RotationShimParams, MppiParams):
-    """A Rotation Shim around MPPI."""
-
-    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", MppiParams)
-    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", MppiParams)
-
-
-class ShimRppParams(RotationShimParams, RppParams):
-    """A Rotation Shim around Regulated Pure Pursuit."""
-
-    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", RppParams)
-    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", RppParams)
-
-
-class ShimGracefulParams(RotationShimParams, GracefulParams):
-    """A Rotation Shim around the Graceful Controller."""
-
-    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", GracefulParams)
-    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", GracefulParams)
+def params_around(primary: type[Settings]) -> type[RotationShimParams]:
+    """Return the class of the parameters of a shim and of its primary controller at once."""
+    metaclass: Any = type(RotationShimParams)
+    namespace = {
+        "__module__": __name__,
+        "__doc__": f"A Rotation Shim around the controller of {primary.__name__}.",
+        "MISSING": _of_both("MISSING", primary),
+        "DEFAULTS": _of_both("DEFAULTS", primary),
+    }
+    both: type[RotationShimParams] = metaclass(f"Shim{primary.__name__}", (RotationShimParams, primary), namespace)
+    return both

@@ -14,8 +14,18 @@ from pydantic import Field
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.kernels.smac_2d import search_cells, smooth
-from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay, to_centres
+from gym_mapbench.planners.base import (
+    Path,
+    PlannerEntry,
+    cells_of,
+    no_path,
+    refuse_obstacle,
+    set_last_yaw,
+    stay,
+    to_centres,
+)
 from gym_mapbench.quantities import Count, Fraction, Natural, NonNegative, Positive
+from gym_mapbench.ros_params import Keys, RosPlugin, slashed_in_humble
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
 
@@ -133,3 +143,43 @@ def downsampled(costmap: Costmap, factor: int) -> Costmap:
     costs = np.ascontiguousarray(np.maximum.reduceat(by_rows, col_starts, axis=1))
     resolution = costmap.resolution * factor
     return Costmap(costs, resolution, costmap.origin_x, costmap.origin_y, costmap.track_unknown_space)
+
+
+SMAC_2D = PlannerEntry(
+    Smac2DParams,
+    Smac2DPlanner,
+    nav2=RosPlugin(
+        slashed_in_humble("nav2_smac_planner", "SmacPlanner2D"),
+        "Smac 2D",
+        Smac2DParams,
+        Keys(
+            ros_only=frozenset({"plugin", "max_planning_time", "terminal_checking_interval"}),
+            elsewhere=dict.fromkeys(
+                (
+                    "analytic_expansion_max_cost",
+                    "analytic_expansion_max_length",
+                    "analytic_expansion_ratio",
+                    "angle_quantization_bins",
+                    "cache_obstacle_heuristic",
+                    "change_penalty",
+                    "cost_penalty",
+                    "debug_visualizations",
+                    "goal_heading_mode",
+                    "lattice_filepath",
+                    "lookup_table_size",
+                    "minimum_turning_radius",
+                    "motion_model_for_search",
+                    "non_straight_penalty",
+                    "retrospective_penalty",
+                    "reverse_penalty",
+                    "rotation_penalty",
+                    "smooth_path",
+                    "smoother.optimizer",
+                    "smoother.smoother",
+                ),
+                "a parameter of Hybrid-A*, State Lattice or an older Smac planner",
+            ),
+        ),
+        stands_in_for=("nav2_smac_planner",),
+    ),
+)
