@@ -18,7 +18,7 @@ UNKNOWN = 255
 @kernel
 def is_obstacle(cost, unknown_is_obstacle):
     """Whether a cell of this cost belongs to a group."""
-    return cost == LETHAL or cost == INSCRIBED or (cost == UNKNOWN and unknown_is_obstacle)
+    return INSCRIBED <= cost <= LETHAL or (cost == UNKNOWN and unknown_is_obstacle)
 
 
 @kernel

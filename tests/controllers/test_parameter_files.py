@@ -436,15 +436,14 @@ def test_the_spatio_temporal_voxel_layer_is_approximated():
 
 def test_filters_and_other_layers_are_left_out():
     document = with_layers(
-        ["inflation_layer", "denoise", "sonar"],
+        ["inflation_layer", "sonar"],
         filters=["keepout"],
         keepout={"plugin": "nav2_costmap_2d::KeepoutFilter", "enabled": "KEEPOUT_ZONE_ENABLED"},
-        denoise={"plugin": "nav2_costmap_2d::DenoiseLayer"},
         sonar={"plugin": "nav2_costmap_2d::RangeSensorLayer"},
     )
     read = parse_nav2_params(document)
     assert read.navigation.local_costmap.plugins == ("inflation_layer",)
-    assert {name.rpartition(".")[2] for name in read.named("left_out")} == {"keepout", "denoise", "sonar"}
+    assert {name.rpartition(".")[2] for name in read.named("left_out")} == {"keepout", "sonar"}
 
 
 def test_more_than_one_lidar_is_one_here_and_old_scans_are_said():
