@@ -136,8 +136,7 @@ def _read_layer(layer: Layer, data_type: str) -> dict[str, Any]:
     """Read a layer, with its lidar if it has sources."""
     group, plugin = layer.group, COSTMAP_LAYERS[layer.kind]
     group.values.pop("plugin", None)
-    plugin.adapt(group)
-    values = plugin.given(group)
+    values = plugin.read(group)
     return {**values, "scan": _read_sources(layer, data_type)} if LAYERS.get(layer.kind).observes else values
 
 
@@ -160,5 +159,4 @@ def _read_sources(layer: Layer, data_type: str) -> dict[str, Any]:
     if first.values.get("observation_persistence") == 0:
         del first.values["observation_persistence"]
     clears = layer.group.stand_in or any(source.values.get("clearing") is True for source in lidars)
-    OBSERVATION_SOURCE.adapt(first)
-    return {**OBSERVATION_SOURCE.given(first), **({"clearing": True} if clears else {})}
+    return {**OBSERVATION_SOURCE.read(first), **({"clearing": True} if clears else {})}
