@@ -9,6 +9,7 @@ Source: nav2_rotation_shim_controller: src/nav2_rotation_shim_controller.cpp (Hu
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, ClassVar
 
 from controllers.parameters import ReleaseSettings
@@ -72,14 +73,24 @@ def _of_both(table: str, primary: type[Settings]) -> dict[Release, dict[str, Any
     return {release: {**inner.get(release, {}), **own.get(release, {})} for release in RELEASES}
 
 
+@cache
 def params_around(primary: type[Settings]) -> type[RotationShimParams]:
     """Return the class of the parameters of a shim and of its primary controller at once."""
     metaclass: Any = type(RotationShimParams)
     namespace = {
         "__module__": __name__,
         "__doc__": f"A Rotation Shim around the controller of {primary.__name__}.",
+        "__reduce__": lambda self: (
+            _params,
+            (primary, {name: getattr(self, name) for name in type(self).model_fields}),
+        ),
         "MISSING": _of_both("MISSING", primary),
         "DEFAULTS": _of_both("DEFAULTS", primary),
     }
     both: type[RotationShimParams] = metaclass(f"Shim{primary.__name__}", (RotationShimParams, primary), namespace)
     return both
+
+
+def _params(primary: type[Settings], values: Mapping[str, Any]) -> RotationShimParams:
+    """Make the parameters of a shim again in another process, which pickle cannot: their class is in no module."""
+    return params_around(primary)(**values)
