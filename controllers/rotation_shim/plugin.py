@@ -11,16 +11,12 @@ from controllers.descriptor import Limits, Nav2Controller, highest, named_limits
 from controllers.releases import Release
 from controllers.rotation_shim.controller import RotationShimFollower
 from controllers.rotation_shim.params import RotationShimParams, params_around
+from controllers.rpp.plugin import TURNING
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import RELEASE, Section, in_every_release
 
 NAMES = in_every_release("nav2_rotation_shim_controller::RotationShimController")
 PRIMARY = "primary_controller"
-TURNING = {
-    "max_angular_velocity": "rotate_to_heading_angular_vel",
-    "max_angular_acceleration": "max_angular_accel",
-}
-"""Limit of the robot -> the shim's parameter that states it."""
 OWN_KEYS = {*RotationShimParams.model_fields, PRIMARY} - {RELEASE, *TURNING.values()}
 """Parameters that no primary controller has."""
 
@@ -69,9 +65,9 @@ def unfold(section: Section) -> None:
     Raises:
         ConfigError: If there is no primary controller.
     """
-    primary = section.values.get("primary_controller")
+    primary = section.values.get(PRIMARY)
     if isinstance(primary, Mapping):
-        section.findings.add("renamed", f"{section.name}.primary_controller", "its parameters stand beside the shim's")
-        section.values = {**primary, **section.values, "primary_controller": primary.get("plugin")}
-    if section.values.get("primary_controller") is None:
-        raise ConfigError(f"{section.name}.primary_controller: expected the class of the controller inside, got none")
+        section.findings.add("renamed", f"{section.name}.{PRIMARY}", "its parameters stand beside the shim's")
+        section.values = {**primary, **section.values, PRIMARY: primary.get("plugin")}
+    if section.values.get(PRIMARY) is None:
+        raise ConfigError(f"{section.name}.{PRIMARY}: expected the class of the controller inside, got none")

@@ -107,12 +107,13 @@ class CostmapParams(CostmapOptions):
         """Move the options of the layers, which stand beside the others, into ``layers``; fill in the defaults."""
         if not isinstance(values, Mapping):
             return values
-        plugins = values.get("plugins", cls.model_fields["plugins"].default)
-        listed = [name for name in plugins if isinstance(name, str)] if isinstance(plugins, list | tuple) else []
-        layers = dict(values.get("layers", {}))
-        for name in dict.fromkeys([*ALWAYS_SAVED, *LAYERS.built_in, *listed]):
-            if name in values or name in listed or name in ALWAYS_SAVED:
-                layers[name] = _options(name, values.get(name, layers.get(name, {})))
+        plugins, held = values.get("plugins", cls.model_fields["plugins"].default), values.get("layers", {})
+        if not isinstance(plugins, list | tuple) or not isinstance(held, Mapping):
+            return values
+        given = {**held, **{name: options for name, options in values.items() if name not in cls.model_fields}}
+        listed = [name for name in plugins if isinstance(name, str)]
+        known = dict.fromkeys([*ALWAYS_SAVED, *(name for name in LAYERS.built_in if name in given), *listed])
+        layers = {name: _options(name, given.get(name, {})) for name in known}
         return {**{key: value for key, value in values.items() if key not in layers}, "layers": layers}
 
     @model_serializer(mode="wrap")

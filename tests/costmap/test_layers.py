@@ -64,6 +64,11 @@ class TestOfThirdParties:
         assert LayeredCostmap(made, EMPTY, POINT).update(Pose(0.1, 0.1)).costs[:, 0].tolist() == [7, 7, 7]
         assert CostmapParams(**made.model_dump(mode="json")) == made
 
+    def test_a_layer_that_is_no_longer_listed_is_forgotten(self):
+        made = params("strange_layers:column", cost=7).replace(plugins=("static_layer",))
+        assert "strange_layers:column" not in made.layers
+        assert CostmapParams(**made.model_dump(mode="json")) == made
+
     def test_a_layer_can_be_switched_off(self):
         made = params("strange_layers:column", enabled=False)
         assert not LayeredCostmap(made, EMPTY, POINT).update(Pose(0.1, 0.1)).costs.any()
@@ -86,6 +91,13 @@ class TestOfThirdParties:
     def test_what_cannot_be_is_refused_in_one_line(self, name, options, message):
         with pytest.raises(ConfigError, match=message):
             params(name, **options)
+
+
+@pytest.mark.parametrize("options", [{"layers": 5}, {"plugins": 5}, {"plugins": [5]}, {"inflaton_layer": {}}])
+def test_options_of_another_form_are_refused_in_one_line(options):
+    (key,) = options
+    with pytest.raises(ConfigError, match=key):
+        CostmapParams(**options)
 
 
 def test_every_layer_of_nav2_says_so_itself():
