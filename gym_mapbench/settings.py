@@ -58,6 +58,11 @@ class Settings(BaseModel):
         return made
 
     @classmethod
+    def option_names(cls) -> list[str]:
+        """Names of all options, for messages about unknown ones."""
+        return list(cls.model_fields) + [field.alias for field in cls.model_fields.values() if field.alias]
+
+    @classmethod
     def from_mapping(cls, values: object, where: str) -> Self:
         """Build from a mapping; ``where`` (a file or section name) opens every error message."""
         if not isinstance(values, Mapping):
@@ -83,7 +88,7 @@ def _refuse_conversion(came: object, made: object) -> None:
         raise ConfigError(f"expected a number, got {_short(came)}")
 
 
-def _describe(error: ValidationError, settings: type[BaseModel]) -> str:
+def _describe(error: ValidationError, settings: type[Settings]) -> str:
     """Say the first problem of a validation error in one line."""
     first = error.errors(include_url=False)[0]
     if first["type"] == "extra_forbidden":
@@ -98,9 +103,9 @@ def _describe(error: ValidationError, settings: type[BaseModel]) -> str:
     return f"{key}: expected {expected}, got {_short(first['input'])}"
 
 
-def _unknown_key(first: ErrorDetails, settings: type[BaseModel]) -> str:
+def _unknown_key(first: ErrorDetails, settings: type[Settings]) -> str:
     """Name an unknown key and the nearest valid one."""
-    valid = list(settings.model_fields) + [f.alias for f in settings.model_fields.values() if f.alias]
+    valid = settings.option_names()
     key = ".".join(str(part) for part in first["loc"])
     near = nearest_name(str(first["loc"][-1]), valid)
     hint = f"; did you mean {near!r}?" if near else f" (expected one of: {', '.join(sorted(valid))})"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import zipfile
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -20,6 +20,7 @@ from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.bounded import open_zip
 from gym_mapbench.files.documents import parse_json
+from gym_mapbench.quantities import Positive
 from gym_mapbench.settings import Settings
 
 CARD = "mapbench.json"
@@ -45,7 +46,7 @@ class Normalization(Settings):
     mean: tuple[float, ...]
     variance: tuple[float, ...]
     epsilon: float = 1e-8
-    clip: Annotated[float, Field(gt=0)] = 10.0
+    clip: Positive = 10.0
 
     def apply(self, features: Features) -> Features:
         """Return normalised features."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from controllers.nav2_params.findings import KINDS, Finding, Kind
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
+from gym_mapbench.ros_params import KINDS, Finding, Kind
 from gym_mapbench.world.robot import RobotSpec
 
 MOST = 6

@@ -13,7 +13,7 @@ from docs.generate.api import face
 from docs.generate.commands import command_reference
 from docs.generate.files import files_of
 from docs.generate.names import contents_of, names_of
-from docs.generate.options import family_reference, option_reference, planner_reference
+from docs.generate.options import family_reference, layer_reference, option_reference, planner_reference
 from docs.generate.truth import measures_of
 
 LINE = re.compile(r"^<!-- insert (\w+)((?: [\w.-]+)*) -->$", re.MULTILINE)
@@ -23,6 +23,7 @@ INSERTS: dict[str, Callable[..., str]] = {
     "options": option_reference,
     "family_options": family_reference,
     "planner_options": planner_reference,
+    "layer_options": layer_reference,
     "names": names_of,
     "contents": contents_of,
     "files": files_of,

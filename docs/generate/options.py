@@ -16,6 +16,7 @@ from evolution.driving import ControllerSpec, DriveSettings
 from evolution.search import EvolveSettings
 from evolution.studies import StudySettings, SweepSettings
 from evolution.training import TrainSettings
+from gym_mapbench.costmap import LAYERS
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.settings import Settings
@@ -56,6 +57,12 @@ def family_reference() -> str:
 def planner_reference() -> str:
     """Return a table of the options of every planner."""
     return "\n\n".join(_section(key, PLANNERS[key].params) for key in PLANNERS.built_in)
+
+
+def layer_reference() -> str:
+    """Return a table of the options of every costmap layer, and one for each model inside them."""
+    shown = {model: where for key in LAYERS.built_in for where, model in _models(key, LAYERS[key].params)}
+    return "\n\n".join(_section(where, model) for model, where in shown.items())
 
 
 def _models(where: str, model: type[Settings]) -> Iterator[tuple[str, type[Settings]]]:

@@ -18,6 +18,7 @@ from evolution.report import SECTIONS
 from evolution.search import FITNESSES, OPERATORS, load_preset, preset_names
 from evolution.studies import load_definition, study_names
 from evolution.training import algorithm_names, load_algorithm
+from gym_mapbench.costmap import LAYERS
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
@@ -105,6 +106,7 @@ def _heading(package: str, folder: str) -> Callable[[str], str]:
 KINDS: dict[str, Kind] = {
     "controllers": _of_registry(CONTROLLERS, "--controllers"),
     "planners": _of_registry(PLANNERS, "--planner"),
+    "layers": _of_registry(LAYERS, "costmap plugins:"),
     "robots": _of_registry(ROBOTS, "--robot", _settings_in(ROBOTS))._replace(about=_robot),
     "params": Kind("--params", lambda: PRESETS, _heading("controllers", "presets"), read_preset),
     "presets": Kind("evolve --preset", preset_names, _heading("evolution.search", "presets"), load_preset),

@@ -7,11 +7,11 @@ import functools
 from pathlib import Path
 
 from controllers.nav2_params import PRESETS, Nav2Params, load_preset, read_nav2_params, summarise
-from controllers.nav2_params.templates import parse_defines
 from controllers.releases import RELEASES, Release
 from evolution.commands.console import note
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import parse_defines
 
 ONLY_FOR_FILES = ("define", "only")
 

@@ -23,6 +23,7 @@ from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.unknown_map import check_sensors, without_map
+from gym_mapbench.costmap import LAYERS
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics import measure
@@ -132,6 +133,9 @@ def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) ->
             frequency or the sensors of the world.
     """
     PLANNERS.for_workers(settings.navigation.planner.name)
+    for costmap in (settings.navigation.local_costmap, settings.navigation.global_costmap):
+        for layer in costmap.plugins:
+            LAYERS.for_workers(layer)
     for spec in specs:
         CONTROLLERS.for_workers(spec.registered_name)
         controller = build_controller(spec, settings)

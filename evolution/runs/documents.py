@@ -13,9 +13,7 @@ from evolution.files import Document, Row, Versions, check
 from evolution.search import FitnessName
 from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Outcome
-
-Count = Annotated[int, Field(ge=1)]
-
+from gym_mapbench.quantities import Count
 
 Bounds = Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)]
 

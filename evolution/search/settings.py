@@ -23,13 +23,11 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import FamilySpecs, ShapeSettings
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.metrics.episode import Outcome
+from gym_mapbench.quantities import Count, Fraction, NonNegative, Positive
 from gym_mapbench.settings import Settings
 
-Probability = Annotated[float, Field(ge=0, le=1)]
-Weight = Annotated[float, Field(ge=0)]
-Positive = Annotated[float, Field(gt=0)]
-Count = Annotated[int, Field(ge=1, le=10_000)]
-Budget = Annotated[int, Field(ge=1, le=10**9)]
+Few = Annotated[Count, Field(le=10_000)]
+Budget = Annotated[Count, Field(le=10**9)]
 
 
 def _fitness(name: str) -> str:
@@ -67,19 +65,19 @@ class MutationSettings(Settings):
             the way that Nav2 plans or draw the map anew, or a third party's.
     """
 
-    probability: Probability = 0.5
+    probability: Fraction = 0.5
     maps: Literal["all", "one"] = "all"
     drivable: bool = False
     adaptive: bool = False
-    shapes_per_map: tuple[Count, Count] = (1, 3)
-    move_probability: Probability = 0.25
-    scale_probability: Probability = 0.25
-    remove_probability: Probability = 0.25
-    add_probability: Probability = 0.25
-    move_distance: Count = 15
+    shapes_per_map: tuple[Few, Few] = (1, 3)
+    move_probability: Fraction = 0.25
+    scale_probability: Fraction = 0.25
+    remove_probability: Fraction = 0.25
+    add_probability: Fraction = 0.25
+    move_distance: Few = 15
     scale_factor: tuple[Positive, Positive] = (0.5, 1.5)
     connectivity: Literal[4, 8] = 4
-    operators: dict[str, Probability] = Field(default_factory=dict)
+    operators: dict[str, Fraction] = Field(default_factory=dict)
 
     @field_validator("operators")
     @classmethod
@@ -131,7 +129,7 @@ class ConfirmationSettings(Settings):
     """
 
     seeds: Annotated[int, Field(ge=2)] = 5
-    candidates: Count = 9
+    candidates: Few = 9
     claim_seeds: Annotated[int, Field(ge=2)] = 10
     reliability: Annotated[float, Field(gt=0, lt=1)] = 0.9
 
@@ -193,22 +191,22 @@ class EvolveSettings(Settings):
     elite_seeds: Annotated[int, Field(ge=0, le=100_000)] = 0
     drive_last: tuple[str, ...] = ()
     confirmation: ConfirmationSettings | None = None
-    maps_per_set: Count = 3
+    maps_per_set: Few = 3
     seed: Annotated[int, Field(ge=0)] = 0
-    repeats: Count = 1
+    repeats: Few = 1
     aggregate: Literal["mean", "median"] = "mean"
-    caution: Weight = 0.0
+    caution: NonNegative = 0.0
     metric: str = "time"
     failures: Literal["exclude", "censor", "par2"] = "exclude"
     timeout_outcomes: tuple[Outcome, ...] = ("timeout",)
-    base_cost: Weight = 100.0
-    timeout_cost: Weight = 10.0
-    pattern_weight: Weight = 20.0
-    epsilon: Weight = 1e-8
-    unevenness_weight: Weight = 1.0
+    base_cost: NonNegative = 100.0
+    timeout_cost: NonNegative = 10.0
+    pattern_weight: NonNegative = 20.0
+    epsilon: NonNegative = 1e-8
+    unevenness_weight: NonNegative = 1.0
     cluster_scale: Positive | None = None
     crossover: Literal["pool", "position"] = "pool"
-    crossover_probability: Probability = 1.0
+    crossover_probability: Fraction = 1.0
     mutation: MutationSettings = MutationSettings()
     families: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()

@@ -10,15 +10,13 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, JsonValue, field_validator, model_validator
 
 from controllers.learned import EncodingSettings
-from controllers.parameters import overlay
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
+from gym_mapbench.quantities import Count, Fraction
+from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.trust import refuse_code
-
-Count = Annotated[int, Field(ge=1)]
-Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Stage(Settings):
@@ -30,7 +28,7 @@ class Stage(Settings):
         most: Most obstacles on a map.
     """
 
-    after: Share
+    after: Fraction
     fewest: Annotated[int, Field(ge=0)]
     most: Annotated[int, Field(ge=0)]
 
@@ -67,10 +65,10 @@ class ReplaySettings(Settings):
         memory: Outcomes of a level that count, the latest.
     """
 
-    probability: Share = 0.5
+    probability: Fraction = 0.5
     capacity: Count = 1000
     temperature: Annotated[float, Field(gt=0)] = 0.3
-    staleness: Share = 0.2
+    staleness: Fraction = 0.2
     memory: Count = 8
 
 
@@ -137,7 +135,7 @@ class TrainSettings(Settings):
     world: EnvConfig = EnvConfig()
     encoding: EncodingSettings = EncodingSettings()
     obstacles: tuple[Stage, ...] = (Stage(after=0.0, fewest=15, most=40),)
-    anywhere: Share = 0.0
+    anywhere: Fraction = 0.0
     reuse: Annotated[float, Field(ge=1)] = 6.0
     shaping: ShapingSettings = ShapingSettings()
     network: NetworkSettings = NetworkSettings()

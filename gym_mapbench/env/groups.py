@@ -9,7 +9,7 @@ from pydantic import Field
 from gym_mapbench.settings import Settings
 
 OBSERVATION_KEYS = ("pose", "odom", "velocity", "goal", "scan", "path", "costmap")
-Weight = Annotated[float, Field(ge=-1e6, le=1e6)]
+RewardWeight = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
 class PathWindow(Settings):
@@ -54,9 +54,9 @@ class RewardSettings(Settings):
         caution_reach: Room around the robot at which a metre counts as in the open, m; the less room, the more.
     """
 
-    progress: Weight = 1.0
-    time: Weight = 0.05
-    collision: Weight = 10.0
-    goal: Weight = 10.0
+    progress: RewardWeight = 1.0
+    time: RewardWeight = 0.05
+    collision: RewardWeight = 10.0
+    goal: RewardWeight = 10.0
     caution: Annotated[float, Field(ge=0, le=100)] = 0.0
     caution_reach: Annotated[float, Field(gt=0)] = 0.3

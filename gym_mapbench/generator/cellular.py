@@ -12,12 +12,13 @@ import numpy as np
 from pydantic import Field
 
 from gym_mapbench.generator.base import empty
-from gym_mapbench.generator.ranges import Seed, Share, draw_seed
+from gym_mapbench.generator.ranges import Seed, draw_seed
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border, interior
+from gym_mapbench.quantities import Count, Fraction, Natural
 from gym_mapbench.settings import Settings
 
-Neighbours = Annotated[int, Field(ge=0, le=9)]
-Steps = Annotated[int, Field(ge=0, le=1000)]
+Neighbours = Annotated[Natural, Field(le=9)]
+Steps = Annotated[Natural, Field(le=1000)]
 
 
 class CellularGenes(Settings):
@@ -29,7 +30,7 @@ class CellularGenes(Settings):
         layout: Seed of the tiles filled at first.
     """
 
-    fill_probability: Share
+    fill_probability: Fraction
     smoothing_iterations: Steps
     layout: Seed
 
@@ -59,11 +60,11 @@ class Cellular(Settings):
 
     genes: ClassVar[type[Settings]] = CellularGenes
 
-    fill_probability: Annotated[tuple[Share, ...], Field(min_length=1)] = (0.15, 0.20, 0.25, 0.30)
+    fill_probability: Annotated[tuple[Fraction, ...], Field(min_length=1)] = (0.15, 0.20, 0.25, 0.30)
     smoothing_iterations: Annotated[tuple[Steps, ...], Field(min_length=1)] = (2, 3, 4)
     fill_threshold: Neighbours = 5
     clear_threshold: Neighbours = 1
-    tile: Annotated[int, Field(ge=1)] = 3
+    tile: Count = 3
 
     def draw_genes(self, rng: np.random.Generator) -> CellularGenes:
         """Draw the genes of one map."""

@@ -12,7 +12,7 @@ from gym_mapbench.generator.ranges import (
     CountRange,
     Length,
     LengthRange,
-    Weight,
+    RelativeWeight,
     WeightRange,
     draw,
     draw_count,
@@ -30,8 +30,8 @@ class Flight(Settings):
         left: How far it then goes to the left, likewise.
     """
 
-    up: Weight
-    left: Weight
+    up: RelativeWeight
+    left: RelativeWeight
 
 
 class CorridorGenes(Settings):

@@ -9,15 +9,15 @@ import numpy as np
 from gym_mapbench.generator.base import empty, mirrored, to_cells, wall_rows
 from gym_mapbench.generator.ranges import (
     CountRange,
+    FractionRange,
     Length,
     LengthRange,
-    Share,
-    ShareRange,
     draw,
     draw_count,
     draw_flag,
 )
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border
+from gym_mapbench.quantities import Fraction
 from gym_mapbench.settings import Settings
 
 
@@ -30,9 +30,9 @@ class Door(Settings):
         at: Where the gap is along the wall, 0 (left) to 1 (right).
     """
 
-    place: Share
+    place: Fraction
     gap: Length
-    at: Share
+    at: Fraction
 
 
 class DoorsGenes(Settings):
@@ -76,8 +76,8 @@ class Doors(Settings):
 
     walls: CountRange = (1, 3)
     gap: LengthRange = (0.5, 0.9)
-    at: ShareRange = (0.0, 1.0)
-    place: ShareRange = (0.25, 0.75)
+    at: FractionRange = (0.0, 1.0)
+    place: FractionRange = (0.25, 0.75)
     thickness: LengthRange = (0.05, 0.2)
 
     def draw_genes(self, rng: np.random.Generator) -> DoorsGenes:

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import Count, Fraction, Natural, Positive, SignedFraction
 
 
 def _ordered(value: tuple[Any, Any]) -> tuple[Any, Any]:
@@ -17,22 +18,22 @@ def _ordered(value: tuple[Any, Any]) -> tuple[Any, Any]:
     return value
 
 
-Length = Annotated[float, Field(gt=0, le=1000)]
+Length = Annotated[Positive, Field(le=1000)]
 """m."""
-Weight = Annotated[float, Field(gt=0, le=1000)]
-Share = Annotated[float, Field(ge=0, le=1)]
-SignedShare = Annotated[float, Field(ge=-1, le=1)]
-Count = Annotated[int, Field(ge=1, le=1000)]
-Seed = Annotated[int, Field(ge=0, lt=2**32)]
+RelativeWeight = Annotated[Positive, Field(le=1000)]
+"""Compared with the weights of its neighbours."""
+Repeats = Annotated[Count, Field(le=1000)]
+"""How many times a motif is repeated."""
+Seed = Annotated[Natural, Field(lt=2**32)]
 """Seed of everything that is drawn while a map is built."""
 
 LengthRange = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
-WeightRange = Annotated[tuple[Weight, Weight], AfterValidator(_ordered)]
-SignedShareRange = Annotated[tuple[SignedShare, SignedShare], AfterValidator(_ordered)]
-ShareRange = Annotated[tuple[Share, Share], AfterValidator(_ordered)]
-CountRange = Annotated[tuple[Count, Count], AfterValidator(_ordered)]
-Cells = Annotated[int, Field(ge=1, le=2000)]
-Number = Annotated[int, Field(ge=0, le=100_000)]
+WeightRange = Annotated[tuple[RelativeWeight, RelativeWeight], AfterValidator(_ordered)]
+SignedFractionRange = Annotated[tuple[SignedFraction, SignedFraction], AfterValidator(_ordered)]
+FractionRange = Annotated[tuple[Fraction, Fraction], AfterValidator(_ordered)]
+CountRange = Annotated[tuple[Repeats, Repeats], AfterValidator(_ordered)]
+Cells = Annotated[Count, Field(le=2000)]
+Number = Annotated[Natural, Field(le=100_000)]
 CellRange = Annotated[tuple[Cells, Cells], AfterValidator(_ordered)]
 NumberRange = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
 

@@ -18,12 +18,12 @@ from gym_mapbench.generator.ranges import CellRange, NumberRange, draw_count
 from gym_mapbench.kernels import shapes as kernels
 from gym_mapbench.kernels.jit import plain
 from gym_mapbench.kernels.shapes import occupy, scatter
+from gym_mapbench.quantities import Fraction, Natural, Positive
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose
 
 Cells = NDArray[np.bool_]
-Probability = Annotated[float, Field(ge=0, le=1)]
 
 _draw_shape, _draw_position = plain(kernels.draw_shape), plain(kernels.draw_position)
 TASK_YAW = 3 * math.pi / 4
@@ -50,18 +50,18 @@ class ShapeSettings(Settings):
     """
 
     size: Annotated[int, Field(ge=5, le=5000)] = 150
-    resolution: Annotated[float, Field(gt=0)] = 0.05
+    resolution: Positive = 0.05
     n_obstacles: NumberRange = (15, 40)
-    circle_probability: Probability = 0.2
-    square_probability: Probability = 0.3
-    wall_probability: Probability = 0.5
+    circle_probability: Fraction = 0.2
+    square_probability: Fraction = 0.3
+    wall_probability: Fraction = 0.5
     circle_radius: CellRange = (2, 10)
     square_side: CellRange = (4, 10)
     wall_length: CellRange = (10, 30)
     wall_thickness: CellRange = (1, 3)
-    border: Annotated[int, Field(ge=0)] = 1
-    task_distance: Annotated[int, Field(ge=0)] = 10
-    cleared_distance: Annotated[int, Field(ge=0)] = 10
+    border: Natural = 1
+    task_distance: Natural = 10
+    cleared_distance: Natural = 10
 
     @model_validator(mode="after")
     def _consistent(self) -> ShapeSettings:

@@ -7,8 +7,9 @@ from typing import ClassVar
 import numpy as np
 
 from gym_mapbench.generator.base import empty, to_cells
-from gym_mapbench.generator.ranges import CountRange, Length, LengthRange, Share, draw, draw_count, draw_flag
+from gym_mapbench.generator.ranges import CountRange, Length, LengthRange, draw, draw_count, draw_flag
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border, disc, stamp
+from gym_mapbench.quantities import Fraction
 from gym_mapbench.settings import Settings
 
 
@@ -23,8 +24,8 @@ class Block(Settings):
         round: Whether it is a disc.
     """
 
-    x: Share
-    y: Share
+    x: Fraction
+    y: Fraction
     width: Length
     height: Length
     round: bool

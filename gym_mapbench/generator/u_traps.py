@@ -10,17 +10,16 @@ import numpy as np
 from gym_mapbench.generator.base import empty, mirrored, to_cells
 from gym_mapbench.generator.ranges import (
     CountRange,
+    FractionRange,
     Length,
     LengthRange,
-    Share,
-    ShareRange,
-    SignedShare,
-    SignedShareRange,
+    SignedFractionRange,
     draw,
     draw_count,
     draw_flag,
 )
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border, stamp, task_cells
+from gym_mapbench.quantities import Fraction, SignedFraction
 from gym_mapbench.settings import Settings
 
 ENDS = 0.1
@@ -38,8 +37,8 @@ class Trap(Settings):
         opens_right: Whether it opens to the right instead of downwards.
     """
 
-    place: Share
-    aside: SignedShare
+    place: Fraction
+    aside: SignedFraction
     width: Length
     depth: Length
     opens_right: bool
@@ -86,8 +85,8 @@ class UTraps(Settings):
     genes: ClassVar[type[Settings]] = UTrapGenes
 
     traps: CountRange = (1, 3)
-    place: ShareRange = (0.25, 0.75)
-    aside: SignedShareRange = (-0.4, 0.4)
+    place: FractionRange = (0.25, 0.75)
+    aside: SignedFractionRange = (-0.4, 0.4)
     width: LengthRange = (0.9, 2.2)
     depth: LengthRange = (0.6, 1.6)
     thickness: LengthRange = (0.05, 0.2)

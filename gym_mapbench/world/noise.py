@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import Fraction, NonNegative
 from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose, wrap_angle
 
-Share = Annotated[float, Field(ge=0, le=1)]
-Metres = Annotated[float, Field(ge=0, le=1)]
-Radians = Annotated[float, Field(ge=0, le=math.pi)]
-Seconds = Annotated[float, Field(ge=0, le=3600)]
-Speed = Annotated[float, Field(ge=0, le=1)]
+Metres = Annotated[NonNegative, Field(le=1)]
+Radians = Annotated[NonNegative, Field(le=math.pi)]
+Seconds = Annotated[NonNegative, Field(le=3600)]
+Speed = Annotated[NonNegative, Field(le=1)]
 
 NORMALS_AT_ONCE = 256
 
@@ -79,17 +79,17 @@ class NoiseSettings(Settings):
     update_min_a: Radians = 0.2
     odometry_v: Speed = 0.0
     odometry_w: Speed = 0.0
-    odometry_distance: Share = 0.0
-    odometry_turn: Share = 0.0
+    odometry_distance: Fraction = 0.0
+    odometry_turn: Fraction = 0.0
     odometry_veer: Radians = 0.0
-    actuation_v: Share = 0.0
-    actuation_w: Share = 0.0
+    actuation_v: Fraction = 0.0
+    actuation_w: Fraction = 0.0
     actuation_time_constant: Seconds = 0.0
-    latency: Share = 0.0
+    latency: Fraction = 0.0
     lidar_mount: Literal["centre", "robot"] = "centre"
     scan: Metres = 0.0
-    scan_relative: Share = 0.0
-    scan_dropout: Share = 0.0
+    scan_relative: Fraction = 0.0
+    scan_dropout: Fraction = 0.0
 
     @model_validator(mode="before")
     @classmethod

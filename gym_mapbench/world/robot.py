@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import Positive
 from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.settings import Settings
-
-Positive = Annotated[float, Field(gt=0)]
 
 
 class LidarMount(Settings):

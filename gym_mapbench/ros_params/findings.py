@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.releases import Release
 
 Kind = Literal[
     "ros_only",

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, TypeVar
 
-from controllers.nav2_params.findings import Findings
-from controllers.nav2_params.keys import Keys
-from controllers.nav2_params.templates import find_template, no_value
-from controllers.parameters import nest_dotted
 from gym_mapbench.errors import ConfigError, nearest_name
+from gym_mapbench.ros_params.findings import Findings
+from gym_mapbench.ros_params.keys import Keys
+from gym_mapbench.ros_params.nested import leaves, nest_dotted
+from gym_mapbench.ros_params.templates import find_template, no_value
 from gym_mapbench.settings import Settings
 
 S = TypeVar("S", bound=Settings)
@@ -70,6 +70,13 @@ class Section:
         if not isinstance(value, str):
             raise ConfigError(f"{self.name}.{key}: expected a name, got {_kind(value)}")
         return value
+
+    def cap(self, key: str, most: float, why: str) -> None:
+        """Lower a number that is too high to the highest possible one, and list that."""
+        value = self.values.get(key)
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and value > most:
+            self.values[key] = most
+            self.findings.add("replaced", f"{self.name}.{key}", f"taken as {most:g}: {why}")
 
     def leave(self, key: str) -> None:
         """Take out a key and list it as unused."""
@@ -160,15 +167,6 @@ class Section:
         else:
             near = nearest_name(given, [*valid, *keys.renamed], MISSPELT)
             add("unknown", full, f"did you mean {near!r}?" if near else "")
-
-
-def leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the dotted names and values of a nested mapping."""
-    for key, value in values.items():
-        if isinstance(value, Mapping):
-            yield from leaves(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
 
 
 def parameter_names(settings: type[Settings]) -> list[str]:
