@@ -7,8 +7,8 @@ that names the key, what was expected and what came.
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Mapping
-from typing import Any, Self
+from collections.abc import Iterable, Mapping
+from typing import Any, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -100,11 +100,26 @@ def _describe(error: ValidationError, settings: type[BaseModel]) -> str:
 
 def _unknown_key(first: ErrorDetails, settings: type[BaseModel]) -> str:
     """Name an unknown key and the nearest valid one."""
-    valid = list(settings.model_fields) + [f.alias for f in settings.model_fields.values() if f.alias]
+    settings = _model_at(settings, first["loc"][:-1])
+    aliases = [field.alias for field in settings.model_fields.values() if field.alias]
+    valid = [*settings.model_fields, *aliases, *getattr(settings, "short_names", ())]
     key = ".".join(str(part) for part in first["loc"])
     near = nearest_name(str(first["loc"][-1]), valid)
     hint = f"; did you mean {near!r}?" if near else f" (expected one of: {', '.join(sorted(valid))})"
     return f"unknown key {key!r}{hint}, got {_short(first['input'])}"
+
+
+def _model_at(settings: type[BaseModel], place: Iterable[int | str]) -> type[BaseModel]:
+    """Return the model of the options at a place in a model; the outermost model where that is not a single one."""
+    found = settings
+    for name in place:
+        field = found.model_fields.get(str(name))
+        inner = [] if field is None else [field.annotation, *get_args(field.annotation)]
+        models = [one for one in inner if isinstance(one, type) and issubclass(one, BaseModel)]
+        if len(models) != 1:
+            return settings
+        found = models[0]
+    return found
 
 
 def _kind(value: object) -> str:
