@@ -57,6 +57,8 @@ from evolution.search import (
     check_experiment,
     experiment_of,
     load_preset,
+    nested,
+    nested_document,
     preset_names,
     read_document,
 )
@@ -215,7 +217,8 @@ def evolve(
         run_timeout_s: Wall-clock seconds that a run may take before it ends in an error.
         on_generation: Called after each generation.
         on_run: Called after each run with its job, its result, and how many are left.
-        search: Options of the search that replace those of the experiment, e.g. ``evaluations=100, seed=3``.
+        search: Options of the search that replace those of the experiment, by their short names, e.g.
+            ``pop_size=20, seed=3``.
 
     Returns:
         The recorded run; a notebook shows the best map set.
@@ -350,13 +353,13 @@ def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmar
 
 def compose(preset: str = DEFAULT_PRESET, config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:
     """Return the document of an experiment: a preset, overlaid by ``config``, then by options of the search."""
-    return overlay(overlay(load_preset(preset), config or {}), {"search": search})
+    return overlay(overlay(load_preset(preset), nested_document(config or {})), {"search": nested(search)})
 
 
 def _wanted(experiment: str | Path | Mapping[str, Any] | Experiment, search: dict[str, Any]) -> Experiment:
     """Build an experiment."""
     if isinstance(experiment, Experiment):
-        return experiment_of(overlay(experiment.document(), {"search": search})) if search else experiment
+        return experiment_of(overlay(experiment.document(), {"search": nested(search)})) if search else experiment
     if isinstance(experiment, Mapping):
         return experiment_of(compose(config=experiment, **search))
     if experiment in preset_names():
@@ -369,5 +372,5 @@ def _begin(experiment: Experiment, out: str | Path | None, evaluator: Evaluator)
     evaluator.get_ready()
     check_experiment(experiment)
     options = experiment.search
-    default = Path("runs") / f"{options.fitness.replace(':', '.')}-pop{options.pop_size}-seed{options.seed}"
+    default = Path("runs") / f"{options.judging.fitness.replace(':', '.')}-pop{options.ga.pop_size}-seed{options.seed}"
     return RunDir.create(out or default, experiment)

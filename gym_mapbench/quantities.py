@@ -22,5 +22,7 @@ SignedFraction = Annotated[float, Field(ge=-1, le=1)]
 """-1 to 1."""
 Count = Annotated[int, Field(ge=1)]
 """1 or greater."""
+Few = Annotated[int, Field(ge=1, le=10_000)]
+"""1 to 10 000: of what every one costs."""
 Natural = Annotated[int, Field(ge=0)]
 """0 or greater."""

@@ -130,8 +130,8 @@ def _order_kept(pairs: Sequence[Pair]) -> dict[str, bool]:
 
 def _places(pairs: Sequence[Pair], names: Sequence[str], side: Callable[[Pair], float]) -> dict[str, int]:
     """Return the place of each map, in order from the most alike controllers to the most different."""
-    readings = [gini([side(pair) for pair in pairs if pair.map == name]) for name in names]
-    order = np.argsort(readings, kind="stable")
+    scores = [gini([side(pair) for pair in pairs if pair.map == name]) for name in names]
+    order = np.argsort(scores, kind="stable")
     return {names[index]: place for place, index in enumerate(order.tolist())}
 
 

@@ -32,11 +32,11 @@ def again_in(rows: Sequence[Row], run: LoadedRun) -> DrivenAgain | None:
 
 def again_sentence(again: DrivenAgain, run: LoadedRun) -> str:
     """Say what became of a map set that was driven again."""
-    totals = sorted(one.total for one in again.singles)
+    totals = sorted(one.fitness for one in again.singles)
     runs = [result for of_map in again.results for of_controller in of_map for result in of_controller]
     order = (
         f"its maps keep their order in {sum(again.orders)} of {_drives(len(again.singles))}, "
-        if None not in again.readings
+        if None not in again.scores
         else ""
     )
     return (

@@ -86,7 +86,7 @@ class Benchmark(Tabled):
         """Return one object with ``runs``, and for the best set of a search with ``map_set``, as text."""
         document: Row = {"runs": list(self.rows)}
         if self.again is not None:
-            fitness, orders = [one.total for one in self.again.singles], list(self.again.orders)
+            fitness, orders = [one.fitness for one in self.again.singles], list(self.again.orders)
             document["map_set"] = {"fitness": fitness, "order_kept": orders}
         return json.dumps(document, indent=1, allow_nan=False) + "\n"
 

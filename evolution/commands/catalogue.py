@@ -15,7 +15,7 @@ from controllers.nav2_params.presets import read_preset
 from controllers.registry import CONTROLLERS
 from evolution.driving import EXECUTORS
 from evolution.report import SECTIONS
-from evolution.search import FITNESSES, OPERATORS, load_preset, preset_names
+from evolution.search import ALGORITHMS, FAILURES, FITNESSES, OPERATORS, load_preset, preset_names
 from evolution.studies import load_definition, study_names
 from evolution.training import algorithm_names, load_algorithm
 from gym_mapbench.costmap import LAYERS
@@ -116,7 +116,9 @@ KINDS: dict[str, Kind] = {
     "noise": _of_registry(NOISES, "--noise", _settings_in(NOISES))._replace(about=_noise),
     "families": _of_registry(FAMILIES, "--family"),
     "fitnesses": _of_registry(FITNESSES, "--fitness"),
-    "operators": _of_registry(OPERATORS, "mutation: operators:"),
+    "failure_policies": _of_registry(FAILURES, "--failures"),
+    "search_algorithms": _of_registry(ALGORITHMS, "ga: {algorithm: ...}"),
+    "operators": _of_registry(OPERATORS, "ga: {mutation: {operators: ...}}"),
     "formats": _of_registry(FORMATS, "NAME:PATH"),
     "executors": _of_registry(EXECUTORS, "--executor"),
     "sections": _of_registry(SECTIONS, "report --section"),

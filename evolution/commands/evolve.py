@@ -9,9 +9,10 @@ from evolution.api import compose, evolve
 from evolution.commands import COMMON, driving_options, options
 from evolution.commands.console import console, note, print_table
 from evolution.commands.progress import SearchBar
-from evolution.runs import LoadedRun, RunDir, confirmed_sentence, experiment_in
+from evolution.runs import LoadedRun, RunDir, experiment_in, validation_sentence
 from evolution.search import (
     DEFAULT_PRESET,
+    FAILURES,
     FITNESSES,
     METRIC_NAMES,
     Experiment,
@@ -23,7 +24,7 @@ from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --preset thesis --fitness cluster --pop-size 40 --evaluations 600 --seed 3
-  mapbench evolve --preset thesis                  the thesis' own search: no noise, nothing confirmed
+  mapbench evolve --preset thesis                  the search of the thesis: no noise, no validation
   mapbench evolve --fitness roles --family doors,pillars,shapes --runs 2000
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
@@ -53,9 +54,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     search.add_argument(
         "--failures",
-        choices=("exclude", "censor", "par2"),
-        help="a map with a failed run has no value (exclude), or that run counts as the time limit (censor) or twice "
-        "the time limit (par2); these two need drive_last: [] in the search section of --config, or --preset thesis",
+        metavar="NAME",
+        help=f"what a failed run counts: {options.names_in(FAILURES)}; with exclude, its map has no value; with "
+        "censor, the time limit; with par2, twice the time limit. censor and par2 need drive_last: [] in the section "
+        "archive of the search in --config, or --preset thesis",
     )
     options.add_family_option(search, "those of the preset")
     driving_options.add_controllers_option(
@@ -93,13 +95,13 @@ def run(args: argparse.Namespace) -> int:
             on_run=bar.on_run,
         )
     print_table(found.table())
-    for line in confirmed_sentence(found.best_results, found.config["search"]):
+    for line in validation_sentence(found.best_results, found.config["search"]):
         console.print(line)
     console.print(
         f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} says what the other files are."
     )
     console.print(f"A page with replays: mapbench report {found.path}")
-    console.print(f"The maps driven again, with new seeds: mapbench bench {found.path} --repeats 5")
+    console.print(f"The maps on other seeds: mapbench bench {found.path} --repeats 5")
     _print_errors(found)
     return 0
 

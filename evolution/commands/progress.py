@@ -165,7 +165,7 @@ class SearchBar(WorkBar):
         )
 
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
-        """Count one driven run of a search, be it of a generation or of the confirmation."""
+        """Count one driven run of a search, of a generation or of the validation stage."""
         self.speed.runs += 1
         self.tell(f"runs driven: {self.speed.runs}")
         self._show(advance=1 if self.search.runs else 0)

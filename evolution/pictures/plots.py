@@ -110,7 +110,7 @@ def map_set_figure(
 
     Args:
         groups: For each map the episodes on it (all of the same scenario).
-        titles: One title per map, with its reading.
+        titles: One title per map, with its score.
         names: All controllers, which fixes their colours.
         spreads: For each map, by controller, words about its other runs.
     """

@@ -36,13 +36,13 @@ class DrivenMap:
 
     Args:
         name: Name of the map.
-        reading: Its reading, in words.
+        score: Its score, in words.
         spreads: By controller, between which times its runs on the map took, in words; none if it drove only once.
         episodes: One repeat of every controller, the one nearest to their median times; none if none was driven.
     """
 
     name: str
-    reading: str
+    score: str
     episodes: tuple[Episode, ...]
     spreads: Mapping[str, str] = field(default_factory=dict)
 
@@ -81,7 +81,7 @@ def recorded_maps(run: LoadedRun) -> list[DrivenMap]:
 
 def _recorded(run: LoadedRun, entry: Mapping[str, Any]) -> DrivenMap:
     spreads = {name: _spread(runs) for name, runs in entry["runs"].items() if len(runs) > 1}
-    return DrivenMap(entry["name"], _reading(run, entry["reading"]), (), spreads)
+    return DrivenMap(entry["name"], _score(run, entry["score"]), (), spreads)
 
 
 def _spread(runs: Sequence[Mapping[str, Any]]) -> str:
@@ -121,7 +121,7 @@ def _convergence(run: LoadedRun) -> dict[str, tuple[list[float], list[float]]]:
 def best_maps_figure(maps: Sequence[DrivenMap], controllers: Sequence[str]) -> Figure | None:
     """Draw the maps of a set with all trajectories; None if nothing was driven."""
     shown = [driven for driven in maps if driven.episodes]
-    titles = [f"{driven.name}: {driven.reading}" for driven in shown]
+    titles = [f"{driven.name}: {driven.score}" for driven in shown]
     spreads = [driven.spreads for driven in shown]
     return map_set_figure([driven.episodes for driven in shown], titles, controllers, spreads) if shown else None
 
@@ -134,7 +134,7 @@ def solved_lorenz_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
     """
     solved = [entry for entry in entries if entry["values"] is not None]
     curves = [list(entry["values"].values()) for entry in solved]
-    return lorenz_figure(curves, [f"{entry['name']} ({entry['reading']:.3f})" for entry in solved]) if solved else None
+    return lorenz_figure(curves, [f"{entry['name']} ({entry['score']:.3f})" for entry in solved]) if solved else None
 
 
 def _times(run: LoadedRun) -> dict[str, list[list[float]]]:
@@ -148,6 +148,6 @@ def _times(run: LoadedRun) -> dict[str, list[list[float]]]:
     }
 
 
-def _reading(run: LoadedRun, value: float | None) -> str:
-    name = FITNESSES.get(run.config["search"]["fitness"]).reading_name
+def _score(run: LoadedRun, value: float | None) -> str:
+    name = FITNESSES.get(run.config["search"]["judging"]["fitness"]).score_name
     return "not solved by all" if value is None else f"{name} {value:.3f}"

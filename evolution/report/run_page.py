@@ -13,7 +13,7 @@ from evolution.pictures import DrivenMap
 from evolution.report.page import Attachment, Report
 from evolution.report.replays import ReplayedMap
 from evolution.report.sections import sections_of
-from evolution.runs import LoadedRun, confirmed_sentence, errors_in, results_in, typical_repeat
+from evolution.runs import LoadedRun, errors_in, results_in, typical_repeat, validation_sentence
 from evolution.search import SECTIONS
 from gym_mapbench.mapio.bundle import BEST_MAP_SET
 
@@ -34,7 +34,7 @@ def report_of_run(
     return Report(
         title=f"Evolved maps: {run.path.name}",
         subtitle=(
-            f"{search['fitness']} fitness, population {search['pop_size']}, "
+            f"{search['judging']['fitness']} fitness, population {search['ga']['pop_size']}, "
             f"{run.checkpoint['evaluations']} evaluations, seed {search['seed']}, "
             f"controllers {', '.join(run.controllers)}"
         ),
@@ -67,7 +67,7 @@ def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
 def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap], group: str = "") -> list[ReplayedMap]:
     """The best maps that were driven again, with their runs; ``group`` is the heading under which they stand."""
     shown = [one for one in driven if one.episodes]
-    return [ReplayedMap(f"{one.name} ({one.reading})", one.episodes, _radius(run), group) for one in shown]
+    return [ReplayedMap(f"{one.name} ({one.score})", one.episodes, _radius(run), group) for one in shown]
 
 
 def _radius(run: LoadedRun) -> float:
@@ -77,15 +77,15 @@ def _radius(run: LoadedRun) -> float:
 def _verdict(run: LoadedRun) -> list[str]:
     """Say in words what fitness was reached, and what each map shows."""
     maps = [_map_sentence(entry) for entry in _by_reading(run)]
-    if run.best_results.get("confirmation"):
-        return [*confirmed_sentence(run.best_results, run.config["search"]), *maps]
+    if run.best_results.get("validation"):
+        return [*validation_sentence(run.best_results, run.config["search"]), *maps]
     return [_outcome(run), *_held(run), *maps]
 
 
 def _outcome(run: LoadedRun) -> str:
     """Say how good the best set is, and what the search gained where fitnesses of all generations can be compared."""
     first, last = run.generations[0]["best"], run.generations[-1]["best"]
-    if run.config["search"].get("archive"):  # sets are judged anew when their maps are driven again
+    if run.config["search"].get("archive", {}).get("elite"):  # sets are judged anew when their maps are driven again
         return f"The best set {'' if run.finished else 'so far '}has fitness {last:.2f} (lower is better)."
     improved = f"improved the best fitness from {first:.2f} to {last:.2f}"
     if first > 0 >= last:  # a fitness above 0 is made of penalties
@@ -95,15 +95,15 @@ def _outcome(run: LoadedRun) -> str:
 
 
 def _held(run: LoadedRun) -> list[str]:
-    """Say whether the best set was confirmed, where that was asked for."""
-    if run.config["search"].get("confirmation") and not run.finished:
-        return ["It is not confirmed yet: that comes at the end of the search."]
-    return confirmed_sentence(run.best_results, run.config["search"])
+    """Say whether the best set was validated, where the search has a validation stage."""
+    if run.config["search"].get("validation") and not run.finished:
+        return ["It is not validated yet: the validation stage comes at the end of the search."]
+    return validation_sentence(run.best_results, run.config["search"])
 
 
 def _by_reading(run: LoadedRun) -> list[dict[str, Any]]:
-    """Maps from the most alike to the most different; maps without a reading last."""
-    return sorted(run.best_results["maps"], key=lambda entry: np.inf if entry["reading"] is None else entry["reading"])
+    """Maps from the most alike to the most different; maps without a score last."""
+    return sorted(run.best_results["maps"], key=lambda entry: np.inf if entry["score"] is None else entry["score"])
 
 
 def _map_sentence(entry: dict[str, Any]) -> str:

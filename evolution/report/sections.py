@@ -89,7 +89,7 @@ def figures_of(run: LoadedRun) -> list[Attachment]:
 
 def _how_to_read(name: str, run: LoadedRun) -> str:
     """Say what else a reader must know of a figure of this run."""
-    if name == "convergence" and run.config["search"].get("archive"):
+    if name == "convergence" and run.config["search"].get("archive", {}).get("elite"):
         return "; it rises where the maps of a set are driven again with further seeds and do not hold"
     return ""
 

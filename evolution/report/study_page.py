@@ -97,7 +97,7 @@ PROMISES = {
 }
 MAPS = {
     "map": "map",
-    "reading": "reading",
+    "score": "score",
     "controller": "controller",
     "seen_s": "search saw, s",
     "mean_s": "mean s",
@@ -172,7 +172,7 @@ def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table
         note = (
             "Fitness on fresh seeds minus the fitness the search saw: the luck of the selection, and the noise of the "
             "new runs where the search had none. path_length selected nothing by driven runs. The order is that of "
-            "the maps' readings, on the seeds on which all controllers solved all maps."
+            "the maps' scores, on the seeds on which all controllers solved all maps."
         )
         tables.append(table_of("Fresh minus seen", FRESH, rows, note))
     if rows := promise_rows(results):

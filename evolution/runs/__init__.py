@@ -9,17 +9,18 @@ from __future__ import annotations
 from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
 from evolution.runs.exclusive_store import filling
+from evolution.runs.former_names import present_results
 from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, load_run, reached_maps
 from evolution.runs.recorded_world import recorded_experiment
 from evolution.runs.reevaluation import DrivenAgain, driven_again, fitness_of, judge
 from evolution.runs.results import (
     chosen_by,
-    confirmation_in,
-    confirmed_sentence,
     errors_in,
     results_document,
     results_in,
     typical_repeat,
+    validation_in,
+    validation_sentence,
 )
 
 __all__ = [
@@ -31,8 +32,6 @@ __all__ = [
     "RunDir",
     "check_results",
     "chosen_by",
-    "confirmation_in",
-    "confirmed_sentence",
     "driven_again",
     "driven_maps",
     "errors_in",
@@ -41,9 +40,12 @@ __all__ = [
     "fitness_of",
     "judge",
     "load_run",
+    "present_results",
     "reached_maps",
     "recorded_experiment",
     "results_document",
     "results_in",
     "typical_repeat",
+    "validation_in",
+    "validation_sentence",
 ]

@@ -55,7 +55,7 @@ class LoadedRun(Tabled):
         """Return a table.
 
         Args:
-            name: ``best`` (the best map set: one row per map, with every controller's median time in s and the reading
+            name: ``best`` (the best map set: one row per map, with every controller's median time in s and the score
                 of the map), ``generations``, ``individuals`` or ``runs`` (the files of these names).
 
         Raises:
@@ -73,7 +73,7 @@ class LoadedRun(Tabled):
             {
                 "map": entry["name"],
                 **{f"{name}, s": _time_or_outcome(entry["runs"][name]) for name in self.controllers},
-                "reading": entry["reading"],
+                "score": entry["score"],
             }
             for entry in self.best_results["maps"]
         ]

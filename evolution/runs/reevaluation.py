@@ -12,7 +12,7 @@ from statistics import fmean, median
 from typing import Any
 
 from evolution.driving import SetResults
-from evolution.search import Experiment, Fitness, FitnessBreakdown, order_of
+from evolution.search import Experiment, Fitness, Judgement, order_of
 
 
 @dataclass(frozen=True)
@@ -23,23 +23,23 @@ class DrivenAgain:
         results: ``results[map][controller][seed]``.
         singles: The fitness with each fresh seed alone, as one more drive of the set would show it.
         as_searched: The fitness from as many repeats at a time as the search used.
-        readings: The reading of each map in the search.
+        scores: The score of each map in the search.
     """
 
     results: SetResults
-    singles: tuple[FitnessBreakdown, ...]
-    as_searched: tuple[FitnessBreakdown, ...]
-    readings: tuple[float | None, ...]
+    singles: tuple[Judgement, ...]
+    as_searched: tuple[Judgement, ...]
+    scores: tuple[float | None, ...]
 
     @property
     def fitness(self) -> float:
         """Median fitness over the fresh seeds, one run of each controller on each map at a time."""
-        return median(one.total for one in self.singles)
+        return median(one.fitness for one in self.singles)
 
     @property
     def fitness_as_searched(self) -> float:
         """Median fitness over the fresh seeds, from as many repeats at a time as the search used."""
-        return median(one.total for one in self.as_searched)
+        return median(one.fitness for one in self.as_searched)
 
     @property
     def success_rate(self) -> float:
@@ -48,12 +48,12 @@ class DrivenAgain:
 
     @property
     def orders(self) -> tuple[bool, ...]:
-        """For each fresh seed on which all maps have a reading, whether these are in the order the search saw.
+        """For each fresh seed on which all maps have a score, whether their order is that of the search.
 
-        Empty if a map had no reading in the search.
+        Empty if a map had no score in the search.
         """
-        seen = order_of(self.readings)
-        found = [order_of(one.readings) for one in self.singles] if seen is not None else []
+        seen = order_of(self.scores)
+        found = [order_of(one.scores) for one in self.singles] if seen is not None else []
         return tuple(order == seen for order in found if order is not None)
 
     @property
@@ -71,18 +71,16 @@ def driven_again(results: SetResults, seen: Mapping[str, Any], experiment: Exper
         experiment: What the search was run with.
     """
     fitness = fitness_of(experiment, seen["cluster_scale"])
-    readings = tuple(entry["reading"] for entry in seen["maps"])
-    return DrivenAgain(
-        results, judge(results, fitness, 1), judge(results, fitness, experiment.search.repeats), readings
-    )
+    scores = tuple(entry["score"] for entry in seen["maps"])
+    return DrivenAgain(results, judge(results, fitness, 1), judge(results, fitness, experiment.search.repeats), scores)
 
 
 def fitness_of(experiment: Experiment, cluster_scale: float | None) -> Fitness:
     """Return the fitness a search used, with the scale it ended with."""
-    return Fitness(experiment.search, experiment.run.time_limit, cluster_scale)
+    return Fitness(experiment.search.judging, experiment.run.time_limit, cluster_scale)
 
 
-def judge(results: SetResults, fitness: Fitness, repeats: int) -> tuple[FitnessBreakdown, ...]:
+def judge(results: SetResults, fitness: Fitness, repeats: int) -> tuple[Judgement, ...]:
     """Judge a set once for every ``repeats`` of its runs; a shorter rest is left out, unless there is nothing else."""
     count = len(results[0][0])
     starts = range(0, max(count - repeats, 0) + 1, repeats)

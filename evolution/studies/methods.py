@@ -12,19 +12,19 @@ from evolution.runs import (
     LoadedRun,
     RunDir,
     chosen_by,
-    confirmation_in,
     driven_maps,
     fitness_of,
     load_run,
     results_in,
+    validation_in,
 )
 from evolution.search import (
-    Confirmation,
     Evaluation,
     Experiment,
     Fitness,
     Progress,
     Record,
+    ValidationResult,
     best_set,
     evolve,
     runs_on,
@@ -82,7 +82,7 @@ def choose_best_triple(task: Task, directory: StudyDir) -> None:
     parent = load_run(directory.run_path(str(task.configuration.of), task.seed))
     search, results = task.experiment.search, driven_maps(parent)
     first = driven_maps(parent, until=1)
-    fitness = Fitness.of(search, task.experiment.run.time_limit).calibrated([(one,) for one in first.values()])
+    fitness = task.experiment.fitness.calibrated([(one,) for one in first.values()])
     chosen = []
     for row in parent.generations:
         names = best_set(driven_maps(parent, until=row["generation"]), fitness, search.maps_per_set)
@@ -92,7 +92,7 @@ def choose_best_triple(task: Task, directory: StudyDir) -> None:
 
 
 def take_best(task: Task, directory: StudyDir) -> None:
-    """Record the best set that another run found, with what its confirmation claims if it is judged alike."""
+    """Record the best set of another run, with its held-out fitness if it is judged alike."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
     if rundir.finished:
         return
@@ -100,11 +100,11 @@ def take_best(task: Task, directory: StudyDir) -> None:
     scale = parent.checkpoint["cluster_scale"]
     results = results_in(parent.best_results, parent.controllers)
     judged = fitness_of(task.experiment, scale)(results)
-    claim = confirmation_in(parent.best_results) if task.experiment.search.confirmation else None
-    if claim is not None:
-        judged = replace(judged, total=claim.fitness, **chosen_by(parent.best_results, parent.controllers))
+    validation = validation_in(parent.best_results) if task.experiment.search.validation else None
+    if validation is not None:
+        judged = replace(judged, objectives=(validation.fitness,), **chosen_by(parent.best_results, parent.controllers))
     best = Evaluation(parent.best, results, judged)
-    record_sets(rundir, task.experiment, [(parent.checkpoint["evaluations"], best)], scale, claim)
+    record_sets(rundir, task.experiment, [(parent.checkpoint["evaluations"], best)], scale, validation)
 
 
 def search_by_path_length(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
@@ -113,13 +113,13 @@ def search_by_path_length(task: Task, directory: StudyDir, evaluator: Evaluator,
     if rundir.finished:
         return
     path, without = directory.search_path(task.configuration.name, task.seed), planned(task.experiment)
-    time_limit = task.experiment.run.time_limit
-    search(path, without, evaluator, on_generation, fitness=PathLengthFitness.of(without.search, time_limit))
+    fitness = PathLengthFitness.of(without.search.judging, without.run.time_limit)
+    search(path, without, evaluator, on_generation, fitness=fitness)
     found = load_run(path)
     (results,) = evaluator.evaluate([found.best], task.experiment.plan)
-    fitness = Fitness.of(task.experiment.search, time_limit)
-    chosen = [(found.checkpoint["evaluations"], Evaluation(found.best, results, fitness(results)))]
-    record_sets(rundir, task.experiment, chosen, fitness.cluster_scale)
+    judge = task.experiment.fitness
+    chosen = [(found.checkpoint["evaluations"], Evaluation(found.best, results, judge(results)))]
+    record_sets(rundir, task.experiment, chosen, judge.cluster_scale)
 
 
 def opened(path: Path, experiment: Experiment) -> RunDir:
@@ -141,7 +141,7 @@ def record_sets(
     experiment: Experiment,
     chosen: Iterable[tuple[int, Evaluation]],
     cluster_scale: float | None,
-    claim: Confirmation | None = None,
+    validation: ValidationResult | None = None,
 ) -> None:
     """Write a run directory of map sets that were not found by a search, one per generation.
 
@@ -150,7 +150,7 @@ def record_sets(
         experiment: The experiment that the sets were driven with.
         chosen: For each generation, the number of map sets evaluated by then and the best set.
         cluster_scale: Scale of their fitness; None if it has none.
-        claim: What a confirmation said of the only set.
+        validation: Held-out fitness of the only set.
     """
     record = Record(experiment.plan)
     for generation, (evaluations, best) in enumerate(chosen, start=1):
@@ -162,10 +162,10 @@ def record_sets(
             "finished": False,
             "cluster_scale": cluster_scale,
             "best": best.map_set.digest,
-            "best_fitness": best.fitness.total,
+            "best_fitness": best.judgement.fitness,
             "population": [best.map_set.digest],
         }
-        rundir.write_generation(record, best, checkpoint, claim)
+        rundir.write_generation(record, best, checkpoint, validation)
     rundir.write_checkpoint({**checkpoint, "finished": True})
 
 

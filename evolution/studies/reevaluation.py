@@ -14,6 +14,7 @@ from evolution.runs import (
     check_results,
     driven_again,
     fitness_of,
+    present_results,
     results_document,
     results_in,
 )
@@ -58,7 +59,7 @@ def read_reevaluation(path: Path, seen: Mapping[str, Any], experiment: Experimen
     Raises:
         RunError: If the file is missing or damaged, or belongs to another map set.
     """
-    document, names = read_json(path), experiment.plan.names
+    document, names = present_results(read_json(path)), experiment.plan.names
     check_results(document, path, names, len(seen["maps"]), seeds)
     if document["map_set"] != seen["map_set"]:
         raise RunError(f"{path}: belongs to another map set than the best one of the run")

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, JsonValue, field_validator, model_validator
 
 from controllers.nav2_params.presets import overlay
-from evolution.search import SECTIONS
+from evolution.search import SECTIONS, nested, nested_document, short_names
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import Cellular
@@ -94,7 +94,7 @@ class Configuration(Settings):
         if self.method in LATER:
             self._check_judging_only()
         if self.method in ("ga", "random") and "algorithm" in search_of(self.experiment):
-            raise ConfigError(f"experiment.search.algorithm: expected none beside method {self.method}")
+            raise ConfigError(f"experiment.search.ga.algorithm: expected none beside method {self.method}")
         return self
 
     def _check_judging_only(self) -> None:
@@ -116,9 +116,9 @@ class Configuration(Settings):
 
     @property
     def fixed(self) -> Document:
-        """Options of the search that nothing else can set: a set that was chosen or judged anew is not confirmed."""
+        """Options of the search that nothing else can set: a set that is selected or judged again is not validated."""
         anew = self.method == "again" and (search_of(self.experiment) or self.cluster_scale_from)
-        return {"confirmation": None} if anew or self.method in ("path_length", "best_triple") else {}
+        return {"validation": None} if anew or self.method in ("path_length", "best_triple") else {}
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -217,11 +217,11 @@ class StudySettings(Settings):
         """
         if configuration.of is None:
             algorithm = "random" if configuration.method in ("random", "cellular") else "ga"
-            sampled = {"evaluations": self.budget, "algorithm": algorithm, **configuration.sampled}
+            sampled = nested({"evaluations": self.budget, "algorithm": algorithm, **configuration.sampled})
             below = overlay(self.experiment, {"search": sampled})
         else:
             below = self.document(self.configuration(configuration.of), seed, taken)
-        search = {**taken.get(configuration.name, {}), **configuration.fixed, "seed": seed}
+        search = nested({**taken.get(configuration.name, {}), **configuration.fixed, "seed": seed})
         return overlay(overlay(below, configuration.experiment), {"search": search})
 
 
@@ -234,11 +234,11 @@ def checked_sections(document: Document) -> Document:
         raise ConfigError(f"run: expected a mapping of options, got {type(run).__name__}")
     if "seed" in search_of(document):
         raise ConfigError("search.seed: expected none; first_seed and runs of the study say which seeds are used")
-    return document
+    return nested_document(document)
 
 
 def search_of(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the section ``search``, empty if there is none.
+    """Return the options of the section ``search`` by their short names, empty if there is none.
 
     Raises:
         ConfigError: If it is not a mapping.
@@ -246,7 +246,7 @@ def search_of(document: Mapping[str, Any]) -> Mapping[str, Any]:
     search = document.get("search", {})
     if not isinstance(search, Mapping):
         raise ConfigError(f"search: expected a mapping of options, got {type(search).__name__}")
-    return search
+    return short_names(nested(search))
 
 
 def _check_runs(configuration: Configuration, earlier: Mapping[str, Configuration]) -> None:

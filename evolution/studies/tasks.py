@@ -10,7 +10,7 @@ from typing import Any
 
 from controllers.nav2_params.presets import overlay
 from evolution.runs import RunDir, driven_maps, experiment_in, load_run
-from evolution.search import FITNESSES, MAX_MAPS, Experiment, Fitness, calibrate_scale, check_several
+from evolution.search import FITNESSES, MAX_MAPS, Experiment, calibrate_scale, check_several
 from evolution.studies.directory import StudyDir
 from evolution.studies.engine import Engine
 from evolution.studies.settings import MAX_SEED, Configuration, StudySettings
@@ -74,7 +74,7 @@ def check_study(settings: StudySettings, engine: Engine) -> list[Task]:
     for configuration in settings.configurations:
         if configuration.pop_size_from:
             (first,) = [one for one in tasks if one.configuration.name == configuration.pop_size_from[0]]
-            taken[configuration.name] = {"pop_size": first.experiment.search.pop_size}
+            taken[configuration.name] = {"pop_size": first.experiment.search.ga.pop_size}
         tasks.append(make_task(settings, configuration, settings.first_seed, taken, engine))
         try:
             engine.check_experiment(tasks[-1].experiment)
@@ -94,10 +94,12 @@ def _check(configuration: Configuration, experiment: Experiment, where: str) -> 
     search = experiment.search
     if configuration.method == "best_triple" and search.maps_per_set > MAX_MAPS:
         raise ConfigError(f"{where}: best_triple: expected maps_per_set up to {MAX_MAPS}, got {search.maps_per_set}")
-    pattern = FITNESSES.get(search.fitness)
+    pattern = FITNESSES.get(search.judging.fitness)
     if configuration.method == "best_triple" and not pattern.exact:
-        raise ConfigError(f"{where}: best_triple: how to find the exact best set of {search.fitness} is not known")
-    unscaled = pattern.needs_scale and search.cluster_scale is None and not configuration.cluster_scale_from
+        raise ConfigError(
+            f"{where}: best_triple: how to find the exact best set of {search.judging.fitness} is not known"
+        )
+    unscaled = pattern.needs_scale and search.judging.cluster_scale is None and not configuration.cluster_scale_from
     if configuration.method == "path_length" and unscaled:
         raise ConfigError(f"{where}: path_length drives no maps to calibrate from; expected cluster_scale_from")
 
@@ -113,7 +115,7 @@ def _fresh(
     if noise is not None:
         document = overlay(document, {"run": {"environment": {"noise": _complete(noise, where)}}})
     fresh = engine.read_experiment(document, f"{where}: reevaluation")
-    every_run = {"drive_last": (), "archive": False, "elite_seeds": 0, "confirmation": None, "runs": None}
+    every_run = {"drive_last": (), "archive": False, "elite_seeds": 0, "validation": None, "runs": None}
     return replace(fresh, search=fresh.search.replace(seed=MAX_SEED, repeats=options.seeds, **every_run))
 
 
@@ -157,7 +159,7 @@ def _taken(configuration: Configuration, directory: StudyDir, seeds: Sequence[in
     taken: dict[str, Any] = {}
     if configuration.pop_size_from:
         best = min(configuration.pop_size_from, key=lambda name: _mean_fitness(directory, name, seeds))
-        taken["pop_size"] = load_run(directory.run_path(best, seeds[0])).config["search"]["pop_size"]
+        taken["pop_size"] = load_run(directory.run_path(best, seeds[0])).config["search"]["ga"]["pop_size"]
     if configuration.cluster_scale_from:
         paths = [directory.run_path(name, seed) for name in configuration.cluster_scale_from for seed in seeds]
         taken["cluster_scale"] = calibrate_scale([times for path in paths for times in _times(path, engine)])
@@ -172,7 +174,6 @@ def _mean_fitness(directory: StudyDir, name: str, seeds: Sequence[int]) -> float
 def _times(path: Path, engine: Engine) -> list[tuple[float, ...]]:
     """Return the values of all controllers on each map of a run that has values."""
     run = load_run(path)
-    experiment = experiment_in(run, engine.read_experiment)
-    fitness = Fitness.of(experiment.search, experiment.run.time_limit)
+    fitness = experiment_in(run, engine.read_experiment).fitness
     values = [fitness.values_of(results) for results in driven_maps(run).values()]
     return [times for times in values if times is not None]

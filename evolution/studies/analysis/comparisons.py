@@ -169,13 +169,13 @@ def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
 def _nested(groups: Groups) -> list[tuple[str, str]]:
     """Return the pairs of a configuration that chooses the exact best set, and the one whose maps it chooses from.
 
-    A confirmed set is none of them: its fitness is that of new seeds alone, and can be better by luck.
+    A validated set is none of them: its fitness is the held-out fitness, which can be better by chance.
     """
     chosen = [runs[0].configuration for runs in groups.values() if runs[0].configuration.method == "best_triple"]
     return [
         (one.name, one.of)
         for one in chosen
-        if one.of in groups and groups[one.of][0].experiment.search.confirmation is None
+        if one.of in groups and groups[one.of][0].experiment.search.validation is None
     ]
 
 
@@ -185,10 +185,9 @@ def _populations(groups: Groups) -> list[list[str]]:
     for name, runs in groups.items():
         experiment, configuration = runs[0].experiment, runs[0].configuration
         document = experiment.document()
-        for option in ("pop_size", "seed"):
-            del document["search"][option]
+        del document["search"]["ga"]["pop_size"], document["search"]["seed"]
         key = (configuration.method, configuration.of, configuration.cellular, document)
-        alike.setdefault(repr(key), {}).setdefault(experiment.search.pop_size, name)
+        alike.setdefault(repr(key), {}).setdefault(experiment.search.ga.pop_size, name)
     return [list(names.values()) for names in alike.values() if len(names) > 1]
 
 

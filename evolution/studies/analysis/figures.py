@@ -179,7 +179,7 @@ class _Judged:
     @property
     def _highest(self) -> float:
         """Upper end of the fitness axis: the least cost of a set whose runs all failed."""
-        return self.judge.experiment.search.base_cost
+        return self.judge.experiment.search.judging.base_cost
 
     def _curves(self, names: Sequence[str]) -> Figure:
         groups = self.judge.groups

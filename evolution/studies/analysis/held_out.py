@@ -33,7 +33,7 @@ def order_kept(runs: Sequence[StudyRun]) -> tuple[float, float]:
         Share of the fresh seeds with the order kept, among those on which every map has a value (NaN if there are
         none); and the share of these among all fresh seeds (NaN if no set has an order).
     """
-    ordered = [run.fresh for run in runs if run.fresh is not None and None not in run.fresh.readings]
+    ordered = [run.fresh for run in runs if run.fresh is not None and None not in run.fresh.scores]
     judged = [kept for fresh in ordered for kept in fresh.orders]
     seeds = sum(len(fresh.singles) for fresh in ordered)
     return float(np.mean(judged)) if judged else float("nan"), len(judged) / seeds if seeds else float("nan")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from evolution.files import differences
-from evolution.search import FITNESSES, EvolveSettings, Experiment
+from evolution.search import FITNESSES, EvolveSettings, Experiment, short_names
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.settings import JUDGES
 
@@ -50,20 +50,20 @@ class Judge:
     def meaning(self) -> str:
         """What a fitness value of this judge means, in words (thesis, Eq. 4.5)."""
         search, controllers = self.experiment.search, len(self.experiment.controllers)
-        pattern = FITNESSES.get(search.fitness)
+        pattern, judging = FITNESSES.get(search.judging.fitness), search.judging
         drives = search.maps_per_set * controllers
         words = (
-            f"What the {self.name} means: lower is better. A set gains up to {search.pattern_weight:g} for maps whose "
-            f"{pattern.wanted}; a failed run costs its share of {search.base_cost:g} "
-            f"({search.base_cost / drives:.1f} if {controllers} controllers drive {search.maps_per_set} maps once), a "
-            f"timeout {search.timeout_cost:g} more, so {search.base_cost:g} to "
-            f"{search.base_cost + search.timeout_cost * drives:g} is a set on which every run failed"
+            f"What the {self.name} means: lower is better. A set gains up to {judging.pattern_weight:g} for maps whose "
+            f"{pattern.wanted}; a failed run costs its share of {judging.base_cost:g} "
+            f"({judging.base_cost / drives:.1f} if {controllers} controllers drive {search.maps_per_set} maps once), a "
+            f"timeout {judging.timeout_cost:g} more, so {judging.base_cost:g} to "
+            f"{judging.base_cost + judging.timeout_cost * drives:g} is a set on which every run failed"
         )
         if pattern.nothing >= 0:
             return f"{words}."
         return (
             f"{words}; a set without a pattern (fewer than two maps with a value, or two that read the same) costs "
-            f"{-pattern.nothing * search.pattern_weight:g} times its success rate (thesis, Alg. 2)."
+            f"{-pattern.nothing * judging.pattern_weight:g} times its success rate (thesis, Alg. 2)."
         )
 
 
@@ -86,21 +86,22 @@ def name_of(search: EvolveSettings, scales: Sequence[float] = ()) -> str:
         search: The options.
         scales: Cluster scales that its runs recorded.
     """
-    usual = EvolveSettings()
-    options = [name for name in JUDGES[1:] if name != "cluster_scale" and getattr(search, name) != getattr(usual, name)]
-    words = [f"{name} {_short(getattr(search, name))}" for name in options]
+    used, usual = (short_names(one.model_dump()) for one in (search, EvolveSettings()))
+    options = [name for name in JUDGES[1:] if name != "cluster_scale" and used[name] != usual[name]]
+    words = [f"{name} {_short(used[name])}" for name in options]
     if len(scales) == 1:
         words.append(f"cluster_scale {_short(scales[0])}")
     elif scales:
         words.append("cluster_scale calibrated by every run")
-    return f"{search.fitness} fitness" + (f" ({', '.join(words)})" if words else "")
+    return f"{search.judging.fitness} fitness" + (f" ({', '.join(words)})" if words else "")
 
 
 def _decisive(runs: Sequence[StudyRun]) -> dict[str, Any]:
     """Return everything that decides what a fitness value of these runs means."""
     experiment = runs[0].experiment
     document, scales = experiment.document(), _scales(runs)
-    judging = {name: document["search"][name] for name in JUDGES if name != "cluster_scale"}
+    search = short_names(document["search"])
+    judging = {name: search[name] for name in JUDGES if name != "cluster_scale"}
     return {
         **judging,
         "cluster_scale": scales if len(scales) < 2 else "different",

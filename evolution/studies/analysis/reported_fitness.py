@@ -9,6 +9,7 @@ import numpy as np
 
 from evolution.driving import RunResult, SetResults
 from evolution.files import Row
+from evolution.search import short_names
 from evolution.statistics import holm, median_interval, pairwise_mann_whitney, vargha_delaney_a12
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.settings import JUDGES
@@ -77,14 +78,15 @@ def _reference(runs: Sequence[StudyRun], groups: dict[str, list[StudyRun]]) -> l
     def judged(run: StudyRun) -> tuple[object, ...]:
         document = run.experiment.document()
         document["run"].get("environment", {}).pop("noise", None)  # sets are driven again with the noise of the study
-        options = [document["search"][name] for name in JUDGES if name not in OF_REPEATS]
+        search = short_names(document["search"])
+        options = [search[name] for name in JUDGES if name not in OF_REPEATS]
         return options, document["controllers"], document["run"], run.configuration.fresh_noise
 
     return next(others for others in groups.values() if judged(others[0]) == judged(runs[0]))
 
 
 def order_share(run: StudyRun) -> float:
-    """Return the share of all fresh drives of a set in which every map has a reading and they are in the seen order."""
+    """Return the share of all fresh drives of a set in which every map has a score and they are in the seen order."""
     assert run.fresh is not None
     return sum(run.fresh.orders) / len(run.fresh.singles)
 

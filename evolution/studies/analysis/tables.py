@@ -141,7 +141,7 @@ def map_rows(run: StudyRun) -> list[Row]:
             "configuration": run.configuration.name,
             "seed": run.seed,
             "map": entry["name"],
-            "reading": entry["reading"],
+            "score": entry["score"],
             "controller": name,
             "seen_s": _mean([one["time_s"] for one in entry["runs"][name] if one["outcome"] == "goal"]),
             **times_row(results),

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from evolution.driving import ControllerSpec, DriveSettings, Job, RunResult, SetResults
-from evolution.search import Experiment, Fitness, FitnessBreakdown
+from evolution.search import Experiment, Fitness, Judgement
 from gym_mapbench.costmap import build_static_costmap
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.planners import make_planner
@@ -24,10 +24,10 @@ PLANNER = ControllerSpec(name="global_planner", kind="global_planner")
 def planned(experiment: Experiment) -> Experiment:
     """Return the same search over planned paths, without driving a controller.
 
-    Nothing is planned twice, because a path has no luck: there is no elite and no confirmation, which would also judge
-    by the readings of another fitness. That fitness is not asked, and must not refuse a single controller.
+    A path is the same with every seed, so nothing is planned twice: there is no elite and no validation stage. The
+    fitness ``gini`` stands for the one that is replaced: it accepts a single controller.
     """
-    once = {"repeats": 1, "archive": False, "elite_seeds": 0, "confirmation": None, "fitness": "gini"}
+    once = {"repeats": 1, "archive": False, "elite_seeds": 0, "validation": None, "fitness": "gini"}
     return replace(experiment, search=experiment.search.replace(**once), controllers=(PLANNER,))
 
 
@@ -50,7 +50,7 @@ def plan_job(job: Job) -> RunResult:
 class PathLengthFitness(Fitness):
     """Minus the mean length of a set's global paths, m; a map without a path counts as 0 m.
 
-    The lengths are also the maps' readings.
+    The lengths are also the scores of the maps.
     """
 
     @property
@@ -62,16 +62,16 @@ class PathLengthFitness(Fitness):
         """Return itself."""
         return self
 
-    def __call__(self, results: SetResults) -> FitnessBreakdown:
+    def __call__(self, results: SetResults) -> Judgement:
         """Judge one map set by its planned paths."""
         runs = [of_map[0][0] for of_map in results]
         lengths = tuple(run.path_length_m if run.success else 0.0 for run in runs)
         mean = float(np.mean(lengths))
-        return FitnessBreakdown(
-            total=-mean,
+        return Judgement(
+            objectives=(-mean,),
             success_rate=sum(run.success for run in runs) / len(runs),
             timeouts=0.0,
             pattern=mean,
-            readings=lengths,
+            scores=lengths,
             values=tuple((length,) for length in lengths),
         )
