@@ -58,7 +58,7 @@ def test_no_pygame_anywhere():
 
 @pytest.mark.parametrize(
     ("package", "only_in"),
-    [("Box2D", "gym_mapbench/world/simulation.py"), ("pymoo", "evolution/"), ("distributed", "evolution/driving/")],
+    [("Box2D", "gym_mapbench/world/box2d.py"), ("pymoo", "evolution/"), ("distributed", "evolution/driving/")],
 )
 def test_each_engine_lives_in_one_place(package, only_in):
     for folder in PACKAGES:

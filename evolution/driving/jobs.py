@@ -218,8 +218,8 @@ class JobPlan:
             repeat: Number of the repetition, from 0; it may be beyond :attr:`repeats`.
         """
         spec, setup = self.controllers[number], self._setups[number]
-        seed = derive_seed(self.root_seed, scenario.map.digest, spec.name, repeat)
-        noise_seed = derive_seed(self.root_seed, scenario.map.digest, ALL_CONTROLLERS, repeat)
+        seed = derive_seed(self.root_seed, scenario.world_digest, spec.name, repeat)
+        noise_seed = derive_seed(self.root_seed, scenario.world_digest, ALL_CONTROLLERS, repeat)
         key = digest_of([setup, scenario.digest, seed, noise_seed, repeat])
         return Job(scenario, spec, self.settings, repeat, seed, noise_seed, self.metrics, key)
 

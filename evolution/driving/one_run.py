@@ -171,13 +171,13 @@ class _Log:
         self.poses: list[Floats] = [info["pose"]]
         self.velocities: list[Floats] = [info["velocity"]]
         self.commands: list[Floats] = []
-        self.contacts: list[float] = []
+        self.contacts: list[tuple[float, str]] = []
         self.touching = False
         self.controller_seconds = 0.0
 
     @property
     def first_contact_time(self) -> float | None:
-        return self.contacts[0] if self.contacts else None
+        return self.contacts[0][0] if self.contacts else None
 
     @property
     def trajectory(self) -> Floats:
@@ -188,7 +188,7 @@ class _Log:
         self.poses.append(info["pose"])
         self.velocities.append(info["velocity"])
         if info["contact"] and not self.touching:
-            self.contacts.append(float(info["time"]))
+            self.contacts.append((float(info["time"]), info["touched"]))
         self.touching = bool(info["contact"])
 
 
@@ -206,10 +206,14 @@ def _outcome(controller: Controller, info: dict[str, Any]) -> tuple[Outcome, str
         kind: Outcome = getattr(controller, "failure_kind", "controller_failure")
         return kind, str(getattr(controller, "failure_reason", ""))
     outcome: Outcome = info["outcome"]
-    reasons = {"goal": "", "collision": "the robot touched a wall", "timeout": "the time limit was reached"}
+    reasons = {
+        "goal": "",
+        "collision": f"the robot touched a {info['touched']}",
+        "timeout": "the time limit was reached",
+    }
     return outcome, reasons[outcome]
 
 
 def _events(controller: Controller, log: _Log) -> tuple[Event, ...]:
-    contacts = [Event(t, "contact") for t in log.contacts]
+    contacts = [Event(time, "contact", "" if touched == "wall" else touched) for time, touched in log.contacts]
     return tuple(sorted([*getattr(controller, "events", ()), *contacts], key=lambda event: event.time))

@@ -15,6 +15,7 @@ from PIL import Image
 from gym_mapbench.env.render import SeenCostmap, Snapshot, Window, draw
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.bodies import place_bodies
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose
 
@@ -38,11 +39,13 @@ def frames(episode: Episode, robot: RobotSpec, size: int = 480, seen: Seen = ())
         seen: A costmap for every control step, to lay over the map; none if empty.
     """
     path = episode.path if len(episode.path) else None
+    times = np.arange(len(episode.trajectory), dtype=np.float64) * episode.control_period
+    bodies = place_bodies(episode.scenario.bodies, times)
     for row in frame_rows(len(episode.trajectory)):
         pose = Pose(*episode.trajectory[row, :3].tolist())
         overlay = seen[min(row, len(seen) - 1)] if seen else None
         trail = episode.trajectory[: row + 1, :2]
-        yield draw(Snapshot(episode.scenario, robot, pose, trail, path, seen=overlay), size)
+        yield draw(Snapshot(episode.scenario, robot, pose, trail, path, seen=overlay, bodies=bodies[row]), size)
 
 
 def frame_rows(count: int) -> list[int]:

@@ -119,6 +119,7 @@
       const pen = panel.canvas.getContext("2d");
       pen.clearRect(0, 0, panel.canvas.width, panel.canvas.height);
       pen.drawImage(panel.walls, 0, 0);
+      (panel.map.bodies || []).forEach((body) => drawBody(pen, panel, body));
       panel.runs.forEach((run) => drawRun(pen, panel, run));
     });
     clock.textContent = now.toFixed(1) + " s";
@@ -129,6 +130,16 @@
     pen.beginPath();
     pen.arc(x, y, radius, 0, 2 * Math.PI);
     pen.stroke();
+  }
+
+  /* Where a body was: the same in all runs, as nothing stops a body. */
+  function drawBody(pen, panel, body) {
+    const index = Math.min(body.x.length - 1, Math.round(now / panel.map.period));
+    const [x, y] = place(panel, body.x[index], body.y[index]);
+    pen.fillStyle = css("--soft");
+    pen.beginPath();
+    pen.arc(x, y, body.radius * panel.scale, 0, 2 * Math.PI);
+    pen.fill();
   }
 
   function drawRun(pen, panel, run) {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -14,6 +15,7 @@ from gym_mapbench.env.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow,
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import FamilySpecs, ShapeSettings, default_task
+from gym_mapbench.kernels.motion import MAX_TICK_TRAVEL
 from gym_mapbench.settings import Settings
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.gridmap import GridMap
@@ -23,9 +25,6 @@ from gym_mapbench.world.robot import LidarMount, RobotSpec, make_robot
 from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 
 ROW_CHARACTERS = frozenset("#.? ")
-MAX_TICK_TRAVEL = 0.05
-"""Longest distance driven in one physics step, m: Box2D moves no body by more than 2 of its units at once."""
-
 Rate = Annotated[float, Field(gt=0, le=10_000)]
 Rows = tuple[str, ...]
 Maps = str | Rows | tuple[Rows, ...] | dict[str, Any] | None
@@ -237,7 +236,7 @@ class EnvConfig(Settings):
     def _with_own_task(self, scenario: Scenario) -> Scenario:
         start = scenario.start if self.start is None else Pose(*self.start)
         goal = scenario.goal if self.goal is None else Pose(*self.goal)
-        return Scenario(scenario.map, start, goal, scenario.name)
+        return replace(scenario, start=start, goal=goal)
 
 
 def _from_document(document: dict[str, Any]) -> list[Scenario]:

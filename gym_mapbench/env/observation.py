@@ -27,6 +27,7 @@ from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.localisation import Localisation, Odometry
 from gym_mapbench.world.noise import NoiseSettings, Normals, Streams, disturb_ranges, disturb_velocity
 from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.world import World
 
 FAR = 1e8
 """Bound of every coordinate, m; beyond what maps in UTM coordinates hold. The spaces must be finite."""
@@ -90,6 +91,7 @@ class Observer:
     Args:
         config: Keys, sensors and noise.
         scenario: Map and task.
+        world: What the scanner sees.
         start: Where the robot truly starts.
         streams: What the noise is drawn from.
 
@@ -100,7 +102,7 @@ class Observer:
         NoPathError: If ``path`` is observed and there is none.
     """
 
-    def __init__(self, config: EnvConfig, scenario: Scenario, start: Pose, streams: Streams) -> None:
+    def __init__(self, config: EnvConfig, scenario: Scenario, world: World, start: Pose, streams: Streams) -> None:
         self._config = config
         self._streams = streams
         self._velocity_normals = Normals(streams.velocity)
@@ -111,7 +113,7 @@ class Observer:
         self.path: NDArray[np.float64] | None = None
         if "scan" in self._keys:
             self._mounted = config.mounted_lidar
-            self._lidar = Lidar(self._mounted, scenario.map)
+            self._lidar = Lidar(self._mounted, world)
             rate = config.lidar.scan_rate
             self._observations_per_scan = 1 if rate is None else max(1, round(config.control_hz / rate))
             self._observations = 0

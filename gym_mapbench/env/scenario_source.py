@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -56,11 +57,10 @@ class ScenarioSource:
         start, goal = options.get("start"), options.get("goal")
         if start is None and goal is None:
             return scenario
-        return Scenario(
-            scenario.map,
-            scenario.start if start is None else as_pose("start", start),
-            scenario.goal if goal is None else as_pose("goal", goal),
-            scenario.name,
+        return replace(
+            scenario,
+            start=scenario.start if start is None else as_pose("start", start),
+            goal=scenario.goal if goal is None else as_pose("goal", goal),
         )
 
     def _chosen(self, choice: object, rng: np.random.Generator) -> Scenario:

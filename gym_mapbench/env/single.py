@@ -16,7 +16,7 @@ from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.observation import Observer, observation_space
 from gym_mapbench.env.render import Snapshot, Window, draw
 from gym_mapbench.env.scenario_source import ScenarioSource
-from gym_mapbench.env.task import Standing, Task
+from gym_mapbench.env.task import TOUCHED, Standing, Task
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.world.clearance import check_clearance, draw_start
 from gym_mapbench.world.noise import Streams, Wander
@@ -24,6 +24,7 @@ from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.simulation import Simulation
 from gym_mapbench.world.state import Worlds
+from gym_mapbench.world.world import World
 
 Observation = dict[str, NDArray[Any]]
 
@@ -100,16 +101,16 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         config, noise = self.config, self.config.noise
         streams = Streams.spawn(self.np_random, noise)
         start = draw_start(self.scenario, self.robot, noise, streams.start)
+        world = World(self.scenario.map, self.scenario.bodies, config.physics_hz)
         self.simulation = Simulation(
-            self.scenario.map,
+            world,
             self.robot,
             start,
-            config.physics_hz,
             rests=config.physics_may_rest,
             nearby=config.collision_ends_episode,
             worlds=self._worlds,
         )
-        self.observer = Observer(config, self.scenario, start, streams)
+        self.observer = Observer(config, self.scenario, world, start, streams)
         gains = noise.actuation_v, noise.actuation_w
         self._actuation = Wander(gains, noise.actuation_time_constant, 1.0 / config.control_hz, streams.actuation)
         self._worlds.commands[0] = 0.0
@@ -118,7 +119,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         if self.render_mode == "human":
             self.render()
         pose, velocity = self.simulation.state()
-        return self.observer.observe(pose, velocity), _info(self.task.standing(), False, pose, velocity)
+        return self.observer.observe(pose, velocity), _info(self.task.standing(), 0, pose, velocity)
 
     def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control period.
@@ -133,12 +134,12 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         task = self.task
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
-        contact = self._drive(*to_command(action, self.config))
+        touched = self._drive(*to_command(action, self.config))
         pose, velocity = self.simulation.state()
-        task.step(pose, contact)
+        task.step(pose, touched)
         self.picture()
         now = task.standing()
-        observation, info = self.observer.observe(pose, velocity), _info(now, contact, pose, velocity)
+        observation, info = self.observer.observe(pose, velocity), _info(now, touched, pose, velocity)
         return observation, now.reward, now.outcome in ("goal", "collision"), now.outcome == "timeout", info
 
     def picture(self) -> None:
@@ -176,6 +177,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             path=self.observer.path,
             scan=scan,
             sensor=sensor,
+            bodies=self.simulation.world.poses,
         )
 
     def close(self) -> None:
@@ -189,21 +191,22 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         gain_v, gain_w = self._actuation.advance()
         return v * (1 + gain_v), w * (1 + gain_w)
 
-    def _drive(self, v: float, w: float) -> bool:
-        """Drive for one control period, at first still by the previous command; return whether a wall was touched."""
+    def _drive(self, v: float, w: float) -> int:
+        """Drive for one control period, at first still by the previous command; return what was touched."""
         command = self.carried_out(v, w)
         last = self._worlds.commands[0]
         before_v, before_w = last.tolist()
-        contact = self._late_ticks > 0 and self.simulation.advance(before_v, before_w, self._late_ticks)
+        touched = self.simulation.advance(before_v, before_w, self._late_ticks) if self._late_ticks else 0
         last[:] = command
-        return self.simulation.advance(*command, self._prompt_ticks) or contact
+        return self.simulation.advance(*command, self._prompt_ticks) | touched
 
 
-def _info(now: Standing, contact: bool, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
+def _info(now: Standing, touched: int, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
     return {
         "time": now.time,
         "outcome": now.outcome,
-        "contact": contact,
+        "contact": touched > 0,
+        "touched": TOUCHED[touched],
         "pose": np.array(pose),
         "velocity": np.array(velocity),
         "reward_terms": now.terms,

@@ -1,4 +1,4 @@
-"""The task: when an episode ends, and what a step is worth."""
+"""The task: when an episode ends, and the reward of a step."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ from gym_mapbench.world.state import Records, Worlds, ground_of
 StepOutcome = Literal["running", "goal", "collision", "timeout"]
 OUTCOMES: tuple[StepOutcome, ...] = ("running", "goal", "collision", "timeout")
 """How an episode stands, in the order of the numbers in :mod:`gym_mapbench.kernels.task`."""
+TOUCHED = ("nothing", "wall", "body", "wall and body")
+"""What the robot touched, in the order of the sums of :data:`~gym_mapbench.world.world.WALL` and ``BODY``."""
 REWARD_TERMS = ("progress", "time", "collision", "goal")
 FIELD = {name: index for index, name in enumerate(TASK.names or ())}
 FIRST_TERM = FIELD[REWARD_TERMS[0]]
@@ -192,11 +194,11 @@ class Task:
         """Terms of it."""
         return self.standing().terms
 
-    def step(self, pose: Pose, contact: bool) -> None:
+    def step(self, pose: Pose, touched: int) -> None:
         """Judge one control step.
 
         Args:
             pose: True pose after the step.
-            contact: Whether a wall was touched during the step.
+            touched: What the robot touched during the step, 0 for nothing.
         """
-        judge(self._worlds.tasks, 0, self._rules, *pose, contact, self._worlds.grounds, self.field)
+        judge(self._worlds.tasks, 0, self._rules, *pose, touched, self._worlds.grounds, self.field)

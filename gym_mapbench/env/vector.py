@@ -14,9 +14,10 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.env.action import to_commands
-from gym_mapbench.env.batch import Batch, Mask
+from gym_mapbench.env.batch import Batch
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.single import MapBenchEnv, Observation
+from gym_mapbench.env.traffic import Mask
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.task import COLLISION, GOAL, RUNNING, TIMEOUT
 from gym_mapbench.world.scenario import Scenario
@@ -112,8 +113,8 @@ class MapBenchVectorEnv(SyncVectorEnv):
         if not self._begun or (ended.any() and self.autoreset_mode is not AutoresetMode.NEXT_STEP):
             raise ResetNeeded("step: a world has no running episode; call reset first")
         running = ~ended
-        contacts = self._batch.drive(to_commands(actions, self.config, running), running)
-        self._batch.judge(contacts, running)
+        touched = self._batch.drive(to_commands(actions, self.config, running), running)
+        self._batch.judge(touched, running)
         spaces = cast(Dict, self.observation_space)
         observations = {key: np.empty(space.shape or (), space.dtype) for key, space in spaces.items()}
         self._batch.observe(observations, running)
@@ -166,7 +167,7 @@ class _World(MapBenchEnv):
             options = {**others, "scenario": options["scenarios"][self._index]}
         result = super().reset(seed=seed, options=options)
         if self.task is not None:
-            self._batch.settle(self._index, self.scenario.map.framed, self.task.field)
+            self._batch.settle(self._index, self.simulation.world, self.task.field)
         return result
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from gym_mapbench.kernels.geometry import wrap_angle
 from gym_mapbench.kernels.jit import kernel
 
-BODY = np.dtype(
+ROBOT = np.dtype(
     [(name, np.float64) for name in ("x", "y", "yaw", "wheel_v", "wheel_w", "v", "w")] + [("held", np.bool_)],
     align=True,
 )
@@ -32,6 +32,9 @@ GROUND = np.dtype(
 SCALE = 40.0
 """Lengths inside Box2D are metres times this."""
 
+MAX_TICK_TRAVEL = 0.05
+"""Longest distance that anything moves in one tick, m: Box2D moves no body by more than 2 of its units at once."""
+
 ZERO, SLACK, AHEAD = np.float32(0.0), np.float32(0.1), np.float32(2.0)
 """How much larger than the disc Box2D makes its box: by so much on all sides, and by so many steps ahead."""
 
@@ -40,11 +43,11 @@ MARGIN = 0.01
 
 
 @kernel
-def drive_bodies(bodies, boxes, commands, waiting, ticks, drive, grounds, walls):
+def drive_robots(robots, boxes, commands, waiting, ticks, drive, grounds, walls):
     """Drive all robots that wait and have no wall near; the others still wait afterwards.
 
     Args:
-        bodies: ``(n,)`` BODY, in and out.
+        robots: ``(n,)`` ROBOT, in and out.
         boxes: ``(n,)`` BOX, in and out.
         commands: ``(n, 2)`` forward speed (m/s) and turn rate (rad/s).
         waiting: ``(n,)`` bool, in and out.
@@ -53,34 +56,34 @@ def drive_bodies(bodies, boxes, commands, waiting, ticks, drive, grounds, walls)
         grounds: ``(n,)`` GROUND.
         walls: ``(n, cells)`` bool, each row the map in a frame of walls, flat.
     """
-    for i in range(len(bodies)):
+    for i in range(len(robots)):
         if waiting[i]:
             v, w = commands[i, 0], commands[i, 1]
-            waiting[i] = not drive_body(bodies, boxes, i, v, w, ticks, drive, grounds, walls[i])
+            waiting[i] = not drive_robot(robots, boxes, i, v, w, ticks, drive, grounds, walls[i])
 
 
 @kernel
-def drive_body(bodies, boxes, i, v, w, ticks, drive, grounds, walls):
-    """Drive one robot if no wall is near; return whether it was driven. Arguments as for :func:`drive_bodies`."""
-    body, box, can = bodies[i], boxes[i], drive[0]
+def drive_robot(robots, boxes, i, v, w, ticks, drive, grounds, walls):
+    """Drive one robot if no wall is near; return whether it was driven. Arguments as for :func:`drive_robots`."""
+    robot, box, can = robots[i], boxes[i], drive[0]
     v, w = clip(v, -can.reverse, can.forward), clip(w, -can.turn, can.turn)
-    travel = max(abs(v), abs(body.wheel_v)) * ticks * can.tick
-    if body.held or not is_clear(walls, grounds, i, body.x, body.y, reach_of_box(can, travel)):
+    travel = max(abs(v), abs(robot.wheel_v)) * ticks * can.tick
+    if robot.held or not is_clear(walls, grounds, i, robot.x, robot.y, reach_of_box(can, travel)):
         return False
-    x, y = place_in_box2d(body, grounds[i])
+    x, y = place_in_box2d(robot, grounds[i])
     keep_box(box, x, y, x, y, can.radius)
     for _ in range(ticks):
-        body.wheel_v = approach(body.wheel_v, v, can.dv)
-        body.wheel_w = approach(body.wheel_w, w, can.dw)
-        vx, vy = midpoint_velocity(body.yaw, body.wheel_v, body.wheel_w, can.tick)
-        body.x += vx * can.tick
-        body.y += vy * can.tick
-        body.yaw += body.wheel_w * can.tick
+        robot.wheel_v = approach(robot.wheel_v, v, can.dv)
+        robot.wheel_w = approach(robot.wheel_w, w, can.dw)
+        vx, vy = midpoint_velocity(robot.yaw, robot.wheel_v, robot.wheel_w, can.tick)
+        robot.x += vx * can.tick
+        robot.y += vy * can.tick
+        robot.yaw += robot.wheel_w * can.tick
         to_x, to_y = x + step_in_box2d(vx, can.tick), y + step_in_box2d(vy, can.tick)
         keep_box(box, x, y, to_x, to_y, can.radius)
         x, y = to_x, to_y
-    body.yaw = wrap_angle(body.yaw)
-    body.v, body.w = body.wheel_v, body.wheel_w
+    robot.yaw = wrap_angle(robot.yaw)
+    robot.v, robot.w = robot.wheel_v, robot.wheel_w
     return True
 
 
@@ -91,14 +94,14 @@ def reach_of_box(can, travel):
 
 
 @kernel
-def place_in_box2d(body, ground):
-    """Where Box2D sets the body at the beginning of a control step, in its units."""
-    return np.float32((body.x - ground.origin_x) * SCALE), np.float32((body.y - ground.origin_y) * SCALE)
+def place_in_box2d(robot, ground):
+    """Where Box2D sets the robot at the beginning of a control step, in its units."""
+    return np.float32((robot.x - ground.origin_x) * SCALE), np.float32((robot.y - ground.origin_y) * SCALE)
 
 
 @kernel
 def step_in_box2d(speed, tick):
-    """How far Box2D moves the body along an axis in a tick, in its units."""
+    """How far Box2D moves the robot along an axis in a tick, in its units."""
     return np.float32(tick) * np.float32(speed * SCALE)
 
 

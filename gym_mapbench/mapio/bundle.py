@@ -8,7 +8,10 @@
                "rows": ["#####", "#...#", "#####"]}]}
 
 Lengths are m, angles rad; ``origin`` is the lower-left corner. The first row is the top one, ``#``
-occupied, ``.`` free, ``?`` unknown.
+occupied, ``.`` free, ``?`` unknown. A task among moving bodies lists them (:class:`~gym_mapbench.world.bodies.Body`)::
+
+    "bodies": [{"shape": {"radius": 0.3},
+                "motion": {"name": "line", "options": {"start": [1, 1], "end": [3, 1], "speed": 0.5}}}]
 """
 
 from __future__ import annotations
@@ -23,6 +26,8 @@ from typing import Any
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.mapio.source import MAX_JSON_BYTES, as_number, as_numbers, check_size, read_json, short
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
+from gym_mapbench.trust import refuse_code
+from gym_mapbench.world.bodies import Body
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import MapSet, Pose
 
@@ -102,9 +107,14 @@ def _map_entry(tasked: TaskedMap) -> dict[str, Any]:
         "name": tasked.name,
         "resolution": tasked.grid.resolution,
         "origin": list(tasked.grid.origin),
-        "tasks": [{"name": task.name, "start": list(task.start), "goal": list(task.goal)} for task in tasked.tasks],
+        "tasks": [_task_entry(task) for task in tasked.tasks],
         "rows": list(tasked.grid.to_rows()),
     }
+
+
+def _task_entry(task: Task) -> dict[str, Any]:
+    entry = {"name": task.name, "start": list(task.start), "goal": list(task.goal)}
+    return entry | ({"bodies": [body.model_dump(mode="json") for body in task.bodies]} if task.bodies else {})
 
 
 def _parse_map(entry: object, where: str) -> TaskedMap:
@@ -128,13 +138,22 @@ def _parse_map(entry: object, where: str) -> TaskedMap:
 
 
 def _parse_task(entry: object, where: str) -> Task:
-    fields = _fields(entry, where, {"name", "start", "goal"})
+    fields = _fields(entry, where, {"name", "start", "goal"}, "bodies")
     start, goal = (Pose(*as_numbers(f"{where}: {what}", fields[what], 3)) for what in ("start", "goal"))
-    return Task(start, goal, _name(fields["name"], f"{where}: name"))
+    return Task(start, goal, _name(fields["name"], f"{where}: name"), _parse_bodies(fields.get("bodies", []), where))
 
 
-def _fields(value: object, where: str, expected: set[str]) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping) or set(value) != expected:
+def _parse_bodies(value: object, where: str) -> tuple[Body, ...]:
+    refuse_code(value, f"{where}: bodies")
+    bodies = _list(value, f"{where}: bodies")
+    try:
+        return tuple(Body.from_mapping(body, f"{where}: bodies[{index}]") for index, body in enumerate(bodies))
+    except ConfigError as error:
+        raise MapFormatError(str(error)) from None
+
+
+def _fields(value: object, where: str, expected: set[str], *optional: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping) or set(value) - set(optional) != expected:
         names = short(sorted(value)) if isinstance(value, Mapping) else short(value)
         raise MapFormatError(f"{where}: expected the keys {', '.join(sorted(expected))}, got {names}")
     return value

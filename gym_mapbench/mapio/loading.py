@@ -169,7 +169,8 @@ def _with_task(path: str | Path, item: TaskedMap, start: PoseLike | None, goal: 
     if first is None or last is None:
         missing = " and ".join(f"--{what}" for what, pose in (("start", first), ("goal", last)) if pose is None)
         raise ConfigError(f"{path}: no task is known for this map, give {missing} as x,y,yaw{_or_poses(path)}")
-    return TaskedMap(item.name, item.grid, (Task(as_pose("start", first), as_pose("goal", last), item.name),))
+    bodies = task.bodies if task else ()
+    return TaskedMap(item.name, item.grid, (Task(as_pose("start", first), as_pose("goal", last), item.name, bodies),))
 
 
 def _or_poses(path: str | Path) -> str:

@@ -1,4 +1,4 @@
-"""The laser scanner: exact distances to the walls of the grid, and what it reports of them."""
+"""The laser scanner: exact distances to walls and bodies, and what it reports of them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.kernels.bodies import see_bodies
 from gym_mapbench.kernels.raycast import cast_rays
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.frames import IDENTITY, compose
-from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import LidarMount
 from gym_mapbench.world.scenario import Pose
+from gym_mapbench.world.world import World
 
 
 class LidarSettings(Settings):
@@ -99,25 +100,27 @@ class LidarSettings(Settings):
 
 
 class Lidar:
-    """A scanner on one map; cells off the map are walls, unknown cells are free.
+    """A scanner in one world; cells off the map are walls, unknown cells are free.
 
     Args:
         settings: Beams, ranges and place on the robot.
-        grid: The map.
+        world: What the scanner sees: walls, and bodies where they are at the moment of the scan.
     """
 
-    def __init__(self, settings: LidarSettings, grid: GridMap) -> None:
-        self._settings = settings
+    def __init__(self, settings: LidarSettings, world: World) -> None:
+        self._settings, self._world = settings, world
         self._beams = directions(settings)
-        self._walls = grid.framed
-        self._resolution = grid.resolution
-        self._origin = grid.origin
+        self._walls = world.grid.framed
+        self._resolution = world.grid.resolution
+        self._origin = world.grid.origin
 
     def scan(self, pose: Pose) -> NDArray[np.float32]:
         """Return ``(beams,)`` distances from the scanner of a robot at a pose on the map, m, in a new array."""
         ranges = np.empty(len(self._beams), dtype=np.float32)
         sensor, range_max = self._settings.sensor_pose(pose), self._settings.range_max
         cast_rays(self._walls, self._resolution, *self._origin, *sensor, self._beams, range_max, ranges)
+        if self._world.bodies:
+            see_bodies(self._world.poses, self._world.radii, *sensor, self._beams, range_max, ranges)
         return ranges
 
 

@@ -1,4 +1,4 @@
-"""The numbers of many worlds side by side, where one kernel finds those of all of them."""
+"""The state of many worlds in arrays of records, which one kernel reads and writes for all of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.kernels.motion import BODY, BOX, DRIVE, GROUND
+from gym_mapbench.kernels.motion import BOX, DRIVE, GROUND, ROBOT
 from gym_mapbench.kernels.task import TASK
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
@@ -21,7 +21,7 @@ class Worlds:
     """What changes from step to step in ``count`` worlds, and where their maps lie.
 
     Attributes:
-        bodies: ``(count,)`` :data:`~gym_mapbench.kernels.motion.BODY`.
+        robots: ``(count,)`` :data:`~gym_mapbench.kernels.motion.ROBOT`.
         boxes: ``(count,)`` :data:`~gym_mapbench.kernels.motion.BOX`.
         tasks: ``(count,)`` :data:`~gym_mapbench.kernels.task.TASK`.
         grounds: ``(count,)`` :data:`~gym_mapbench.kernels.motion.GROUND`.
@@ -29,7 +29,7 @@ class Worlds:
     """
 
     def __init__(self, count: int = 1) -> None:
-        self.bodies: Records = np.zeros(count, BODY)
+        self.robots: Records = np.zeros(count, ROBOT)
         self.boxes: Records = np.zeros(count, BOX)
         self.tasks: Records = np.zeros(count, TASK)
         self.grounds: Records = np.zeros(count, GROUND)
