@@ -14,7 +14,7 @@ from docs.generate.commands import command_reference
 from docs.generate.files import files_of
 from docs.generate.names import contents_of, names_of
 from docs.generate.options import family_reference, option_reference, planner_reference
-from docs.generate.truth import measures_of
+from docs.generate.fidelity import measures_of
 
 LINE = re.compile(r"^<!-- insert (\w+)((?: [\w.-]+)*) -->$", re.MULTILINE)
 
