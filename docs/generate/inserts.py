@@ -11,10 +11,10 @@ from collections.abc import Callable
 
 from docs.generate.api import face
 from docs.generate.commands import command_reference
+from docs.generate.fidelity import measures_of
 from docs.generate.files import files_of
 from docs.generate.names import contents_of, names_of
 from docs.generate.options import family_reference, option_reference, planner_reference
-from docs.generate.fidelity import measures_of
 
 LINE = re.compile(r"^<!-- insert (\w+)((?: [\w.-]+)*) -->$", re.MULTILINE)
 
