@@ -11,10 +11,11 @@ from collections.abc import Callable
 
 from docs.generate.api import face
 from docs.generate.commands import command_reference
+from docs.generate.fidelity import measures_of
 from docs.generate.files import files_of
+from docs.generate.gallery import kept_times
 from docs.generate.names import contents_of, names_of
 from docs.generate.options import family_reference, layer_reference, option_reference, planner_reference
-from docs.generate.truth import measures_of
 
 LINE = re.compile(r"^<!-- insert (\w+)((?: [\w.-]+)*) -->$", re.MULTILINE)
 
@@ -28,6 +29,7 @@ INSERTS: dict[str, Callable[..., str]] = {
     "contents": contents_of,
     "files": files_of,
     "measures": measures_of,
+    "kept_times": kept_times,
     "face": face,
 }
 """The functions by name; each takes the arguments of the line, and returns Markdown."""

@@ -12,7 +12,7 @@ from evolution.pictures import save_figure
 from evolution.report import picture
 
 ROOT = Path(__file__).parents[2]
-SOURCES = ("gym_mapbench", "controllers", "evolution", "docs/generate", "docs/gallery", "examples")
+SOURCES = ("gym_mapbench", "controllers", "evolution", "docs/generate", "docs/gallery", "docs/concepts", "examples")
 SUFFIXES = (".py", ".yaml", ".pgm", ".json", ".csv", ".j2", ".js", ".css")
 
 

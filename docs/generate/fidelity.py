@@ -1,4 +1,4 @@
-"""The tables of ``mapbench validate --format json``, from the output of a run that is kept in docs/truth."""
+"""The tables of ``mapbench validate --format json``, from the output of a run that is kept in docs/fidelity."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from docs.generate.markdown import table
 
-KEPT = Path(__file__).parents[1] / "truth"
+KEPT = Path(__file__).parents[1] / "fidelity"
 
 
 def measures_of(oracle: str) -> str:
