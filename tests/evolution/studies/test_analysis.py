@@ -85,7 +85,7 @@ def made_run(
     if fresh is not None:
         results = results or set_of([ALIKE], [TWICE], [FAR])
         one = GINI(set_of([ALIKE], [TWICE], [FAR]))
-        one = type(one)(**{**vars(one), "total": fresh})
+        one = type(one)(**{**vars(one), "objectives": (fresh,)})
         again = DrivenAgain(results, (one,), (one,), readings)
     chosen = Configuration(name=name, **(configuration or {}))
     return StudyRun(chosen, seed, Path(name), experiment, generations, document, [], again)

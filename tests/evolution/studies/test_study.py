@@ -64,7 +64,7 @@ def test_the_thesis_study_is_chapter_5():
     settings = load_study("thesis")
     tasks = {task.configuration.name: task.experiment.search for task in check_study(settings, NAV2)}
     assert settings.runs == 24
-    assert [tasks[f"gini_{n}"].pop_size for n in (20, 40, 60)] == [20, 40, 60]
+    assert [tasks[f"gini_{n}"].ga.pop_size for n in (20, 40, 60)] == [20, 40, 60]
     assert {tasks[name].evaluations for name in ("gini_20", "gini_40", "gini_60", "cluster")} == {600}
     assert settings.configuration("cluster").pop_size_from == ("gini_20", "gini_40", "gini_60")
     assert settings.configuration("cluster").cluster_scale_from == ("gini_20", "gini_40", "gini_60")
@@ -113,8 +113,8 @@ def test_a_configuration_takes_from_earlier_ones(study_path):
                 times.setdefault(row["map"], []).append(row["time_s"] if row["outcome"] == "goal" else None)
             gaps += [abs(a - b) for of_map in times.values() if None not in of_map for a, b in combinations(of_map, 2)]
     for run in results.of("cluster"):
-        assert run.experiment.search.pop_size == min(means, key=means.get)
-        assert run.experiment.search.cluster_scale == pytest.approx(np.median(gaps))
+        assert run.experiment.search.ga.pop_size == min(means, key=means.get)
+        assert run.experiment.search.judging.cluster_scale == pytest.approx(np.median(gaps))
     assert results.resolved["cluster"]["seeds"] == [0, 1]
 
 
@@ -304,7 +304,9 @@ def test_a_run_that_cannot_be_made_costs_itself_and_what_builds_on_it(tmp_path):
     for resume in (False, True):
         results = run_study(study, tmp_path / "s", engine=ENGINE, resume=resume, on_progress=seen.append)
         assert [(run.configuration.name, run.seed) for run in results.runs] == [("ga", 0), ("ga", 1)]
-        why = "cluster_scale: cannot be calibrated from the first population (no map that all controllers solved)"
+        why = (
+            "judging.cluster_scale: cannot be calibrated from the first population (no map that all controllers solved)"
+        )
         assert [line.split("; give a value")[0] for line in results.missing[:5]] == [
             f"short, seed 0: {why}",
             f"short, seed 1: {why}",
@@ -387,8 +389,10 @@ def test_only_the_same_study_continues(tmp_path):
     with pytest.raises(ConfigError, match="already holds a study; continue it with --resume"):
         run_study(study, tmp_path / "s", engine=ENGINE)
     other = json.loads(json.dumps(study.model_dump(mode="json")))
-    other["configurations"][0]["experiment"]["search"]["pop_size"] = 8
-    with pytest.raises(ConfigError, match=r"configurations.ga.experiment.search.pop_size was 6 when .* began, got 8"):
+    other["configurations"][0]["experiment"]["search"]["ga"]["pop_size"] = 8
+    with pytest.raises(
+        ConfigError, match=r"configurations.ga.experiment.search.ga.pop_size was 6 when .* began, got 8"
+    ):
         run_study(StudySettings(**other), tmp_path / "s", engine=ENGINE, resume=True)
     document = json.loads((tmp_path / "s" / STUDY).read_text())
     for changes, message in (
