@@ -69,7 +69,7 @@ def bundle_text(maps: Sequence[TaskedMap]) -> str:
     """Return the text of a map-set file.
 
     Raises:
-        ConfigError: If it would be larger than what is read.
+        ConfigError: If the file would be larger than a file that can be read.
     """
     text = json.dumps(bundle_document(maps), indent=1, allow_nan=False) + "\n"
     if len(text) > MAX_JSON_BYTES:

@@ -25,7 +25,7 @@ RUNNER = "run_benchmark.py"
 
 @dataclass(frozen=True)
 class Bundle:
-    """What the package's own files are written from.
+    """The values from which the package's files are written.
 
     Args:
         folder: Name of its folder; the package is named after it.
@@ -72,7 +72,7 @@ class Bundle:
         }
 
     def _benchmark(self) -> dict[str, object]:
-        """What the launch file and the runner read."""
+        """Return the values that the launch file and the runner read."""
         x, y, z, yaw = self.model.lidar_pose
         return {
             "maps": [{"name": s.name, "start": list(s.start), "goal": list(s.goal)} for s in self.scenarios],
