@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.mapio.bundle import bundle_text
 from gym_mapbench.mapio.formats import FORMATS, WRITTEN
+from gym_mapbench.mapio.map_set_file import map_set_text
 from gym_mapbench.mapio.output import write_files, write_new_folder
 from gym_mapbench.mapio.tasked_map import TaskedMap
 
@@ -54,7 +54,7 @@ def write_map_file(maps: Sequence[TaskedMap], target: str | Path) -> list[Path]:
         raise ConfigError(f"{target}: expected a name that ends in one of {', '.join(forms)}")
     form = forms[target.suffix]
     if form == "mapset":
-        return write_files({target.name: bundle_text(maps)}, target.parent)
+        return write_files({target.name: map_set_text(maps)}, target.parent)
     if len(maps) != 1 or (form == "map_server" and len(maps[0].tasks) > 1):
         tasks = sum(len(tasked.tasks) for tasked in maps)
         raise ConfigError(f"{target}: holds one map, got {len(maps)} with {tasks} tasks; name a folder or a .json file")

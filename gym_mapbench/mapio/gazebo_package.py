@@ -1,4 +1,4 @@
-"""What makes a bundle for Gazebo a ROS 2 package: its manifest and build file, launch file, runner and README."""
+"""The files of an exported ROS 2 package: manifest and build file, launch file, runner and README."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ SIMULATORS: dict[Release, tuple[str, ...]] = {"humble": ("classic", "gz"), "jazz
 
 PREFIX = "mapbench_"
 RUNNER = "run_benchmark.py"
-"""The program of a bundle that drives its maps in Gazebo; only bundles have it."""
+"""The program of an exported package that runs its maps in Gazebo; no other directory has it."""
 
 
 @dataclass(frozen=True)
-class Bundle:
+class RosPackage:
     """The values from which the package's files are written.
 
     Args:

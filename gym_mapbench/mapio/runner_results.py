@@ -12,7 +12,7 @@ from gym_mapbench.mapio.source import as_number, read_text, short
 
 COLUMNS = ("map", "controller", "repeat", "outcome", "time_s", "path_length_m", "contacts")
 ADDED_LATER = ("contacts",)
-"""Columns that older bundles' runners did not write."""
+"""Columns that the runners of older packages did not write."""
 RUNNER_OUTCOMES = ("goal", "aborted", "timeout", "error")
 MAX_RESULTS_BYTES = 50_000_000
 
