@@ -10,7 +10,7 @@ from gym_mapbench.settings import Settings
 
 
 class ProgressChecker(Settings):
-    """The progress checker: whether the robot still gets anywhere.
+    """The progress checker: whether the robot still makes progress.
 
     Args:
         plugin: ``simple``, ``pose`` (a turn is progress as well) or ``none`` (ours: progress is not checked).

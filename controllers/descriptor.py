@@ -1,4 +1,4 @@
-"""Nav2Controller: what the registry and parameter files have to know about one of Nav2's controllers."""
+"""Nav2Controller: the description of a controller of Nav2, for the registry and for parameter files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the parameters of all controllers share: defaults by release, and lists of critics."""
+"""Base classes of the controllers' parameters: defaults by release, and lists of critics."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, An
 def _make_third_party(
     name: str, make: Callable[..., Any], navigation: NavigationParams, params: Mapping[str, Any]
 ) -> Controller:
-    """Call a third party's callable and check what it returns."""
+    """Call a third party's callable and check the controller that it returns."""
     accepted = accepted_keywords(make)
     for key in params:
         if key not in accepted:

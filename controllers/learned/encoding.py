@@ -1,4 +1,4 @@
-"""What a network sees of a moment: the env's observation as one egocentric vector, every entry within [-1, 1].
+"""The input of a network at one step: the env's observation as one egocentric vector, every entry within [-1, 1].
 
 The same code encodes in training and in driving, on batches: every array has the worlds as its first axis.
 """
@@ -29,7 +29,7 @@ class EncodingSettings(Settings):
     """How observations become the input of a network.
 
     Args:
-        features: What the network sees, in this order: of ``velocity goal scan arcs path costmap``, all of it in the
+        features: The parts of the vector, in this order: of ``velocity goal scan arcs path costmap``, all of it in the
             robot's own frame. ``arcs`` is what the scan means for driving: how far the robot could drive along arcs,
             forwards and backwards, until it touches something, with each of the ``margins`` around it.
         frames: How many observations it sees at once, the newest first.

@@ -1,4 +1,4 @@
-"""The card of a trained model: what it was trained to see and to drive, as a JSON file inside the model's own zip.
+"""The card of a trained model: its observations and its world, as a JSON file inside the model's own zip.
 
 Stable-Baselines3 ignores files that it does not know, so a model with a card is still one of its models.
 """
@@ -26,7 +26,7 @@ from gym_mapbench.settings import Settings
 CARD = "mapbench.json"
 MAX_CARD_BYTES = 1_000_000
 SCANNER = ("beams", "range_max", "angle_min", "angle_increment")
-"""What a network's input depends on; the scanner's place and faults are those of the world that is driven in."""
+"""Options on which a network's input depends; the scanner's place and noise are those of the current world."""
 
 
 WINDOWS = {"path": ("path", "costmap"), "costmap": ("costmap",)}
@@ -34,7 +34,7 @@ WINDOWS = {"path": ("path", "costmap"), "costmap": ("costmap",)}
 
 
 class Normalization(Settings):
-    """Statistics of Stable-Baselines3's VecNormalize, applied to what the encoder returns.
+    """Statistics of Stable-Baselines3's VecNormalize, applied to the encoder's features.
 
     Args:
         mean: Mean of every entry.
@@ -106,7 +106,7 @@ class ModelCard(Settings):
         return config.replace(**changes)
 
     def differences(self, config: EnvConfig) -> list[str]:
-        """Say how a world differs from the one of the training, and what is done about it."""
+        """Say how a world differs from the one of the training, and how the difference is handled."""
         own, found = self.world, []
         if own.robot != config.robot:
             found.append(

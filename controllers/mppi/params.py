@@ -166,7 +166,7 @@ class MppiParams(SettingsWithCritics):
             ``inversion_xy_tolerance`` (m) and ``inversion_yaw_tolerance`` (rad).
         AckermannConstraints: Limits of the motion model Ackermann.
         critics: Names of the critics in their order. Nav2's code has no default; these are its examples'.
-        noise: Ours. ``numpy`` draws from the run's own generator; ``nav2`` gives Nav2's own numbers (std::mt19937 and
+        noise: Ours. ``numpy`` samples from the run's own generator; ``nav2`` gives Nav2's own numbers (std::mt19937 and
             libstdc++'s normal_distribution), which are the same after every start.
         noise_seed: Ours. Seed of ``nav2`` noise; Nav2 leaves its generator at the default, 5489.
     """

@@ -35,7 +35,7 @@ HANDLED = (
 
 @dataclass(frozen=True)
 class ControllersFound:
-    """What a controller server's section says.
+    """The content of a controller server's section.
 
     Args:
         server: The server, its checkers included.

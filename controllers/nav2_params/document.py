@@ -22,7 +22,7 @@ class Document:
     """The content of a parameter file.
 
     Args:
-        values: What the YAML file holds.
+        values: The content of the YAML file.
         lines: Full dotted name of every key -> number of its line.
         repeated: Full names of the keys that one group gives twice; the last value counts, as in ROS.
     """

@@ -1,4 +1,4 @@
-"""What is known about the nodes of a parameter file, and about the keys of the nodes that are read.
+"""The nodes of a parameter file, and the keys of the nodes that are read.
 
 The keys of a plugin's section stand beside the plugin.
 """
@@ -33,7 +33,7 @@ FILTER_NODES = ("filter_info_server", "filter_mask_server")
 """Ends of the names of nodes that serve costmap filters; the filters themselves are listed with their costmap."""
 
 UNMODELLED_NODES = {"collision_monitor": "it would slow down or stop the robot close to obstacles"}
-"""Nodes that are not modelled here -> what they would do."""
+"""Nodes that are not modelled here -> their effect."""
 
 INNER_NODES = ("_client", "_rclcpp_node")
 """Ends of the names of nodes that Nav2's servers have for their own use."""

@@ -1,9 +1,9 @@
 """Turns a parameter file of one distribution into one of the other, and lists everything that was done.
 
 Outdated names are replaced, classes are spelt as the release wants them, parameters whose default changed are written
-out with the old value, and what has no counterpart is taken out and listed. Comments and templates stay.
+out with the old value, and keys without a counterpart are taken out and listed. Comments and templates stay.
 
-Source: Nav2's migration guides, and what the controllers' own parameters say about the releases.
+Source: Nav2's migration guides, and the tables of the controllers' own parameters.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class Migration:
         text: The text of the migrated file.
         source: The distribution for which the file was written.
         target: The distribution for which it is written now.
-        done: What was changed, one line for each change.
-        lost: What has no counterpart, one line for each loss.
+        done: The changes, one line each.
+        lost: Keys without a counterpart, one line each.
     """
 
     text: str
@@ -239,11 +239,11 @@ class _Work:
                 self.say(f"{full}.{old}", critics.line, f"replaced by {new}")
 
     def say(self, full: str, line: int, what: str) -> None:
-        """Add a line about what was done."""
+        """Add a line about a change."""
         self.done.append(f"line {line}: {full}: {what}")
 
     def lose(self, full: str, entry: Entry, what: str) -> None:
-        """Add a line about what has no counterpart."""
+        """Add a line about a key without a counterpart."""
         self.lost.append(f"line {entry.line}: {full}.{entry.name}: {what}")
 
 

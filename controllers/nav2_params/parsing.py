@@ -35,7 +35,7 @@ DEFAULT_TREE = "nav2_bt_navigator)/behavior_trees/navigate_to_pose_w_replanning_
 
 @dataclass(frozen=True)
 class Nav2Params:
-    """What a parameter file says.
+    """The content of a parameter file.
 
     Args:
         navigation: The parameters.
@@ -77,7 +77,7 @@ def parse_nav2_params(
     listed, not refused.
 
     Args:
-        document: What the YAML file holds, or the whole :class:`~controllers.nav2_params.document.Document`.
+        document: The content of the YAML file, or the whole :class:`~controllers.nav2_params.document.Document`.
         preset: Provides the sections that are missing as a whole, except the velocity smoother, and the kinds of
             controllers that are not configured; None for the defaults of Nav2's code and no further controllers.
         release: The distribution; None to recognise it.
@@ -112,7 +112,7 @@ def parse_nav2_params(
 def _complete(
     found: Mapping[str, Any], controllers: ControllersFound, base: NavigationParams
 ) -> tuple[NavigationParams, list[str]]:
-    """Fill in what the file does not configure, and name the controllers that were filled in."""
+    """Fill in the sections and controllers that the file does not configure, and name these controllers."""
     own = controllers.controllers
     kinds = {plugin.kind for plugin in own.values()}
     known = {*own, *controllers.foreign}

@@ -1,4 +1,4 @@
-"""What a parameter file means here, in a few lines for the terminal."""
+"""Summarises a parameter file in a few lines for the terminal."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ COUNTED: tuple[Kind, ...] = ("ros_only", "unused", "other_release", "unknown", "
 
 
 def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = False) -> list[str]:
-    """Return the lines: the release, what drives, the robot, and what is left out and why.
+    """Return the lines: release, controllers, planner, robot, and the keys that are left out, with reasons.
 
     Args:
         read: The file.

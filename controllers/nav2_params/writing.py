@@ -33,7 +33,7 @@ BEHAVIOR_FRAMES = {
 }
 """Release -> topics and frames of its behaviour server."""
 ERROR_CODES = ["compute_path_error_code", "follow_path_error_code"]
-"""What the trees of Jazzy and newer releases report."""
+"""Error codes that the trees of Jazzy and newer releases report."""
 UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother")
 """Nodes that publish Twist in Jazzy, but TwistStamped in newer releases unless they are told otherwise."""
 
@@ -102,7 +102,7 @@ def _node(name: str, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _beside(values: Mapping[str, Any], kept: Mapping[str, Any]) -> dict[str, Any]:
-    """Add what is kept of a user's file to the values, which count first; groups of missing plugins are left out."""
+    """Add values kept of a user's file, after the written values; groups of missing plugins are left out."""
     listed = values.get("controller_plugins")
     of_plugins = {name for name, value in kept.items() if listed is not None and isinstance(value, Mapping)}
     return overlay({name: kept[name] for name in kept if name not in of_plugins - values.keys()}, values)

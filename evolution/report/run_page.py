@@ -15,7 +15,7 @@ from evolution.report.replays import ReplayedMap
 from evolution.report.sections import sections_of
 from evolution.runs import LoadedRun, errors_in, results_in, typical_repeat, validation_sentence
 from evolution.search import SECTIONS
-from gym_mapbench.mapio.bundle import BEST_MAP_SET
+from gym_mapbench.mapio.map_set_file import BEST_MAP_SET
 
 
 def report_of_run(

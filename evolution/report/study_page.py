@@ -33,7 +33,7 @@ from evolution.studies import (
     test_rows,
     verdict_of,
 )
-from gym_mapbench.mapio.bundle import BEST_MAP_SET
+from gym_mapbench.mapio.map_set_file import BEST_MAP_SET
 
 ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 """The oldest date a zip file can hold: equal content gives equal bytes."""

@@ -45,7 +45,7 @@ from evolution.runs.former_names import present_config, present_results, present
 from evolution.runs.results import named, results_document
 from evolution.search import Evaluation, Experiment, Record, ValidationResult
 from gym_mapbench.errors import MapBenchError, RunError
-from gym_mapbench.mapio.bundle import BEST_MAP_SET, bundle_document, read_bundle
+from gym_mapbench.mapio.map_set_file import BEST_MAP_SET, map_set_document, read_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.world.scenario import MapSet
 
@@ -212,7 +212,7 @@ class RunDir:
         """
         path = self.path / BEST_MAP_SET
         try:
-            best = MapSet(tuple(scenario for tasked in read_bundle(path) for scenario in tasked.scenarios()))
+            best = MapSet(tuple(scenario for tasked in read_map_set(path) for scenario in tasked.scenarios()))
         except MapBenchError as error:
             raise RunError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
         if best.digest != digest:
@@ -260,7 +260,7 @@ class RunDir:
         self._write_table(GENERATIONS, record.generations)
         self._write_table(INDIVIDUALS, record.individuals)
         self._write_table(RUNS, list(record.runs.values()))
-        write_json(self.path / BEST_MAP_SET, bundle_document(group_scenarios(named(best.map_set))))
+        write_json(self.path / BEST_MAP_SET, map_set_document(group_scenarios(named(best.map_set))))
         results = results_document(best, record.plan.names, checkpoint["cluster_scale"], validation)
         write_json(self.path / BEST_RESULTS, results)
         self.write_checkpoint(checkpoint)

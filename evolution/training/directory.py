@@ -23,7 +23,7 @@ from evolution.files import (
 )
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import RunError, unknown_name
-from gym_mapbench.mapio.bundle import bundle_document, parse_bundle
+from gym_mapbench.mapio.map_set_file import map_set_document, parse_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.world.scenario import Scenario
 
@@ -134,7 +134,7 @@ class TrainingDir:
             make_directory(path / name)
         for name, scenarios in ((MAPS, maps), (CURRICULUM, curriculum)):
             if scenarios:
-                write_json(path / name, bundle_document(group_scenarios(scenarios)))
+                write_json(path / name, map_set_document(group_scenarios(scenarios)))
         write_text(path / README, README_TEXT)
         return cls(path, config)
 
@@ -198,4 +198,4 @@ def load_training(path: str | Path) -> Training:
 
 def _scenarios(path: Path) -> Iterator[Scenario]:
     """Read the maps of a map-set file, in order."""
-    return (scenario for tasked in parse_bundle(read_json(path), str(path)) for scenario in tasked.scenarios())
+    return (scenario for tasked in parse_map_set(read_json(path), str(path)) for scenario in tasked.scenarios())

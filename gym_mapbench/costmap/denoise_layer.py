@@ -33,10 +33,10 @@ class DenoiseLayer(Settings):
 
 
 class Denoise(Layer):
-    """Removes small groups from what the layers before it wrote; a removed cell is free.
+    """Removes small groups of the obstacle cells that the layers before it wrote; a removed cell is free.
 
     Obstacle cells are those of cost 253 and 254, and of 255 in a costmap whose default is not "unknown". Only the cells
-    of an update count: a group that goes on outside of them is as small as the part inside.
+    of an update count: of a group that extends beyond them, only the part inside is counted.
 
     Args:
         options: The layer's options.

@@ -55,7 +55,7 @@ def inflation_costs(layer: InflationLayer, reach: int, resolution: float, inscri
 
 
 class Inflation(Layer):
-    """Inflates what the layers before it wrote.
+    """Inflates the obstacles that the layers before it wrote.
 
     Args:
         options: The layer's options.

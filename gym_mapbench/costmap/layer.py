@@ -1,4 +1,4 @@
-"""What a layer is: it reports where the costmap changes, and writes its cells into the master grid.
+"""The interface of a costmap layer: it reports where the costmap changes, and writes its cells there.
 
 Source: nav2_costmap_2d/include/nav2_costmap_2d/layer.hpp, costmap_2d.hpp.
 """
@@ -78,7 +78,7 @@ class Window:
 
 @dataclass(frozen=True)
 class LayerContext:
-    """What a layer is told about its costmap when it is made.
+    """The costmap of a layer, as the layer is told when it is made.
 
     Args:
         costmap: Options of the costmap.
@@ -96,10 +96,10 @@ class LayerContext:
 
 
 class Layer(ABC):
-    """One of the plugins of a costmap. It covers the cells of a window, which the caller moves."""
+    """A plugin of a costmap. It covers the cells of a window, which the caller moves."""
 
     def reset(self) -> None:  # noqa: B027 - most layers have nothing to forget
-        """Forget what was observed."""
+        """Forget all observations."""
 
     def roll(self, d_row: int, d_col: int) -> None:  # noqa: B027 - nor anything to move
         """Follow the window, which has moved by this many cells."""
@@ -109,7 +109,7 @@ class Layer(ABC):
 
     @abstractmethod
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
-        """Take in what is new and widen ``box`` to hold it.
+        """Take in new observations and widen ``box`` to hold the cells that they change.
 
         Args:
             window: Where the costmap's cells lie now.

@@ -125,7 +125,7 @@ class LayeredCostmap:
         self._unchanging = None
 
     def _roll(self, pose: Pose) -> None:
-        """Shift the window by whole cells to the robot; cells that stay keep what is in them."""
+        """Shift the window by whole cells to the robot; cells that stay keep their costs."""
         moved = self._window.roll(pose) if self._params.rolling_window else (0, 0)
         if moved != (0, 0):
             self._master = shifted(self._master, *moved, self._default)
@@ -133,7 +133,7 @@ class LayeredCostmap:
                 layer.roll(*moved)
 
     def _write_layers(self, pose: Pose) -> None:
-        """Collect what is new, then have all layers write it over the default, in the order of ``plugins``."""
+        """Collect the box of all changes, then let the layers write it in the order of ``plugins``."""
         box = np.array([np.inf, np.inf, -np.inf, -np.inf])
         for layer in self._layers.values():
             layer.update_bounds(self._window, pose, box)

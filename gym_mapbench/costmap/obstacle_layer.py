@@ -1,4 +1,4 @@
-"""The obstacle layer: what a lidar saw, cell by cell.
+"""The obstacle layer: the hits and the free space of a lidar, cell by cell.
 
 Source: nav2_costmap_2d/plugins/obstacle_layer.cpp.
 """
@@ -79,7 +79,7 @@ class ObstacleGrid(Layer):
         context: Size, release, the footprint to clear, and whether cells never seen are unknown.
 
     Attributes:
-        costs: ``(rows, cols)`` uint8, what the layer knows: 0 free, 254 occupied, 255 never seen.
+        costs: ``(rows, cols)`` uint8, the cells as observed: 0 free, 254 occupied, 255 never seen.
     """
 
     def __init__(self, layer: ObstacleLayer, context: LayerContext) -> None:

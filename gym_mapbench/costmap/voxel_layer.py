@@ -1,4 +1,4 @@
-"""The voxel layer: what a lidar saw, in columns of voxels.
+"""The voxel layer: the hits and the free space of a lidar, in columns of voxels.
 
 Source: nav2_costmap_2d/plugins/voxel_layer.cpp.
 """
@@ -50,7 +50,7 @@ class VoxelLayer(ObstacleLayer):
 
 
 class VoxelGrid(ObstacleGrid):
-    """The layer with a column of voxels over every cell; its rays stop two cells before what they hit.
+    """The layer with a column of voxels over every cell; its rays stop two cells before the hit.
 
     Attributes:
         columns: ``(rows, cols)`` int64, one column of voxels each, as :mod:`gym_mapbench.kernels.voxel_layer` has them.

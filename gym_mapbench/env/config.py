@@ -191,10 +191,10 @@ class EnvConfig(Settings):
 
     def with_maps(self, map_set: MapSet) -> EnvConfig:
         """Return this configuration on the maps and tasks of a map set, still JSON-able."""
-        from gym_mapbench.mapio.bundle import bundle_document
+        from gym_mapbench.mapio.map_set_file import map_set_document
         from gym_mapbench.mapio.tasked_map import group_scenarios
 
-        return self.replace(maps=bundle_document(group_scenarios(map_set)), start=None, goal=None, family=())
+        return self.replace(maps=map_set_document(group_scenarios(map_set)), start=None, goal=None, family=())
 
     def load_scenarios(self) -> tuple[Scenario, ...] | None:
         """Load the scenarios of ``maps``; None where every reset draws a random one.
@@ -240,9 +240,9 @@ class EnvConfig(Settings):
 
 
 def _from_document(document: dict[str, Any]) -> list[Scenario]:
-    from gym_mapbench.mapio.bundle import parse_bundle
+    from gym_mapbench.mapio.map_set_file import parse_map_set
 
-    return [scenario for tasked in parse_bundle(document, "maps") for scenario in tasked.scenarios()]
+    return [scenario for tasked in parse_map_set(document, "maps") for scenario in tasked.scenarios()]
 
 
 def _is_text(item: object) -> bool:

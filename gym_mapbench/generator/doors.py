@@ -12,9 +12,9 @@ from gym_mapbench.generator.ranges import (
     FractionRange,
     Length,
     LengthRange,
-    draw,
-    draw_count,
-    draw_flag,
+    sample,
+    sample_count,
+    sample_flag,
 )
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border
 from gym_mapbench.quantities import Fraction
@@ -81,14 +81,14 @@ class Doors(Settings):
     thickness: LengthRange = (0.05, 0.2)
 
     def draw_genes(self, rng: np.random.Generator) -> DoorsGenes:
-        """Draw the genes of one map."""
+        """Sample the genes of one map."""
         return DoorsGenes(
             doors=tuple(
-                Door(place=draw(rng, self.place), gap=draw(rng, self.gap), at=draw(rng, self.at))
-                for _ in range(draw_count(rng, self.walls))
+                Door(place=sample(rng, self.place), gap=sample(rng, self.gap), at=sample(rng, self.at))
+                for _ in range(sample_count(rng, self.walls))
             ),
-            thickness=draw(rng, self.thickness),
-            mirrored=draw_flag(rng),
+            thickness=sample(rng, self.thickness),
+            mirrored=sample_flag(rng),
         )
 
     def build(self, genes: DoorsGenes, shapes: ShapeSettings) -> Cells:

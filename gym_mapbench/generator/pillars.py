@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from gym_mapbench.generator.base import empty, to_cells
-from gym_mapbench.generator.ranges import FractionRange, Length, LengthRange, draw
+from gym_mapbench.generator.ranges import FractionRange, Length, LengthRange, sample
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border, stamp
 from gym_mapbench.quantities import Fraction
 from gym_mapbench.settings import Settings
@@ -64,8 +64,8 @@ class Pillars(Settings):
     stagger: FractionRange = (0.0, 0.5)
 
     def draw_genes(self, rng: np.random.Generator) -> PillarGenes:
-        """Draw the genes of one map."""
-        return PillarGenes(**{name: draw(rng, getattr(self, name)) for name in PillarGenes.model_fields})
+        """Sample the genes of one map."""
+        return PillarGenes(**{name: sample(rng, getattr(self, name)) for name in PillarGenes.model_fields})
 
     def build(self, genes: PillarGenes, shapes: ShapeSettings) -> Cells:
         """Return the occupancy; see :meth:`Family.build`."""

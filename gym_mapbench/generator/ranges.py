@@ -1,4 +1,4 @@
-"""Ranges, and draws from them; both ends belong to a range."""
+"""Ranges, and samples from them; both ends belong to a range."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RelativeWeight = Annotated[Positive, Field(le=1000)]
 Repeats = Annotated[Count, Field(le=1000)]
 """How many times a motif is repeated."""
 Seed = Annotated[Natural, Field(lt=2**32)]
-"""Seed of everything that is drawn while a map is built."""
+"""Seed of everything that is sampled while a map is built."""
 
 LengthRange = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
 WeightRange = Annotated[tuple[RelativeWeight, RelativeWeight], AfterValidator(_ordered)]
@@ -38,21 +38,21 @@ CellRange = Annotated[tuple[Cells, Cells], AfterValidator(_ordered)]
 NumberRange = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
 
 
-def draw(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
-    """Draw a number uniformly."""
+def sample(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
+    """Sample a number uniformly."""
     return float(rng.uniform(*bounds))
 
 
-def draw_count(rng: np.random.Generator, bounds: tuple[int, int]) -> int:
-    """Draw an integer uniformly."""
+def sample_count(rng: np.random.Generator, bounds: tuple[int, int]) -> int:
+    """Sample an integer uniformly."""
     return int(rng.integers(bounds[0], bounds[1], endpoint=True))
 
 
-def draw_flag(rng: np.random.Generator) -> bool:
-    """Toss a coin."""
+def sample_flag(rng: np.random.Generator) -> bool:
+    """Sample True or False with equal probability."""
     return bool(rng.integers(2))
 
 
-def draw_seed(rng: np.random.Generator) -> int:
-    """Draw the seed of a generator."""
+def sample_seed(rng: np.random.Generator) -> int:
+    """Sample the seed of a generator."""
     return int(rng.integers(2**32))

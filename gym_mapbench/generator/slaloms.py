@@ -12,9 +12,9 @@ from gym_mapbench.generator.ranges import (
     FractionRange,
     Length,
     LengthRange,
-    draw,
-    draw_count,
-    draw_flag,
+    sample,
+    sample_count,
+    sample_flag,
 )
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border
 from gym_mapbench.quantities import Fraction
@@ -81,15 +81,15 @@ class Slaloms(Settings):
     thickness: LengthRange = (0.05, 0.2)
 
     def draw_genes(self, rng: np.random.Generator) -> SlalomGenes:
-        """Draw the genes of one map."""
+        """Sample the genes of one map."""
         return SlalomGenes(
             baffles=tuple(
-                Baffle(place=draw(rng, self.place), reach=draw(rng, self.reach))
-                for _ in range(draw_count(rng, self.baffles))
+                Baffle(place=sample(rng, self.place), reach=sample(rng, self.reach))
+                for _ in range(sample_count(rng, self.baffles))
             ),
-            left_first=draw_flag(rng),
-            thickness=draw(rng, self.thickness),
-            mirrored=draw_flag(rng),
+            left_first=sample_flag(rng),
+            thickness=sample(rng, self.thickness),
+            mirrored=sample_flag(rng),
         )
 
     def build(self, genes: SlalomGenes, shapes: ShapeSettings) -> Cells:

@@ -14,9 +14,9 @@ from gym_mapbench.generator.ranges import (
     Length,
     LengthRange,
     SignedFractionRange,
-    draw,
-    draw_count,
-    draw_flag,
+    sample,
+    sample_count,
+    sample_flag,
 )
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border, stamp, task_cells
 from gym_mapbench.quantities import Fraction, SignedFraction
@@ -92,13 +92,13 @@ class UTraps(Settings):
     thickness: LengthRange = (0.05, 0.2)
 
     def draw_genes(self, rng: np.random.Generator) -> UTrapGenes:
-        """Draw the genes of one map."""
-        traps = tuple(self._draw_trap(rng) for _ in range(draw_count(rng, self.traps)))
-        return UTrapGenes(traps=traps, thickness=draw(rng, self.thickness))
+        """Sample the genes of one map."""
+        traps = tuple(self._draw_trap(rng) for _ in range(sample_count(rng, self.traps)))
+        return UTrapGenes(traps=traps, thickness=sample(rng, self.thickness))
 
     def _draw_trap(self, rng: np.random.Generator) -> Trap:
-        numbers = {name: draw(rng, getattr(self, name)) for name in ("place", "aside", "width", "depth")}
-        return Trap(**numbers, opens_right=draw_flag(rng))
+        numbers = {name: sample(rng, getattr(self, name)) for name in ("place", "aside", "width", "depth")}
+        return Trap(**numbers, opens_right=sample_flag(rng))
 
     def build(self, genes: UTrapGenes, shapes: ShapeSettings) -> Cells:
         """Return the occupancy; see :meth:`Family.build`."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
-from gym_mapbench.mapio.gazebo_package import Bundle
+from gym_mapbench.mapio.gazebo_package import RosPackage
 from gym_mapbench.mapio.gazebo_robot import RobotModel
 from gym_mapbench.mapio.map_server import map_server_pgm, map_server_yaml
 from gym_mapbench.mapio.mesh import Mesh, wall_mesh
@@ -65,11 +65,11 @@ def export_gazebo(
     check_names("map", [scenario.name for scenario in scenarios], reserved=tuple(ROBOT_MODELS.values()))
     if wall_height <= model.lidar_z:
         raise ConfigError(f"wall height: expected more than the lidar's {model.lidar_z:g} m, got {wall_height:g}")
-    bundle = Bundle(out_dir.resolve().name, scenarios, navigation, model, time_limit, wall_height)
-    files = navigation.files() | bundle.files()
+    package = RosPackage(out_dir.resolve().name, scenarios, navigation, model, time_limit, wall_height)
+    files = navigation.files() | package.files()
     for scenario in scenarios:
-        files |= map_files(scenario, wall_height, bundle.simulators)
-    for simulator in bundle.simulators:
+        files |= map_files(scenario, wall_height, package.simulators)
+    for simulator in package.simulators:
         files |= _robot_files(model, simulator)
     return write_new_folder(files, out_dir)
 

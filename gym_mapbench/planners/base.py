@@ -1,4 +1,4 @@
-"""What a global planner is, and what Nav2's planners have in common."""
+"""The interface of a global planner, and functions that Nav2's planners share."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PlannerEntry(NamedTuple):
 
 
 def no_path(start: Pose, goal: Pose, reason: str, kind: type[NoPathError] = NoPathError) -> NoPathError:
-    """Build the error of a planner that found nothing."""
+    """Return the error of a planner that found no path."""
     return kind(f"no path from ({start.x:.3f}, {start.y:.3f}) to ({goal.x:.3f}, {goal.y:.3f}): {reason}")
 
 

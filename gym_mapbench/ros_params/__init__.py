@@ -1,6 +1,6 @@
 """Sections of ROS parameter files: read key by key, so that no key goes unnoticed, and written back.
 
-A :class:`Section` is one group of a file. :class:`Keys` says what is known about the keys that are no parameters, and
+A :class:`Section` is one group of a file. :class:`Keys` describes the keys that are no parameters, and
 :class:`Findings` collects them. A :class:`RosPlugin` describes a plugin of Nav2, beside the plugin's own code.
 """
 

@@ -1,4 +1,4 @@
-"""Findings: what a parameter file holds besides the parameters that count here."""
+"""Findings: the content of a parameter file besides the parameters that are used."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ KINDS: dict[Kind, str] = {
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that a parameter file holds besides the parameters that count here.
+    """A key, group or node of a parameter file that is not a parameter in use.
 
     Args:
         kind: One of ``KINDS``.
@@ -52,7 +52,7 @@ class Finding:
 
 @dataclass
 class Findings:
-    """What is found while a file is read.
+    """The findings of one file, collected while it is read.
 
     Args:
         release: The distribution as which the file is read.

@@ -1,4 +1,4 @@
-"""Keys: what is known about the keys of a section besides its parameters.
+"""Keys: the keys of a section besides its parameters.
 
 A parameter that a plugin has here is read. All other keys are listed as ignored; the tables say why, where a reason
 helps.
@@ -31,7 +31,7 @@ EVERY_NODE = frozenset(
 
 @dataclass(frozen=True)
 class Keys:
-    """What is known about the keys of one section, besides the parameters that it has here.
+    """The keys of one section besides its parameters.
 
     Args:
         ros_only: Keys, or groups of keys, that mean nothing without ROS; those of every node are added.

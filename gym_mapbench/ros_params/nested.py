@@ -1,4 +1,4 @@
-"""Nested groups of parameters, and the dotted names of what they hold."""
+"""Nested groups of parameters, and the dotted names of their values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""RosPlugin: what a parameter file has to know about a plugin of Nav2, in one value beside the plugin."""
+"""RosPlugin: the description of a plugin of Nav2 with which parameter files are read and written."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MISSPELT = 0.9
 
 
 def in_every_release(ros_class: str) -> RosNames:
-    """Return the names of a class that all releases spell alike."""
+    """Return the names of a class that has the same name in all releases."""
     return dict.fromkeys(RELEASES, ros_class)
 
 
@@ -108,9 +108,9 @@ class RosPlugin:
         title: Its name in a sentence.
         params: The class of its parameters. If they depend on the release, they have a field ``release``, and the
             tables ``DEFAULTS``, ``MISSING`` and ``OURS`` (see ``controllers.parameters.ReleaseSettings``).
-        other_keys: What is known about the other keys of its section.
+        other_keys: The other keys of its section.
         stands_in_for: Parts of the names of foreign classes that it stands in for.
-        adapt: Brings the section of a file into the form that ``params`` reads, and lists what it changed.
+        adapt: Brings the section of a file into the form that ``params`` reads, and lists the changes.
         more_keys: Given parameters and a release, returns the keys that a written section has besides ``params``.
     """
 
@@ -124,7 +124,7 @@ class RosPlugin:
 
     @cached_property
     def keys(self) -> Keys:
-        """What is known about the other keys of its section, including parameters that not every release has."""
+        """The other keys of its section, and the parameters that not every release has."""
         return replace(self.other_keys, missing=getattr(self.params, "MISSING", {}))
 
     @cached_property
@@ -151,7 +151,7 @@ class RosPlugin:
         return {name: old for name, (old, new) in pairs.items() if None not in (old, new) and old != new}
 
     def complete(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Check parameters and fill in the defaults; the result can be written as JSON and leaves out what is None."""
+        """Check parameters and fill in the defaults; the result can be written as JSON and leaves out None."""
         return self.params(**values).model_dump(mode="json", exclude_none=True)
 
     def given(self, group: Section, strays: Mapping[str, str] | None = None) -> dict[str, Any]:

@@ -92,7 +92,7 @@ class Section:
         """Go through all keys and return the parameters among them, nested; all other keys become findings.
 
         Args:
-            keys: What is known about this section's other keys.
+            keys: The section's other keys.
             valid: Dotted names of its parameters, including those that only one release has.
 
         Raises:

@@ -1,4 +1,4 @@
-"""Templates: what a launch file would fill in, such as ``<min_x>`` or ``$(find-pkg-share package)``."""
+"""Templates: placeholders that a launch file fills in, such as ``<min_x>`` or ``$(find-pkg-share package)``."""
 
 from __future__ import annotations
 

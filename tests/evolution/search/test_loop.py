@@ -22,7 +22,7 @@ from evolution.search.loop import evolve
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.generator import interior, is_drivable, sample_map
-from gym_mapbench.mapio.bundle import read_bundle
+from gym_mapbench.mapio.map_set_file import read_map_set
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings, drive, never
 
 SEARCH = EvolveSettings(pop_size=8, evaluations=44, shapes=SMALL, seed=5)
@@ -107,7 +107,7 @@ def test_the_directory_reads_without_this_package(tmp_path):
     rows = json.loads((tmp_path / "best_map_set.json").read_text())["maps"][0]["rows"]
     assert len(rows) == 30
     assert set("".join(rows)) == {"#", "."}
-    assert [tasked.name for tasked in read_bundle(tmp_path / "best_map_set.json")] == ["map_1", "map_2", "map_3"]
+    assert [tasked.name for tasked in read_map_set(tmp_path / "best_map_set.json")] == ["map_1", "map_2", "map_3"]
     with np.load(tmp_path / "maps" / "0001.npz") as maps:
         assert {maps[name].shape for name in maps.files} == {(30, 30)}
         assert {str(maps[name].dtype) for name in maps.files} == {"bool"}

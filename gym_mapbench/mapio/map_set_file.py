@@ -34,22 +34,22 @@ from gym_mapbench.world.scenario import MapSet, Pose
 FORMAT = "mapbench-mapset"
 VERSION = 1
 BEST_MAP_SET = "best_map_set.json"
-"""Name of the bundle in a run directory."""
+"""Name of the map-set file in a run directory."""
 
 MAP_SET_FILE = "maps.mapset.json"
-"""Name of the bundle in any other folder."""
+"""Name of the map-set file in any other folder."""
 
 
-def read_bundle(path: Path) -> list[TaskedMap]:
+def read_map_set(path: Path) -> list[TaskedMap]:
     """Read a map-set file.
 
     Raises:
         MapFormatError: If it is anything else.
     """
-    return parse_bundle(read_json(path), str(path))
+    return parse_map_set(read_json(path), str(path))
 
 
-def parse_bundle(document: object, where: str) -> list[TaskedMap]:
+def parse_map_set(document: object, where: str) -> list[TaskedMap]:
     """Read the document of a map-set file; ``where`` opens every error message.
 
     Raises:
@@ -65,18 +65,18 @@ def parse_bundle(document: object, where: str) -> list[TaskedMap]:
     return [_parse_map(entry, f"{where}: maps[{index}]") for index, entry in enumerate(maps)]
 
 
-def bundle_document(maps: Sequence[TaskedMap]) -> dict[str, Any]:
+def map_set_document(maps: Sequence[TaskedMap]) -> dict[str, Any]:
     """Return the JSON-able document of a map-set file."""
     return {"format": FORMAT, "version": VERSION, "maps": [_map_entry(tasked) for tasked in maps]}
 
 
-def bundle_text(maps: Sequence[TaskedMap]) -> str:
+def map_set_text(maps: Sequence[TaskedMap]) -> str:
     """Return the text of a map-set file.
 
     Raises:
-        ConfigError: If it would be larger than what is read.
+        ConfigError: If the file would be larger than a file that can be read.
     """
-    text = json.dumps(bundle_document(maps), indent=1, allow_nan=False) + "\n"
+    text = json.dumps(map_set_document(maps), indent=1, allow_nan=False) + "\n"
     if len(text) > MAX_JSON_BYTES:
         raise ConfigError(
             f"expected fewer cells: the map-set file would have {len(text)} bytes, {MAX_JSON_BYTES} are read"
@@ -84,12 +84,12 @@ def bundle_text(maps: Sequence[TaskedMap]) -> str:
     return text
 
 
-def write_bundle(maps: Sequence[TaskedMap], path: Path) -> None:
+def write_map_set(maps: Sequence[TaskedMap], path: Path) -> None:
     """Write a map-set file; a file that is there is replaced in one step, so that it is never half written."""
     handle, partial = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(bundle_text(maps))
+            file.write(map_set_text(maps))
         os.chmod(partial, 0o644)  # mkstemp makes it private
         os.replace(partial, path)
     except BaseException:
@@ -98,8 +98,8 @@ def write_bundle(maps: Sequence[TaskedMap], path: Path) -> None:
 
 
 def save_map_set(map_set: MapSet, path: str | Path) -> None:
-    """Write a map set as a map-set file; :func:`read_bundle` gives it back bit by bit."""
-    write_bundle(group_scenarios(map_set), Path(path))
+    """Write a map set as a map-set file; :func:`read_map_set` gives it back bit by bit."""
+    write_map_set(group_scenarios(map_set), Path(path))
 
 
 def _map_entry(tasked: TaskedMap) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Drawing maps of families that a robot can drive: where there is no way for it, another map is drawn."""
+"""Samples maps of families that a robot can drive; a map without a way for the robot is replaced by another."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from gym_mapbench.settings import Settings
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
 
-MAX_DRAWS = 200
+MAX_SAMPLES = 200
 LONGEST_PLAN = 0.9
-"""Longest plan that a drawn map may have, as a share of the longest that NavFn can follow.
+"""Longest plan that a sampled map may have, as a share of the longest that NavFn can follow.
 
 NavFn gives up after 4 max(rows, cols) points; the rest is a reserve, as noise and other inflation make plans longer.
 """
 
 
 class DrawnMap(NamedTuple):
-    """A map that was drawn.
+    """A sampled map.
 
     Args:
         family: Name of its family.
-        genes: What it was built from.
+        genes: The genes it was built from.
         cells: Its ``(size, size)`` occupancy.
     """
 
@@ -50,7 +50,7 @@ class DrawnMap(NamedTuple):
 def draw_from(
     rng: np.random.Generator, families: Sequence[FamilySpec], shapes: ShapeSettings, robot: RobotSpec
 ) -> DrawnMap:
-    """Draw one of some families, then a map of it on which the robot gets from start to goal.
+    """Sample one of some families, then a map of it on which the robot gets from start to goal.
 
     Args:
         rng: Source of all randomness.
@@ -63,14 +63,14 @@ def draw_from(
     """
     spec = families[int(rng.integers(len(families)))]
     family = spec.make()
-    for _ in range(MAX_DRAWS):
+    for _ in range(MAX_SAMPLES):
         genes = family.draw_genes(rng)
         cells = family.build(genes, shapes)
         if is_drivable(cells, shapes, robot):
             return DrawnMap(spec.name, genes, cells)
     raise ConfigError(
-        f"{spec.name}: expected maps that {robot.name} can drive with a cell to spare, got none in {MAX_DRAWS} draws; "
-        "widen the ranges of its options"
+        f"{spec.name}: expected maps that {robot.name} can drive with a cell to spare, "
+        f"got none in {MAX_SAMPLES} samples; widen the ranges of its options"
     )
 
 
@@ -109,14 +109,14 @@ def plan_way(cells: Cells, shapes: ShapeSettings, robot: RobotSpec) -> NDArray[n
 def draw_map(
     rng: np.random.Generator, shapes: ShapeSettings, families: Sequence[FamilySpec], robot: RobotSpec
 ) -> Cells:
-    """Draw the occupancy of a map: of one of the families, or without any, as in the thesis, drivable or not."""
+    """Sample the occupancy of a map of one of the families; without families as in the thesis, drivable or not."""
     return draw_from(rng, families, shapes, robot).cells if families else sample_map(rng, shapes)
 
 
 def draw_obstacle(
     rng: np.random.Generator, shapes: ShapeSettings, families: Sequence[FamilySpec], area: tuple[int, int]
 ) -> tuple[Cells, int, int]:
-    """Draw something to add to a map: a random shape, or, where there are families, a piece of a new map of one.
+    """Sample an obstacle to add to a map: a random shape, or a piece of a new map if there are families.
 
     Args:
         rng: Source of all randomness.

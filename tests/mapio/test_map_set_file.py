@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 
 from gym_mapbench.errors import ConfigError, MapFormatError
 from gym_mapbench.mapio import load_map_set, load_maps, save_map_set
-from gym_mapbench.mapio.bundle import BEST_MAP_SET, bundle_document, parse_bundle
+from gym_mapbench.mapio.map_set_file import BEST_MAP_SET, map_set_document, parse_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import MapSet, Pose, Scenario
@@ -62,7 +62,7 @@ def test_an_existing_file_is_replaced_in_one_step(tmp_path):
 
 def broken_documents():
     """Documents with one fault each."""
-    good = bundle_document(group_scenarios(MAPS))
+    good = map_set_document(group_scenarios(MAPS))
 
     def change(*keys, value):
         document = copy.deepcopy(good)
@@ -94,7 +94,7 @@ def broken_documents():
 @pytest.mark.parametrize(("document", "words"), list(broken_documents()))
 def test_broken_documents_are_refused(document, words):
     with pytest.raises(MapFormatError, match=words):
-        parse_bundle(document, "m.json")
+        parse_map_set(document, "m.json")
 
 
 @pytest.mark.parametrize("text", ["", "[" * 100_000, "{", "NaN", '{"format": NaN}', "\xff", "1" * 5000])
@@ -106,7 +106,7 @@ def test_other_files_are_refused_in_one_line(tmp_path, text):
 
 
 def test_a_task_off_the_map_is_named(tmp_path):
-    document = bundle_document(group_scenarios(MAPS))
+    document = map_set_document(group_scenarios(MAPS))
     document["maps"][0]["tasks"][1]["goal"] = [50, 50, 0]
     (tmp_path / "m.json").write_text(json.dumps(document))
     with pytest.raises(ConfigError, match=r"m.json: task 'back': goal: expected a point on the map"):
