@@ -35,14 +35,19 @@ def main() -> int:
     parser.add_argument("--inputs", type=int, default=10**9, help="most damaged files to try (default: no limit)")
     parser.add_argument("--parts", nargs="+", choices=SHARES, default=list(SHARES), help="what to try (default: all)")
     parser.add_argument("--seed", type=int, default=0, help="number of the first of the inputs")
+    parser.add_argument("--executor", default="processes", help="what runs the controllers of the part 'workers'")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        counts = campaign(Path(name), options.parts, options.inputs, 60 * options.minutes, options.seed)
+        counts = campaign(
+            Path(name), options.parts, options.inputs, 60 * options.minutes, options.seed, options.executor
+        )
     print(table(counts))
     return 1 if any(how not in WANTED for ends in counts.values() for how in ends) else 0
 
 
-def campaign(folder: Path, parts: Sequence[str], most: int, seconds: float, seed: int) -> Counts:
+def campaign(
+    folder: Path, parts: Sequence[str], most: int, seconds: float, seed: int, executor: str = "processes"
+) -> Counts:
     """Try the parts for some time; returns for each kind how often it ended how."""
     share = {name: seconds * SHARES[name] / sum(SHARES[part] for part in parts) for name in parts}
     counts: Counts = {}
@@ -51,7 +56,9 @@ def campaign(folder: Path, parts: Sequence[str], most: int, seconds: float, seed
         files = {name: partial(inputs.try_some, samples, name) for name in (*inputs.SETTINGS, *inputs.RESULTS)}
         counts |= tried_in_processes(files, most, share["inputs"], seed)
     if "workers" in parts:
-        faults: dict[str, Try] = {f"controller: {name}": partial(workers.try_one, name) for name in workers.KINDS}
+        faults: dict[str, Try] = {
+            f"controller: {name}": partial(workers.try_one, name, executor=executor) for name in workers.KINDS
+        }
         counts |= tried(faults, share["workers"], seed)
     if "kills" in parts:
         searches: dict[str, Try] = {name: partial(kills.try_one, folder, name) for name in kills.KINDS}
