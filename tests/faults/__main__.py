@@ -18,10 +18,10 @@ from tests.faults.samples import write_samples
 
 WANTED = ("accepted", "refused", "same bytes", "was too late", "no other run lost")
 SHARES = {"inputs": 0.5, "workers": 0.1, "kills": 0.4}
-"""What part of the time each part of the campaign gets."""
+"""Share of the time that each part of the campaign gets."""
 
 BATCH_SECONDS = 1.0
-"""Processor seconds that one kind of input gets before it is another one's turn."""
+"""Processor seconds for one kind of input before the next kind."""
 
 Try = Callable[[int], End]
 TrySome = Callable[[int, float], list[End]]
@@ -48,7 +48,7 @@ def main() -> int:
 def campaign(
     folder: Path, parts: Sequence[str], most: int, seconds: float, seed: int, executor: str = "processes"
 ) -> Counts:
-    """Try the parts for some time; returns for each kind how often it ended how."""
+    """Try the parts for some time; returns the number of each end for each kind."""
     share = {name: seconds * SHARES[name] / sum(SHARES[part] for part in parts) for name in parts}
     counts: Counts = {}
     if "inputs" in parts:
@@ -97,7 +97,7 @@ def tried_in_processes(kinds: dict[str, TrySome], most: int, seconds: float, see
 
 
 def note(counts: Counts, name: str, number: int, end: End) -> None:
-    """Count how something ended, and say what is wrong."""
+    """Count the end of an attempt; print it if it is wrong."""
     counts[name][end.how] += 1
     if end.how not in WANTED:
         print(f"{name} {number}: {end.how}: {end.text}", flush=True)

@@ -7,7 +7,7 @@ killed or gets Ctrl-C in 3 situations (44 cases). This pool loses none.
   killed parent (3), and an answer may have any size (1).
 - pebble, one pool: 8 lost. What a run has started outlives it (4), workers outlive a killed parent (2), garbage in the
   pipe stops the pool for ever (1), and an answer may have any size (1).
-- One pool for each worker, with the threads, limits and process groups of this package around it: loky 1 lost (the size),
+- One pool for each worker, with this package's threads, limits and process groups around it: loky 1 lost (the size),
   pebble 2 (the size; a program outlives the command). In both, a child that a run leaves lives as long as its worker.
   A further worker costs 1.3 s (loky) and 2.7 s (pebble) of processor time and 77 MB and 142 MB; here 0.02 s and 30 MB.
 
