@@ -158,7 +158,9 @@ def noisy(job: Job) -> RunResult:
 
 def plain_pool(setup: WorkerSetup) -> Executor:
     """Make the standard library's own pool."""
-    return ProcessPoolExecutor(setup.workers, mp_context=get_context("forkserver"), initializer=setup.prepare)
+    context = get_context("forkserver")
+    context.set_forkserver_preload([__name__])
+    return ProcessPoolExecutor(setup.workers, mp_context=context, initializer=setup.prepare)
 
 
 def no_pool(setup: WorkerSetup) -> Executor:

@@ -1,6 +1,6 @@
 """Files that may be anything: each kind is written, damaged and read as its command does.
 
-The readers stop where driving would begin, so that thousands of inputs can be tried.
+The readers stop before the first run, so that thousands of inputs can be tried.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def read_training(path: Path) -> None:
 
 
 def read_run(path: Path) -> None:
-    """As ``mapbench report``, without driving."""
+    """Read a directory as ``mapbench report`` does, without runs."""
     run = load_run(path)
     run.table()
     assert run.maps

@@ -8,9 +8,9 @@ from hypothesis import HealthCheck, given, settings
 
 from gym_mapbench.errors import ConfigError, MapFormatError, UntrustedError
 from gym_mapbench.mapio import load_map_set, load_maps, load_scenarios, save_map_set, write_map_file, write_maps
-from gym_mapbench.mapio.map_set_file import BEST_MAP_SET, map_set_document, parse_map_set
 from gym_mapbench.mapio.formats import WRITTEN
 from gym_mapbench.mapio.gazebo import export_gazebo
+from gym_mapbench.mapio.map_set_file import BEST_MAP_SET, map_set_document, parse_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import make_robot

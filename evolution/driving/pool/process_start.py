@@ -19,6 +19,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
 
 from evolution.driving.pool.worker_loop import serve
 
@@ -86,7 +87,7 @@ def start_worker_process(prepare: Callable[[], object]) -> WorkerProcess:
     Raises:
         OSError: If no process can be started.
     """
-    process = _FORK_SERVER.start_worker() if hasattr(os, "fork") else _spawn_worker()
+    process = _start()
     process.pipe.send((sys.path, os.getcwd()))
     process.pipe.send(prepare)
     return process
@@ -95,14 +96,18 @@ def start_worker_process(prepare: Callable[[], object]) -> WorkerProcess:
 class _ForkServerClient:
     """The fork server of this process; started with the first worker, and again if it has died."""
 
+    _requests: socket.socket | None = None
+    _server: subprocess.Popen[bytes] | None = None
+
     def __init__(self) -> None:
-        self.forget()
+        self._lock = threading.Lock()
 
     def forget(self) -> None:
         """Forget the server: a copy of this process needs its own, because workers end with the process that asks."""
+        if self._requests is not None:
+            self._requests.close()
+        self._requests = self._server = None
         self._lock = threading.Lock()
-        self._server: subprocess.Popen[bytes] | None = None
-        self._requests: socket.socket | None = None
 
     def start_worker(self) -> WorkerProcess:
         """Have the fork server start a worker.
@@ -121,7 +126,8 @@ class _ForkServerClient:
 
     def stop(self) -> None:
         """Kill the fork server; workers die with it."""
-        if self._server is not None:
+        if self._server is not None and self._requests is not None:
+            self._requests.close()
             self._server.kill()
             self._server.wait()
 
@@ -157,17 +163,26 @@ def _received(report: Connection) -> int | None:
         return None
 
 
-def _spawn_worker() -> WorkerProcess:
-    """Start a new interpreter as worker, where a process cannot copy itself (Windows)."""
+def start_interpreter() -> WorkerProcess:
+    """Start a worker as a new interpreter, where a process cannot copy itself (Windows)."""
     context = multiprocessing.get_context("spawn")
     pipe, pipe_of_worker = context.Pipe()
     process = context.Process(target=serve, args=(pipe_of_worker,))
-    process.start()
-    pipe_of_worker.close()
-    return WorkerProcess(int(process.pid or 0), pipe, process.sentinel, lambda: process.exitcode)
+    with _SPAWNING, pipe_of_worker:
+        process.start()
+    return WorkerProcess(int(process.pid or 0), pipe, process.sentinel, partial(_exit_code_of, process))
 
+
+def _exit_code_of(process: BaseProcess) -> int | None:
+    process.join(END_SECONDS)
+    return process.exitcode
+
+
+_SPAWNING = threading.Lock()
+"""Held while ``multiprocessing`` starts a process: its list of processes is not safe for threads."""
 
 _FORK_SERVER = _ForkServerClient()
 atexit.register(_FORK_SERVER.stop)
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_FORK_SERVER.forget)
+_start = _FORK_SERVER.start_worker if hasattr(os, "fork") else start_interpreter
