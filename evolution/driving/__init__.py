@@ -17,7 +17,6 @@ from evolution.driving.jobs import (
     Job,
     JobPlan,
     RunResult,
-    RunSettings,
     SetResults,
     check_controllers,
     check_metric,
@@ -26,9 +25,10 @@ from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool.process_start import available_cores
 from evolution.driving.pool.worker_setup import Crew, RunJob
 from evolution.driving.seeds import derive_seed
+from evolution.driving.settings import DriveSettings, with_parameters
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation, warm_up
-from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers, with_parameters
+from evolution.driving.worker import check_room, drive, run_job, try_controllers
 
 __all__ = [
     "EXECUTORS",
@@ -47,7 +47,6 @@ __all__ = [
     "ResultStore",
     "RunJob",
     "RunResult",
-    "RunSettings",
     "SetResults",
     "available_cores",
     "calibration_loop",
