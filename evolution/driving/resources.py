@@ -1,0 +1,67 @@
+"""Resources: on how many workers runs are driven, by which executor, and how long anybody waits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Self, TypeVar
+
+from pydantic import Field
+
+from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS, Evaluator
+from evolution.driving.pool.process_start import available_cores
+from evolution.driving.pool.worker_setup import RunJob
+from evolution.driving.store import WAIT_SECONDS, ResultStore
+from gym_mapbench.settings import Settings
+
+E = TypeVar("E", bound=Evaluator)
+
+
+class Resources(Settings):
+    """What the runs of a command or of a function may use; the results do not depend on it.
+
+    Args:
+        workers: Number of worker processes; None for one per core.
+        executor: Name of the executor (:mod:`evolution.driving.executors`), or ``NAME=ADDRESS`` with the address of a
+            scheduler, as in ``dask=tcp://HOST:PORT``.
+        wait_s: Longest wait for another process that has locked the results, s.
+        run_timeout_s: Wall-clock seconds after which a run ends in an error.
+    """
+
+    workers: Annotated[int, Field(ge=1)] | None = None
+    executor: str = "processes"
+    wait_s: Annotated[float, Field(ge=0)] = WAIT_SECONDS
+    run_timeout_s: Annotated[float, Field(gt=0)] = RUN_TIMEOUT_SECONDS
+
+    @classmethod
+    def split(cls, options: Mapping[str, Any]) -> tuple[Self, dict[str, Any]]:
+        """Return the resources among some options, and the other options.
+
+        Raises:
+            ConfigError: If a resource has no such value.
+        """
+        ours = {name: value for name, value in options.items() if name in cls.model_fields}
+        return cls(**ours), {name: value for name, value in options.items() if name not in ours}
+
+    def evaluator(
+        self,
+        run_job: RunJob,
+        store: ResultStore | None = None,
+        warm_up: Callable[[], object] | None = None,
+        kind: Callable[..., E] = Evaluator,
+    ) -> E:
+        """Return an evaluator that uses these resources.
+
+        Args:
+            run_job: Drives one job in a worker process.
+            store: Keeps the results; in memory if None.
+            warm_up: Called once in every new worker.
+            kind: The evaluator's class.
+        """
+        return kind(
+            run_job,
+            store,
+            workers=self.workers or available_cores(),
+            warm_up=warm_up,
+            executor=self.executor,
+            timeout_s=self.run_timeout_s,
+        )
