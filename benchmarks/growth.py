@@ -58,7 +58,7 @@ class Inline(Executor):
         return future
 
 
-EXECUTORS.register("inline", lambda _crew: Inline())
+EXECUTORS.register("inline", lambda _setup: Inline())
 
 
 @dataclass(frozen=True)

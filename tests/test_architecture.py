@@ -78,3 +78,13 @@ def test_rooms_are_entered_by_their_face(room):
     deep = re.compile(rf"(from|import) evolution\.{room}\.")
     outside = [path for path in (ROOT / "evolution").rglob("*.py") if path.relative_to(ROOT).parts[1] != room]
     assert not [path for path in outside if deep.search(path.read_text(encoding="utf-8"))]
+
+
+@pytest.mark.parametrize("room", ["evolution.driving.pool"])
+def test_inner_rooms_are_entered_by_their_face(room):
+    """Outside of an inner room and its own tests, also in other tests, its names come from its ``__init__``."""
+    inside = [ROOT / room.replace(".", "/"), ROOT / "tests" / room.replace(".", "/")]
+    deep = re.compile(rf"(from|import) {re.escape(room)}\.")
+    sources = [path for folder in (*PACKAGES, "tests", "benchmarks") for path in (ROOT / folder).rglob("*.py")]
+    outside = [path for path in sources if not set(inside) & set(path.parents)]
+    assert not [path for path in outside if deep.search(path.read_text(encoding="utf-8"))]

@@ -86,7 +86,7 @@ def done():
 
 @pytest.mark.parametrize("page", RUN_HERE)
 def test_blocks_run(page, folder, done, monkeypatch):
-    monkeypatch.setitem(EXECUTORS._entries, "processes", lambda crew: AtOnce())
+    monkeypatch.setitem(EXECUTORS._entries, "processes", lambda setup: AtOnce())
     monkeypatch.syspath_prepend(folder)
     with chdir(folder):
         for position, (language, text) in enumerate(blocks_of(page)):

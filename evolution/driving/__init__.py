@@ -22,13 +22,15 @@ from evolution.driving.jobs import (
     check_metric,
 )
 from evolution.driving.one_run import environment_for, run_episode
-from evolution.driving.pool.process_start import available_cores
-from evolution.driving.pool.worker_setup import Crew, RunJob
+from evolution.driving.pool import RunJob, WorkerSetup, available_cores
 from evolution.driving.seeds import derive_seed
 from evolution.driving.settings import DriveSettings, with_parameters
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation, warm_up
 from evolution.driving.worker import check_room, drive, run_job, try_controllers
+
+Crew = WorkerSetup
+"""Former name of :class:`WorkerSetup`, for executors that import it."""
 
 __all__ = [
     "EXECUTORS",
@@ -48,6 +50,7 @@ __all__ = [
     "RunJob",
     "RunResult",
     "SetResults",
+    "WorkerSetup",
     "available_cores",
     "calibration_loop",
     "check_controllers",

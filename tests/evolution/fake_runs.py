@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
-from evolution.driving.pool.worker_setup import Crew
+from evolution.driving.pool import WorkerSetup
 from gym_mapbench.generator import ShapeSettings
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
@@ -156,12 +156,12 @@ def noisy(job: Job) -> RunResult:
     return replace(result, outcome=outcome, time_s=1.2 * result.time_s, metrics=recoveries)
 
 
-def plain_pool(crew: Crew) -> Executor:
+def plain_pool(setup: WorkerSetup) -> Executor:
     """Make the standard library's own pool."""
-    return ProcessPoolExecutor(crew.workers, mp_context=get_context("forkserver"), initializer=crew.prepare)
+    return ProcessPoolExecutor(setup.workers, mp_context=get_context("forkserver"), initializer=setup.prepare)
 
 
-def no_pool(crew: Crew) -> Executor:
+def no_pool(setup: WorkerSetup) -> Executor:
     """Fail to make one."""
     raise OSError("the cluster is closed on Sundays")
 

@@ -11,8 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from evolution.driving.pool.process_start import available_cores, worker_context
-from evolution.driving.pool.processes import Processes
+from evolution.driving.pool import Processes, available_cores
 from tests.faults import inputs, kills, workers
 from tests.faults.inputs import End
 from tests.faults.samples import write_samples
@@ -77,7 +76,7 @@ def tried_in_processes(kinds: dict[str, TrySome], most: int, seconds: float, see
     """Try inputs in worker processes, all kinds for equally long in turn, until the time is over or they are enough."""
     counts: Counts = {name: Counter() for name in kinds}
     end = time.monotonic() + seconds
-    pool = Processes(available_cores(), 2 * inputs.HANG_SECONDS, int, worker_context())
+    pool = Processes(available_cores(), 2 * inputs.HANG_SECONDS, int)
     while time.monotonic() < end and sum(map(Counter.total, counts.values())) < most:
         first = {name: seed + counts[name].total() for name in kinds}
         batches = {name: pool.submit(attempt, first[name], BATCH_SECONDS) for name, attempt in kinds.items()}

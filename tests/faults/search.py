@@ -13,7 +13,7 @@ from pathlib import Path
 
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark
 from evolution.benchmark.runs import bench
-from evolution.driving import Crew, Evaluator, Job, JobPlan, RunResult
+from evolution.driving import Evaluator, Job, JobPlan, RunResult, WorkerSetup
 from evolution.runs import RUN, RunDir, filling
 from evolution.search import evolve
 from evolution.studies import run_study
@@ -28,9 +28,9 @@ THREADS = "tests.faults.search:threads"
 """Executor that starts no process, so that a task costs no more than itself."""
 
 
-def threads(crew: Crew) -> Executor:
+def threads(setup: WorkerSetup) -> Executor:
     """Make an executor of threads."""
-    return ThreadPoolExecutor(crew.workers)
+    return ThreadPoolExecutor(setup.workers)
 
 
 def drive(job: Job) -> RunResult:

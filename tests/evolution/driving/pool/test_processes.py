@@ -87,7 +87,7 @@ def test_a_killed_parent_takes_its_workers_along(fault):
 
         def report(*_):
             [worker] = evaluator._executor._workers
-            print(worker.pid, flush=True)
+            print(worker.process.pid, flush=True)
 
         evaluator = Evaluator(misbehave)
         evaluator.run(jobs_of(plan_of("good")), report)
@@ -112,11 +112,10 @@ def test_workers_drive_with_the_modules_of_their_parent(tmp_path):
     script.write_text(f"""
 import sys
 sys.path.insert(0, {str(ROOT)!r})
-from evolution.driving.pool.process_start import worker_context
-from evolution.driving.pool.processes import Processes
+from evolution.driving.pool import Processes
 from tests.evolution import fake_runs
 
-with Processes(1, 60.0, int, worker_context(["evolution.driving.worker"])) as workers:
+with Processes(1, 60.0, int) as workers:
     print(workers.submit(fake_runs.file_of, "evolution").result())
 """)
     done = subprocess.run(
