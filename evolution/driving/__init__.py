@@ -23,6 +23,7 @@ from evolution.driving.jobs import (
 )
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool import RunJob, WorkerSetup, available_cores
+from evolution.driving.resources import DEFAULT_RESOURCES, Resources
 from evolution.driving.seeds import derive_seed
 from evolution.driving.settings import DriveSettings, with_parameters
 from evolution.driving.store import WAIT_SECONDS, ResultStore
@@ -33,6 +34,7 @@ Crew = WorkerSetup
 """Former name of :class:`WorkerSetup`, for executors that import it."""
 
 __all__ = [
+    "DEFAULT_RESOURCES",
     "EXECUTORS",
     "RESULT_FIELDS",
     "RUN_COLUMNS",
@@ -46,6 +48,7 @@ __all__ = [
     "Job",
     "JobPlan",
     "OnRun",
+    "Resources",
     "ResultStore",
     "RunJob",
     "RunResult",

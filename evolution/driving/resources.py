@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
 from pydantic import Field
 
 from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS, Evaluator
-from evolution.driving.pool.process_start import available_cores
-from evolution.driving.pool.worker_setup import RunJob
+from evolution.driving.pool import RunJob, available_cores
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from gym_mapbench.settings import Settings
-
-E = TypeVar("E", bound=Evaluator)
 
 
 class Resources(Settings):
@@ -32,23 +29,25 @@ class Resources(Settings):
     wait_s: Annotated[float, Field(ge=0)] = WAIT_SECONDS
     run_timeout_s: Annotated[float, Field(gt=0)] = RUN_TIMEOUT_SECONDS
 
-    @classmethod
-    def split(cls, options: Mapping[str, Any]) -> tuple[Self, dict[str, Any]]:
-        """Return the resources among some options, and the other options.
+    def taking(self, options: Mapping[str, Any]) -> tuple[Self, dict[str, Any]]:
+        """Return a copy with the fields that some options hold, and the other options.
+
+        Args:
+            options: Keyword arguments of a function.
 
         Raises:
-            ConfigError: If a resource has no such value.
+            ConfigError: If a field cannot have such a value.
         """
-        ours = {name: value for name, value in options.items() if name in cls.model_fields}
-        return cls(**ours), {name: value for name, value in options.items() if name not in ours}
+        ours = {name: value for name, value in options.items() if name in type(self).model_fields}
+        return self.replace(**ours), {name: options[name] for name in options if name not in ours}
 
     def evaluator(
         self,
         run_job: RunJob,
         store: ResultStore | None = None,
         warm_up: Callable[[], object] | None = None,
-        kind: Callable[..., E] = Evaluator,
-    ) -> E:
+        kind: type[Evaluator] = Evaluator,
+    ) -> Evaluator:
         """Return an evaluator that uses these resources.
 
         Args:
@@ -65,3 +64,6 @@ class Resources(Settings):
             executor=self.executor,
             timeout_s=self.run_timeout_s,
         )
+
+
+DEFAULT_RESOURCES = Resources()

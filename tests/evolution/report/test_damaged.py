@@ -184,7 +184,7 @@ def test_a_damaged_reevaluation_is_said_and_driven_again(study, study_path, dama
     assert line.startswith(f"{RUN}: {path}: ")
     assert message in line
     assert line.endswith(f"; mapbench study {study}{AGAIN} drives it again")
-    assert results.runs[0].fresh is None
+    assert results.runs[0].reevaluation is None
     write_tables(results)
     again = run_study(small_study(), study, engine=ENGINE, resume=True)
     assert again.missing == ()

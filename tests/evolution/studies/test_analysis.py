@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from evolution.driving.jobs import RunResult
-from evolution.runs import DrivenAgain, judge
+from evolution.runs import Reevaluation, judge
 from evolution.search.judging.fitness import Fitness
 from evolution.search.settings import EvolveSettings, Experiment
 from evolution.studies import Configuration, StudyResults, StudyRun, StudySettings, load_results
 from evolution.studies.analysis.comparisons import analyse, compare
-from evolution.studies.analysis.held_out import conditions, fresh_rows, order_kept, selected_sets
+from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
 from evolution.studies.analysis.judges import judges_of, name_of
-from evolution.studies.analysis.reported_fitness import promise_rows
+from evolution.studies.analysis.reported_fitness import reported_fitness_rows
 from evolution.studies.analysis.tables import map_rows, pair_rows, rank_rows, summary_rows, test_rows, write_tables
 from evolution.studies.analysis.verdict import verdict_of
 from gym_mapbench.errors import ConfigError
@@ -85,7 +85,7 @@ def made_run(
         results = results or set_of([ALIKE], [TWICE], [FAR])
         one = GINI(set_of([ALIKE], [TWICE], [FAR]))
         one = type(one)(**{**vars(one), "total": fresh})
-        again = DrivenAgain(results, (one,), (one,), readings)
+        again = Reevaluation(results, (one,), (one,), readings)
     chosen = Configuration(name=name, **(configuration or {}))
     return StudyRun(chosen, seed, Path(name), experiment, generations, document, [], again)
 
@@ -134,15 +134,15 @@ def test_every_fresh_seed_is_judged_alone():
 def test_order_and_curse_by_hand():
     results = set_of([ALIKE, FAR, ALIKE], [TWICE, TWICE, [None, 1, 4]], [FAR, ALIKE, FAR])
     singles = judge(results, GINI, 1)
-    again = DrivenAgain(results, singles, singles, (0.0, 0.3, 0.6))
-    assert again.orders == (True, False)  # once as seen, once reversed; once a map has no reading
-    assert again.order_kept == 0.5
+    again = Reevaluation(results, singles, singles, (0.0, 0.3, 0.6))
+    assert again.ranks_kept == (True, False)  # once as seen, once reversed; once a map has no reading
+    assert again.rank_agreement == 0.5
     assert again.success_rate == pytest.approx((1 + 1 + 8 / 9) / 3)
     assert again.fitness == np.median([one.total for one in singles])
-    assert np.isnan(DrivenAgain(results, singles, singles, (0.0, None, 0.6)).order_kept)
+    assert np.isnan(Reevaluation(results, singles, singles, (0.0, None, 0.6)).rank_agreement)
     run = made_run("a", 0, -8.0, -6.5)
-    assert run.winners_curse == pytest.approx(1.5)
-    assert np.isnan(made_run("a", 0, -8.0).winners_curse)
+    assert run.selection_bias == pytest.approx(1.5)
+    assert np.isnan(made_run("a", 0, -8.0).selection_bias)
 
 
 def test_only_one_fitness_is_compared_at_a_time():
@@ -154,9 +154,9 @@ def test_only_one_fitness_is_compared_at_a_time():
     found = compare(study)
     assert [(one.judge, one.quantity, sorted(one.values)) for one in found] == [
         ("gini fitness", "fitness", ["a", "b"]),
-        ("gini fitness", "fresh_fitness", ["a", "b"]),
+        ("gini fitness", "held_out_fitness", ["a", "b"]),
         ("cluster fitness (cluster_scale 2.7)", "fitness", ["c"]),
-        ("cluster fitness (cluster_scale 2.7)", "fresh_fitness", ["c"]),
+        ("cluster fitness (cluster_scale 2.7)", "held_out_fitness", ["c"]),
     ]
     assert found[2].pairs == []
     assert found[2].ranking is None
@@ -345,7 +345,7 @@ def test_promises_that_mean_something_else_are_not_held_against_each_other(other
         *[made_run("b", s, v, 2 * v, **other) for s, v in enumerate(spread(-8.0))],
         *[made_run("c", s, v, v, aggregate="median") for s, v in enumerate(spread(-4.0))],
     )
-    assert [row["against"] for row in promise_rows(study)] == ["", "", "a"]
+    assert [row["against"] for row in reported_fitness_rows(study)] == ["", "", "a"]
     assert not any("the sets of b" in sentence for sentence in verdict_of(study))
 
 
@@ -353,8 +353,8 @@ def test_promises_are_tested_with_a_correction_for_all_rows():
     one = [made_run("a", s, v, v) for s, v in enumerate(spread(-8.0))]
     others = [made_run(name, s, v, v) for name in "bcd" for s, v in enumerate(spread(-4.0))]
     (_, alone), (_, *together) = (
-        promise_rows(made_study(*one, *others[: len(one)])),
-        promise_rows(made_study(*one, *others)),
+        reported_fitness_rows(made_study(*one, *others[: len(one)])),
+        reported_fitness_rows(made_study(*one, *others)),
     )
     assert 0 < alone["p_holm"] < 0.01
     assert [row["p_holm"] for row in together] == pytest.approx([3 * alone["p_holm"]] * 3)
@@ -436,7 +436,7 @@ def test_luck_is_counted_once_and_where_something_was_selected():
         made_run("long", 0, 30.0, 9000.0, configuration={"method": "path_length"}),
     )
     assert [(run.configuration.name, run.seed) for run in selected_sets(study.runs)] == [("a", 0), ("a", 1)]
-    assert [row["configuration"] for row in fresh_rows(study)] == ["a", "b", "long"]
+    assert [row["configuration"] for row in held_out_rows(study)] == ["a", "b", "long"]
 
 
 @pytest.mark.parametrize(
@@ -469,16 +469,16 @@ def test_the_order_is_judged_where_all_maps_are_solved():
     results = set_of([ALIKE, FAR, ALIKE], [TWICE, TWICE, [None, 1, 4]], [FAR, ALIKE, FAR])
     singles = judge(results, GINI, 1)
     run = made_run("a", 0, -8.0, -6.0)
-    again = DrivenAgain(results, singles, singles, (0.0, 0.3, 0.6))
+    again = Reevaluation(results, singles, singles, (0.0, 0.3, 0.6))
     driven = type(run)(**{**vars(run), "fresh": again})
-    assert order_kept([driven]) == pytest.approx((1 / 2, 2 / 3))  # as seen, reversed, and once not solved
-    unseen = type(run)(**{**vars(run), "fresh": DrivenAgain(results, singles, singles, (0.0, None, 0.6))})
-    assert order_kept([unseen]) == pytest.approx((np.nan, np.nan), nan_ok=True)
-    never = DrivenAgain(results, singles[2:], singles[2:], (0.0, 0.3, 0.6))
+    assert rank_agreement([driven]) == pytest.approx((1 / 2, 2 / 3))  # as seen, reversed, and once not solved
+    unseen = type(run)(**{**vars(run), "fresh": Reevaluation(results, singles, singles, (0.0, None, 0.6))})
+    assert rank_agreement([unseen]) == pytest.approx((np.nan, np.nan), nan_ok=True)
+    never = Reevaluation(results, singles[2:], singles[2:], (0.0, 0.3, 0.6))
     failed = type(run)(**{**vars(run), "fresh": never})
-    assert order_kept([failed]) == pytest.approx((np.nan, 0.0), nan_ok=True)
+    assert rank_agreement([failed]) == pytest.approx((np.nan, 0.0), nan_ok=True)
     assert "On no fresh seed were all maps of a set solved" in verdict_of(made_study(failed))[-1]
-    assert order_kept([]) == pytest.approx((np.nan, np.nan), nan_ok=True)
+    assert rank_agreement([]) == pytest.approx((np.nan, np.nan), nan_ok=True)
 
 
 def test_what_repeats_buy_is_said():
@@ -486,8 +486,8 @@ def test_what_repeats_buy_is_said():
         *[made_run("once", s, -8.0, -5.0) for s in range(3)],
         *[made_run("thrice", s, -8.0, -7.5, repeats=3) for s in range(3)],
     )
-    rows = {row["configuration"]: row for row in fresh_rows(study)}
-    assert (rows["once"]["winners_curse"], rows["thrice"]["winners_curse"]) == (3.0, 0.5)
+    rows = {row["configuration"]: row for row in held_out_rows(study)}
+    assert (rows["once"]["selection_bias"], rows["thrice"]["selection_bias"]) == (3.0, 0.5)
     assert verdict_of(study)[-1] == (
         "Repeats of every run in the search (once with 1: fresh minus seen +3.00, order kept on 100 %; thrice with 3: "
         "fresh minus seen +0.50, order kept on 100 %)."
@@ -510,7 +510,7 @@ def test_maps_by_hand():
     results = set_of([[5, 6, 7], [7, None, 7]], [[5, 6, 7], [5, 6, 7]], [[None, 6, 7], [None, 6, 7]])
     rows = map_rows(made_run("ga", 3, -8.0, -7.0, results=results))
     assert len(rows) == 9
-    columns = ("map", "controller", "seen_s", "mean_s", "min_s", "max_s", "goals", "runs")
+    columns = ("map", "controller", "searched_s", "mean_s", "min_s", "max_s", "goals", "runs")
     assert [rows[0][name] for name in columns] == ["map_1", "dwb", 9.0, 6.0, 5.0, 7.0, 2, 2]
     assert rows[0]["std_s"] == pytest.approx(np.sqrt(2))
     assert (rows[1]["goals"], rows[1]["otherwise"]) == (1, "1 timeout")

@@ -428,7 +428,7 @@ def test_what_is_missing_or_damaged_is_said_and_the_rest_stays(study_path, tmp_p
         "cluster, seed 1: not re-evaluated yet",
     ]
     assert len(results.runs) == 14 - 5
-    assert [run.fresh for run in results.of("cluster")] == [None, None]
+    assert [run.reevaluation for run in results.of("cluster")] == [None, None]
 
 
 def bad_configurations(**second):
