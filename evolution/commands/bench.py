@@ -96,10 +96,8 @@ def run(args: argparse.Namespace) -> int:
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
     searched = run_of(args.maps)
-    controllers, settings = (
-        driving_options.controllers_of(args, searched),
-        driving_options.drive_settings(args, world_of(searched)),
-    )
+    controllers = driving_options.controllers_of(args, searched)
+    settings = driving_options.drive_settings(args, world_of(searched))
     driving_options.note_models(controllers, settings)
     rules = [read_rule(text, [one.name for one in controllers], args.metric) for text in args.fail_if]
     page = None if args.html is None else new_page(args.html)

@@ -34,6 +34,7 @@ class StudyRow(dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         """Return the value under the present name; raises ``KeyError`` if the row has no such column."""
-        if (present := FORMER_COLUMNS.get(name)) not in self:
+        present = FORMER_COLUMNS.get(name, name)
+        if present not in self:
             raise KeyError(name)
         return self[present]

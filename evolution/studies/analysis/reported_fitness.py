@@ -91,7 +91,7 @@ def _reference(runs: Sequence[StudyRun], groups: dict[str, list[StudyRun]]) -> l
 
 
 def agreement_over_all(run: StudyRun) -> float:
-    """Return the fraction of all trials of a set in which every map has a score and the ranks are those of the search."""
+    """Return the fraction of all trials of a set in which every map has a score and its rank in the search."""
     assert run.reevaluation is not None
     return sum(run.reevaluation.ranks_kept) / len(run.reevaluation.trials)
 

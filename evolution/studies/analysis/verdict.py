@@ -101,8 +101,8 @@ def _winner(comparison: Comparison) -> list[str]:
         sentences.append(f"The runs are too few for a significant difference from {_list(hopeless)}.")
     if nested:
         sentences.append(
-            f"{best} selects among all maps of {_list(nested)} afterwards. Its reported fitness cannot be worse, so the "
-            "two are not tested against each other."
+            f"{best} selects among all maps of {_list(nested)} afterwards. Its reported fitness cannot be worse, so "
+            "the two are not tested against each other."
         )
     return sentences
 
@@ -146,8 +146,8 @@ def _population(test: TestResult, comparison: Comparison) -> str:
     """Return whether the population size has a significant effect (thesis: H = 0.44, p = 0.80)."""
     effect = "a significant effect" if test.p_value < ALPHA else "no significant effect"
     return (
-        f"The population size has {effect} on the {QUANTITIES[comparison.quantity]} fitness ({_list(test.groups)}: Kruskal-Wallis "
-        f"H = {test.statistic:.2f}, {_p(test.p_value)}, {test.effect_name} = {test.effect:.2f}, "
+        f"The population size has {effect} on the {QUANTITIES[comparison.quantity]} fitness ({_list(test.groups)}: "
+        f"Kruskal-Wallis H = {test.statistic:.2f}, {_p(test.p_value)}, {test.effect_name} = {test.effect:.2f}, "
         f"n = {', '.join(map(str, test.n))})."
     )
 
