@@ -7,8 +7,8 @@ that names the key, what was expected and what came.
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterable, Mapping
-from typing import Any, Self, get_args
+from collections.abc import Mapping
+from typing import Any, Self
 
 from pydantic import (
     BaseModel,
@@ -24,6 +24,20 @@ from pydantic_core import ErrorDetails
 from gym_mapbench.errors import ConfigError, nearest_name
 
 
+class OptionError(ConfigError):
+    """A problem with one option.
+
+    Args:
+        key: Its name, with those of the options around it, joined by dots; empty for a problem of several options.
+        problem: What was expected, and what came.
+    """
+
+    def __init__(self, key: str, problem: str) -> None:
+        super().__init__(f"{key}: {problem}" if key else problem)
+        self.key = key
+        self.problem = problem
+
+
 class Settings(BaseModel):
     """Frozen, keyword-only options; equal by value, JSON-able with ``model_dump(mode="json")``.
 
@@ -37,7 +51,7 @@ class Settings(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            raise ConfigError(_describe(error, type(self))) from None
+            raise OptionError(*_first_problem(error, type(self))) from None
 
     @model_validator(mode="wrap")
     @classmethod
@@ -83,43 +97,30 @@ def _refuse_conversion(came: object, made: object) -> None:
         raise ConfigError(f"expected a number, got {_short(came)}")
 
 
-def _describe(error: ValidationError, settings: type[BaseModel]) -> str:
-    """Say the first problem of a validation error in one line."""
+def _first_problem(error: ValidationError, settings: type[BaseModel]) -> tuple[str, str]:
+    """Return the option that the first problem of a validation error is about, and the problem in words."""
     first = error.errors(include_url=False)[0]
-    if first["type"] == "extra_forbidden":
-        return _unknown_key(first, settings)
-    inner = first.get("ctx", {}).get("error")
     key = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "extra_forbidden":
+        return "", _unknown_key(first, settings)
     if first["type"] == "missing":
-        return f"missing key {key!r}"
+        return "", f"missing key {key!r}"
+    inner = first.get("ctx", {}).get("error")
+    if isinstance(inner, OptionError):
+        return ".".join(part for part in (key, inner.key) if part), inner.problem
     if isinstance(inner, ValueError):
-        return f"{key}: {inner}" if key else str(inner)
-    expected = first["msg"].removeprefix("Input should be ")
-    return f"{key}: expected {expected}, got {_short(first['input'])}"
+        return key, str(inner)
+    return key, f"expected {first['msg'].removeprefix('Input should be ')}, got {_short(first['input'])}"
 
 
 def _unknown_key(first: ErrorDetails, settings: type[BaseModel]) -> str:
     """Name an unknown key and the nearest valid one."""
-    settings = _model_at(settings, first["loc"][:-1])
     aliases = [field.alias for field in settings.model_fields.values() if field.alias]
     valid = [*settings.model_fields, *aliases, *getattr(settings, "short_names", ())]
     key = ".".join(str(part) for part in first["loc"])
     near = nearest_name(str(first["loc"][-1]), valid)
     hint = f"; did you mean {near!r}?" if near else f" (expected one of: {', '.join(sorted(valid))})"
     return f"unknown key {key!r}{hint}, got {_short(first['input'])}"
-
-
-def _model_at(settings: type[BaseModel], place: Iterable[int | str]) -> type[BaseModel]:
-    """Return the model of the options at a place in a model; the outermost model where that is not a single one."""
-    found = settings
-    for name in place:
-        field = found.model_fields.get(str(name))
-        inner = [] if field is None else [field.annotation, *get_args(field.annotation)]
-        models = [one for one in inner if isinstance(one, type) and issubclass(one, BaseModel)]
-        if len(models) != 1:
-            return settings
-        found = models[0]
-    return found
 
 
 def _kind(value: object) -> str:

@@ -37,7 +37,7 @@ IN_ORDER = re.findall(r"[\w/-]+\.md", str(SITE["nav"]))
 RUN_HERE = [f"docs/{page}" for page in IN_ORDER if f"docs/{page}" not in DOCUMENTS]
 
 TINY = """
-search: {elite_seeds: 0, confirmation: {seeds: 2, candidates: 2, claim_seeds: 2}}
+search: {archive: {elite_seeds: 0}, validation: {seeds: 2, candidates: 2, held_out_seeds: 2}}
 controllers: [dwb, rpp]
 run: {environment: {time_limit: 60.0}}
 """
@@ -196,7 +196,7 @@ def test_every_kind_of_insert_is_used():
 def test_kept_runs_are_read(kept):
     run = load_run(kept)
     assert run.finished
-    assert run.best_results["confirmation"]["goals"] >= 0.97 * run.best_results["confirmation"]["runs"]
+    assert run.best_results["validation"]["goals"] >= 0.97 * run.best_results["validation"]["runs"]
     assert sum(path.stat().st_size for path in kept.iterdir()) < 300_000
 
 

@@ -159,7 +159,7 @@ def _readings(entry: dict[str, Any]) -> list[float]:
 def confirmation() -> Any:
     """Single drives of the maps of the kept set: with seeds that chose it, and with new ones."""
     run = load_run(KEPT / "quick")
-    new = run.best_results["confirmation"]["seeds"]
+    new = run.best_results["validation"]["seeds"]
     figure, (axes,) = new_figure(width=7.0, height=3.2)
     for place, entry in enumerate(run.best_results["maps"]):
         readings = _readings(entry)

@@ -6,8 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from gym_mapbench.errors import ConfigError
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import OptionError, Settings
 
 Count = Annotated[int, Field(ge=1, le=10_000)]
 Seeds = Annotated[int, Field(ge=2)]
@@ -31,7 +30,7 @@ class ArchiveSettings(Settings):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.elite_seeds and not self.elite:
-            raise ConfigError(f"elite_seeds: expected 0 without elite, got {self.elite_seeds}")
+            raise OptionError("elite_seeds", f"expected 0 without elite, got {self.elite_seeds}")
         return self
 
 

@@ -7,7 +7,7 @@ import hashlib
 import numpy as np
 
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
-from evolution.search.settings import Experiment
+from evolution.search.experiment import Experiment
 from evolution.studies import Engine, StudySettings
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.metrics.episode import Episode, Event

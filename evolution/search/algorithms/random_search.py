@@ -9,7 +9,7 @@ from evolution.search.algorithms.base import Algorithm
 
 
 class RandomSearch(GA):  # type: ignore[misc]
-    """A baseline without variation: every generation is sampled, and the best sets survive."""
+    """A baseline without variation: every generation is sampled, and the best sets survive; one objective."""
 
     def _infill(self) -> Population:
         samples = self.initialization.sampling(self.problem, self.n_offsprings, random_state=self.random_state)

@@ -9,9 +9,9 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 from evolution.driving import check_metric
 from evolution.search.judging.failures import FAILURES, FailurePolicy
 from evolution.search.judging.patterns import FITNESSES, PatternSettings
-from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics.episode import Outcome
 from gym_mapbench.registry import Registry
+from gym_mapbench.settings import OptionError
 
 Weight = Annotated[float, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0)]
@@ -73,12 +73,13 @@ class JudgingSettings(PatternSettings):
     def _consistent(self) -> Self:
         policy, name = self.policy, self.failures
         if policy.metric not in (None, self.metric):
-            raise ConfigError(
-                f"failures: expected 'exclude' with metric {self.metric!r} ({name} counts in {policy.metric})"
+            raise OptionError(
+                "failures", f"expected 'exclude' with metric {self.metric!r} ({name} counts in {policy.metric})"
             )
         if FITNESSES.get(self.fitness).solved_only and not policy.excludes:
-            raise ConfigError(
-                f"failures: expected 'exclude' with fitness {self.fitness!r}, got {name!r}, by which failures are equal"
+            raise OptionError(
+                "failures",
+                f"expected 'exclude' with fitness {self.fitness!r}, got {name!r}: it makes failures equal",
             )
         return self
 

@@ -10,6 +10,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, field_validator, mode
 from evolution.search.operators.changes import OPERATORS
 from evolution.search.operators.edits import EditSettings, ordered
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.settings import OptionError
 
 Probability = Annotated[float, Field(ge=0, le=1)]
 Count = Annotated[int, Field(ge=1, le=10_000)]
@@ -74,9 +75,9 @@ class MutationSettings(EditSettings):
     def _consistent(self) -> Self:
         if not math.isclose(sum(self.probabilities.values()), 1.0, abs_tol=1e-9):
             chances = ", ".join(f"{name} {chance:g}" for name, chance in self.probabilities.items())
-            raise ConfigError(f"probabilities: expected a sum of 1, got {chances}")
+            raise OptionError("probabilities", f"expected a sum of 1, got {chances}")
         if self.adaptive and self.maps != "one":
-            raise ConfigError(f"adaptive: expected maps 'one' beside it, got {self.maps!r}")
+            raise OptionError("adaptive", f"expected maps 'one' beside it, got {self.maps!r}")
         return self
 
     @property

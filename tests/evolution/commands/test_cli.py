@@ -98,7 +98,7 @@ def refused(capsys, *argv):
         (["maps", "draw", "--count", "0", "--out", "x"], "at least 1"),
         (["evolve", "--pop-size", "9", "--evaluations", "3"], "evaluations"),
         (["evolve", "--metric", "foo"], "(expected one of: barn_score, curvature,"),
-        (["evolve", "--controllers", "rpp"], "expected two or more to tell apart, got rpp alone"),
+        (["evolve", "--controllers", "rpp"], "expected two or more to compare, got rpp alone"),
         (["evolve", "--metric", "time", "--failures", "never"], "never"),
         (["evolve", "--resume", "nowhere"], "nowhere"),
         (["evolve", "--resume", "nowhere", "--pop-size", "9"], "--pop-size"),

@@ -44,7 +44,7 @@ def test_list_names_everything_and_says_what_it_is(capsys):
 def test_show_prints_the_whole_of_everything_with_that_name(capsys):
     assert main(["show", "quick"]) == 0
     search, study = yaml.safe_load_all(capsys.readouterr().out)
-    assert search["search"]["fitness"] == "gini"  # from robust, which quick builds on
+    assert search["search"]["judging"]["fitness"] == "gini"  # from robust, which quick builds on
     assert "configurations" in study
     assert main(["show", "nominal"]) == 0
     assert yaml.safe_load(capsys.readouterr().out) == NOISES["nominal"].model_dump(mode="json")

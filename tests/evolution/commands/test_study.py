@@ -81,7 +81,7 @@ def test_runs_that_cannot_be_made_do_not_keep_the_others_from_the_page(folder, c
     (folder / "two.yaml").write_text(yaml.safe_dump({**STUDY, "runs": 1, "configurations": configurations}))
     code, out, error = run(folder, capsys, "study {folder}/two.yaml --out {folder}/two --workers 1")
     assert code == 2
-    assert "missing: hopeless, seed 0: cluster_scale: cannot be calibrated" in out
+    assert "missing: hopeless, seed 0: judging.cluster_scale: cannot be calibrated" in out
     assert "Look at " in out
     assert error.splitlines()[-1] == (
         "mapbench study: 1 runs could not be made (see missing, above); --resume tries them again"

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from evolution.driving.jobs import ControllerSpec, JobPlan
-from evolution.search.settings import EvolveSettings, Experiment
+from evolution.search.experiment import Experiment
+from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError
 from tests.evolution.driving.test_evaluator import map_sets
 from tests.evolution.fake_runs import FakeRunSettings

@@ -90,8 +90,8 @@ OF_A_RUN = [
     ("config.json", without("search", "shapes", "resolution"), "search.shapes.resolution: is missing"),
     (
         "config.json",
-        with_value("ginny", "search", "fitness"),
-        "search.fitness: unknown fitness 'ginny'; did you",
+        with_value("ginny", "search", "judging", "fitness"),
+        "search.judging.fitness: unknown fitness 'ginny'; did you",
     ),
     ("checkpoint.json", "{}", "generation: is missing"),
     ("checkpoint.json", "[]", "expected a JSON object, got list"),
@@ -235,7 +235,7 @@ def test_a_run_of_another_experiment_is_left_out(study):
     shutil.rmtree(runs / "cluster" / "seed-0001")
     shutil.copytree(runs / "cluster" / "seed-0000", runs / "cluster" / "seed-0001")
     results = load_results(study, ENGINE)
-    assert "config.json: belongs to another experiment: search.pop_size is 12, expected 6" in about(results, RUN)[0]
+    assert "config.json: belongs to another experiment: search.ga.pop_size is 12, expected 6" in about(results, RUN)[0]
     assert "belongs to another experiment: search.seed is 0, expected 1" in about(results, "cluster, seed 1")[0]
     assert len(results.runs) == 14 - 2
 

@@ -28,18 +28,18 @@ def a_run(bests, finished=True, driven=7, **search):
         (a_run([-1.0, -2.5]), "The search improved the best fitness from -1.00 to -2.50 (lower is better)."),
         (a_run([-1.0, -1.0]), "found nothing better than its first population, fitness -1.00"),
         (a_run([5578.0, -2.5]), "reached fitness -2.50; its first population had no set that all solve"),
-        (a_run([-3.5, -2.78], archive=True), "The best set has fitness -2.78 (lower is better)."),
-        (a_run([-3.5, -2.78], finished=False, archive=True), "The best set so far has fitness -2.78"),
+        (a_run([-3.5, -2.78], archive={"elite": True}), "The best set has fitness -2.78 (lower is better)."),
+        (a_run([-3.5, -2.78], finished=False, archive={"elite": True}), "The best set so far has fitness -2.78"),
     ],
 )
 def test_a_gain_is_said_where_fitnesses_can_be_compared(run, expected):
     assert expected in _outcome(run)
 
 
-def test_what_is_not_finished_is_not_called_unconfirmed():
-    assert _held(a_run([-1.0], finished=False, confirmation={})) == []
-    assert _held(a_run([-1.0], finished=False, confirmation={"seeds": 5}))[0].startswith("It is not confirmed yet")
-    assert _held(a_run([-1.0], confirmation={"seeds": 5})) == ["No set is confirmed."]
+def test_an_unfinished_search_is_not_validated_yet():
+    assert _held(a_run([-1.0], finished=False, validation={})) == []
+    assert _held(a_run([-1.0], finished=False, validation={"seeds": 5}))[0].startswith("It is not validated yet")
+    assert _held(a_run([-1.0], validation={"seeds": 5})) == ["No set is validated."]
 
 
 def test_how_far_a_search_has_come_is_counted_in_what_limits_it():
@@ -57,5 +57,9 @@ def test_times_that_look_alike_are_said_once():
 
 
 def test_a_rising_line_is_explained():
-    assert "rises where" in _how_to_read("convergence", a_run([-1.0], archive=True))
-    assert _how_to_read("convergence", a_run([-1.0])) == _how_to_read("times", a_run([-1.0], archive=True)) == ""
+    assert "rises where" in _how_to_read("convergence", a_run([-1.0], archive={"elite": True}))
+    assert (
+        _how_to_read("convergence", a_run([-1.0]))
+        == _how_to_read("times", a_run([-1.0], archive={"elite": True}))
+        == ""
+    )

@@ -12,8 +12,9 @@ import pytest
 
 from evolution.driving.jobs import RunResult
 from evolution.runs import Reevaluation, judge
-from evolution.search.judging.fitness import Fitness
-from evolution.search.settings import EvolveSettings, Experiment
+from evolution.search.experiment import Experiment
+from evolution.search.judging import Fitness, JudgingSettings
+from evolution.search.settings import EvolveSettings
 from evolution.studies import Configuration, StudyResults, StudyRun, StudySettings, load_results
 from evolution.studies.analysis.comparisons import analyse, compare
 from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
@@ -26,7 +27,7 @@ from tests.evolution.fake_runs import CONTROLLERS
 from tests.evolution.fake_study import ENGINE, FakeEnvironment, FakeWorld
 
 WORLD = FakeWorld()
-GINI = Fitness.of(EvolveSettings(), 150.0)
+GINI = Fitness.of(JudgingSettings(), 150.0)
 
 
 def goal(time):
@@ -67,7 +68,7 @@ def made_run(
     entries = [
         {
             "name": f"map_{i}",
-            "reading": r,
+            "score": r,
             "runs": {spec.name: [{"time_s": 9.0, "outcome": "goal"}] for spec in controllers},
         }
         for i, r in enumerate(readings, start=1)
@@ -84,7 +85,7 @@ def made_run(
     if fresh is not None:
         results = results or set_of([ALIKE], [TWICE], [FAR])
         one = GINI(set_of([ALIKE], [TWICE], [FAR]))
-        one = type(one)(**{**vars(one), "total": fresh})
+        one = type(one)(**{**vars(one), "objectives": (fresh,)})
         again = Reevaluation(results, (one,), (one,), readings)
     chosen = Configuration(name=name, **(configuration or {}))
     return StudyRun(chosen, seed, Path(name), experiment, generations, document, [], again)
@@ -110,7 +111,7 @@ def groups(**means):
 def test_every_fresh_seed_is_judged_alone():
     results = set_of([ALIKE, FAR], [TWICE, TWICE], [FAR, ALIKE])
     one = judge(results, GINI, 1)
-    assert [f.readings for f in one] == [
+    assert [f.scores for f in one] == [
         pytest.approx(
             (
                 0.0,
@@ -138,7 +139,7 @@ def test_order_and_curse_by_hand():
     assert again.ranks_kept == (True, False)  # once as seen, once reversed; once a map has no reading
     assert again.rank_agreement == 0.5
     assert again.success_rate == pytest.approx((1 + 1 + 8 / 9) / 3)
-    assert again.fitness == np.median([one.total for one in singles])
+    assert again.fitness == np.median([one.fitness for one in singles])
     assert np.isnan(Reevaluation(results, singles, singles, (0.0, None, 0.6)).rank_agreement)
     run = made_run("a", 0, -8.0, -6.5)
     assert run.selection_bias == pytest.approx(1.5)
@@ -215,8 +216,8 @@ def test_what_a_value_means_is_said_with_the_costs_of_the_search():
         "value, or two that read the same) costs 20000 times its success rate (thesis, Alg. 2)."
     )
     every_run_failed = set_of(*[[[None, None, None]]] * 3)
-    assert GINI(every_run_failed).total == 190.0
-    assert GINI(set_of([ALIKE], [ALIKE], [FAR])).total == 20000.0
+    assert GINI(every_run_failed).fitness == 190.0
+    assert GINI(set_of([ALIKE], [ALIKE], [FAR])).fitness == 20000.0
     (cluster,) = judges_of(made_study(made_run("a", 0, -8.0, fitness="cluster", base_cost=90.0, scale=1.0)))
     assert "its share of 90 (10.0 if" in cluster.meaning
     assert "pattern" not in cluster.meaning
@@ -279,7 +280,7 @@ def test_what_cannot_be_worse_is_not_tested_either_where_it_is_as_good():
 
 
 @pytest.mark.parametrize(
-    ("method", "options"), [("again", {}), ("best_triple", {"confirmation": {"seeds": 2, "claim_seeds": 2}})]
+    ("method", "options"), [("again", {}), ("best_triple", {"validation": {"seeds": 2, "held_out_seeds": 2}})]
 )
 def test_nothing_is_so_by_construction_where_a_set_was_taken_over_or_confirmed(method, options):
     later = {"method": method, "of": "ours"}

@@ -20,7 +20,7 @@ import yaml
 from evolution.driving.store import ResultStore
 from evolution.runs.directory import CHECKPOINT, CONFIG, STORE, TIMING
 from evolution.runs.loading import load_run
-from evolution.runs.results import confirmed_sentence
+from evolution.runs.results import validation_sentence
 from evolution.studies import StudySettings, load_definition, load_results, load_study, run_study, study_names
 from evolution.studies.directory import STUDY
 from evolution.studies.engine import NAV2
@@ -64,7 +64,7 @@ def test_the_thesis_study_is_chapter_5():
     settings = load_study("thesis")
     tasks = {task.configuration.name: task.experiment.search for task in check_study(settings, NAV2)}
     assert settings.runs == 24
-    assert [tasks[f"gini_{n}"].pop_size for n in (20, 40, 60)] == [20, 40, 60]
+    assert [tasks[f"gini_{n}"].ga.pop_size for n in (20, 40, 60)] == [20, 40, 60]
     assert {tasks[name].evaluations for name in ("gini_20", "gini_40", "gini_60", "cluster")} == {600}
     assert settings.configuration("cluster").pop_size_from == ("gini_20", "gini_40", "gini_60")
     assert settings.configuration("cluster").cluster_scale_from == ("gini_20", "gini_40", "gini_60")
@@ -113,8 +113,8 @@ def test_a_configuration_takes_from_earlier_ones(study_path):
                 times.setdefault(row["map"], []).append(row["time_s"] if row["outcome"] == "goal" else None)
             gaps += [abs(a - b) for of_map in times.values() if None not in of_map for a, b in combinations(of_map, 2)]
     for run in results.of("cluster"):
-        assert run.experiment.search.pop_size == min(means, key=means.get)
-        assert run.experiment.search.cluster_scale == pytest.approx(np.median(gaps))
+        assert run.experiment.search.ga.pop_size == min(means, key=means.get)
+        assert run.experiment.search.judging.cluster_scale == pytest.approx(np.median(gaps))
     assert results.resolved["cluster"]["seeds"] == [0, 1]
 
 
@@ -126,42 +126,42 @@ def test_path_length_drives_no_controller_but_for_the_set_it_found(study_path):
         assert search.best.digest == driven.best.digest
         assert search.checkpoint["evaluations"] == 24
         assert driven.controllers == ("dwb", "mppi", "rpp")
-        lengths = [entry["reading"] for entry in search.best_results["maps"]]
+        lengths = [entry["score"] for entry in search.best_results["maps"]]
         assert search.best_results["fitness"] == pytest.approx(-np.mean(lengths))
         assert search.best_results["fitness"] == min(row["fitness"] for row in search.individuals)
 
 
-CONFIRMED = {
+VALIDATED = {
     "pop_size": 6,
     "archive": True,
     "elite_seeds": 1,
-    "confirmation": {"seeds": 2, "candidates": 3, "claim_seeds": 2},
+    "validation": {"seeds": 2, "candidates": 3, "held_out_seeds": 2},
 }
 
 
-def test_what_is_not_confirmed_anew_does_not_say_so(tmp_path):
+def test_a_set_that_is_judged_again_has_no_held_out_fitness(tmp_path):
     names = {"triple": "best_triple", "again": "again", "lengths": "path_length"}
     later = [{"name": one, "method": how, **({} if one == "lengths" else {"of": "ours"})} for one, how in names.items()]
     anew = {"name": "anew", "method": "again", "of": "ours", "experiment": {"search": {"pattern_weight": 10.0}}}
     study = small_study(
         runs=1,
         budget=12,
-        experiment={"search": CONFIRMED},
+        experiment={"search": VALIDATED},
         configurations=[{"name": "ours"}, *later, anew],
         reevaluation={"seeds": 0},
     )
     results = run_study(study, tmp_path / "s", engine=ENGINE)
     assert results.missing == ()
     loaded = {run.configuration.name: load_run(run.path) for run in results.runs}
-    says = {name: confirmed_sentence(run.best_results, run.config["search"]) for name, run in loaded.items()}
+    says = {name: validation_sentence(run.best_results, run.config["search"]) for name, run in loaded.items()}
     assert says["again"] == says["ours"] != []
     assert says["triple"] == says["lengths"] == says["anew"] == []
     ours, again = loaded["ours"].best_results, loaded["again"].best_results
-    assert again["fitness"] == again["confirmation"]["fitness"] == ours["fitness"]
-    assert [entry["reading"] for entry in again["maps"]] == [entry["reading"] for entry in ours["maps"]]
+    assert again["fitness"] == again["validation"]["fitness"] == ours["fitness"]
+    assert [entry["score"] for entry in again["maps"]] == [entry["score"] for entry in ours["maps"]]
 
 
-@pytest.mark.parametrize("search", [CONFIRMED, {"pop_size": 6, "fitness": "roles"}])
+@pytest.mark.parametrize("search", [VALIDATED, {"pop_size": 6, "fitness": "roles"}])
 def test_long_paths_are_searched_for_whatever_the_other_searches_look_for(tmp_path, search):
     study = small_study(
         runs=1,
@@ -304,7 +304,9 @@ def test_a_run_that_cannot_be_made_costs_itself_and_what_builds_on_it(tmp_path):
     for resume in (False, True):
         results = run_study(study, tmp_path / "s", engine=ENGINE, resume=resume, on_progress=seen.append)
         assert [(run.configuration.name, run.seed) for run in results.runs] == [("ga", 0), ("ga", 1)]
-        why = "cluster_scale: cannot be calibrated from the first population (no map that all controllers solved)"
+        why = (
+            "judging.cluster_scale: cannot be calibrated from the first population (no map that all controllers solved)"
+        )
         assert [line.split("; give a value")[0] for line in results.missing[:5]] == [
             f"short, seed 0: {why}",
             f"short, seed 1: {why}",
@@ -351,7 +353,7 @@ def test_nav2s_controllers_are_made_before_anything_runs(controller, message):
 
 def test_a_single_controller_is_refused_before_anything_runs():
     alone = [{"name": "a", "experiment": {"search": {"pop_size": 6}, "controllers": [{"name": "dwb"}]}}]
-    with pytest.raises(ConfigError, match="small: a: controllers: expected two or more to tell apart, got dwb alone"):
+    with pytest.raises(ConfigError, match="small: a: controllers: expected two or more to compare, got dwb alone"):
         check_study(small_study(configurations=alone), ENGINE)
 
 
@@ -387,8 +389,10 @@ def test_only_the_same_study_continues(tmp_path):
     with pytest.raises(ConfigError, match="already holds a study; continue it with --resume"):
         run_study(study, tmp_path / "s", engine=ENGINE)
     other = json.loads(json.dumps(study.model_dump(mode="json")))
-    other["configurations"][0]["experiment"]["search"]["pop_size"] = 8
-    with pytest.raises(ConfigError, match=r"configurations.ga.experiment.search.pop_size was 6 when .* began, got 8"):
+    other["configurations"][0]["experiment"]["search"]["ga"]["pop_size"] = 8
+    with pytest.raises(
+        ConfigError, match=r"configurations.ga.experiment.search.ga.pop_size was 6 when .* began, got 8"
+    ):
         run_study(StudySettings(**other), tmp_path / "s", engine=ENGINE, resume=True)
     document = json.loads((tmp_path / "s" / STUDY).read_text())
     for changes, message in (
