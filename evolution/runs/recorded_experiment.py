@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Annotated, Any, Self
 
@@ -71,9 +72,9 @@ class RecordedExperiment:
         return Fitness(self.search.judging, self.world["environment"]["time_limit"], cluster_scale)
 
     def document(self) -> dict[str, Any]:
-        """Return everything as JSON-able values, under ``search``, ``controllers`` and ``run``."""
+        """Return a copy of everything as JSON-able values, under ``search``, ``controllers`` and ``run``."""
         return {
             "search": self.search.model_dump(mode="json"),
-            "controllers": [dict(spec) for spec in self.controllers],
-            "run": dict(self.world),
+            "controllers": deepcopy(list(self.controllers)),
+            "run": deepcopy(dict(self.world)),
         }
