@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from evolution.benchmark import BENCHMARK, Benchmark, read_bench
+from evolution.benchmark import BENCH, BENCHMARK, Benchmark, read_bench
 from evolution.files import DirectoryKind
 from evolution.runs import RUN, LoadedRun, load_run
 from evolution.studies import STUDY, SWEEP, StudyResults, SweepResults, load_results, load_sweep
@@ -23,10 +23,21 @@ Results = LoadedRun | StudyResults | SweepResults | Benchmark | Training
 
 
 class ResultKind(NamedTuple):
-    """A kind of directory, and the function that reads such a directory."""
+    """A kind of directory of results.
+
+    Args:
+        directory: Begins, recognises, opens and continues a directory.
+        load: Reads a directory.
+        whole: Name of a file that holds all results, so that a directory with that file alone is of this kind, too.
+    """
 
     directory: DirectoryKind
     load: Callable[[Path], Results]
+    whole: str = ""
+
+    def holds(self, path: Path) -> bool:
+        """Whether a path is a directory of this kind."""
+        return self.directory.holds(path) or bool(self.whole and (path / self.whole).is_file())
 
 
 KINDS = (
@@ -34,7 +45,7 @@ KINDS = (
     ResultKind(STUDY, load_results),
     ResultKind(SWEEP, load_sweep),
     ResultKind(TRAINING, load_training),
-    ResultKind(BENCHMARK, read_bench),
+    ResultKind(BENCHMARK, read_bench, BENCH),
 )
 
 
@@ -43,7 +54,7 @@ def recognise(path: str | Path) -> ResultKind | None:
     path = Path(path)
     if (path / RUNNER).is_file():  # a ROS 2 package of an earlier version holds a file benchmark.json as well
         return None
-    return next((kind for kind in KINDS if kind.directory.holds(path)), None)
+    return next((kind for kind in KINDS if kind.holds(path)), None)
 
 
 def kind_of(path: str | Path) -> ResultKind:

@@ -19,11 +19,12 @@ from evolution.benchmark.comparison import Comparison, compare, our_times, times
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
 from evolution.benchmark.reevaluation import reevaluation_in, reevaluation_sentence
 from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule
-from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
+from evolution.benchmark.runs import BENCH, Benchmark, bench, bench_row, read_bench
 from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.benchmark.summary import table_of_pairs, table_of_scores
 
 __all__ = [
+    "BENCH",
     "BENCHMARK",
     "MEASURES",
     "PREFIX",

@@ -207,7 +207,12 @@ def test_a_report_of_a_study_shows_all_but_the_replays(real_study, folder, capsy
     assert "would run code" in said[0]
     assert "--allow-code" in said[0]
     page = (folder / "page.html").read_text()
-    for shown in ("There are no replays of gini, random", "Fresh minus seen", "Best set of gini", "Lorenz curves"):
+    for shown in (
+        "There are no replays of gini, random",
+        "Held-out minus reported fitness",
+        "Best set of gini",
+        "Lorenz curves",
+    ):
         assert shown in page
     assert len(load("got").runs) == 2
 

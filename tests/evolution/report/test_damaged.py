@@ -266,7 +266,7 @@ def test_runs_that_ended_in_an_error_are_said(study):
     assert results.missing == (
         f"{RUN}: 1 of 9 runs on the best set in the search ended in an error, the first of rpp: "
         "ValueError: upside down",
-        "gini_12, seed 1: 4 of 36 runs on the best set on fresh seeds ended in an error, the first of rpp: "
+        "gini_12, seed 1: 4 of 36 runs on the best set on held-out seeds ended in an error, the first of rpp: "
         "ValueError: upside down",
     )
 

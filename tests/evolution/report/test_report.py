@@ -94,7 +94,7 @@ def test_the_verdict_comes_first_and_every_configuration_is_there(page):
     for name in small_study().names:
         assert name in page.text
     for words in (
-        "Fresh minus seen",
+        "Held-out minus reported",
         "Table 5.2",
         "Tables 5.3 and 5.4",
         "Every pair of configurations",
@@ -147,7 +147,7 @@ def test_a_partial_study_says_what_is_missing(study_path, tmp_path):
     assert "differ from what was recorded" not in text
     assert "random: none of its 2 runs was begun" in text
     assert "gini_6, seed 0: not re-evaluated yet" in text
-    assert "There is nothing to compare it with." in text
+    assert "It is the only configuration." in text
     shutil.rmtree(path / "runs")
     assert "No run of this study is finished" in Page(write_report(path).read_text()).text
 
@@ -234,7 +234,7 @@ def test_files_of_others_are_left_alone(study_path, tmp_path):
     assert mine.read_text() == "mine"
     (tmp_path / "run" / "report.html").write_text("the last one")
     assert write_report(tmp_path / "run", tmp_path / "run" / "report.html").stat().st_size > 10_000
-    with pytest.raises(RunError, match=r"neither a run nor a study \(no config.json, no study.json\)"):
+    with pytest.raises(RunError, match=r"expected the directory of a run \(config.json\), study"):
         write_report(tmp_path, tmp_path / "page.html")
     (tmp_path / BENCHMARK.mark).touch()
     with pytest.raises(RunError, match=r"the page of a benchmark is written by its own command, with --resume --html"):
@@ -250,7 +250,7 @@ def test_files_of_others_are_left_alone(study_path, tmp_path):
         (["{run}", "--out", "a.html", "--gif", "a.gif"], "--out: expected without --gif and --mp4"),
         (["{run}", "--gif", "a.txt"], "a.txt: expected a name that ends in .gif or .mp4"),
         (["{run}", "--gif", "a.gif", "--configuration", "x"], "--configuration: expected only with a study"),
-        (["nowhere"], "nowhere: neither a run nor a study"),
+        (["nowhere"], "nowhere: expected the directory of a run (config.json), study (study.json)"),
     ],
 )
 def test_wrong_commands_are_one_line(arguments, message, study_path, capsys):
