@@ -10,7 +10,8 @@ from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
 from evolution.benchmark import PREFIX as BARN
 from evolution.benchmark import load_barn
 from evolution.driving import ControllerSpec, DriveSettings, with_parameters
-from evolution.runs import RUN, LoadedRun, experiment_in, load_run, reached_maps
+from evolution.results import run_with_maps
+from evolution.runs import LoadedRun, experiment_in, reached_maps
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -56,18 +57,20 @@ def items_of(maps: Maps | Sequence[Maps]) -> list[Maps]:
 
 def levels_of(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
     """Return the levels of a curriculum: of a run, all maps on which one of its controllers reached the goal."""
-    if isinstance(curriculum, str | Path) and RUN.holds(curriculum):
-        curriculum = load_run(curriculum)
-    return reached_maps(curriculum) if isinstance(curriculum, LoadedRun) else listed(curriculum)
+    run = run_of(items_of(curriculum)) if curriculum is not None else None
+    return listed(curriculum) if run is None else reached_maps(run)
 
 
 def run_of(maps: Sequence[Maps]) -> LoadedRun | None:
-    """Return the run whose best maps are driven: of a single run directory or loaded run, else None."""
-    if len(maps) == 1 and isinstance(maps[0], LoadedRun):
-        return maps[0]
-    if len(maps) == 1 and isinstance(maps[0], str | Path) and RUN.holds(maps[0]):
-        return load_run(maps[0])
-    return None
+    """Return the run whose best maps are meant, if the maps are those of a single run; else None.
+
+    Raises:
+        RunError: If a single directory holds results of another kind, or is damaged.
+    """
+    only = maps[0] if len(maps) == 1 else None
+    if isinstance(only, LoadedRun):
+        return only
+    return run_with_maps(only) if isinstance(only, str | Path) else None
 
 
 def read_parameters(params: str | Nav2Params | None) -> Nav2Params | None:
@@ -107,9 +110,7 @@ def world_of(run: LoadedRun | None) -> DriveSettings:
     """Return the world that a run was searched in; the thesis' without one."""
     if run is None:
         return DriveSettings(navigation="thesis", environment=EnvConfig.build())
-    settings = experiment_in(run).run
-    assert isinstance(settings, DriveSettings)  # what a recorded experiment holds
-    return settings
+    return experiment_in(run).run
 
 
 def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Iterable[Scenario]:

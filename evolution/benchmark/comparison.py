@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from evolution.benchmark.runs import read_bench
-from evolution.runs import CONFIG, load_run
+from evolution.benchmark.runs import Benchmark
+from evolution.runs import LoadedRun
 from evolution.search import gini
 from evolution.statistics import rank_correlation
 from gym_mapbench.errors import MapFormatError
@@ -83,23 +82,17 @@ def times_of_results(results: Iterable[RunnerResult]) -> Times:
     return _collected((one.map, one.controller, one.success, one.time) for one in results)
 
 
-def our_times(path: str | Path) -> Times:
-    """Return the times of a run directory's best map set, or of a ``bench.json`` or the directory that holds one.
-
-    Raises:
-        RunError: If it is neither.
-    """
-    path = Path(path)
-    if (path / CONFIG).is_file():
-        maps = load_run(path).best_results["maps"]
-        return _collected(
-            (entry["name"], name, one["outcome"] == "goal", one["time_s"])
-            for entry in maps
-            for name, runs in entry["runs"].items()
-            for one in runs
-        )
-    rows = read_bench(path).rows
-    return _collected((row["map"], row["controller"], row["outcome"] == "goal", row["time_s"]) for row in rows)
+def our_times(results: LoadedRun | Benchmark) -> Times:
+    """Return the times of the best map set of a run, or of a benchmark."""
+    if isinstance(results, Benchmark):
+        rows = results.rows
+        return _collected((row["map"], row["controller"], row["outcome"] == "goal", row["time_s"]) for row in rows)
+    return _collected(
+        (entry["name"], name, one["outcome"] == "goal", one["time_s"])
+        for entry in results.best_results["maps"]
+        for name, runs in entry["runs"].items()
+        for one in runs
+    )
 
 
 def _correlation(solved: Sequence[Pair]) -> tuple[float, float, float]:

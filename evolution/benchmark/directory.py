@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -37,12 +38,11 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
         ConfigError: If it holds anything, or with ``resume`` if another benchmark was begun there.
         RunError: If it cannot be written, or with ``resume`` if it holds no benchmark or another version's.
     """
-    document = benchmark_document(scenarios, plan)
+    document = {"benchmark": benchmark_document(scenarios, plan)}
     if resume:
-        config = BENCHMARK.open(path)
-        BENCHMARK.check_same(path, config, config.get("benchmark"), document)
+        BENCHMARK.resume(path, document, itemgetter("benchmark"))
     else:
-        BENCHMARK.create(path, {"benchmark": document})
+        BENCHMARK.begin(path, document)
     return path
 
 

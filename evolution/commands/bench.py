@@ -11,10 +11,10 @@ from evolution.benchmark import (
     MEASURES,
     BarnScore,
     Benchmark,
-    again_sentence,
     broken,
     correlation_with,
     read_rule,
+    reevaluation_sentence,
     reference_of,
     score_runs,
     table_of_pairs,
@@ -23,10 +23,8 @@ from evolution.benchmark import (
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, errors, note, only_results_on_stdout, print_table
 from evolution.commands.progress import WorkBar
-from evolution.driving import ControllerSpec
 from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_benchmark_report
-from evolution.runs import LoadedRun, experiment_in
 from evolution.search import DEFAULT_CONTROLLERS
 from gym_mapbench.errors import ConfigError
 
@@ -98,7 +96,8 @@ def run(args: argparse.Namespace) -> int:
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
     searched = run_of(args.maps)
-    controllers, settings = _controllers(args, searched), driving_options.drive_settings(args, world_of(searched))
+    controllers = driving_options.controllers_of(args, searched)
+    settings = driving_options.drive_settings(args, world_of(searched))
     driving_options.note_models(controllers, settings)
     rules = [read_rule(text, [one.name for one in controllers], args.metric) for text in args.fail_if]
     page = None if args.html is None else new_page(args.html)
@@ -113,22 +112,19 @@ def run(args: argparse.Namespace) -> int:
             repeats=args.repeats,
             seed=args.seed,
             metrics=args.metric,
-            workers=args.workers,
-            executor=driving_options.executor_of(args),
-            wait_s=args.wait,
-            run_timeout_s=args.run_timeout,
             out=args.out,
             resume=args.resume,
             on_run=bar.advance,
+            resources=driving_options.resources_of(args),
         )
-    again = [again_sentence(result.again, searched)] if result.again and searched else []
-    print_benchmark(result, args.format, again)
+    as_set = [reevaluation_sentence(result.reevaluation, searched)] if result.reevaluation and searched else []
+    print_benchmark(result, args.format, as_set)
     if barn := barn_source(args.maps):
         _print_barn(score_runs(result, barn, args.lo), barn)
         if not args.unknown_map:
             note(KNOWN_MAP)
     if page is not None:
-        write_benchmark_report(result, page, args.given, again)
+        write_benchmark_report(result, page, args.given, as_set)
         note(f"wrote {page}; open it in any browser")
     failed = broken(rules, result.rows)
     for line in failed:
@@ -136,8 +132,8 @@ def run(args: argparse.Namespace) -> int:
     return RULE_BROKEN if failed else 0
 
 
-def print_benchmark(result: Benchmark, form: str, again: Sequence[str] = ()) -> None:
-    """Print the runs on standard output: as tables with what else is to say, or as JSON or CSV."""
+def print_benchmark(result: Benchmark, form: str, notes: Sequence[str] = ()) -> None:
+    """Print the runs on standard output: as tables and sentences, or as JSON or CSV."""
     if form != "table":
         print(result.to_json() if form == "json" else result.table("runs").to_csv(), end="")
         return
@@ -145,16 +141,8 @@ def print_benchmark(result: Benchmark, form: str, again: Sequence[str] = ()) -> 
     if len({row["map"] for row in result.rows}) > 1:
         print_table(table_of_scores(result.table("controllers")))
         print_table(table_of_pairs(result.table("pairs")))
-    for line in [*result.failures, *again]:
+    for line in [*result.failures, *notes]:
         console.print(line)
-
-
-def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequence[ControllerSpec]:
-    """Return who drives: those that were named, else those of the run whose maps are driven, else the usual ones."""
-    named = driving_options.named_controllers(args, driving_options.controllers_known_from(searched, args))
-    if named or searched is None:
-        return named or driving_options.controllers_of(args)
-    return experiment_in(searched).controllers
 
 
 def _print_barn(scores: Sequence[BarnScore], source: str) -> None:

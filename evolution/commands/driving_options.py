@@ -17,7 +17,7 @@ from evolution.driving import (
     WAIT_SECONDS,
     ControllerSpec,
     DriveSettings,
-    available_cores,
+    Resources,
     try_controllers,
     with_parameters,
 )
@@ -141,9 +141,16 @@ def add_workers_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def controllers_of(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
-    """Return who drives: the named controllers, or else those of the parameter file, or else the defaults."""
-    return named_controllers(args) or controllers_from(DEFAULT_CONTROLLERS)
+def controllers_of(args: argparse.Namespace, run: LoadedRun | None = None) -> tuple[ControllerSpec, ...]:
+    """Return the controllers: those named, else those of the parameter file, else those of a run, else the defaults.
+
+    Args:
+        args: The parsed options.
+        run: The run whose maps are used.
+    """
+    if named := named_controllers(args, controllers_known_from(run, args)):
+        return named
+    return controllers_from(DEFAULT_CONTROLLERS) if run is None else experiment_in(run).controllers
 
 
 def named_controllers(args: argparse.Namespace, known: Sequence[ControllerSpec] = ()) -> tuple[ControllerSpec, ...]:
@@ -190,14 +197,10 @@ def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> Non
             note(f"{name}: {difference}")
 
 
-def workers_of(args: argparse.Namespace) -> int:
-    """Return the number of worker processes: the given one, or one for each core."""
-    return args.workers or available_cores()
-
-
-def executor_of(args: argparse.Namespace) -> str:
-    """Return what runs are driven on, with the address of its scheduler if one is given."""
-    return args.executor if args.scheduler is None else f"{args.executor}={args.scheduler}"
+def resources_of(args: argparse.Namespace) -> Resources:
+    """Return the resources that the options of :func:`add_workers_options` describe."""
+    executor = args.executor if args.scheduler is None else f"{args.executor}={args.scheduler}"
+    return Resources(workers=args.workers, executor=executor, wait_s=args.wait, run_timeout_s=args.run_timeout)
 
 
 def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) -> DriveSettings:

@@ -81,18 +81,15 @@ def run(args: argparse.Namespace) -> int:
         experiment = experiment_in(RunDir.open(args.resume))
     else:
         experiment = _experiment(args)
-    driving_options.note_models(experiment.controllers, experiment.run)  # type: ignore[arg-type]
+    driving_options.note_models(experiment.controllers, experiment.run)
     with SearchBar(experiment.search) as bar:
         found = evolve(
             experiment,
             out=args.out,
             resume=args.resume,
-            workers=args.workers,
-            executor=driving_options.executor_of(args),
-            wait_s=args.wait,
-            run_timeout_s=args.run_timeout,
             on_generation=bar.on_generation,
             on_run=bar.on_run,
+            resources=driving_options.resources_of(args),
         )
     print_table(found.table())
     for line in validation_sentence(found.best_results, found.config["search"]):
@@ -127,7 +124,7 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     if named and (args.controllers is not None or "controllers" not in config):
         document["controllers"] = [spec.model_dump() for spec in named]
     experiment = experiment_of(document)
-    settings = driving_options.drive_settings(args, experiment.run)  # type: ignore[arg-type]
+    settings = driving_options.drive_settings(args, experiment.run)
     return Experiment(experiment.search, experiment.controllers, settings)
 
 

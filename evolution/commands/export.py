@@ -12,7 +12,8 @@ from evolution.commands import driving_options, options
 from evolution.commands.console import console
 from evolution.commands.parameter_file import read_parameter_file
 from evolution.driving import ControllerSpec, DriveSettings
-from evolution.runs import CONFIG, experiment_in, load_run
+from evolution.inputs import run_of
+from evolution.runs import experiment_in
 from evolution.search import DEFAULT_CONTROLLERS
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_maps
@@ -26,7 +27,7 @@ EXAMPLES = """  mapbench export runs/first --format gazebo --out bundle
   mapbench export office.yaml --format gazebo --nav2 jazzy --out bundle"""
 
 WHO = (
-    "those of the exported run; of other maps, the controller_plugins of the --params file, else "
+    "the controller_plugins of the --params file; without a file, the controllers of the exported run, else "
     f"{','.join(DEFAULT_CONTROLLERS)}"
 )
 
@@ -61,11 +62,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _export_gazebo(args: argparse.Namespace) -> list[Path]:
-    """Write the bundle with the controllers and parameters the run was driven with."""
-    recorded = experiment_in(load_run(args.source)) if (Path(args.source) / CONFIG).is_file() else None
-    settings = driving_options.drive_settings(args, recorded.run if recorded else None)  # type: ignore[arg-type]
-    chosen = driving_options.controllers_of(args)
-    specs = recorded.controllers if recorded is not None and args.controllers is None else chosen
+    """Write the ROS 2 package; without other options, with the controllers and the parameters of the exported run."""
+    run = run_of([args.source])
+    settings = driving_options.drive_settings(args, None if run is None else experiment_in(run).run)
+    specs = driving_options.controllers_of(args, run)
     read = read_parameter_file(args)
     return export_gazebo(
         load_scenarios(args.source, start=args.start, goal=args.goal),

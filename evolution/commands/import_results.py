@@ -9,9 +9,12 @@ from dataclasses import asdict
 
 from rich.table import Table
 
-from evolution.benchmark import Comparison, compare, our_times, times_of_results
+from evolution.benchmark import Benchmark, Comparison, compare, our_times, times_of_results
 from evolution.commands import options
 from evolution.commands.console import console
+from evolution.results import kind_of, load
+from evolution.runs import LoadedRun
+from gym_mapbench.errors import RunError
 from gym_mapbench.mapio.runner_results import read_runner_results
 
 EXAMPLES = """  mapbench import-results bundle/results.csv --ours runs/first
@@ -35,7 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Compare and print."""
     results = read_runner_results(args.csv)
-    comparison = compare(our_times(args.ours), times_of_results(results))
+    comparison = compare(our_times(_ours(args.ours)), times_of_results(results))
     touched = sum(bool(result.contacts) for result in results)
     if args.format == "json":
         print(json.dumps({**_document(comparison), "touched": touched}, indent=1, allow_nan=False))
@@ -46,6 +49,18 @@ def run(args: argparse.Namespace) -> int:
             f"{touched} of their {len(results)} runs touched something, which ends a run here where --contact is ends"
         )
     return 0
+
+
+def _ours(path: str) -> LoadedRun | Benchmark:
+    """Return the run or the benchmark that was exported.
+
+    Raises:
+        RunError: If the path holds neither.
+    """
+    found = load(path)
+    if not isinstance(found, LoadedRun | Benchmark):
+        raise RunError(f"--ours: expected a run or a benchmark, got {path}, a {kind_of(path).directory.what}")
+    return found
 
 
 def _document(comparison: Comparison) -> dict[str, object]:

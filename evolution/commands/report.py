@@ -7,8 +7,9 @@ from pathlib import Path
 
 from evolution.commands import options
 from evolution.commands.console import console, note
+from evolution.results import kind_of, load
 from evolution.runs import LoadedRun, experiment_in, load_run
-from evolution.studies import is_study
+from evolution.studies import StudyResults
 from gym_mapbench.errors import ConfigError, RunError
 
 EXAMPLES = """  mapbench report runs/first                          writes runs/first/report.html
@@ -79,19 +80,19 @@ def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
         raise ConfigError(f"--controller: expected one of {', '.join(jobs)}, got {name!r}")
     episode = drive(jobs[name])
     for film in films:
-        save_animation(episode, experiment.run.environment.robot, film)  # type: ignore[attr-defined]
+        save_animation(episode, experiment.run.environment.robot, film)
         console.print(f"wrote {film}")
 
 
 def _run_of(path: Path, configuration: str | None) -> LoadedRun:
     """Return the run whose best set is filmed."""
-    if not is_study(path):
+    results = load(path)
+    if not isinstance(results, LoadedRun | StudyResults):
+        raise RunError(f"{path}: expected a run or a study, got a {kind_of(path).directory.what}")
+    if isinstance(results, LoadedRun):
         if configuration is not None:
             raise ConfigError(f"--configuration: expected only with a study, got {path}")
-        return load_run(path)
-    from evolution.studies import load_results
-
-    results = load_results(path)
+        return results
     if configuration is not None:
         results.settings.configuration(configuration)
     runs = [run for run in results.runs if configuration in (None, run.configuration.name)]

@@ -67,12 +67,9 @@ def run(args: argparse.Namespace) -> int:
             resume=args.resume,
             only=only,
             runs=args.runs,
-            workers=args.workers,
-            executor=driving_options.executor_of(args),
-            wait_s=args.wait,
-            run_timeout_s=args.run_timeout,
             on_progress=bar.show,
             on_run=bar.advance,
+            resources=driving_options.resources_of(args),
         )
     return _show_sweep(results) if isinstance(results, SweepResults) else _show_study(results)
 

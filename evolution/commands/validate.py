@@ -7,8 +7,9 @@ import json
 import math
 from collections.abc import Sequence
 
-from evolution.commands import driving_options, options
+from evolution.commands import options
 from evolution.commands.console import errors, print_table
+from evolution.driving import available_cores
 from evolution.files import Table
 from evolution.validation import (
     LayersOracle,
@@ -70,7 +71,7 @@ def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[st
     measures = [measure for take in UNIT_MEASURES for measure in take(oracle)]
     if args.units_only:
         return measures, []
-    driven = drive_recorded(oracle, driving_options.workers_of(args))
+    driven = drive_recorded(oracle, args.workers or available_cores())
     return measures + closed_loop_measures(driven), disagreements(driven)
 
 

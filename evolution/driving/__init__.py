@@ -17,22 +17,24 @@ from evolution.driving.jobs import (
     Job,
     JobPlan,
     RunResult,
-    RunSettings,
     SetResults,
     check_controllers,
     check_metric,
 )
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool import RunJob, WorkerSetup, available_cores
+from evolution.driving.resources import DEFAULT_RESOURCES, Resources
 from evolution.driving.seeds import derive_seed
+from evolution.driving.settings import DriveSettings, with_parameters
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation, warm_up
-from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers, with_parameters
+from evolution.driving.worker import check_room, drive, run_job, try_controllers
 
 Crew = WorkerSetup
 """Former name of :class:`WorkerSetup`, for executors that import it."""
 
 __all__ = [
+    "DEFAULT_RESOURCES",
     "EXECUTORS",
     "RESULT_FIELDS",
     "RUN_COLUMNS",
@@ -46,10 +48,10 @@ __all__ = [
     "Job",
     "JobPlan",
     "OnRun",
+    "Resources",
     "ResultStore",
     "RunJob",
     "RunResult",
-    "RunSettings",
     "SetResults",
     "WorkerSetup",
     "available_cores",

@@ -12,17 +12,17 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Protocol
+from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, ConfigDict, Field, JsonValue, TypeAdapter
 
 from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
+from evolution.driving.settings import DriveSettings
 from evolution.files import PACKAGE_VERSION
 from gym_mapbench.errors import ConfigError, unknown_name, visible
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.metrics.episode import Outcome
 from gym_mapbench.settings import Settings
-from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Scenario
 
 TIME = "time"
@@ -55,24 +55,6 @@ class ControllerSpec(Settings):
     def registered_name(self) -> str:
         """Name to look the controller up under."""
         return self.kind or self.name
-
-
-class RunSettings(Protocol):
-    """What a run needs besides scenario and controller: a frozen ``Settings`` that knows its time limit."""
-
-    @property
-    def time_limit(self) -> float:
-        """Simulated seconds after which a run is a timeout."""
-        ...
-
-    @property
-    def robot(self) -> RobotSpec:
-        """The robot that drives; families draw maps that it can solve."""
-        ...
-
-    def model_dump(self, *, mode: str = ...) -> dict[str, Any]:
-        """Return all options as JSON-able values (pydantic's own method)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -151,7 +133,7 @@ class Job:
 
     scenario: Scenario
     controller: ControllerSpec
-    settings: RunSettings
+    settings: DriveSettings
     repeat: int
     seed: int
     noise_seed: int
@@ -175,7 +157,7 @@ class JobPlan:
     """
 
     controllers: tuple[ControllerSpec, ...]
-    settings: RunSettings
+    settings: DriveSettings
     root_seed: int = 0
     repeats: int = 1
     metrics: tuple[str, ...] = ()

@@ -25,7 +25,8 @@ from controllers.registry import FOLLOWERS
 from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec
 from evolution.driving.one_run import context_of, environment_for, run_episode
-from evolution.driving.worker import DriveSettings, build_controller
+from evolution.driving.settings import DriveSettings
+from evolution.driving.worker import build_controller
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.task import distance_to_goal

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolution.driving import Job, drive
+from evolution.driving import drive
 from evolution.pictures.plots import (
     FORMATS,
     convergence_figure,
@@ -19,7 +19,7 @@ from evolution.pictures.plots import (
     times_figure,
 )
 from evolution.runs import LoadedRun, experiment_in, typical_repeat
-from evolution.search import FITNESSES, Experiment, experiment_of
+from evolution.search import FITNESSES
 from gym_mapbench.metrics.episode import Episode
 
 if TYPE_CHECKING:
@@ -47,24 +47,15 @@ class DrivenMap:
     spreads: Mapping[str, str] = field(default_factory=dict)
 
 
-def drive_best(
-    run: LoadedRun,
-    read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of,
-    drive: Callable[[Job], Episode] = drive,
-) -> list[DrivenMap]:
+def drive_best(run: LoadedRun) -> list[DrivenMap]:
     """Drive the best map set again with the seeds of the search: the same trajectories, now recorded.
 
     Runs that ended in an ``error`` are left out: they have no trajectory.
 
-    Args:
-        run: The run whose best map set is driven.
-        read_experiment: Builds the run's experiment from its configuration.
-        drive: Drives a job and records everything.
-
     Raises:
         UntrustedError: If the run's experiment names code.
     """
-    plan = experiment_in(run, read_experiment).plan
+    plan = experiment_in(run).plan
     driven = []
     for scenario, entry in zip(run.best, run.best_results["maps"], strict=True):
         failed = {name for name, runs in entry["runs"].items() if not runs or runs[0]["outcome"] == "error"}

@@ -21,13 +21,13 @@ from evolution.studies import (
     StudyResults,
     StudyRun,
     analyse,
-    fresh_rows,
+    held_out_rows,
     load_study,
     map_rows,
     measure_rows,
     pair_rows,
-    promise_rows,
     rank_rows,
+    reported_fitness_rows,
     study_names,
     summary_rows,
     test_rows,
@@ -68,28 +68,28 @@ TESTS = {
     "effect_name": "which",
     "n": "n",
 }
-FRESH = {
+HELD_OUT = {
     "configuration": "configuration",
     "repeats": "repeats in the search",
     "n": "n",
-    "seen": "seen (median)",
-    "fresh": "fresh (median)",
-    "winners_curse": "fresh minus seen (median)",
-    "solved": "seeds with all maps solved",
-    "order_kept": "order kept on these",
-    "fresh_success_rate": "success on fresh seeds",
+    "reported_fitness": "reported fitness (median)",
+    "held_out_fitness": "held-out fitness (median)",
+    "selection_bias": "held-out minus reported (median)",
+    "solved": "trials with all maps solved",
+    "rank_agreement": "rank agreement in these",
+    "held_out_success_rate": "success on held-out seeds",
 }
-PROMISES = {
+REPORTED = {
     "configuration": "configuration",
     "n": "n",
-    "claimed": "claimed (median)",
-    "fresh": "fresh (median)",
-    "fresh_low": "from",
-    "fresh_high": "to",
-    "off": "off by (median)",
-    "kept": "off by 0.5 at most",
-    "goals": "goals",
-    "order": "order kept",
+    "reported_fitness": "reported fitness (median)",
+    "held_out_fitness": "held-out fitness (median)",
+    "held_out_low": "from",
+    "held_out_high": "to",
+    "absolute_error": "absolute error (median)",
+    "within_half": "error at most 0.5",
+    "held_out_success_rate": "success rate",
+    "rank_agreement": "rank agreement",
     "roles": "all roles filled",
     "against": "against",
     "a12": "A12",
@@ -99,7 +99,7 @@ MAPS = {
     "map": "map",
     "score": "score",
     "controller": "controller",
-    "seen_s": "search saw, s",
+    "searched_s": "in the search, s",
     "mean_s": "mean s",
     "min_s": "min s",
     "max_s": "max s",
@@ -114,10 +114,10 @@ RUNS = {
     "pop_size": "population",
     "evaluations": "evaluations",
     "cluster_scale": "cluster scale",
-    "fitness": "fitness seen",
-    "fresh_fitness": "on fresh seeds",
-    "winners_curse": "fresh minus seen",
-    "fresh_success_rate": "success on fresh seeds",
+    "fitness": "reported fitness",
+    "held_out_fitness": "held-out fitness",
+    "selection_bias": "held-out minus reported",
+    "held_out_success_rate": "success on held-out seeds",
     "driven": "newly driven runs",
     "seconds": "seconds for these",
 }
@@ -138,7 +138,7 @@ def report_of_study(
         analysis: The study's comparisons, if they are there already.
     """
     settings, analysis = results.settings, analysis or analyse(results)
-    controllers = dict.fromkeys(name for run in results.runs for name in run.experiment.plan.names)
+    controllers = dict.fromkeys(name for run in results.runs for name in run.experiment.names)
     return Report(
         title=f"Study: {settings.name}",
         subtitle=(
@@ -168,23 +168,22 @@ def table_of(caption: str, columns: Mapping[str, str], rows: Sequence[Row], note
 def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table]:
     results = analysis.results
     tables = [table for one in analysis.comparisons for table in _comparison_tables(one)]
-    if rows := fresh_rows(results):
+    if rows := held_out_rows(results):
         note = (
-            "Fitness on fresh seeds minus the fitness the search saw: the luck of the selection, and the noise of the "
-            "new runs where the search had none. path_length selected nothing by driven runs. The order is that of "
-            "the maps' scores, on the seeds on which all controllers solved all maps."
+            "Held-out minus reported fitness is the selection bias, plus the effect of the noise where the search had "
+            "none. path_length selects by planned paths. Rank agreement: the trials in which the maps keep the ranks "
+            "of their scores, of the trials in which all controllers solve all maps."
         )
-        tables.append(table_of("Fresh minus seen", FRESH, rows, note))
-    if rows := promise_rows(results):
+        tables.append(table_of("Held-out minus reported fitness", HELD_OUT, rows, note))
+    if rows := reported_fitness_rows(results):
         note = (
-            "What the searches said of their best sets, and their median fitness on fresh seeds with the 95 % interval "
-            "of the median over runs. The order counts over all fresh drives. Roles are filled if one map has all "
-            "controllers within a factor of 1.2, one two groups further apart than that, and so on. A12 and p "
-            "(corrected by Holm over these rows) compare with the first configuration of the same fitness, navigation "
-            "and fresh noise."
+            "Reported fitness, and median held-out fitness with the 95 % interval of the median over runs. Rank "
+            "agreement counts over all trials. Roles are filled if one map has all controllers within a factor of 1.2, "
+            "one has two groups further apart than that, and so on. A12 and p (corrected by Holm over these rows) "
+            "compare with the first configuration of the same fitness, navigation and noise."
         )
-        tables.append(table_of("Promised and kept", PROMISES, rows, note))
-    tables += [table for best in best_sets if best.run.fresh is not None for table in _best_set_tables(best.run)]
+        tables.append(table_of("Reported and held-out fitness", REPORTED, rows, note))
+    tables += [table for best in best_sets if best.run.reevaluation is not None for table in _best_set_tables(best.run)]
     if results.runs:
         note = (
             "All runs of a study share one store of results: what an earlier run had driven is not driven again, so "
@@ -260,7 +259,7 @@ def _not_shown(results: StudyResults, best_sets: Sequence[BestSet]) -> list[str]
 
 def _best_set_tables(run: StudyRun) -> list[Table]:
     """Times and other measures of the best set of a configuration."""
-    what = f"Best set of {run.configuration.name} (seed {run.seed}) on fresh seeds"
+    what = f"Best set of {run.configuration.name} (seed {run.seed}) on held-out seeds"
     measures = measure_rows(run)
     names = dict.fromkeys(name for row in measures for name in row if name not in ("configuration", "seed"))
     rows = [{name: row.get(name) for name in names} for row in measures]

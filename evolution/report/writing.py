@@ -16,29 +16,33 @@ from evolution.report.page import Report, render_page
 from evolution.report.run_page import report_of_run
 from evolution.report.sections import SECTIONS
 from evolution.report.study_page import refused_replays, report_of_study
-from evolution.runs import CONFIG, load_run
+from evolution.results import kind_of
+from evolution.runs import RUN, load_run
 from evolution.studies import (
-    NAV2,
     STUDY,
-    Engine,
+    SWEEP,
     StudyAnalysis,
     analyse,
     drive_best_sets,
-    is_study,
     load_results,
     write_study_figures,
     write_tables,
 )
+from evolution.training import TRAINING
 from gym_mapbench.errors import ConfigError, RunError, UntrustedError
 
 REPORT = "report.html"
-HINT = "; the page of a benchmark is written by its own command, with --resume --html FILE"
+NO_PAGE = {
+    BENCHMARK: "the page of a benchmark is written by its own command, with --resume --html FILE",
+    SWEEP: "effects.csv and figures/ show a sweep",
+    TRAINING: "curve.csv and figures/ show a training",
+}
+"""Where the results of the other kinds are shown."""
 
 
 def write_report(
     path: str | Path,
     out: str | Path | None = None,
-    engine: Engine = NAV2,
     *,
     analysis: StudyAnalysis | None = None,
     sections: Sequence[str] = (),
@@ -50,7 +54,6 @@ def write_report(
         path: Directory of a run or of a study, finished or not.
         out: The file; nothing is then written into the directory. If None, ``report.html`` in the directory, which is
             written anew every time, like the figures and tables beside it.
-        engine: How the best maps are driven again.
         analysis: For a study, its comparisons, if they are there already.
         sections: For a run, names of sections to show in addition to those on every page.
         on_step: Called before each long step, with a line that describes it.
@@ -64,9 +67,10 @@ def write_report(
         RunError: If the directory is neither, has nothing to report, or the file cannot be written.
     """
     path = Path(path)
-    if not is_study(path) and not (path / CONFIG).is_file():
-        raise RunError(f"{path}: neither a run nor a study (no {CONFIG}, no {STUDY}){HINT * BENCHMARK.holds(path)}")
-    if sections and is_study(path):
+    kind = kind_of(path).directory
+    if kind in NO_PAGE:
+        raise RunError(f"{path}: expected a run or a study; {NO_PAGE[kind]}")
+    if sections and kind != RUN:
         raise ConfigError(f"sections: expected only of a run, got {path}")
     for name in sections:
         SECTIONS.get(name)
@@ -74,10 +78,10 @@ def write_report(
     target = new_page(own if out is None else out, own)
     with nullcontext(path) if out is None else TemporaryDirectory(dir=temporary_directory()) as folder:
         drawn = _Drawn(Path(folder), FORMATS if out is None else ("png",))
-        if is_study(path):
-            report = _study_report(analysis or analyse(load_results(path, engine)), drawn, engine, on_step)
+        if kind == STUDY:
+            report = _study_report(analysis or analyse(load_results(path)), drawn, on_step)
         else:
-            report = _run_report(path, drawn, engine, sections, on_step)
+            report = _run_report(path, drawn, sections, on_step)
     write_text(target, render_page(report))
     return target
 
@@ -110,14 +114,12 @@ class _Drawn:
     formats: Sequence[str]
 
 
-def _run_report(
-    path: Path, drawn: _Drawn, engine: Engine, sections: Sequence[str], on_step: Callable[[str], object]
-) -> Report:
+def _run_report(path: Path, drawn: _Drawn, sections: Sequence[str], on_step: Callable[[str], object]) -> Report:
     run = replace(load_run(path), figures=drawn.path / FIGURES)
     on_step("driving the best map set again for the replays")
     missing = []
     try:
-        driven = drive_best(run, engine.read_experiment, engine.drive)
+        driven = drive_best(run)
     except UntrustedError as error:
         driven, missing = recorded_maps(run), [f"There are no replays: {error}"]
         on_step(missing[0])
@@ -125,12 +127,12 @@ def _run_report(
     return report_of_run(run, driven, sections, missing)
 
 
-def _study_report(analysis: StudyAnalysis, drawn: _Drawn, engine: Engine, on_step: Callable[[str], object]) -> Report:
+def _study_report(analysis: StudyAnalysis, drawn: _Drawn, on_step: Callable[[str], object]) -> Report:
     results = analysis.results
     elsewhere = replace(results, path=drawn.path)
     write_tables(elsewhere, analysis)
     on_step(f"driving the best map set of {len(results.by_configuration)} configurations again for the replays")
-    best_sets = drive_best_sets(results, engine)
+    best_sets = drive_best_sets(results)
     for line in refused_replays(best_sets):
         on_step(line)
     figures = write_study_figures(elsewhere, best_sets, analysis, drawn.formats)

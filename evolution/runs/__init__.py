@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
-from evolution.runs.exclusive_store import filling
+from evolution.runs.exclusive_store import exclusive_store
 from evolution.runs.former_names import present_results
 from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, load_run, reached_maps
-from evolution.runs.recorded_world import recorded_experiment
-from evolution.runs.reevaluation import DrivenAgain, driven_again, fitness_of, judge
+from evolution.runs.recorded_experiment import RecordedExperiment
+from evolution.runs.reevaluation import Reevaluation, judge, reevaluation_of
 from evolution.runs.results import (
     chosen_by,
     errors_in,
@@ -27,22 +27,21 @@ __all__ = [
     "CONFIG",
     "RUN",
     "STORE",
-    "DrivenAgain",
     "LoadedRun",
+    "RecordedExperiment",
+    "Reevaluation",
     "RunDir",
     "check_results",
     "chosen_by",
-    "driven_again",
     "driven_maps",
     "errors_in",
+    "exclusive_store",
     "experiment_in",
-    "filling",
-    "fitness_of",
     "judge",
     "load_run",
     "present_results",
     "reached_maps",
-    "recorded_experiment",
+    "reevaluation_of",
     "results_document",
     "results_in",
     "typical_repeat",

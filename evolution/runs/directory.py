@@ -99,7 +99,7 @@ class RunDir:
             RunError: If it cannot be made.
         """
         path = Path(path)
-        return cls(path, RUN.create(path, experiment.document()))
+        return cls(path, RUN.begin(path, experiment.document()))
 
     @classmethod
     def open(cls, path: str | Path) -> RunDir:
@@ -241,8 +241,7 @@ class RunDir:
             ConfigError: If an option differs, naming it.
             RunError: If another version of this package wrote the directory.
         """
-        wanted = experiment.document()
-        RUN.check_same(self.path, self.config, {key: self.config.get(key) for key in wanted}, wanted)
+        RUN.check_resumed(self.path, self.config, experiment.document())
 
     def write_generation(
         self,

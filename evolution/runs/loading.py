@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -130,21 +130,15 @@ def load_run(path: str | Path) -> LoadedRun:
     )
 
 
-def experiment_in(
-    run: LoadedRun | RunDir, read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of
-) -> Experiment:
-    """Build the experiment that a run was begun with.
-
-    Args:
-        run: The run.
-        read_experiment: Builds an experiment from a document and the beginning of its error messages.
+def experiment_in(run: LoadedRun | RunDir) -> Experiment:
+    """Return the experiment that a run was begun with, ready to be driven.
 
     Raises:
         ConfigError: If it cannot be used.
         UntrustedError: If it names code.
     """
     refuse_code(run.config, run.path / CONFIG)
-    return read_experiment(run.config, str(run.path / CONFIG))
+    return experiment_of(run.config, str(run.path / CONFIG))
 
 
 def driven_maps(run: LoadedRun, until: int | None = None) -> dict[str, MapResults]:

@@ -4,21 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
-from evolution.driving import ControllerSpec, JobPlan, RunSettings, check_controllers
+from evolution.driving import ControllerSpec, DriveSettings, JobPlan, check_controllers
 from evolution.search.judging import Fitness
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError
-
-
-class RunSettingsModel(RunSettings, Protocol):
-    """A :class:`RunSettings` type that can be read from a mapping, as every ``Settings`` can."""
-
-    @classmethod
-    def from_mapping(cls, values: object, where: str) -> Self:
-        """Build from a mapping (``Settings``' own method)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -32,7 +23,7 @@ class Experiment:
 
     search: EvolveSettings
     controllers: tuple[ControllerSpec, ...]
-    run: RunSettings
+    run: DriveSettings
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "controllers", tuple(self.controllers))
@@ -40,12 +31,11 @@ class Experiment:
         self.search.check(len(self.controllers))
 
     @classmethod
-    def from_document(cls, document: object, run_type: type[RunSettingsModel], where: str) -> Experiment:
+    def from_document(cls, document: object, where: str) -> Self:
         """Read what :meth:`document` returned.
 
         Args:
             document: A mapping with (at least) ``search``, ``controllers`` and ``run``.
-            run_type: The ``Settings`` type that ``run`` is read as.
             where: Beginning of every error message.
 
         Raises:
@@ -58,7 +48,7 @@ class Experiment:
         return cls(
             EvolveSettings.from_mapping(document["search"], f"{where}: search"),
             tuple(ControllerSpec.from_mapping(spec, f"{where}: controllers") for spec in document["controllers"]),
-            run_type.from_mapping(document["run"], f"{where}: run"),
+            DriveSettings.from_mapping(document["run"], f"{where}: run"),
         )
 
     @property

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from controllers.nav2_params.presets import overlay
-from evolution.driving import ControllerSpec, DriveSettings, check_room, try_controllers
-from evolution.search.experiment import Experiment, RunSettingsModel
+from evolution.driving import ControllerSpec, check_room, try_controllers
+from evolution.search.experiment import Experiment
 from evolution.search.operators import scenario_on
 from evolution.search.option_names import nested_document
 from gym_mapbench.errors import ConfigError, unknown_name
@@ -66,15 +66,12 @@ def read_document(path: str | Path) -> dict[str, Any]:
     return nested_document(document, str(path))
 
 
-def experiment_of(
-    document: Mapping[str, Any], where: str = "experiment", run_type: type[RunSettingsModel] = DriveSettings
-) -> Experiment:
+def experiment_of(document: Mapping[str, Any], where: str = "experiment") -> Experiment:
     """Build an experiment from a document, as in a file or as :meth:`Experiment.document` returns it.
 
     Args:
         document: Sections ``search``, ``controllers`` and ``run``, each of them optional.
         where: Beginning of every error message.
-        run_type: What ``run`` is read as.
 
     Raises:
         ConfigError: Naming the section and key that cannot be used.
@@ -85,7 +82,7 @@ def experiment_of(
         "controllers": controllers,
         "run": {"navigation": "thesis", **_section(document, "run", where)},
     }
-    return Experiment.from_document(whole, run_type, where)
+    return Experiment.from_document(whole, where)
 
 
 def _section(document: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any]:
@@ -120,13 +117,10 @@ def check_experiment(experiment: Experiment) -> None:
             fit on a map without obstacles, or a family has no map for it.
     """
     check_several(experiment)
-    settings = experiment.run
-    if not isinstance(settings, DriveSettings):
-        raise TypeError(f"expected DriveSettings, got {type(settings).__name__}")
-    try_controllers(experiment.controllers, settings)
-    check_room([_emptiest(experiment.search.shapes)], settings)
+    try_controllers(experiment.controllers, experiment.run)
+    check_room([_emptiest(experiment.search.shapes)], experiment.run)
     for family in experiment.search.families:
-        draw_from(np.random.default_rng(0), [family], experiment.search.shapes, settings.robot)
+        draw_from(np.random.default_rng(0), [family], experiment.search.shapes, experiment.run.robot)
 
 
 def check_several(experiment: Experiment) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from evolution.studies.directory import StudyDir, is_study
+from evolution.studies.directory import STUDY, StudyDir
 from evolution.studies.settings import StudySettings, read_definition
 from evolution.studies.sweep.running import SWEEP, read_sweep
 from evolution.studies.sweep.settings import SweepSettings
@@ -36,10 +36,10 @@ def study_in(
     """
     if isinstance(settings, AnyStudy):
         wanted = settings
-    elif resume and (is_study(settings) or SWEEP.holds(settings)):
+    elif resume and (STUDY.holds(settings) or SWEEP.holds(settings)):
         if out is not None:
             raise ConfigError(f"out: expected none beside the study directory {settings}")
-        found = StudyDir.open_to_drive(settings).settings if is_study(settings) else read_sweep(settings)
+        found = StudyDir.open_to_drive(settings).settings if STUDY.holds(settings) else read_sweep(settings)
         return found, Path(settings)
     else:
         wanted = load_definition(settings)

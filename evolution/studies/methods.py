@@ -13,7 +13,6 @@ from evolution.runs import (
     RunDir,
     chosen_by,
     driven_maps,
-    fitness_of,
     load_run,
     results_in,
     validation_in,
@@ -99,7 +98,7 @@ def take_best(task: Task, directory: StudyDir) -> None:
     parent = load_run(directory.run_path(str(task.configuration.of), task.seed))
     scale = parent.checkpoint["cluster_scale"]
     results = results_in(parent.best_results, parent.controllers)
-    judged = fitness_of(task.experiment, scale)(results)
+    judged = replace(task.experiment.fitness, cluster_scale=scale)(results)
     validation = validation_in(parent.best_results) if task.experiment.search.validation else None
     if validation is not None:
         judged = replace(judged, objectives=(validation.fitness,), **chosen_by(parent.best_results, parent.controllers))

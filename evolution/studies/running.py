@@ -9,17 +9,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from evolution.driving import WAIT_SECONDS, Evaluator, Job, OnRun, RunResult
+from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, OnRun, Resources, RunResult, warm_up
 from evolution.files import WriteError
-from evolution.runs import filling, load_run
+from evolution.runs import RecordedExperiment, exclusive_store, load_run
 from evolution.search import Progress
 from evolution.studies.analysis.loading import load_results
 from evolution.studies.analysis.results import StudyResults
-from evolution.studies.directory import KIND, StudyDir
-from evolution.studies.engine import NAV2, Engine
+from evolution.studies.directory import STUDY, StudyDir
 from evolution.studies.methods import opened, run_task
 from evolution.studies.reevaluation import read_reevaluation, reevaluate, write_reevaluation
 from evolution.studies.settings import LATER, Configuration, StudySettings
+from evolution.studies.study_job import run_study_job
 from evolution.studies.tasks import Task, check_study, make_task, take_from_earlier
 from gym_mapbench.errors import MapBenchError, RunError
 
@@ -60,9 +60,7 @@ def run_study(
     resume: bool = False,
     only: Sequence[str] | None = None,
     runs: int | None = None,
-    workers: int = 1,
-    wait_s: float = WAIT_SECONDS,
-    engine: Engine = NAV2,
+    resources: Resources = DEFAULT_RESOURCES,
     on_progress: OnProgress | None = None,
 ) -> StudyResults:
     """Run or continue a study.
@@ -77,9 +75,7 @@ def run_study(
         resume: Whether to continue a study that was begun there.
         only: Names of the configurations to run now; all if None. The others are missing until they are run.
         runs: Number of seeds to run now; all if None.
-        workers: Number of worker processes.
-        wait_s: How long to wait for another process that has locked the results, s.
-        engine: How runs are driven.
+        resources: Workers, executor and time limits of the runs.
         on_progress: Called after every generation and every run.
 
     Raises:
@@ -88,16 +84,16 @@ def run_study(
             or nothing can be written.
     """
     begun = StudyDir.open_to_drive(path) if resume else None  # before what it names is looked up
-    tasks = check_study(settings, engine)
+    tasks = check_study(settings)
     chosen = _chosen(settings, tasks, only)
     seeds = settings.seeds[: settings.runs if runs is None else runs]
     directory = _directory(path, settings, begun)
     with (
-        filling(KIND, directory.path, wait_s) as store,
-        engine.evaluator(store, workers, _StudyEvaluator) as evaluator,
+        exclusive_store(STUDY, directory.path, resources.wait_s) as store,
+        resources.evaluator(run_study_job, store, warm_up, _StudyEvaluator) as evaluator,
     ):
         work = sum(work_of(first) * len(_of(settings, first, seeds)) for first in chosen)
-        study = _Study(directory, engine, evaluator, _Meter(evaluator, work, on_progress))
+        study = _Study(directory, evaluator, _Meter(evaluator, work, on_progress))
         for first in chosen:
             study.run(first, _of(settings, first, seeds))
     return study.results()
@@ -142,7 +138,6 @@ class _Study:
     """A study being run; ``failed`` counts the runs that failed, and ``reasons`` says why."""
 
     directory: StudyDir
-    engine: Engine
     evaluator: Evaluator
     meter: _Meter
     reasons: list[str] = field(default_factory=list)
@@ -160,7 +155,7 @@ class _Study:
 
     def results(self) -> StudyResults:
         """Return what is finished by now, with the reasons for what failed; none is given twice."""
-        results = load_results(self.directory.path, self.engine)
+        results = load_results(self.directory.path)
         reasons = [one for one in self.reasons if not any(line.startswith(one) for line in results.missing)]
         return replace(results, missing=(*reasons, *results.missing), failed=self.failed)
 
@@ -179,15 +174,15 @@ class _Study:
     def _tasks(self, configuration: Configuration, seeds: Sequence[int]) -> list[Task]:
         """Return one task per seed, with what is taken from earlier runs."""
         if configuration.pop_size_from or configuration.cluster_scale_from:
-            take_from_earlier(configuration, self.directory, seeds, self.engine)
+            take_from_earlier(configuration, self.directory, seeds)
         taken = {name: entry["search"] for name, entry in self.directory.read_resolved().items()}
         settings = self.directory.settings
-        return [make_task(settings, configuration, seed, taken, self.engine) for seed in seeds]
+        return [make_task(settings, configuration, seed, taken) for seed in seeds]
 
     def _run(self, task: Task) -> None:
         """Run one task and re-evaluate what it found."""
         name, seed = task.configuration.name, task.seed
-        KIND.check_there(self.directory.path)
+        STUDY.check_there(self.directory.path)
         self._check_parent(task)
         if self.directory.is_finished(name, seed) and self._is_reevaluated(task):
             self.meter.skip(task)
@@ -205,9 +200,9 @@ class _Study:
         rundir = opened(self.directory.run_path(name, seed), task.experiment)
         if task.fresh is None:
             return True
-        path, seen = self.directory.reevaluation_path(name, seed), rundir.read_best_results()
+        path, reported = self.directory.reevaluation_path(name, seed), rundir.read_best_results()
         try:
-            read_reevaluation(path, seen, task.experiment, task.fresh.search.repeats)
+            read_reevaluation(path, reported, RecordedExperiment.of(task.experiment), task.fresh.search.repeats)
         except RunError:
             return False
         return True

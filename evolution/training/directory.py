@@ -129,7 +129,7 @@ class TrainingDir:
             ConfigError: If there is anything there already; nothing is changed.
             RunError: If it cannot be made.
         """
-        config = TRAINING.create(path, settings.model_dump(mode="json"))
+        config = TRAINING.begin(path, settings.model_dump(mode="json"))
         for name in (CHECKPOINTS, FIGURES):
             make_directory(path / name)
         for name, scenarios in ((MAPS, maps), (CURRICULUM, curriculum)):

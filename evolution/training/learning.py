@@ -98,7 +98,7 @@ def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] 
     from evolution.training.vec_env import TrainingWorlds
 
     settings, state = directory.settings, directory.state
-    TRAINING.check_same(directory.path, directory.config, {}, {})
+    TRAINING.check_resumed(directory.path, directory.config, {})
     maps, curriculum = directory.read_maps()
     worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, 0 if state is None else state["steps"]))
     lessons, statistics = _normalized(settings, worlds, directory.path if state else None)

@@ -21,6 +21,8 @@ SIMULATORS: dict[Release, tuple[str, ...]] = {"humble": ("classic", "gz"), "jazz
 PREFIX = "mapbench_"
 RUNNER = "run_benchmark.py"
 """The program of an exported package that runs its maps in Gazebo; no other directory has it."""
+TASKS = "gazebo_tasks.json"
+"""Maps, tasks and controllers of a package; ``benchmark.json`` in packages of earlier versions."""
 
 
 @dataclass(frozen=True)
@@ -65,13 +67,13 @@ class RosPackage:
         return {
             "package.xml": render("package.xml.j2", **values),
             "CMakeLists.txt": render("CMakeLists.txt.j2", **values),
-            "benchmark.json": json.dumps(self._benchmark(), indent=1) + "\n",
+            TASKS: json.dumps(self._tasks(), indent=1) + "\n",
             "launch/benchmark.launch.py": render("benchmark.launch.py.j2", **values),
             RUNNER: render("run_benchmark.py.j2", columns=list(COLUMNS), **values),
             "README.md": self._readme(values),
         }
 
-    def _benchmark(self) -> dict[str, object]:
+    def _tasks(self) -> dict[str, object]:
         """Return the values that the launch file and the runner read."""
         x, y, z, yaw = self.model.lidar_pose
         return {

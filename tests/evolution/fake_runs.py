@@ -17,8 +17,9 @@ import numpy as np
 
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
 from evolution.driving.pool import WorkerSetup
+from evolution.driving.settings import DriveSettings
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.generator import ShapeSettings
-from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
 SMALL = ShapeSettings(
@@ -33,16 +34,8 @@ SMALL = ShapeSettings(
 CONTROLLERS = tuple(ControllerSpec(name=name) for name in ("dwb", "mppi", "rpp"))
 
 
-class FakeRunSettings(Settings):
-    """As little as a run can need."""
-
-    time_limit: float = 150.0
-    world: str = "flat"
-
-    @property
-    def robot(self) -> RobotSpec:
-        """One that fits on small maps."""
-        return RobotSpec(radius=0.05)
+WORLD = DriveSettings(navigation="thesis", environment=EnvConfig(robot=RobotSpec(radius=0.05)))
+"""A world whose robot fits on small maps; nothing drives in it."""
 
 
 def drive(job: Job) -> RunResult:

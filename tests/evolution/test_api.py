@@ -131,11 +131,11 @@ def test_the_maps_of_a_run_are_driven_in_its_world_and_judged_as_a_set(tmp_path,
     assert {row["controller"] for row in again.rows} == {"rpp", "dwb"}
     seeds = {result["seed"] for entry in run.best_results["maps"] for runs in entry["runs"].values() for result in runs}
     assert not seeds & {row["seed"] for row in again.rows}  # new seeds, unless the search's own is asked for
-    assert len(again.again.singles) == 3
-    assert len(again.again.results) == 3
+    assert len(again.reevaluation.trials) == 3
+    assert len(again.reevaluation.results) == 3
     written = json.loads((tmp_path / "bench" / "bench.json").read_text())
-    assert written["map_set"]["fitness"] == [one.fitness for one in again.again.singles]
-    assert bench(tmp_path / "run", "rpp", workers=1).again is None
+    assert written["map_set"]["fitness"] == [one.fitness for one in again.reevaluation.trials]
+    assert bench(tmp_path / "run", "rpp", workers=1).reevaluation is None
     assert world_of(run) == world_of(load(tmp_path / "run"))
     assert world_of(run).environment.noise == read_noise("rough", "noise")
     assert main(["bench", str(tmp_path / "run"), "--repeats", "2", "--workers", "1"]) == 0

@@ -1,9 +1,9 @@
 """Which configurations of a study differ, and by how much.
 
-Only configurations that were judged alike are compared (see :mod:`evolution.studies.analysis.judges`).
+Only configurations with the same fitness are compared (see :mod:`evolution.studies.analysis.judges`).
 Smaller fitness is better.
-Two quantities are compared: ``fitness``, as the search saw it (thesis, Table 5.2), and
-``fresh_fitness``, that of the same sets on fresh seeds, which is free of the luck of the selection.
+Two quantities are compared: ``fitness``, which the search reports (thesis, Table 5.2), and ``held_out_fitness``, the
+fitness of the same sets on held-out seeds, which has no selection bias.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from evolution.statistics import (
 from evolution.studies.analysis.judges import Groups, Judge, judges_of
 from evolution.studies.analysis.results import StudyResults, StudyRun
 
-Quantity = Literal["fitness", "fresh_fitness"]
-QUANTITIES: dict[Quantity, str] = {"fitness": "as the search saw it", "fresh_fitness": "on fresh seeds"}
+Quantity = Literal["fitness", "held_out_fitness"]
+QUANTITIES: dict[Quantity, str] = {"fitness": "reported", "held_out_fitness": "held out"}
 BOOTSTRAP_SEED = 0
 
 
@@ -63,8 +63,8 @@ class Comparison:
         summaries: By configuration, in the same order.
         populations: Kruskal-Wallis over each group of configurations that differ only in population size.
         pairs: Every pair of configurations, the better median first; p-values corrected by Holm over all pairs.
-        by_construction: Pairs that are not tested: the first cannot be worse in any run, because it chose
-            afterwards among all maps that the second had driven.
+        by_construction: Pairs that are not tested: the first cannot be worse in any run, because it selects
+            among all maps of the second afterwards.
         ranking: Ranks over seeds; None where fewer than two seeds are common to all configurations.
     """
 
@@ -94,8 +94,8 @@ class StudyAnalysis:
 
     Args:
         results: The study.
-        judges: Which configurations are judged alike.
-        comparisons: For every judge, the fitness as the searches saw it, then that on fresh seeds if there are any.
+        judges: Groups of configurations with the same fitness.
+        comparisons: For every judge, the reported fitness, then the held-out fitness if there is any.
     """
 
     results: StudyResults
@@ -108,7 +108,7 @@ class StudyAnalysis:
 
 
 def analyse(results: StudyResults) -> StudyAnalysis:
-    """Compare all configurations of a study that were judged alike, in both quantities."""
+    """Return the comparisons of all configurations with the same fitness, in both quantities."""
     judges = tuple(judges_of(results))
     return StudyAnalysis(results, judges, tuple(one for judge in judges for one in _comparisons(judge)))
 
@@ -122,20 +122,20 @@ def value_of(run: StudyRun, quantity: Quantity) -> float:
     """One run's value of a quantity.
 
     Raises:
-        ValueError: If ``fresh_fitness`` is asked for and the run was not re-evaluated.
+        ValueError: If ``held_out_fitness`` is asked for and the run was not re-evaluated.
     """
     if quantity == "fitness":
         return run.fitness
-    if run.fresh is None:
+    if run.reevaluation is None:
         raise ValueError(f"{run.path}: not re-evaluated")
-    return run.fresh.fitness
+    return run.reevaluation.fitness
 
 
 def _comparisons(judge: Judge) -> list[Comparison]:
     found = []
     for quantity in QUANTITIES:
         measured = {
-            name: [run for run in runs if quantity == "fitness" or run.fresh is not None]
+            name: [run for run in runs if quantity == "fitness" or run.reevaluation is not None]
             for name, runs in judge.groups.items()
         }
         measured = {name: runs for name, runs in measured.items() if runs}

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from evolution.files import differences
-from evolution.search import FITNESSES, EvolveSettings, Experiment, short_names
+from evolution.runs import RecordedExperiment
+from evolution.search import FITNESSES, EvolveSettings, short_names
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.settings import JUDGES
 
@@ -42,7 +43,7 @@ class Judge:
         return [run for runs in self.groups.values() for run in runs]
 
     @property
-    def experiment(self) -> Experiment:
+    def experiment(self) -> RecordedExperiment:
         """What the first run was run with; all others agree in whatever decides about a value."""
         return self.runs[0].experiment
 
@@ -106,14 +107,14 @@ def _decisive(runs: Sequence[StudyRun]) -> dict[str, Any]:
         **judging,
         "cluster_scale": scales if len(scales) < 2 else "different",
         "fresh_noise": runs[0].configuration.fresh_noise,
-        "controllers": ", ".join(experiment.plan.names),
+        "controllers": ", ".join(experiment.names),
         "controller": {spec["name"]: spec for spec in document["controllers"]},
         **document["run"],
     }
 
 
 def _scales(runs: Iterable[StudyRun]) -> tuple[float, ...]:
-    found = {run.seen["cluster_scale"] for run in runs}
+    found = {run.best_results["cluster_scale"] for run in runs}
     return tuple(sorted(scale for scale in found if scale is not None))
 
 

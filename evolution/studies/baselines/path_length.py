@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from evolution.driving import ControllerSpec, DriveSettings, Job, RunResult, SetResults
+from evolution.driving import ControllerSpec, Job, RunResult, SetResults
 from evolution.search import Experiment, Fitness, Judgement
 from gym_mapbench.costmap import build_static_costmap
 from gym_mapbench.errors import NoPathError
@@ -33,8 +33,6 @@ def planned(experiment: Experiment) -> Experiment:
 
 def plan_job(job: Job) -> RunResult:
     """Plan on the global costmap instead of driving; the result holds only the length of the path."""
-    if not isinstance(job.settings, DriveSettings):
-        raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
     navigation, robot = job.settings.navigation, job.settings.environment.robot
     scenario, params = job.scenario, navigation.global_costmap
     costmap = build_static_costmap(scenario.map, params, params.make_footprint(robot))
@@ -49,6 +47,8 @@ def plan_job(job: Job) -> RunResult:
 
 class PathLengthFitness(Fitness):
     """Minus the mean length of a set's global paths, m; a map without a path counts as 0 m.
+
+    Of maps with paths of equal length, one counts: a set gains nothing by the same map twice.
 
     The lengths are also the scores of the maps.
     """
@@ -66,7 +66,7 @@ class PathLengthFitness(Fitness):
         """Judge one map set by its planned paths."""
         runs = [of_map[0][0] for of_map in results]
         lengths = tuple(run.path_length_m if run.success else 0.0 for run in runs)
-        mean = float(np.mean(lengths))
+        mean = float(np.sum(list(dict.fromkeys(lengths))) / len(lengths))
         return Judgement(
             objectives=(-mean,),
             success_rate=sum(run.success for run in runs) / len(runs),

@@ -118,4 +118,4 @@ def test_a_bundle_is_no_benchmark_though_its_file_is_called_so(tmp_path, capsys)
     (tmp_path / "results.csv").write_text(",".join(COLUMNS) + "\n")
     argv = ["import-results", str(tmp_path / "results.csv"), "--ours", str(tmp_path / "bundle")]
     assert main(argv) == 2
-    assert "a bundle for Gazebo holds no results; expected the run or benchmark" in capsys.readouterr().err
+    assert "expected a directory of results, got a ROS 2 package for Gazebo" in capsys.readouterr().err

@@ -13,7 +13,6 @@ from evolution.report.page import Attachment, Section, render_page
 from evolution.report.study_page import report_of_study
 from evolution.studies import load_results
 from evolution.studies.analysis.figures import drive_best_sets
-from tests.evolution.fake_study import ENGINE
 
 webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
@@ -26,10 +25,10 @@ pytestmark = pytest.mark.skipif(not (CHROMIUM and DRIVER), reason="chromium or c
 
 
 @pytest.fixture(scope="module")
-def page(study_path, tmp_path_factory):
+def page(study_path, tmp_path_factory, fake_driving):
     """The report of a study as a file."""
-    results = load_results(study_path, ENGINE)
-    report = report_of_study(results, drive_best_sets(results, ENGINE))
+    results = load_results(study_path)
+    report = report_of_study(results, drive_best_sets(results))
     picture = io.BytesIO()
     Image.new("RGB", (400, 300), "#0072b2").save(picture, "png")
     figures = [Attachment("A figure", "image/png", picture.getvalue())]

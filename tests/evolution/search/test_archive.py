@@ -15,7 +15,7 @@ from evolution.search.elite import find_elite
 from evolution.search.judging import Fitness, JudgingSettings, is_solved, judge_map, repeats_of
 from evolution.search.operators.sampling import sample_map_set
 from evolution.search.settings import EvolveSettings
-from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD
 
 
 def answer(job):
@@ -46,7 +46,7 @@ class Answers(Evaluator):
 
 
 def archive_of(drive_last=(), controllers=CONTROLLERS, how=answer):
-    plan = JobPlan(controllers, FakeRunSettings())
+    plan = JobPlan(controllers, WORLD)
     return Archive(Answers(how), plan, drive_last)
 
 

@@ -23,14 +23,14 @@ from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.generator import interior, is_drivable, sample_map
 from gym_mapbench.mapio.map_set_file import read_map_set
-from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings, drive, never
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD, drive, never
 
 SEARCH = EvolveSettings(pop_size=8, evaluations=44, shapes=SMALL, seed=5)
-EXPERIMENT = Experiment(SEARCH, CONTROLLERS, FakeRunSettings())
+EXPERIMENT = Experiment(SEARCH, CONTROLLERS, WORLD)
 
 
 def with_search(**options):
-    return Experiment(SEARCH.replace(**options), CONTROLLERS, FakeRunSettings())
+    return Experiment(SEARCH.replace(**options), CONTROLLERS, WORLD)
 
 
 def run(path, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, executor="processes", **options):
@@ -193,7 +193,7 @@ def test_only_the_same_experiment_continues(tmp_path):
     changed = with_search(mutation=SEARCH.ga.mutation.replace(move_distance=3))
     with pytest.raises(ConfigError, match=r"search.ga.mutation.move_distance was 15 when the run began, got 3"):
         go_on(rundir, changed)
-    other = Experiment(SEARCH, (*CONTROLLERS[:2], ControllerSpec(name="rl")), FakeRunSettings())
+    other = Experiment(SEARCH, (*CONTROLLERS[:2], ControllerSpec(name="rl")), WORLD)
     with pytest.raises(ConfigError, match="controllers was"):
         go_on(rundir, other)
     config = json.loads((tmp_path / CONFIG).read_text())
@@ -204,13 +204,13 @@ def test_only_the_same_experiment_continues(tmp_path):
 
 def test_an_experiment_reads_back_from_its_directory(tmp_path):
     rundir = RunDir.create(tmp_path, EXPERIMENT)
-    again = Experiment.from_document(RunDir.open(tmp_path).config, FakeRunSettings, "config.json")
+    again = Experiment.from_document(RunDir.open(tmp_path).config, "config.json")
     assert again == EXPERIMENT
     rundir.check_experiment(again)
     with pytest.raises(ConfigError, match=r"config.json: search: unknown key 'pop_sise'; did you mean 'pop_size'\?"):
-        Experiment.from_document({**EXPERIMENT.document(), "search": {"pop_sise": 3}}, FakeRunSettings, "config.json")
+        Experiment.from_document({**EXPERIMENT.document(), "search": {"pop_sise": 3}}, "config.json")
     with pytest.raises(ConfigError, match=r"config.json: expected the keys search, controllers and run"):
-        Experiment.from_document({"search": {}}, FakeRunSettings, "config.json")
+        Experiment.from_document({"search": {}}, "config.json")
 
 
 def test_cluster_scale_is_calibrated_once_and_written_down(tmp_path):
@@ -270,7 +270,7 @@ def test_a_search_draws_of_its_families(tmp_path):
     walls = [max(interior(cells, 1).mean(axis=0).max(), interior(cells, 1).mean(axis=1).max()) for cells in maps]
     assert 0 < sum(wall > 0.6 for wall in walls) < len(maps)
     assert RunDir.open(tmp_path / "run").config["search"]["families"][1] == families[1]
-    documented = Experiment.from_document(json.loads(json.dumps(search.document())), FakeRunSettings, "again")
+    documented = Experiment.from_document(json.loads(json.dumps(search.document())), "again")
     assert documented == search
 
 
@@ -366,9 +366,9 @@ def test_bad_search_options_are_refused():
         with pytest.raises(ConfigError, match=message):
             EvolveSettings(**options)
     with pytest.raises(ConfigError, match="controllers: expected different names, got 'dwb' twice"):
-        Experiment(SEARCH, (CONTROLLERS[0], CONTROLLERS[0]), FakeRunSettings())
+        Experiment(SEARCH, (CONTROLLERS[0], CONTROLLERS[0]), WORLD)
     with pytest.raises(ConfigError, match="controllers: expected at least one"):
-        Experiment(SEARCH, (), FakeRunSettings())
+        Experiment(SEARCH, (), WORLD)
 
 
 ROBUST = {

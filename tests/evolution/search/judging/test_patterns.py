@@ -17,7 +17,7 @@ from evolution.search.judging.exact import best_set
 from evolution.search.judging.patterns import groups, pair_scores, role_scores
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError
-from tests.evolution.fake_runs import CONTROLLERS, FakeRunSettings
+from tests.evolution.fake_runs import CONTROLLERS, WORLD
 
 TIMES = st.lists(st.floats(5.0, 140.0), min_size=3, max_size=3)
 
@@ -99,4 +99,4 @@ def test_scores_depend_on_ratios_alone(times, factor):
 )
 def test_what_a_pattern_cannot_be_used_for_is_one_line(options, controllers, message):
     with pytest.raises(ConfigError, match=message):
-        Experiment(EvolveSettings(**options), CONTROLLERS[:controllers], FakeRunSettings())
+        Experiment(EvolveSettings(**options), CONTROLLERS[:controllers], WORLD)
