@@ -41,7 +41,7 @@ class Batch:
         self._config = config
         self._worlds = worlds
         self._count = len(worlds.robots)
-        self._drive = drive_of(config.robot, config.physics_hz)
+        self._drive = drive_of(config.robot, config.physics_hz, config.plant)
         self._rules = rules_of(config)
         self._lidar = lidar = config.mounted_lidar
         self._scanner = np.array(lidar.place), directions(lidar), lidar.range_max

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
 from gym_mapbench.env.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, RewardSettings
 from gym_mapbench.errors import ConfigError, unknown_name
@@ -21,6 +21,7 @@ from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import LidarSettings
 from gym_mapbench.world.noise import NoiseSettings, make_noise
+from gym_mapbench.world.plant import PlantName
 from gym_mapbench.world.robot import LidarMount, RobotSpec, make_robot
 from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 
@@ -46,6 +47,8 @@ class EnvConfig(Settings):
             several of these, of which one is drawn each time. None: random shapes, as in the thesis.
         shapes: Size and borders of drawn maps, and what random shapes are like.
         robot: A preset's name or the options of a robot.
+        plant: How the robot follows a command: ``ideal`` (the plant of the recorded Nav2 runs), or ``fortress`` (Gazebo
+            Fortress: steps of 1 ms, and a command takes effect one step after it arrives).
         physics_hz: Physics steps per second.
         control_hz: Actions per second; ``physics_hz`` must be a multiple of it.
         time_limit: Simulated seconds until an episode is truncated.
@@ -72,6 +75,7 @@ class EnvConfig(Settings):
     family: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()
     robot: RobotSpec = make_robot("turtlebot3_waffle")
+    plant: PlantName = "ideal"
     physics_hz: Rate = 100.0
     control_hz: Rate = 20.0
     time_limit: Annotated[float, Field(gt=0, le=1e6)] = 150.0
@@ -101,6 +105,12 @@ class EnvConfig(Settings):
         if isinstance(config, EnvConfig):
             return config.replace(**options)
         return cls.from_mapping({} if config is None else config, "config").replace(**options)
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave ``plant`` out if it is ``ideal``, so that the identity of such a run does not depend on the option."""
+        values: dict[str, Any] = dump(self)
+        return {name: value for name, value in values.items() if name != "plant" or value != "ideal"}
 
     @field_validator("maps", mode="before")
     @classmethod

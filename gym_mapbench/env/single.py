@@ -106,6 +106,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             world,
             self.robot,
             start,
+            plant=config.plant,
             rests=config.physics_may_rest,
             nearby=config.collision_ends_episode,
             worlds=self._worlds,

@@ -10,18 +10,24 @@ from gym_mapbench.kernels.geometry import wrap_angle
 from gym_mapbench.kernels.jit import kernel
 
 ROBOT = np.dtype(
-    [(name, np.float64) for name in ("x", "y", "yaw", "wheel_v", "wheel_w", "v", "w")] + [("held", np.bool_)],
+    [(name, np.float64) for name in ("x", "y", "yaw", "wheel_v", "wheel_w", "v", "w", "target_v", "target_w")]
+    + [("held", np.bool_)],
     align=True,
 )
-"""A robot: true pose (m, rad), speeds of its wheels and of its body (m/s, rad/s), and whether Box2D has walls at hand
-for it, touched or not."""
+"""A robot: true pose (m, rad), speeds of its wheels and of its body (m/s, rad/s), speeds that its wheels approach
+(m/s, rad/s), and whether Box2D has walls at hand for it, touched or not."""
 
 BOX = np.dtype([(name, np.float32) for name in ("left", "bottom", "right", "top", "from_x", "from_y", "to_x", "to_y")])
 """The box that Box2D keeps around a disc, and the motion for which it was last made while Box2D rested, 0 if it was not
 (Box2D's units)."""
 
-DRIVE = np.dtype([(name, np.float64) for name in ("tick", "forward", "reverse", "turn", "dv", "dw", "radius")])
-"""What it can do: length of a tick (s), top speeds, largest change of both speeds in a tick, radius around it (m)."""
+DRIVE = np.dtype(
+    [(name, np.float64) for name in ("tick", "forward", "reverse", "turn", "dv", "dw", "radius")]
+    + [("substeps", np.int64), ("late", np.bool_)],
+    align=True,
+)
+"""What it can do: length of a tick (s), top speeds, largest change of both speeds in a substep, radius around it (m),
+substeps of a tick, and whether a command takes effect one substep after it arrives."""
 
 GROUND = np.dtype(
     [(name, np.float64) for name in ("resolution", "origin_x", "origin_y")]
@@ -72,19 +78,67 @@ def drive_robot(robots, boxes, i, v, w, ticks, drive, grounds, walls):
         return False
     x, y = place_in_box2d(robot, grounds[i])
     keep_box(box, x, y, x, y, can.radius)
-    for _ in range(ticks):
-        robot.wheel_v = approach(robot.wheel_v, v, can.dv)
-        robot.wheel_w = approach(robot.wheel_w, w, can.dw)
-        vx, vy = midpoint_velocity(robot.yaw, robot.wheel_v, robot.wheel_w, can.tick)
+    for number in range(ticks):
+        vx, vy, turn = tick_velocity(robot, robot.yaw, v, w, can, number == 0)
         robot.x += vx * can.tick
         robot.y += vy * can.tick
-        robot.yaw += robot.wheel_w * can.tick
+        robot.yaw += turn * can.tick
         to_x, to_y = x + step_in_box2d(vx, can.tick), y + step_in_box2d(vy, can.tick)
         keep_box(box, x, y, to_x, to_y, can.radius)
         x, y = to_x, to_y
     robot.yaw = wrap_angle(robot.yaw)
     robot.v, robot.w = robot.wheel_v, robot.wheel_w
     return True
+
+
+@kernel
+def plan_ticks(robots, yaw, v, w, first, drive, rows):
+    """Write what the robot does in the ticks of a control step from a tick on, if nothing stops it.
+
+    Args:
+        robots: ``(1,)`` ROBOT; the speeds of its wheels change, its pose does not.
+        yaw: Heading at the beginning of that tick, rad.
+        v: Commanded forward speed, m/s.
+        w: Commanded turn rate, rad/s.
+        first: Number of that tick in the control step; the rows before it are known.
+        drive: ``(1,)`` DRIVE.
+        rows: ``(ticks, 5)`` mean velocity of each tick (m/s, m/s, rad/s), and speeds of the wheels after it (m/s,
+            rad/s); in and out.
+    """
+    robot, can = robots[0], drive[0]
+    v, w = clip(v, -can.reverse, can.forward), clip(w, -can.turn, can.turn)
+    if first > 0:
+        robot.wheel_v, robot.wheel_w = rows[first - 1, 3], rows[first - 1, 4]
+    for number in range(first, len(rows)):
+        vx, vy, turn = tick_velocity(robot, yaw, v, w, can, number == 0)
+        yaw += turn * can.tick
+        rows[number, 0], rows[number, 1], rows[number, 2] = vx, vy, turn
+        rows[number, 3], rows[number, 4] = robot.wheel_v, robot.wheel_w
+
+
+@kernel
+def tick_velocity(robot, yaw, v, w, can, arrives):
+    """Let the wheels approach a command for one tick; return the mean velocity of the tick (m/s, m/s, rad/s).
+
+    Args:
+        robot: ROBOT; the speeds of its wheels change, its pose does not.
+        yaw: Heading at the beginning of the tick, rad.
+        v: Commanded forward speed within the limits, m/s.
+        w: Commanded turn rate within the limits, rad/s.
+        can: DRIVE.
+        arrives: Whether the command arrives at the beginning of this tick.
+    """
+    sum_x, sum_y, sum_w, substep = 0.0, 0.0, 0.0, can.tick / can.substeps
+    for number in range(can.substeps):
+        if number > 0 or not (arrives and can.late):
+            robot.target_v, robot.target_w = v, w
+        robot.wheel_v = approach(robot.wheel_v, robot.target_v, can.dv)
+        robot.wheel_w = approach(robot.wheel_w, robot.target_w, can.dw)
+        vx, vy = midpoint_velocity(yaw + sum_w * substep, robot.wheel_v, robot.wheel_w, substep)
+        sum_x += vx
+        sum_y += vy
+        sum_w += robot.wheel_w
+    return sum_x / can.substeps, sum_y / can.substeps, sum_w / can.substeps
 
 
 @kernel

@@ -9,17 +9,15 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.kernels import motion
-from gym_mapbench.kernels.jit import plain
-from gym_mapbench.kernels.motion import SCALE
+from gym_mapbench.kernels.motion import SCALE, plan_ticks
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import wrap_angle
+from gym_mapbench.world.state import Records
 from gym_mapbench.world.world import BODY, WALL, World
 
 with warnings.catch_warnings():
@@ -46,8 +44,6 @@ POSITION_ITERATIONS = 2
 
 ELSEWHERE = b2AABB(lowerBound=(-1e6, -1e6), upperBound=(-1e6, -1e6))
 
-_clip, _approach, _midpoint_velocity = plain(motion.clip), plain(motion.approach), plain(motion.midpoint_velocity)
-
 
 class Engine:
     """The walls of a map, the robot, and the bodies near it, in Box2D.
@@ -60,6 +56,7 @@ class Engine:
 
     def __init__(self, grid: GridMap, robot: RobotSpec, area: tuple[float, float, float] | None) -> None:
         self._area = area
+        self._rows = np.empty((0, 5))
         self._origin_x, self._origin_y = grid.origin
         self._touch = _Touch() if robot.footprint is None else _SeamlessTouch(grid)
         self._world = b2World(gravity=(0, 0), doSleep=False, contactListener=self._touch)
@@ -97,41 +94,49 @@ class Engine:
         """Put the bodies with these numbers, and no others, where they are now, on their way through the next ticks."""
         self._traffic.meet(world, near, ticks)
 
-    def advance(
-        self, robot: tuple[Any, ...], v: float, w: float, ticks: int, drive: tuple[float, ...]
-    ) -> tuple[tuple[Any, ...], int]:
+    def advance(self, robots: Records, v: float, w: float, ticks: int, drive: Records) -> int:
         """Drive ``ticks`` physics steps towards a command.
 
         Args:
-            robot: ROBOT before.
+            robots: ``(1,)`` ROBOT, in and out.
             v: Commanded forward speed, m/s.
             w: Commanded turn rate, rad/s.
             ticks: Number of physics steps.
-            drive: DRIVE.
+            drive: ``(1,)`` DRIVE.
 
         Returns:
-            ROBOT afterwards, and what was touched: 0, or a sum of ``WALL`` and ``BODY``.
+            What was touched: 0, or a sum of ``WALL`` and ``BODY``.
         """
-        self._x, self._y, self._yaw, wheel_v, wheel_w, _, _, _ = robot
-        tick, forward, reverse, turn, dv, dw, _ = drive
-        v, w = _clip(v, -reverse, forward), _clip(w, -turn, turn)
+        self._x, self._y, self._yaw, *_ = robots.item(0)
+        if len(self._rows) != ticks:
+            self._rows = np.empty((ticks, 5))
+        rows, tick = self._rows, drive.item(0)[0]
+        plan_ticks(robots, self._yaw, v, w, 0, drive, rows)
+        plan = rows.tolist()
         if not self._touch.count:
             self._follow()
         touched, traffic = 0, self._traffic if self._traffic.here else None
         for number in range(ticks):
-            if wheel_v != v or wheel_w != w:
-                wheel_v, wheel_w = _approach(wheel_v, v, dv), _approach(wheel_w, w, dw)
             if traffic:
                 traffic.steer(number)
-            touched |= self._step(wheel_v, wheel_w, tick)
-        self._yaw = wrap_angle(self._yaw)
-        speeds = self._velocity() if self._touch.count else (wheel_v, wheel_w)
-        return (self._x, self._y, self._yaw, wheel_v, wheel_w, *speeds, self.holds), touched
+            vx, vy, turn, *_ = plan[number]
+            stopped = self._step(vx, vy, turn, tick)
+            if stopped and number + 1 < ticks:
+                plan_ticks(robots, self._yaw, v, w, number + 1, drive, rows)
+                plan = rows.tolist()
+            touched |= stopped
+        self._write(robots, plan[-1][3:])
+        return touched
 
-    def _step(self, v: float, w: float, tick: float) -> int:
-        """Move by one tick with the wheels' speeds; return what was touched."""
+    def _write(self, robots: Records, wheels: list[float]) -> None:
+        """Write the state after a control step."""
+        *_, target_v, target_w, _ = robots.item(0)
+        speeds = self._velocity() if self._touch.count else wheels
+        robots[0] = (self._x, self._y, wrap_angle(self._yaw), *wheels, *speeds, target_v, target_w, self.holds)
+
+    def _step(self, vx: float, vy: float, w: float, tick: float) -> int:
+        """Move by one tick with a mean velocity (m/s, m/s, rad/s); return what was touched."""
         body, touch = self._body, self._touch
-        vx, vy = _midpoint_velocity(self._yaw, v, w, tick)
         body.linearVelocity = vx * SCALE, vy * SCALE
         body.angularVelocity = w
         self._world.Step(tick, VELOCITY_ITERATIONS, POSITION_ITERATIONS)

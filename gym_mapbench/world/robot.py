@@ -87,6 +87,15 @@ _PRESETS: dict[str, RobotSpec] = {
     # Nav2's example (nav2_bringup/params/nav2_params.yaml): the radius of its costmaps, MPPI's and RPP's top speed.
     # The scanners of both TurtleBot3: turtlebot3_description/urdf (base_scan); LDS-01's data sheet: 0.12 m.
     "turtlebot3_waffle": RobotSpec(name="turtlebot3_waffle", lidar=LidarMount(x=-0.064, range_min=0.12)),
+    # The Waffle that Nav2 spawns in gz: nav2_minimal_tb3_sim/urdf/gz_waffle.sdf.xacro, limits of its DiffDrive.
+    "turtlebot3_waffle_gz": RobotSpec(
+        name="turtlebot3_waffle_gz",
+        max_linear_velocity=0.46,
+        max_reverse_velocity=0.46,
+        max_linear_acceleration=1.0,
+        max_angular_acceleration=2.0,
+        lidar=LidarMount(x=-0.064, range_min=0.12),
+    ),
     # ROBOTIS e-manual: 0.22 m/s, 2.84 rad/s; the 138 mm x 178 mm base fits a disc of 0.105 m.
     "turtlebot3_burger": RobotSpec(
         name="turtlebot3_burger",

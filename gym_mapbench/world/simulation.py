@@ -13,6 +13,7 @@ import numpy as np
 
 from gym_mapbench.kernels.motion import BOX, MARGIN, drive_robot
 from gym_mapbench.world.box2d import Engine
+from gym_mapbench.world.plant import PlantName
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.state import Worlds, drive_of, ground_of
@@ -32,6 +33,7 @@ class Simulation:
         world: Walls and bodies; its unknown cells are free.
         robot: Shape and limits of the robot.
         start: Where it stands, at rest.
+        plant: How the wheels follow a command: a name of :data:`~gym_mapbench.world.plant.PLANTS`.
         rests: Whether Box2D rests while no wall and no body is within reach. For a disc, nothing changes; for a
             polygon, nothing up to the first touch: after it, which of several walls touched at once Box2D solves first
             depends on where the robot has been all along.
@@ -48,6 +50,7 @@ class Simulation:
         robot: RobotSpec,
         start: Pose,
         *,
+        plant: PlantName = "ideal",
         rests: bool = False,
         nearby: bool = False,
         worlds: Worlds | None = None,
@@ -56,18 +59,18 @@ class Simulation:
         self._rests, self._nearby = rests, nearby
         self._worlds = Worlds() if worlds is None else worlds
         self._worlds.grounds[0] = ground_of(world.grid)
-        self._worlds.robots[0] = (*start, 0.0, 0.0, 0.0, 0.0, False)
+        self._worlds.robots[0] = (*start, *[0.0] * 6, False)
         self._worlds.boxes[0] = np.zeros((), BOX)
         self._robot = robot
         self._walls = world.grid.framed.reshape(-1)
-        self._drive = drive_of(robot, world.physics_hz)
+        self._drive = drive_of(robot, world.physics_hz, plant)
         self._can: tuple[float, ...] = self._drive.item(0)
         self._engine: Engine | None = None
         self._is_boxed = rests and robot.footprint is None
 
     def state(self) -> tuple[Pose, tuple[float, float]]:
         """Return pose and velocity, which are read together in half the time."""
-        x, y, yaw, _, _, v, w, _ = self._worlds.robots.item(0)
+        x, y, yaw, _, _, v, w, *_ = self._worlds.robots.item(0)
         return Pose(x, y, yaw), (v, w)
 
     @property
@@ -110,13 +113,13 @@ class Simulation:
     def advance_in_box2d(self, v: float, w: float, ticks: int) -> int:
         """Do what :meth:`advance` does where a wall or body is within reach, but leave the bodies where they are."""
         worlds = self._worlds
-        before = worlds.robots.item(0)
-        engine = self._engine_at(before[0], before[1], ticks)
+        x, y, *_ = worlds.robots.item(0)
+        engine = self._engine_at(x, y, ticks)
         if self._is_boxed:
             self._restore_box(engine)
         if self.world.bodies:
             engine.meet(self.world, self._near(ticks), ticks)
-        worlds.robots[0], touched = engine.advance(before, v, w, ticks, self._can)
+        touched = engine.advance(worlds.robots, v, w, ticks, self._drive)
         if self._is_boxed and not engine.holds:
             worlds.boxes[0] = engine.box()
         return touched
@@ -137,7 +140,7 @@ class Simulation:
     def _engine_at(self, x: float, y: float, ticks: int) -> Engine:
         """Return Box2D with all walls that are within reach of a position."""
         if self._engine is None or self._nearby:
-            tick, forward, reverse, *_, radius = self._can
+            tick, forward, reverse, _, _, _, radius, *_ = self._can
             reach = radius + max(forward, reverse) * ticks * tick + MARGIN
             if self._engine is None or not self._engine.covers(x, y, reach):
                 self._engine = Engine(self.world.grid, self._robot, (x, y, reach + SPARE) if self._nearby else None)

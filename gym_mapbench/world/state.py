@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gym_mapbench.kernels.motion import BOX, DRIVE, GROUND, ROBOT
 from gym_mapbench.kernels.task import TASK
 from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.plant import PLANTS, PlantName
 from gym_mapbench.world.robot import RobotSpec
 
 Records = NDArray[Any]
@@ -49,9 +50,13 @@ def ground_of(grid: GridMap) -> tuple[Any, ...]:
 
 
 @functools.lru_cache(maxsize=8)
-def drive_of(robot: RobotSpec, physics_hz: float) -> Records:
+def drive_of(robot: RobotSpec, physics_hz: float, plant: PlantName = "ideal") -> Records:
     """Return the ``(1,)`` DRIVE of a robot; cached, as every episode asks for it."""
-    tick = 1.0 / physics_hz
+    tick, late = 1.0 / physics_hz, PLANTS[plant].late
+    substeps = PLANTS[plant].substeps(tick)
     speeds = robot.max_linear_velocity, robot.max_reverse_velocity, robot.max_angular_velocity
-    changes = robot.max_linear_acceleration * tick, robot.max_angular_acceleration * tick
-    return np.array([(tick, *speeds, *changes, robot.circumscribed_radius)], DRIVE)
+    changes = (
+        robot.max_linear_acceleration * tick / substeps,
+        robot.max_angular_acceleration * tick / substeps,
+    )
+    return np.array([(tick, *speeds, *changes, robot.circumscribed_radius, substeps, late)], DRIVE)

@@ -289,3 +289,42 @@ def test_maps_of_four_million_cells_are_driven_on():
     states, contacts = drive(Simulation(World(grid), WAFFLE, Pose(0.5, 0.5, 0.0)), np.tile([0.5, 0.0], (250, 1)))
     assert contacts[-1]
     assert states[-1, 0] == pytest.approx(5.0 - WAFFLE.radius, abs=MILLIMETRE)
+
+
+def integrate_fortress(pose, commands, robot, ticks):
+    """The plain twin of the plant ``fortress``: steps of 1 ms, and a command takes effect one step after it arrives."""
+    x, y, yaw, v, w, target = *pose, 0.0, 0.0, (0.0, 0.0)
+    states = []
+    for command in commands:
+        for step in range(10 * ticks):
+            if step:
+                target = command
+            target_v = min(max(target[0], -robot.max_reverse_velocity), robot.max_linear_velocity)
+            target_w = min(max(target[1], -robot.max_angular_velocity), robot.max_angular_velocity)
+            v += min(max(target_v - v, -1e-3 * robot.max_linear_acceleration), 1e-3 * robot.max_linear_acceleration)
+            w += min(max(target_w - w, -1e-3 * robot.max_angular_acceleration), 1e-3 * robot.max_angular_acceleration)
+            x += 1e-3 * v * math.cos(yaw + 5e-4 * w)
+            y += 1e-3 * v * math.sin(yaw + 5e-4 * w)
+            yaw += 1e-3 * w
+        states.append((x, y, yaw, v, w))
+    return np.array(states)
+
+
+@pytest.mark.parametrize("rests", [True, False])
+def test_the_fortress_plant_is_integrated_in_steps_of_a_millisecond(rests):
+    commands = np.repeat(np.random.default_rng(1).uniform([-0.5, -2.5], [0.6, 2.5], (40, 2)), 4, axis=0)
+    world = World(GridMap(np.zeros((1, 1), bool), 40.0, (-20.0, -20.0)))
+    states, _ = drive(Simulation(world, WAFFLE, Pose(0.0, 0.0, 0.3), plant="fortress", rests=rests), commands)
+    difference = states - integrate_fortress((0.0, 0.0, 0.3), commands, WAFFLE, 5)
+    difference[:, 2] = np.remainder(difference[:, 2] + np.pi, 2 * np.pi) - np.pi
+    assert np.abs(difference).max() < 1e-9
+
+
+@pytest.mark.parametrize("plant", ["ideal", "fortress"])
+def test_a_robot_stopped_by_a_wall_turns_away_from_it(plant):
+    """The wheels' speeds and headings after a touch are those of the ticks that follow it."""
+    simulated = Simulation(World(wall_at(2.0)), WAFFLE, Pose(1.7, 2.0, 0.0), plant=plant)
+    states, contacts = drive(simulated, [(0.3, 0.0)] * 20 + [(0.0, 1.0)] * 40 + [(0.3, 0.0)] * 20)
+    assert contacts[15:20].all()
+    assert states[19, 0] == pytest.approx(2.0 - WAFFLE.radius, abs=1e-3)
+    assert states[-1, 0] < 2.0 - WAFFLE.radius - 0.05
