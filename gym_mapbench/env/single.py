@@ -101,7 +101,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         config, noise = self.config, self.config.noise
         streams = Streams.spawn(self.np_random, noise)
         start = draw_start(self.scenario, self.robot, noise, streams.start)
-        world = World(self.scenario.map, self.scenario.bodies, config.physics_hz)
+        world = World(self.scenario.map, self.scenario.bodies, config.physics_hz, config.ticks)
         self.simulation = Simulation(
             world,
             self.robot,

@@ -94,7 +94,7 @@ class Engine:
         self._broad_phase.MoveProxy(self._leaf, b2AABB(lowerBound=lower, upperBound=upper), (to_x - x, to_y - y))
 
     def meet(self, world: World, near: list[int], ticks: int) -> None:
-        """Put the bodies with these numbers, and no others, where they are now, on their way through the next ticks."""
+        """Put the bodies with these numbers, and no others, where they are now, on their way for the next ticks."""
         self._traffic.meet(world, near, ticks)
 
     def advance(
@@ -117,12 +117,10 @@ class Engine:
         v, w = _clip(v, -reverse, forward), _clip(w, -turn, turn)
         if not self._touch.count:
             self._follow()
-        touched, traffic = 0, self._traffic if self._traffic.here else None
-        for number in range(ticks):
+        touched = 0
+        for _ in range(ticks):
             if wheel_v != v or wheel_w != w:
                 wheel_v, wheel_w = _approach(wheel_v, v, dv), _approach(wheel_w, w, dw)
-            if traffic:
-                traffic.steer(number)
             touched |= self._step(wheel_v, wheel_w, tick)
         self._yaw = wrap_angle(self._yaw)
         speeds = self._velocity() if self._touch.count else (wheel_v, wheel_w)
@@ -162,40 +160,30 @@ class Engine:
 
 
 class _Traffic:
-    """The bodies near the robot, as kinematic bodies of Box2D: they follow their course, whatever they touch.
+    """The bodies near the robot, as kinematic bodies of Box2D: they move on, whatever they touch.
 
     Args:
         world: Box2D's world.
         grid: The map.
-
-    Attributes:
-        here: Box2D's body of every body, by its number.
     """
 
     def __init__(self, world: b2World, grid: GridMap) -> None:
         self._world, self._origin = world, np.array(grid.origin)
-        self.here: dict[int, b2Body] = {}
-        self._velocities: list[list[list[float]]] = []
+        self._here: dict[int, b2Body] = {}
 
     def meet(self, world: World, near: list[int], ticks: int) -> None:
         """As :meth:`Engine.meet`."""
-        for number in sorted(self.here.keys() - set(near)):
-            self._world.DestroyBody(self.here.pop(number))
+        for number in sorted(self._here.keys() - set(near)):
+            self._world.DestroyBody(self._here.pop(number))
         if not near:
             return
-        places = (world.course(ticks)[:, near, :2] - self._origin) * SCALE
-        for number, place in zip(near, places[0].tolist(), strict=True):
-            if number not in self.here:
-                self.here[number] = self._enter(world.radii[number])
-            self.here[number].position = place
-        # In the order of `here`, which is that in which they came.
-        order = [near.index(number) for number in self.here]
-        self._velocities = (np.diff(places[:, order], axis=0) * world.physics_hz).tolist()
-
-    def steer(self, tick: int) -> None:
-        """Give every body the velocity of a tick."""
-        for body, velocity in zip(self.here.values(), self._velocities[tick], strict=True):
-            body.linearVelocity = velocity
+        now, then = ((poses[near, :2] - self._origin) * SCALE for poses in (world.poses, world.after(ticks)))
+        velocities = (then - now) * (world.physics_hz / ticks)
+        for number, place, velocity in zip(near, now.tolist(), velocities.tolist(), strict=True):
+            if number not in self._here:
+                self._here[number] = self._enter(world.radii[number])
+            self._here[number].position = place
+            self._here[number].linearVelocity = velocity
 
     def _enter(self, radius: float) -> b2Body:
         body = self._world.CreateKinematicBody()
