@@ -18,7 +18,7 @@ from gym_mapbench.env.render import Snapshot, Window, draw
 from gym_mapbench.env.scenario_source import ScenarioSource
 from gym_mapbench.env.task import TOUCHED, Standing, Task
 from gym_mapbench.errors import unknown_name
-from gym_mapbench.world.clearance import check_clearance, draw_start
+from gym_mapbench.world.clearance import check_clearance, sample_start
 from gym_mapbench.world.noise import Streams, Wander
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
@@ -100,7 +100,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         check_clearance(self.scenario, self.robot)
         config, noise = self.config, self.config.noise
         streams = Streams.spawn(self.np_random, noise)
-        start = draw_start(self.scenario, self.robot, noise, streams.start)
+        start = sample_start(self.scenario, self.robot, noise, streams.start)
         world = World(self.scenario.map, self.scenario.bodies, config.physics_hz, config.ticks)
         self.simulation = Simulation(
             world,

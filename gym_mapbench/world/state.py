@@ -18,14 +18,14 @@ Records = NDArray[Any]
 
 
 class Worlds:
-    """What changes from step to step in ``count`` worlds, and where their maps lie.
+    """The state of ``count`` worlds, and where their maps lie.
 
     Attributes:
         robots: ``(count,)`` :data:`~gym_mapbench.kernels.motion.ROBOT`.
         boxes: ``(count,)`` :data:`~gym_mapbench.kernels.motion.BOX`.
         tasks: ``(count,)`` :data:`~gym_mapbench.kernels.task.TASK`.
         grounds: ``(count,)`` :data:`~gym_mapbench.kernels.motion.GROUND`.
-        commands: ``(count, 2)`` the last command, m/s and rad/s, as it was carried out.
+        commands: ``(count, 2)`` the last command, m/s and rad/s, with the error of the motors.
     """
 
     def __init__(self, count: int = 1) -> None:
@@ -36,7 +36,7 @@ class Worlds:
         self.commands: NDArray[np.float64] = np.zeros((count, 2))
 
     def only(self, index: int) -> Worlds:
-        """Return one of the worlds; what is written to it is written here."""
+        """Return one of the worlds, which shares its arrays with all."""
         one = Worlds(0)
         for name, records in vars(self).items():
             setattr(one, name, records[index : index + 1])
@@ -50,7 +50,7 @@ def ground_of(grid: GridMap) -> tuple[Any, ...]:
 
 @functools.lru_cache(maxsize=8)
 def drive_of(robot: RobotSpec, physics_hz: float) -> Records:
-    """Return the ``(1,)`` DRIVE of a robot; cached, as every episode asks for it."""
+    """Return the ``(1,)`` DRIVE of a robot; cached, as every episode needs it."""
     tick = 1.0 / physics_hz
     speeds = robot.max_linear_velocity, robot.max_reverse_velocity, robot.max_angular_velocity
     changes = robot.max_linear_acceleration * tick, robot.max_angular_acceleration * tick

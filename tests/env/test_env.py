@@ -295,7 +295,7 @@ def test_noisy_starts_keep_clear_of_walls():
         assert info["pose"][:2].min() > 0.1 + 0.22
     cell = ("######", "#....#", "#....#", "#....#", "#....#", "######")
     tight = {"maps": cell, "resolution": 0.115, "start": (0.345, 0.345, 0.0), "goal": (0.345, 0.345, 1.0)}
-    with pytest.raises(ConfigError, match="walls in 1000 draws"):
+    with pytest.raises(ConfigError, match="obstacles in 1000 samples"):
         MapBenchEnv(**tight, noise={"start_xy": 1.0}).reset(seed=0)
 
 
