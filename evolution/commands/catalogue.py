@@ -23,6 +23,7 @@ from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.planners import PLANNERS, PlannerEntry
 from gym_mapbench.registry import Registry
+from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS
 
@@ -113,6 +114,7 @@ KINDS: dict[str, Kind] = {
     "metrics": _of_registry(METRICS, "--metric"),
     "noise": _of_registry(NOISES, "--noise", _settings_in(NOISES))._replace(about=_noise),
     "families": _of_registry(FAMILIES, "--family"),
+    "motions": _of_registry(MOTIONS, "bodies: motion:"),
     "fitnesses": _of_registry(FITNESSES, "--fitness"),
     "operators": _of_registry(OPERATORS, "mutation: operators:"),
     "formats": _of_registry(FORMATS, "NAME:PATH"),

@@ -129,7 +129,7 @@ class Observer:
         return {key: CONTENTS[key](self, moment) for key in self._keys}
 
     def know(self, pose: Pose, velocity: tuple[float, float]) -> Moment:
-        """Return the estimates of odometry and localisation for a true pose and velocity; call it once a control step."""
+        """Return the estimates of odometry and localisation for a true state; call it once a control step."""
         noise = self._config.noise
         odom = self._odometry.advance(pose)
         estimate = self._localisation.advance(pose, odom)

@@ -94,7 +94,7 @@ class CautiousDistance(DistanceToGoal):
 
 @functools.lru_cache(maxsize=8)
 def progress_field(scenario: Scenario, robot: RobotSpec, caution: float, reach: float) -> DistanceToGoal:
-    """Return the distances to the goal that progress is measured with; see :class:`~gym_mapbench.env.groups.RewardSettings`."""
+    """Return the distances to the goal that progress is measured with."""
     return CautiousDistance(scenario, robot, caution, reach) if caution else distance_to_goal(scenario, robot)
 
 

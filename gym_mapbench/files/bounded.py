@@ -132,7 +132,7 @@ def read_arrays(path: str | Path, limit: int, raises: type[MapBenchError]) -> di
 
 
 def _array(path: str | Path, name: str, arrays: Mapping[str, Any], raises: type[MapBenchError]) -> NDArray[Any]:
-    """Read one array; a member that is no array comes as bytes, and the header of an array of empty items may state any length."""
+    """Read one array; a member that is no array comes as bytes, and the header of empty items may state any length."""
     array = arrays[name]
     if not isinstance(array, np.ndarray) or (array.size and not array.dtype.itemsize):
         raise raises(f"{path}: {name!r:.80}: expected an array")

@@ -21,7 +21,7 @@ BOX = np.dtype([(name, np.float32) for name in ("left", "bottom", "right", "top"
 (Box2D's units)."""
 
 DRIVE = np.dtype([(name, np.float64) for name in ("tick", "forward", "reverse", "turn", "dv", "dw", "radius")])
-"""Limits of a robot: length of a tick (s), top speeds, largest change of both speeds in a tick, radius around it (m)."""
+"""Limits of a robot: length of a tick (s), top speeds, largest change of both speeds in a tick, and radius (m)."""
 
 GROUND = np.dtype(
     [(name, np.float64) for name in ("resolution", "origin_x", "origin_y")]
@@ -39,7 +39,7 @@ ZERO, SLACK, AHEAD = np.float32(0.0), np.float32(0.1), np.float32(2.0)
 """How much larger than the disc Box2D makes its box: by so much on all sides, and by so many steps ahead."""
 
 MARGIN = 0.01
-"""Distance that counts as near, beyond radius and motion, m: more than three times the slack, and what float32 comes to."""
+"""Distance that counts as near, beyond radius and motion, m: more than three times the slack and float32's rounding."""
 
 
 @kernel

@@ -49,7 +49,7 @@ def load_scenarios(
         threshold: As for :func:`load_maps`.
 
     Raises:
-        MapFormatError: If the file is not what it claims to be.
+        MapFormatError: If the file is not in the format that its name states.
         ConfigError: If a map has no task and none is given, or a pose is off the map or occupied.
     """
     maps = load_maps(path, resolution=resolution, threshold=threshold)

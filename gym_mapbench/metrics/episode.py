@@ -18,8 +18,8 @@ class Event(NamedTuple):
     """Something that happened during a run.
 
     ``kind`` is one of ``replan``, ``replan_failure``, ``clear_local``, ``clear_global``, ``spin``,
-    ``wait``, ``backup``, ``controller_failure``, ``planner_failure``, ``contact``. The ``detail`` of a contact names what
-    was touched unless it was a wall alone: ``body``, or ``wall and body``.
+    ``wait``, ``backup``, ``controller_failure``, ``planner_failure``, ``contact``. The ``detail`` of a contact
+    is empty if only a wall was touched, otherwise ``body`` or ``wall and body``.
     """
 
     time: float

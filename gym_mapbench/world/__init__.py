@@ -1,7 +1,7 @@
 """The world of one episode: walls, moving bodies, and a robot with its sensors, in physics.
 
-In: a :class:`~gym_mapbench.world.scenario.Scenario` (map, start, goal, bodies), a robot, commands in m/s and rad/s. Out:
-true pose and velocity, what the robot touched, scans, and the estimates of odometry and localisation.
+In: a :class:`~gym_mapbench.world.scenario.Scenario` (map, start, goal, bodies), a robot, commands in m/s and rad/s.
+Out: true pose and velocity, what the robot touched, scans, and the estimates of odometry and localisation.
 
 ==============  ==========================================================================================
 data            ``gridmap`` walls, ``bodies`` and ``motions`` what moves, ``scenario`` map and task, ``robot``

@@ -87,7 +87,7 @@ class Engine:
         return *box.lowerBound, *box.upperBound, 0.0, 0.0, 0.0, 0.0
 
     def make_box(self, x: float, y: float, to_x: float, to_y: float) -> None:
-        """Have Box2D make the box of a disc again, for a motion between two points (Box2D's units); see ``keep_box``."""
+        """Make the box of a disc again in Box2D, for a motion between two points (Box2D's units); see ``keep_box``."""
         reach = self._reach
         lower, upper = (min(x, to_x) - reach, min(y, to_y) - reach), (max(x, to_x) + reach, max(y, to_y) + reach)
         self._broad_phase.MoveProxy(self._leaf, ELSEWHERE, (0.0, 0.0))

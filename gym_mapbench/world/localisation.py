@@ -100,6 +100,6 @@ class Localisation:
 
 
 def _sample_pose(rng: np.random.Generator) -> Pose:
-    """Sample a pose, uniform in position and heading, so that all shifts and turns against the map are equally likely."""
+    """Sample a pose, uniform in position and heading: all shifts and turns against the map are equally likely."""
     x, y, turn = rng.uniform(-1.0, 1.0, 3).tolist()
     return Pose(ODOM_SHIFT * x, ODOM_SHIFT * y, wrap_angle(math.pi * turn))

@@ -1,8 +1,8 @@
 """Noise of sensors, motors and localisation. All noise is off by default.
 
-Each source of noise samples from a generator of its own, at a rate that does not depend on what the robot does. At equal
-seeds, all controllers therefore meet the same noise at the same time. The noise of one source does not change when
-another source is switched on or off (common random numbers).
+Each source of noise samples from a generator of its own, at a rate that does not depend on what the robot does. At
+equal seeds, all controllers therefore meet the same noise at the same time. The noise of one source does not change
+when another source is switched on or off (common random numbers).
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ class Scenario:
         bodies: What moves besides the robot; see :mod:`gym_mapbench.world.bodies`.
 
     Raises:
-        ConfigError: If start or goal is not finite, off the map, or in an occupied cell, or something else stands for a body.
+        ConfigError: If start or goal is not finite, off the map, or in an occupied cell, or a body is not a Body.
     """
 
     map: GridMap
@@ -124,6 +124,6 @@ def _pose_on(grid: GridMap, what: str, pose: Pose) -> Pose:
 
 
 def wrap_angle(angle: float) -> float:
-    """Return an angle wrapped to (-pi, pi]; an angle in that range is returned unchanged: saved poses keep their digest."""
+    """Return an angle wrapped to (-pi, pi]; an angle in that range is unchanged, so saved poses keep their digest."""
     wrapped: float = _wrap(angle)
     return wrapped
