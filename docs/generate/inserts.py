@@ -11,11 +11,18 @@ from collections.abc import Callable
 
 from docs.generate.api import face
 from docs.generate.commands import command_reference
+from docs.generate.environment import environment_tables
 from docs.generate.fidelity import measures_of
 from docs.generate.files import files_of
 from docs.generate.gallery import kept_times
 from docs.generate.names import contents_of, names_of
-from docs.generate.options import family_reference, layer_reference, option_reference, planner_reference
+from docs.generate.options import (
+    family_reference,
+    layer_reference,
+    motion_reference,
+    option_reference,
+    planner_reference,
+)
 
 LINE = re.compile(r"^<!-- insert (\w+)((?: [\w.-]+)*) -->$", re.MULTILINE)
 
@@ -28,6 +35,8 @@ INSERTS: dict[str, Callable[..., str]] = {
     "names": names_of,
     "contents": contents_of,
     "files": files_of,
+    "environment": environment_tables,
+    "motion_options": motion_reference,
     "measures": measures_of,
     "kept_times": kept_times,
     "face": face,

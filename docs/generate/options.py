@@ -20,6 +20,7 @@ from gym_mapbench.costmap import LAYERS
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.motions import MOTIONS
 
 ROOTS: dict[str, tuple[str, type[Settings]]] = {
     "search": ("`search:` of an experiment", EvolveSettings),
@@ -52,6 +53,11 @@ def option_reference(root: str) -> str:
 def family_reference() -> str:
     """Return a table of the options of every family."""
     return "\n\n".join(_section(key, FAMILIES[key]) for key in FAMILIES.built_in)
+
+
+def motion_reference() -> str:
+    """Return a table of the options of every motion of a body."""
+    return "\n\n".join(_section(key, MOTIONS[key]) for key in MOTIONS.built_in)
 
 
 def planner_reference() -> str:

@@ -24,6 +24,7 @@ from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.planners import PLANNERS, PlannerEntry
 from gym_mapbench.registry import Registry
+from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS
 
@@ -115,6 +116,7 @@ KINDS: dict[str, Kind] = {
     "metrics": _of_registry(METRICS, "--metric"),
     "noise": _of_registry(NOISES, "--noise", _settings_in(NOISES))._replace(about=_noise),
     "families": _of_registry(FAMILIES, "--family"),
+    "motions": _of_registry(MOTIONS, "bodies: motion:"),
     "fitnesses": _of_registry(FITNESSES, "--fitness"),
     "failure_policies": _of_registry(FAILURES, "--failures"),
     "search_algorithms": _of_registry(ALGORITHMS, "ga: {algorithm: ...}"),

@@ -133,8 +133,8 @@ class Batch:
             self._traffic.scan(worlds.robots, running, self._scanner, ranges)
         if not self._scans_exactly and running.any():
             chosen = np.flatnonzero(running)
-            drawn = zip(*(self.envs[i].observer.draw_scan_noise() for i in chosen.tolist()), strict=True)
-            normals, lost = (None if rows[0] is None else np.stack(rows) for rows in drawn)
+            sampled = zip(*(self.envs[i].observer.sample_scan_noise() for i in chosen.tolist()), strict=True)
+            normals, lost = (None if rows[0] is None else np.stack(rows) for rows in sampled)
             ranges[chosen] = report_scan(self._config.noise, self._lidar, ranges[chosen], normals, lost)
 
     def _look(self, key: str, rows: NDArray[Any], running: Mask, states: tuple[NDArray[np.float64], ...]) -> None:
@@ -151,7 +151,7 @@ class Batch:
         return poses, velocities
 
     def infos(self) -> dict[str, Any]:
-        """Return what ``info`` holds of every world, by key."""
+        """Return the ``info`` of every world, by key."""
         poses, velocities = self.states()
         tasks = self._worlds.tasks
         return {
@@ -166,7 +166,7 @@ class Batch:
 
 
 def put_row(rows: NDArray[Any], index: int, cells: NDArray[Any]) -> NDArray[Any]:
-    """Write ``cells`` flat into a row; return the rows, which are new ones where it would not fit."""
+    """Write ``cells`` flat into a row; return the rows, in a new array where the cells need more room."""
     if cells.size > rows.shape[1]:
         rows = np.pad(rows, ((0, 0), (0, cells.size - rows.shape[1])))
     rows[index, : cells.size] = cells.reshape(-1)
@@ -174,7 +174,7 @@ def put_row(rows: NDArray[Any], index: int, cells: NDArray[Any]) -> NDArray[Any]
 
 
 def _frozen(rows: NDArray[Any]) -> NDArray[Any]:
-    """Return a view that cannot be written, which is how kernels get the walls of a single map."""
+    """Return a read-only view: the type of array that kernels were compiled for with the walls of a single map."""
     view = rows.view()
     view.flags.writeable = False
     return view

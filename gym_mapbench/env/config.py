@@ -1,4 +1,4 @@
-"""EnvConfig: everything ``gymnasium.make("MapBench-v0", ...)`` takes."""
+"""EnvConfig: the options of ``gymnasium.make("MapBench-v0", ...)``."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ class EnvConfig(Settings):
     """One environment, as a frozen value that JSON and YAML can hold.
 
     Args:
-        maps: What to drive on. None: a new random map of the thesis at every reset, solvable for the robot.
+        maps: The maps. None: a new random map of the thesis at every reset, solvable for the robot.
             A file name or several: whatever :func:`gym_mapbench.mapio.load_scenarios` reads. Text rows (``#``
             occupied, ``.`` free, ``?`` unknown, first row at the top), as a list or as one text of several lines
             (indented or not), or several maps of them as lists. A mapping: the document of a map-set file.
         start: ``(x, y, yaw)`` m, rad; None takes the map's own, or the thesis'.
         goal: The same for the goal.
         resolution: Side of a cell of text rows, pictures and random maps, m; None means 0.05.
-        family: Draw maps of this family at every reset, e.g. ``"doors"``: a name of
+        family: Sample a map of this family at every reset, e.g. ``"doors"``: a name of
             :data:`gym_mapbench.generator.FAMILIES`, a mapping ``{name: doors, options: {gap: [0.6, 0.7]}}``, or
-            several of these, of which one is drawn each time. None: random shapes, as in the thesis.
-        shapes: Size and borders of drawn maps, and what random shapes are like.
+            several of these, of which one is sampled each time. None: random shapes, as in the thesis.
+        shapes: Size and borders of sampled maps, and kind and number of random shapes.
         robot: A preset's name or the options of a robot.
         plant: How the robot follows a command: ``ideal`` (the plant of the recorded Nav2 runs), or ``fortress`` (Gazebo
             Fortress: steps of 1 ms, and a command takes effect one step after it arrives).
@@ -53,7 +53,7 @@ class EnvConfig(Settings):
         control_hz: Actions per second; ``physics_hz`` must be a multiple of it.
         time_limit: Simulated seconds until an episode is truncated.
         action: ``physical``: m/s and rad/s. ``normalized``: -1 to 1, where 1 is the robot's limit and 0 is rest.
-        collision_ends_episode: Whether the first touch of a wall ends the episode.
+        collision_ends_episode: Whether the first touch of a wall or body ends the episode.
         goal_ends_episode: Whether reaching the goal ends the episode.
         xy_goal_tolerance: Largest distance from the goal, m; once the robot has been this close, only its heading
             counts (Nav2's SimpleGoalChecker).
@@ -152,7 +152,7 @@ class EnvConfig(Settings):
     @model_validator(mode="after")
     def _consistent(self) -> EnvConfig:
         if self.family and self.maps is not None:
-            raise ConfigError("family: expected none beside maps, which say what to drive on")
+            raise ConfigError("family: expected none beside maps, which already name the maps")
         ticks = self.physics_hz / self.control_hz
         if abs(ticks - round(ticks)) > 1e-9 or ticks < 0.5:
             raise ConfigError(
@@ -207,7 +207,7 @@ class EnvConfig(Settings):
         return self.replace(maps=map_set_document(group_scenarios(map_set)), start=None, goal=None, family=())
 
     def load_scenarios(self) -> tuple[Scenario, ...] | None:
-        """Load the scenarios of ``maps``; None where every reset draws a random one.
+        """Load the scenarios of ``maps``; None where every reset samples a map.
 
         Raises:
             ConfigError: If a start or goal is missing, off the map or occupied.

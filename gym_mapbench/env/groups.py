@@ -1,4 +1,4 @@
-"""Groups of options of the env: what is observed, and what is rewarded."""
+"""Groups of options of the env: observed windows, and weights of the reward."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ class RewardSettings(Settings):
         time: Taken off per simulated second.
         collision: Taken off whenever a contact begins.
         goal: Given once, on reaching the goal.
-        caution: By how much more a metre along a wall counts than one in the open, in the distance whose shrinking is
-            progress. At 0 the shortest way is the best, which grazes corners.
+        caution: Additional weight of a metre along a wall, compared with a metre in the open, in the distance that
+            progress is measured with. At 0 the shortest path is the best, which grazes corners.
         caution_reach: Room around the robot at which a metre counts as in the open, m; the less room, the more.
     """
 

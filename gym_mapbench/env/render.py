@@ -1,4 +1,4 @@
-"""Pictures of a moment: map, path, trail, scan and robot, drawn into an array from a snapshot."""
+"""Pictures: map, path, trail, scan, bodies and robot of a snapshot, drawn into an array."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class SeenCostmap:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What a picture shows.
+    """The content of a picture.
 
     Args:
         scenario: Map, start and goal.

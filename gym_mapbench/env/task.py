@@ -71,7 +71,7 @@ def distance_to_goal(scenario: Scenario, robot: RobotSpec) -> DistanceToGoal:
 
 
 class CautiousDistance(DistanceToGoal):
-    """The same, but a metre counts more where there is little room: progress then leads through the middle of gaps.
+    """The same, but a metre near walls counts more: progress then leads through the middle of gaps.
 
     Args:
         scenario: Map and task.
@@ -94,7 +94,7 @@ class CautiousDistance(DistanceToGoal):
 
 @functools.lru_cache(maxsize=8)
 def progress_field(scenario: Scenario, robot: RobotSpec, caution: float, reach: float) -> DistanceToGoal:
-    """Return the distances whose shrinking is progress; see :class:`~gym_mapbench.env.groups.RewardSettings`."""
+    """Return the distances to the goal that progress is measured with."""
     return CautiousDistance(scenario, robot, caution, reach) if caution else distance_to_goal(scenario, robot)
 
 
@@ -143,7 +143,7 @@ class Task:
         config: Limits, tolerances and weights.
         scenario: Map, start and goal.
         start: Where the robot really starts.
-        worlds: The one world in which it is written how the episode stands; its own where None.
+        worlds: Holds the state of the episode, as its only world; None for a state of its own.
 
     Attributes:
         field: ``(rows, cols)`` distances to the goal, cells; empty where progress has no weight.

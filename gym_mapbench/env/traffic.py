@@ -23,6 +23,7 @@ class Traffic:
         self._worlds: dict[int, World] = {}
         self._poses = np.zeros((count, 0, 3))
         self._radii = np.zeros((count, 0))
+        self._paces = np.zeros(count)
 
     def __bool__(self) -> bool:
         return bool(self._worlds)
@@ -38,19 +39,19 @@ class Traffic:
         if world.bodies:
             self._worlds[index] = world
             self._radii[index, : len(world.bodies)] = world.radii
-            self._poses[index, : len(world.bodies)] = world.poses
+            self._poses[index, : len(world.bodies)], self._paces[index] = world.poses, world.pace
 
     def advance(self, ticks: int, running: Mask) -> None:
         """Let time pass in the worlds that are running."""
         for index, world in self._worlds.items():
             if running[index]:
                 world.advance(ticks)
-                self._poses[index, : len(world.bodies)] = world.poses
+                self._poses[index, : len(world.bodies)], self._paces[index] = world.poses, world.pace
 
     def near(self, robots: Records, drive: Records, ticks: int) -> Mask:
         """Return in which worlds the robot might meet a body within the next ticks, ``(count,)``."""
         near = np.empty(len(robots), np.bool_)
-        worlds_near_bodies(robots, self._poses, self._radii, drive, ticks, near)
+        worlds_near_bodies(robots, self._poses, self._radii, self._paces, drive, ticks, near)
         return near
 
     def scan(

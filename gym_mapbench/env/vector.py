@@ -29,11 +29,10 @@ StepResult = tuple[Observation, NDArray[np.float64], Mask, Mask, dict[str, Any]]
 class MapBenchVectorEnv(SyncVectorEnv):
     """``num_envs`` worlds in one process, stepped together by compiled code.
 
-    World ``i`` of ``reset(seed=s)`` is the world of a single env's ``reset(seed=s + i)``, and all that happens in it
-    is, to the last bit, what happens there. Spaces, autoreset and the form of ``infos`` are those of Gymnasium's
-    SyncVectorEnv. Motion, reward, goal and scans of all worlds come from one kernel each. World by world come Box2D,
-    where walls are within reach or a polygon's episode goes on after a touch, what is drawn as noise, ``path``,
-    ``costmap``, and scans of a scanner with a ``scan_rate``.
+    World ``i`` after ``reset(seed=s)`` equals a single env after ``reset(seed=s + i)``, bit by bit. Spaces, autoreset
+    and the form of ``infos`` are those of Gymnasium's SyncVectorEnv. One kernel each computes motion, reward, goal
+    and scans of all worlds. World by world come Box2D, where walls or bodies are within reach or a polygon's episode
+    goes on after a touch, sampled noise, ``path``, ``costmap``, and scans of a scanner with a ``scan_rate``.
 
     Args:
         num_envs: Number of worlds.

@@ -12,38 +12,40 @@ import numpy as np
 
 from gym_mapbench.kernels.frames import compose
 from gym_mapbench.kernels.jit import kernel
-from gym_mapbench.kernels.motion import MARGIN, MAX_TICK_TRAVEL
+from gym_mapbench.kernels.motion import MARGIN
 
 
 @kernel
-def bodies_near(poses, radii, x, y, drive, ticks):
+def bodies_near(poses, radii, pace, x, y, drive, ticks):
     """Return the numbers of the bodies that a robot might meet within some ticks.
 
     Args:
         poses: Bodies.
         radii: Bodies.
+        pace: Longest distance that a body moves in a tick, m.
         x: Position of the robot, m.
         y: The same.
         drive: ``(1,)`` DRIVE of the robot.
         ticks: Number of physics steps.
     """
-    return np.flatnonzero(meets(poses, radii, x, y, reach_of_robot(drive[0], ticks)))
+    return np.flatnonzero(meets(poses, radii, x, y, reach_of_robot(drive[0], pace, ticks)))
 
 
 @kernel
-def worlds_near_bodies(robots, poses, radii, drive, ticks, near):
+def worlds_near_bodies(robots, poses, radii, paces, drive, ticks, near):
     """Write which robots might meet a body within some ticks.
 
     Args:
         robots: ``(worlds,)`` ROBOT.
         poses: ``(worlds, n, 3)`` bodies.
         radii: ``(worlds, n)`` bodies.
+        paces: ``(worlds,)`` longest distance that a body moves in a tick, m.
         drive: ``(1,)`` DRIVE.
         ticks: Number of physics steps.
         near: ``(worlds,)`` bool, out.
     """
-    reach = reach_of_robot(drive[0], ticks)
     for i in range(len(robots)):
+        reach = reach_of_robot(drive[0], paces[i], ticks)
         near[i] = meets(poses[i], radii[i], robots[i].x, robots[i].y, reach).any()
 
 
@@ -57,12 +59,12 @@ def meets(poses, radii, x, y, reach):
 
 
 @kernel
-def reach_of_robot(can, ticks):
+def reach_of_robot(can, pace, ticks):
     """How far from a robot's centre a body can be, at its nearest point, that meets the robot within some ticks.
 
     The body moves, and another body may push the robot as fast.
     """
-    return can.radius + MARGIN + ticks * (2.0 * MAX_TICK_TRAVEL + max(can.forward, can.reverse) * can.tick)
+    return can.radius + MARGIN + ticks * (2.0 * pace + max(can.forward, can.reverse) * can.tick)
 
 
 @kernel

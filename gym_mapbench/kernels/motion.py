@@ -1,4 +1,4 @@
-"""How robots move while they touch nothing: the midpoint step of a differential drive, and whether walls are near."""
+"""Motion of robots that touch nothing: the midpoint step of a differential drive, and whether walls are near."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DRIVE = np.dtype(
     + [("substeps", np.int64), ("late", np.bool_)],
     align=True,
 )
-"""What it can do: length of a tick (s), top speeds, largest change of both speeds in a substep, radius around it (m),
+"""Limits of a robot: length of a tick (s), top speeds, largest change of both speeds in a substep, radius around it (m),
 substeps of a tick, and whether a command takes effect one substep after it arrives."""
 
 GROUND = np.dtype(
@@ -45,7 +45,7 @@ ZERO, SLACK, AHEAD = np.float32(0.0), np.float32(0.1), np.float32(2.0)
 """How much larger than the disc Box2D makes its box: by so much on all sides, and by so many steps ahead."""
 
 MARGIN = 0.01
-"""What counts as near, beyond radius and motion, m: more than three times the slack, and what float32 comes to."""
+"""Distance that counts as near, beyond radius and motion, m: more than three times the slack and float32's rounding."""
 
 
 @kernel
@@ -161,7 +161,7 @@ def step_in_box2d(speed, tick):
 
 @kernel
 def keep_box(box, x, y, to_x, to_y, radius):
-    """Make the box anew, as Box2D does, where the disc leaves it on its way between two points (Box2D's units).
+    """Make a new box, as Box2D does, where the disc leaves it on its way between two points (Box2D's units).
 
     Source: Box2D 2.3, ``b2DynamicTree::MoveProxy``. Box2D knows the walls that meet this box in the order in which it
     met them, and that is the order in which it solves several contacts: so the box is kept even where Box2D rests.

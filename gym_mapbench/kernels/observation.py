@@ -1,4 +1,4 @@
-"""What the robots of many worlds observe; rows of worlds that are not ``seen`` are left as they are."""
+"""Observations of the robots of many worlds; rows of worlds that are not ``seen`` keep their values."""
 
 from __future__ import annotations
 

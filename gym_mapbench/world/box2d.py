@@ -84,14 +84,14 @@ class Engine:
         return *box.lowerBound, *box.upperBound, 0.0, 0.0, 0.0, 0.0
 
     def make_box(self, x: float, y: float, to_x: float, to_y: float) -> None:
-        """Have Box2D make the box of a disc anew, for a motion between two points (Box2D's units); see ``keep_box``."""
+        """Make the box of a disc again in Box2D, for a motion between two points (Box2D's units); see ``keep_box``."""
         reach = self._reach
         lower, upper = (min(x, to_x) - reach, min(y, to_y) - reach), (max(x, to_x) + reach, max(y, to_y) + reach)
         self._broad_phase.MoveProxy(self._leaf, ELSEWHERE, (0.0, 0.0))
         self._broad_phase.MoveProxy(self._leaf, b2AABB(lowerBound=lower, upperBound=upper), (to_x - x, to_y - y))
 
     def meet(self, world: World, near: list[int], ticks: int) -> None:
-        """Put the bodies with these numbers, and no others, where they are now, on their way through the next ticks."""
+        """Put the bodies with these numbers, and no others, where they are now, on their way for the next ticks."""
         self._traffic.meet(world, near, ticks)
 
     def advance(self, robots: Records, v: float, w: float, ticks: int, drive: Records) -> int:
@@ -115,10 +115,8 @@ class Engine:
         plan = rows.tolist()
         if not self._touch.count:
             self._follow()
-        touched, traffic = 0, self._traffic if self._traffic.here else None
+        touched = 0
         for number in range(ticks):
-            if traffic:
-                traffic.steer(number)
             vx, vy, turn, *_ = plan[number]
             stopped = self._step(vx, vy, turn, tick)
             if stopped and number + 1 < ticks:
@@ -167,40 +165,30 @@ class Engine:
 
 
 class _Traffic:
-    """The bodies near the robot, as kinematic bodies of Box2D: they follow their course, whatever they touch.
+    """The bodies near the robot, as kinematic bodies of Box2D: they move on, whatever they touch.
 
     Args:
         world: Box2D's world.
         grid: The map.
-
-    Attributes:
-        here: Box2D's body of every body, by its number.
     """
 
     def __init__(self, world: b2World, grid: GridMap) -> None:
         self._world, self._origin = world, np.array(grid.origin)
-        self.here: dict[int, b2Body] = {}
-        self._velocities: list[list[list[float]]] = []
+        self._here: dict[int, b2Body] = {}
 
     def meet(self, world: World, near: list[int], ticks: int) -> None:
         """As :meth:`Engine.meet`."""
-        for number in sorted(self.here.keys() - set(near)):
-            self._world.DestroyBody(self.here.pop(number))
+        for number in sorted(self._here.keys() - set(near)):
+            self._world.DestroyBody(self._here.pop(number))
         if not near:
             return
-        places = (world.course(ticks)[:, near, :2] - self._origin) * SCALE
-        for number, place in zip(near, places[0].tolist(), strict=True):
-            if number not in self.here:
-                self.here[number] = self._enter(world.radii[number])
-            self.here[number].position = place
-        # In the order of `here`, which is that in which they came.
-        order = [near.index(number) for number in self.here]
-        self._velocities = (np.diff(places[:, order], axis=0) * world.physics_hz).tolist()
-
-    def steer(self, tick: int) -> None:
-        """Give every body the velocity of a tick."""
-        for body, velocity in zip(self.here.values(), self._velocities[tick], strict=True):
-            body.linearVelocity = velocity
+        now, then = ((poses[near, :2] - self._origin) * SCALE for poses in (world.poses, world.after(ticks)))
+        velocities = (then - now) * (world.physics_hz / ticks)
+        for number, place, velocity in zip(near, now.tolist(), velocities.tolist(), strict=True):
+            if number not in self._here:
+                self._here[number] = self._enter(world.radii[number])
+            self._here[number].position = place
+            self._here[number].linearVelocity = velocity
 
     def _enter(self, radius: float) -> b2Body:
         body = self._world.CreateKinematicBody()

@@ -15,15 +15,15 @@ from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.state import ground_of
 
-MAX_DRAWS = 1000
+MAX_SAMPLES = 1000
 EVERYWHERE = np.array([-np.inf, -np.inf, np.inf, np.inf])
 
 
 def measure_clearance(grid: GridMap, robot: RobotSpec, poses: ArrayLike) -> NDArray[np.float64]:
     """Return the exact distance from the robot's outline to the nearest wall, ``(n,)`` m.
 
-    The map's edge is a wall; unknown cells are free. A disc that overlaps a wall has a negative clearance, as deep as
-    the overlap; a polygon's is 0.
+    The map's edge is a wall; unknown cells are free. The clearance of a disc that overlaps a wall is minus the depth of
+    the overlap; the clearance of a polygon is then 0.
 
     Args:
         grid: The map.
@@ -90,19 +90,19 @@ def has_room(grid: GridMap, robot: RobotSpec, pose: Pose) -> bool:
     return bool(measure_clearance(grid, robot, [pose])[0] > 0)
 
 
-def draw_start(scenario: Scenario, robot: RobotSpec, noise: NoiseSettings, rng: np.random.Generator) -> Pose:
-    """Draw the true start pose: the scenario's, disturbed, at a place where the robot touches nothing.
+def sample_start(scenario: Scenario, robot: RobotSpec, noise: NoiseSettings, rng: np.random.Generator) -> Pose:
+    """Sample the true start pose: the scenario's start plus noise, at a place where the robot touches nothing.
 
     Raises:
-        ConfigError: If the robot touches a wall or a body in each of 1000 draws.
+        ConfigError: If the robot touches a wall or a body in each of 1000 samples.
     """
     if not (noise.start_xy or noise.start_yaw):
         return scenario.start
-    for _ in range(MAX_DRAWS):
+    for _ in range(MAX_SAMPLES):
         pose = disturb_pose(scenario.start, noise.start_xy, noise.start_yaw, rng)
         if scenario.map.world_to_cell(pose.x, pose.y) and not find_obstacle(scenario, robot, pose):
             return pose
-    raise ConfigError(f"noise: expected room around the start, got obstacles in {MAX_DRAWS} draws")
+    raise ConfigError(f"noise: expected room around the start, got obstacles in {MAX_SAMPLES} samples")
 
 
 def counter_clockwise(corners: NDArray[np.float64]) -> NDArray[np.float64]:

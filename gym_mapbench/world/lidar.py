@@ -31,7 +31,7 @@ class LidarSettings(Settings):
         x: Place of the scanner in the robot's frame, m forwards of its centre.
         y: The same, m to the left.
         yaw: Heading of the scanner in the robot's frame, rad.
-        range_min: Shortest distance, m; what is nearer is not measured.
+        range_min: Shortest distance, m; nothing nearer is measured.
         range_max: Largest distance, m; also reported for a beam that hits nothing.
         no_reading: What is reported for a beam that is lost, or hits something nearer than ``range_min``.
             ``range_max``: as if nothing was there, like drivers that report infinity. ``zero``: 0 m, as LDS-01 and
@@ -70,7 +70,7 @@ class LidarSettings(Settings):
 
     @property
     def place(self) -> Pose:
-        """Pose of the scanner in the robot's frame; what is None counts as 0."""
+        """Pose of the scanner in the robot's frame; None counts as 0."""
         return Pose(self.x or 0.0, self.y or 0.0, self.yaw or 0.0)
 
     @model_validator(mode="after")
@@ -85,7 +85,7 @@ class LidarSettings(Settings):
         return robot if place == IDENTITY else compose(robot, place)
 
     def report(self, ranges: NDArray[np.float32], lost: NDArray[np.bool_] | None) -> NDArray[np.float32]:
-        """Return measured ``(..., beams)`` ranges, m; ``no_range`` where a beam is lost or hits something too near."""
+        """Return measured ``(..., beams)`` ranges, m; ``no_range`` where a beam is lost or too short."""
         range_min = self.range_min
         if not range_min and lost is None:
             return ranges
@@ -95,7 +95,7 @@ class LidarSettings(Settings):
         return np.where(unread, np.float32(self.no_range), ranges)
 
     def mounted(self, mount: LidarMount) -> LidarSettings:
-        """Return the scanner with what is None filled in from ``mount``."""
+        """Return the scanner with values from ``mount`` in place of None."""
         return _mounted(self, mount)
 
 
@@ -126,7 +126,7 @@ class Lidar:
 
 @functools.lru_cache(maxsize=8)
 def _mounted(settings: LidarSettings, mount: LidarMount) -> LidarSettings:
-    """Fill in what is None; cached, as every episode asks for it."""
+    """Return the settings with values from ``mount`` in place of None; cached, as every episode needs it."""
     return settings.replace(
         **{name: value for name, value in mount.model_dump().items() if getattr(settings, name) is None}
     )

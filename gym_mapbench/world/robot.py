@@ -33,7 +33,7 @@ class LidarMount(Settings):
 class RobotSpec(Settings):
     """A differential-drive robot: a disc, or a convex polygon where ``footprint`` is given.
 
-    The limits are those of the wheels: what the base can do, whatever is commanded.
+    The limits are those of the wheels; commands beyond them are clipped.
 
     Args:
         name: Its name in tables.
@@ -42,7 +42,7 @@ class RobotSpec(Settings):
         max_linear_velocity: Top speed forwards, m/s.
         max_reverse_velocity: Top speed backwards, m/s, as a positive number.
         max_angular_velocity: Top turn rate, rad/s.
-        max_linear_acceleration: Largest change of the speed, m/s^2, for speeding up and braking alike.
+        max_linear_acceleration: Largest change of the speed, m/s^2, for speeding up and for braking.
         max_angular_acceleration: Largest change of the turn rate, rad/s^2.
         lidar: Where its scanner sits; used where the noise's ``lidar_mount`` is ``robot``, as in ``nominal``.
     """

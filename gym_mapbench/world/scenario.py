@@ -1,4 +1,4 @@
-"""Scenario and MapSet: a map with a task on it, and the tuple of them that is one individual."""
+"""Scenario and MapSet: a map with a task on it, and a tuple of scenarios, the individual of a search."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Scenario:
         bodies: What moves besides the robot; see :mod:`gym_mapbench.world.bodies`.
 
     Raises:
-        ConfigError: If start or goal is not finite, off the map, or in an occupied cell, or a body is none.
+        ConfigError: If start or goal is not finite, off the map, or in an occupied cell, or a body is not a Body.
     """
 
     map: GridMap
@@ -124,6 +124,6 @@ def _pose_on(grid: GridMap, what: str, pose: Pose) -> Pose:
 
 
 def wrap_angle(angle: float) -> float:
-    """Wrap an angle to (-pi, pi]; one that lies there is returned unchanged, so that saved poses keep their digest."""
+    """Return an angle wrapped to (-pi, pi]; an angle in that range is unchanged, so saved poses keep their digest."""
     wrapped: float = _wrap(angle)
     return wrapped

@@ -20,7 +20,7 @@ from gym_mapbench.world.state import Worlds, drive_of, ground_of
 from gym_mapbench.world.world import World
 
 SPARE = 0.5
-"""How far beyond the robot's reach walls are built where Box2D rests and begins anew, m."""
+"""How far beyond the robot's reach walls are built where Box2D knows only the walls nearby, m."""
 
 
 class Simulation:
@@ -38,7 +38,7 @@ class Simulation:
             polygon, nothing up to the first touch: after it, which of several walls touched at once Box2D solves first
             depends on where the robot has been all along.
         nearby: Whether Box2D knows only the walls nearby; nothing changes up to the first touch.
-        worlds: The one world in which it is written how the robot moves; its own where None.
+        worlds: Holds the state of the robot, as its only world; None for a state of its own.
 
     Attributes:
         world: Walls and bodies, which move on with every call of :meth:`advance`.
@@ -69,7 +69,7 @@ class Simulation:
         self._is_boxed = rests and robot.footprint is None
 
     def state(self) -> tuple[Pose, tuple[float, float]]:
-        """Return pose and velocity, which are read together in half the time."""
+        """Return pose and velocity; half the time of reading them one by one."""
         x, y, yaw, _, _, v, w, *_ = self._worlds.robots.item(0)
         return Pose(x, y, yaw), (v, w)
 
@@ -130,7 +130,7 @@ class Simulation:
         return self.world.near(x, y, self._drive, ticks)
 
     def _restore_box(self, engine: Engine) -> None:
-        """Have Box2D make its box anew for the motion for which it was last made while Box2D rested, if it was."""
+        """Have Box2D make its box again for the motion for which ``keep_box`` made it while Box2D rested."""
         boxes = self._worlds.boxes
         *_, x, y, to_x, to_y = boxes.item(0)
         if to_x or to_y:

@@ -19,14 +19,14 @@ Records = NDArray[Any]
 
 
 class Worlds:
-    """What changes from step to step in ``count`` worlds, and where their maps lie.
+    """The state of ``count`` worlds, and where their maps lie.
 
     Attributes:
         robots: ``(count,)`` :data:`~gym_mapbench.kernels.motion.ROBOT`.
         boxes: ``(count,)`` :data:`~gym_mapbench.kernels.motion.BOX`.
         tasks: ``(count,)`` :data:`~gym_mapbench.kernels.task.TASK`.
         grounds: ``(count,)`` :data:`~gym_mapbench.kernels.motion.GROUND`.
-        commands: ``(count, 2)`` the last command, m/s and rad/s, as it was carried out.
+        commands: ``(count, 2)`` the last command, m/s and rad/s, with the error of the motors.
     """
 
     def __init__(self, count: int = 1) -> None:
@@ -37,7 +37,7 @@ class Worlds:
         self.commands: NDArray[np.float64] = np.zeros((count, 2))
 
     def only(self, index: int) -> Worlds:
-        """Return one of the worlds; what is written to it is written here."""
+        """Return one of the worlds, which shares its arrays with all."""
         one = Worlds(0)
         for name, records in vars(self).items():
             setattr(one, name, records[index : index + 1])

@@ -7,6 +7,7 @@ function of time, :func:`~gym_mapbench.world.bodies.place_bodies`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,7 +26,7 @@ WALL, BODY = 1, 2
 """What the robot touched; the values add up where it touched both, and 0 stands for nothing."""
 
 LOOK_AHEAD = 1024
-"""Physics ticks for which the poses of all bodies are computed at once."""
+"""Control steps for which the poses of all bodies are computed at once."""
 
 NO_POSES: Floats = np.empty((1, 0, 3))
 
@@ -33,12 +34,16 @@ NO_POSES: Floats = np.empty((1, 0, 3))
 class World:
     """One world from the start of an episode on. A world without bodies never changes.
 
+    Motions say where bodies are at every control step; in between, bodies move evenly.
+
     Args:
         grid: The walls; unknown cells are free, the map's edge is a wall.
         bodies: What moves.
         physics_hz: Ticks per second.
+        ticks: Ticks per control step.
 
     Attributes:
+        pace: Longest distance that a body moves in a tick, m, as far as is known by now.
         radii: ``(bodies,)`` radius of every body, m.
         poses: ``(bodies, 3)`` where the bodies are now: x, y (m), yaw (rad).
 
@@ -46,25 +51,32 @@ class World:
         ConfigError: If a motion has no finite pose, or is too fast for Box2D.
     """
 
-    def __init__(self, grid: GridMap, bodies: Sequence[Body] = (), physics_hz: float = 100.0) -> None:
+    def __init__(self, grid: GridMap, bodies: Sequence[Body] = (), physics_hz: float = 100.0, ticks: int = 1) -> None:
         self.grid, self.bodies, self.physics_hz = grid, tuple(bodies), physics_hz
         self.radii: Floats = np.array([body.shape.radius for body in self.bodies])
+        self._ticks = ticks
         self._now = self._first = 0
-        self._table = self._poses_from(0, LOOK_AHEAD) if self.bodies else NO_POSES
+        self.pace = 0.0
+        self._table = self._poses_from(0) if self.bodies else NO_POSES
         self.poses: Floats = self._table[0]
 
     def advance(self, ticks: int) -> None:
         """Let time pass: the bodies move on by some physics ticks."""
-        self.poses = self.course(ticks)[-1]
+        self.poses = self.after(ticks)
         self._now += ticks
 
-    def course(self, ticks: int) -> Floats:
-        """Return where the bodies are now and after each of the next ticks, ``(ticks + 1, bodies, 3)``."""
-        begin = self._now - self._first
-        if begin + ticks >= len(self._table):
-            self._table = self._poses_from(self._now, max(ticks, LOOK_AHEAD))
-            self._first, begin = self._now, 0
-        return self._table[begin : begin + ticks + 1]
+    def after(self, ticks: int) -> Floats:
+        """Return where the bodies are after some more ticks, ``(bodies, 3)``."""
+        step, rest = divmod(self._now + ticks, self._ticks)
+        if step + 1 - self._first >= len(self._table):
+            self._first = step
+            self._table = self._poses_from(step)
+        before: Floats = self._table[step - self._first]
+        if not rest:
+            return before
+        poses = before.copy()
+        poses[:, :2] += rest / self._ticks * (self._table[step + 1 - self._first] - before)[:, :2]
+        return poses
 
     def near(self, x: float, y: float, drive: Records, ticks: int) -> list[int]:
         """Return the numbers of the bodies that a robot might meet within the next ticks.
@@ -75,18 +87,21 @@ class World:
             drive: ``(1,)`` DRIVE of the robot.
             ticks: Number of physics steps.
         """
-        met: list[int] = bodies_near(self.poses, self.radii, x, y, drive, ticks).tolist()
+        met: list[int] = bodies_near(self.poses, self.radii, self.pace, x, y, drive, ticks).tolist()
         return met
 
-    def _poses_from(self, first: int, ticks: int) -> Floats:
-        """Compute the poses ``(ticks + 1, bodies, 3)`` from a tick on."""
-        poses = place_bodies(self.bodies, np.arange(first, first + ticks + 1) / self.physics_hz)
-        travelled = np.hypot(*np.moveaxis(np.diff(poses[:, :, :2], axis=0), 2, 0)).max(axis=0)
-        number = int(travelled.argmax())
-        if travelled[number] > MAX_TICK_TRAVEL * (1 + 1e-9):
-            name, fastest = self.bodies[number].motion.name, MAX_TICK_TRAVEL * self.physics_hz
+    def _poses_from(self, step: int) -> Floats:
+        """Compute the poses ``(steps, bodies, 3)`` from a control step on."""
+        ticks = np.arange(step, step + LOOK_AHEAD + 1) * self._ticks
+        poses = place_bodies(self.bodies, ticks / self.physics_hz)
+        moved = poses[1:] - poses[:-1]
+        farthest = (moved[:, :, 0] ** 2 + moved[:, :, 1] ** 2).max(axis=0)
+        number = int(farthest.argmax())
+        self.pace = math.sqrt(farthest[number]) / self._ticks
+        if self.pace > MAX_TICK_TRAVEL * (1 + 1e-9):
+            limit, speed = MAX_TICK_TRAVEL * self.physics_hz, self.pace * self.physics_hz
             raise ConfigError(
-                f"body {number} ({name}): expected at most {fastest:g} m/s at {self.physics_hz:g} physics steps per "
-                f"second, got {travelled[number] * self.physics_hz:g} m/s"
+                f"body {number} ({self.bodies[number].motion.name}): expected at most {limit:g} m/s at "
+                f"{self.physics_hz:g} physics steps per second, got {speed:g} m/s"
             )
         return poses

@@ -89,16 +89,16 @@ def test_the_nearer_of_wall_and_body_is_seen():
     assert (blind.scan(Pose(2.1, 2.0)) == 0.0).all()
 
 
-@given(st.lists(st.integers(1, 700), min_size=1, max_size=12))
-def test_bodies_are_where_their_motion_says_however_time_passes(steps):
+@given(st.lists(st.integers(1, 2000), min_size=1, max_size=12), st.sampled_from([1, 5]))
+def test_bodies_are_where_their_motion_says_at_every_control_step_and_move_evenly_in_between(steps, ticks):
     bodies = [line((1.0, 1.0), (4.0, 5.0), 0.7), line((8.0, 1.0), (2.0, 1.0), 1.1)]
-    world = World(OPEN, bodies)
-    for steps_done, ticks in zip(np.cumsum(steps), steps, strict=True):
-        course = world.course(ticks)
-        world.advance(ticks)
-        expected = place_bodies(bodies, np.arange(steps_done - ticks, steps_done + 1) / 100.0)
-        assert course == pytest.approx(expected, abs=1e-12)
-        assert (world.poses == course[-1]).all()
+    world = World(OPEN, bodies, 100.0, ticks)
+    for now, passed in zip(np.cumsum(steps), steps, strict=True):
+        after = world.after(passed)
+        world.advance(passed)
+        first, then = place_bodies(bodies, np.array([now // ticks, now // ticks + 1]) * ticks / 100.0)[:, :, :2]
+        assert (world.poses == after).all()
+        assert after[:, :2] == pytest.approx(first + (now % ticks) / ticks * (then - first), abs=1e-12)
 
 
 def test_a_long_step_is_one_step():

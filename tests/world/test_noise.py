@@ -86,7 +86,7 @@ class TestSettings:
 def test_normals_are_those_of_the_generator_whatever_is_asked_for_at_once():
     normals, drawn = Normals(rng()), []
     for count in (1, 3, 0, 2, 300, 257, 5):
-        drawn += normals.draw(count)
+        drawn += normals.take(count)
     one_by_one = rng()
     assert drawn == [one_by_one.standard_normal() for _ in drawn]
 
@@ -287,9 +287,9 @@ class TestStreams:
     def test_every_noise_that_draws_has_them(self):
         still = {"update_min_d", "update_min_a", "pose_time_constant", "actuation_time_constant", "latency"}
         for name in NoiseSettings.model_fields.keys() - still - {"odom_frame", "lidar_mount"}:
-            assert NoiseSettings(**{name: 0.1}).draws, name
-        assert NoiseSettings(odom_frame="random").draws
-        assert not NoiseSettings(**dict.fromkeys(still, 0.1), lidar_mount="robot").draws
+            assert NoiseSettings(**{name: 0.1}).samples, name
+        assert NoiseSettings(odom_frame="random").samples
+        assert not NoiseSettings(**dict.fromkeys(still, 0.1), lidar_mount="robot").samples
 
 
 class TestActuation:
