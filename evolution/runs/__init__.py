@@ -10,6 +10,7 @@ from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
 from evolution.runs.exclusive_store import filling
 from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, load_run, reached_maps
+from evolution.runs.map_summary import OUTLIER, ControllerTimes, MapSummary, summary_of_map
 from evolution.runs.recorded_world import recorded_experiment
 from evolution.runs.reevaluation import DrivenAgain, driven_again, fitness_of, judge
 from evolution.runs.results import (
@@ -24,10 +25,13 @@ from evolution.runs.results import (
 
 __all__ = [
     "CONFIG",
+    "OUTLIER",
     "RUN",
     "STORE",
+    "ControllerTimes",
     "DrivenAgain",
     "LoadedRun",
+    "MapSummary",
     "RunDir",
     "check_results",
     "chosen_by",
@@ -45,5 +49,6 @@ __all__ = [
     "recorded_experiment",
     "results_document",
     "results_in",
+    "summary_of_map",
     "typical_repeat",
 ]
