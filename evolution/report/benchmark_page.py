@@ -65,7 +65,7 @@ def write_benchmark_report(
 def report_of_benchmark(
     result: Benchmark, plan: JobPlan, arguments: Sequence[str], notes: Sequence[str], drive: Callable[[Job], Episode]
 ) -> Report:
-    """Collect the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
+    """Return the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
     driven = [_driven(result, plan, scenario, drive) for scenario in result.scenarios[:MOST_REPLAYS]]
     radius = float(plan.settings.robot.radius)
     count = f"{len(result.scenarios)} maps, {plan.repeats} runs of each controller on each"

@@ -19,7 +19,7 @@ from gym_mapbench.mapio.bundle import BEST_MAP_SET
 def report_of_run(
     run: LoadedRun, driven: Sequence[DrivenMap], sections: Iterable[str] = (), missing: Iterable[str] = ()
 ) -> Report:
-    """Collect the report of one evolution run.
+    """Return the report of one evolution run.
 
     Args:
         run: The run, finished or not.
