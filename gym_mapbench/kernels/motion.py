@@ -26,7 +26,7 @@ DRIVE = np.dtype(
     + [("substeps", np.int64), ("late", np.bool_)],
     align=True,
 )
-"""Limits of a robot: length of a tick (s), top speeds, largest change of both speeds in a substep, radius around it (m),
+"""Limits of a robot: length of a tick (s), top speeds, largest change of both speeds in a substep, its radius (m),
 substeps of a tick, and whether a command takes effect one substep after it arrives."""
 
 GROUND = np.dtype(
