@@ -86,7 +86,7 @@ def test_runs_that_cannot_be_made_do_not_keep_the_others_from_the_page(folder, c
     assert error.splitlines()[-1] == (
         "mapbench study: 1 runs could not be made (see missing, above); --resume tries them again"
     )
-    assert "hopeless, seed 0: cluster_scale" in (folder / "two" / "report.html").read_text()
+    assert "hopeless, seed 0: judging.cluster_scale" in (folder / "two" / "report.html").read_text()
 
 
 def test_a_replay_becomes_a_film(folder, capsys):
