@@ -75,7 +75,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Evolve, record and draw, and say where the results are."""
+    """Run the search, draw its figures, and print where the results are."""
     if args.resume:
         _refuse_others(args)
         experiment = experiment_in(RunDir.open(args.resume))
@@ -94,9 +94,7 @@ def run(args: argparse.Namespace) -> int:
     print_table(found.table())
     for line in validation_sentence(found.best_results, found.config["search"]):
         console.print(line)
-    console.print(
-        f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} says what the other files are."
-    )
+    console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     console.print(f"A page with replays: mapbench report {found.path}")
     console.print(f"The maps on other seeds: mapbench bench {found.path} --repeats 5")
     _print_errors(found)
@@ -104,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _refuse_others(args: argparse.Namespace) -> None:
-    """Refuse options beside ``--resume``: a run is continued with the options it was begun with."""
+    """Refuse options beside ``--resume``: a run is continued with its own options."""
     work = ("workers", "executor", "scheduler", "wait", "run_timeout", *COMMON)
     other = ("resume", "run", "command", "given", *work)
     given = [name for name in vars(args) if name not in other and getattr(args, name)]
@@ -129,7 +127,7 @@ def _experiment(args: argparse.Namespace) -> Experiment:
 
 
 def _print_errors(loaded: LoadedRun) -> None:
-    """Say how many runs ended in an error, and why the first of them did."""
+    """Print the number of runs that ended in an error, and the reason of the first."""
     reasons = [row["reason"] for row in loaded.runs if row["outcome"] == "error"]
     if reasons:
         note(f"{len(reasons)} of {len(loaded.runs)} runs ended in an error, the first because: {reasons[0]}")
