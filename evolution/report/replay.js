@@ -72,7 +72,10 @@
     canvas.setAttribute("aria-label", map.title + ", replay of " + runs.map((run) => run.controller).join(", "));
     const list = document.createElement("ul");
     runs.forEach((run) => list.append(summary(run)));
-    board.append(title, canvas, list);
+    const sample = document.createElement("p");
+    sample.className = "hint";
+    sample.textContent = map.sample;
+    board.append(title, sample, canvas, list);
     boards.append(board);
     return { map, runs, canvas, scale: WIDTH / map.width, walls: document.createElement("canvas") };
   }

@@ -28,13 +28,15 @@ class ReplayedMap:
         title: Shown above the map.
         episodes: Runs on this map, all of one scenario.
         robot_radius: Drawn size of the robot, m.
-        group: Maps of one group are shown together; the reader chooses which.
+        group: Maps of one group are shown together; the reader selects the group.
+        sample: Which of all runs title and replay show, in words; shown below the title.
     """
 
     title: str
     episodes: Sequence[Episode]
     robot_radius: float
     group: str = ""
+    sample: str = ""
 
 
 def replays_of(maps: Sequence[ReplayedMap]) -> dict[str, Any]:
@@ -49,7 +51,7 @@ def replays_of(maps: Sequence[ReplayedMap]) -> dict[str, Any]:
 
 
 def stuck_spots(states: NDArray[np.float64], period: float) -> list[tuple[float, float, float, float]]:
-    """Find where a robot was stuck: ``(x, y, from, until)`` in m and s, in order of time.
+    """Return where a robot was stuck: ``(x, y, from, until)`` in m and s, in order of time.
 
     Args:
         states: ``(n, >= 2)`` x, y, ... at equal intervals.
@@ -75,6 +77,7 @@ def _replayed_map(shown: ReplayedMap) -> dict[str, Any]:
     rectangles = merge_rectangles(scenario.map.occupancy)
     return {
         "title": shown.title,
+        "sample": shown.sample,
         "group": shown.group,
         "x": x0,
         "y": y0,

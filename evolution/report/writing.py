@@ -1,4 +1,4 @@
-"""Writes the report of a directory: draws figures and tables anew, and drives the best maps again for the replays."""
+"""Writes the report of a directory: draws its figures and tables, and re-runs the best maps for the replays."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def write_report(
 
     Args:
         path: Directory of a run or of a study, finished or not.
-        out: The file; nothing is then written into the directory. If None, ``report.html`` in the directory, which is
-            written anew every time, like the figures and tables beside it.
+        out: The file; nothing is then written into the directory. If None, ``report.html`` in the directory, which
+            replaces an earlier one, like the figures and tables beside it.
         analysis: For a study, its comparisons, if they are there already.
         sections: For a run, names of sections to show in addition to those on every page.
         on_step: Called before each long step, with a line that describes it.
@@ -91,10 +91,10 @@ def new_page(path: str | Path, own: Path | None = None) -> Path:
 
     Args:
         path: The file.
-        own: The one that may be written anew.
+        own: The page that may be replaced.
 
     Raises:
-        ConfigError: If it exists and is not ``own``, or its directory does not exist or cannot be written.
+        ConfigError: If the file exists and is not ``own``, or its directory does not exist or cannot be written.
     """
     target = Path(path)
     if target.is_dir() or (target.exists() and (own is None or target.resolve() != own.resolve())):
@@ -116,7 +116,7 @@ class _Drawn:
 
 def _run_report(path: Path, drawn: _Drawn, sections: Sequence[str], on_step: Callable[[str], object]) -> Report:
     run = replace(load_run(path), figures=drawn.path / FIGURES)
-    on_step("driving the best map set again for the replays")
+    on_step("re-running the best map set for the replays")
     missing = []
     try:
         driven = drive_best(run)
@@ -131,7 +131,7 @@ def _study_report(analysis: StudyAnalysis, drawn: _Drawn, on_step: Callable[[str
     results = analysis.results
     elsewhere = replace(results, path=drawn.path)
     write_tables(elsewhere, analysis)
-    on_step(f"driving the best map set of {len(results.by_configuration)} configurations again for the replays")
+    on_step(f"re-running the best map set of {len(results.by_configuration)} configurations for the replays")
     best_sets = drive_best_sets(results)
     for line in refused_replays(best_sets):
         on_step(line)

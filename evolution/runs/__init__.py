@@ -11,6 +11,7 @@ from evolution.runs.documents import check_results
 from evolution.runs.exclusive_store import exclusive_store
 from evolution.runs.former_names import present_results
 from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, load_run, reached_maps
+from evolution.runs.map_summary import OUTLIER, ControllerTimes, MapSummary, summary_of_map
 from evolution.runs.recorded_experiment import RecordedExperiment
 from evolution.runs.reevaluation import Reevaluation, judge, reevaluation_of
 from evolution.runs.results import (
@@ -25,9 +26,12 @@ from evolution.runs.results import (
 
 __all__ = [
     "CONFIG",
+    "OUTLIER",
     "RUN",
     "STORE",
+    "ControllerTimes",
     "LoadedRun",
+    "MapSummary",
     "RecordedExperiment",
     "Reevaluation",
     "RunDir",
@@ -44,6 +48,7 @@ __all__ = [
     "reevaluation_of",
     "results_document",
     "results_in",
+    "summary_of_map",
     "typical_repeat",
     "validation_in",
     "validation_sentence",

@@ -285,7 +285,7 @@ def test_a_page_of_many_damages(study):
     files = ("generations.csv", "best_map_set.json", "runs.csv", "checkpoint.json", "config.json", STUDY.mark)
     for name in (*files, "reevaluation/random/seed-0000.json"):
         assert f"{name}: " in text
-    assert steps == ["driving the best map set of 5 configurations again for the replays"]
+    assert steps == ["re-running the best map set of 5 configurations for the replays"]
 
 
 def test_a_damaged_run_cannot_be_reported_alone(study, capsys):

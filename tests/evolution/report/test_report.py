@@ -94,7 +94,7 @@ def test_the_verdict_comes_first_and_every_configuration_is_there(page):
     for name in small_study().names:
         assert name in page.text
     for words in (
-        "Held-out minus reported",
+        "Held-out minus reported fitness",
         "Table 5.2",
         "Tables 5.3 and 5.4",
         "Every pair of configurations",
@@ -164,8 +164,8 @@ def test_a_run_that_cannot_be_loaded_makes_way(study_path, tmp_path):
     assert best_sets[0].run is other
     assert "random" not in [best.run.configuration.name for best in best_sets]
     text = Page(render_page(report_of_study(results, best_sets))).text
-    assert f"gini_6: the best run (seed {best.seed}) could not be loaded and driven again; seed {other.seed}" in text
-    assert "random: no replay, none of its best sets could be loaded and driven again" in text
+    assert f"gini_6: the best run (seed {best.seed}) could not be loaded and re-run; seed {other.seed}" in text
+    assert "random: no replay, none of its best sets could be loaded and re-run" in text
 
 
 def test_changed_replays_have_a_heading_of_their_own(results, best_sets, monkeypatch):
