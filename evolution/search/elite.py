@@ -24,19 +24,19 @@ def find_elite(archive: Archive, fitness: Fitness, settings: EvolveSettings, bud
         settings: Options of the search.
         budget: Limits the runs.
     """
-    names = _promising(archive, fitness, settings)
+    names = _best_with_few_new_maps(archive, fitness, settings)
     wanted = {name: _next_repeats(archive.repeats_of(name), settings) for name in names}
     for _ in range(MAX_ROUNDS):
         cost = budget.cost_of(wanted)
         if cost == 0 or cost > budget.runs:
             break
         archive.drive(wanted)
-        names = _promising(archive, fitness, settings)
+        names = _best_with_few_new_maps(archive, fitness, settings)
         wanted = dict.fromkeys(names, settings.elite_repeats)
     return names
 
 
-def _promising(archive: Archive, fitness: Fitness, settings: EvolveSettings) -> Names:
+def _best_with_few_new_maps(archive: Archive, fitness: Fitness, settings: EvolveSettings) -> Names:
     """Return the best set; the best one of maps that have the repeats of the elite, if it is nearly as good."""
     best = archive.best(fitness, settings.maps_per_set)
     few = [name for name in archive.scenarios if archive.repeats_of(name) < settings.elite_repeats]

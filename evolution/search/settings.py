@@ -91,10 +91,12 @@ class EvolveSettings(Settings):
         """Refuse a search that cannot be run with this number of controllers.
 
         Raises:
-            ConfigError: Naming the option, what is expected, and what was given.
+            ConfigError: Naming the option, the expected value, and the given one.
+            PluginError: If a third-party fitness fails.
         """
         pattern = FITNESSES.get(self.judging.fitness)
-        pattern.check(self.maps_per_set, controllers)
+        with FITNESSES.blamed(self.judging.fitness):
+            pattern.check(self.maps_per_set, controllers)
         most = self.ga.kind.objectives
         if most is not None and len(pattern.objectives) > most:
             raise ConfigError(

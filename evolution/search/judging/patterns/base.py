@@ -110,7 +110,7 @@ class Pattern:
             controllers: Number of compared controllers.
 
         Raises:
-            ConfigError: Naming the option, what is expected, and what was given.
+            ConfigError: Naming the option, the expected value, and the given one.
         """
 
     def score(self, times: Times) -> float:

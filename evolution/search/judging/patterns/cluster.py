@@ -107,7 +107,7 @@ def _ascends(found: Sequence[tuple[Pool, int]]) -> bool:
 
 
 def _candidates(order: Sequence[Scores]) -> list[list[int]]:
-    """Return for each number 1, 2, ... the places worth trying among its scores."""
+    """Return for each number 1, 2, ... the places of the scores to try."""
     if len(order) == 2:
         return [[int(np.argmin(order[0]))], [int(np.argmax(order[1]))]]
     return [

@@ -67,7 +67,7 @@ class Pairs(Pattern):
         if len(pools) < FEWEST_MAPS:
             return None
         scores = [np.array([pair_scores(times) for times in pool.times]) for pool in pools]
-        *others, last = [_worth_trying(of_pool, len(pools)) for of_pool in scores]
+        *others, last = [_candidates(of_pool, len(pools)) for of_pool in scores]
         best: Found = None
         for places in product(*others):
             found = list(zip(pools[:-1], places, strict=True))
@@ -82,7 +82,7 @@ class Pairs(Pattern):
         return best
 
 
-def _worth_trying(scores: NDArray[np.float64], size: int) -> list[int]:
+def _candidates(scores: NDArray[np.float64], size: int) -> list[int]:
     """Return the places of the rows that no other row reaches in every column, then of ``size`` others."""
     first: list[int] = []
     others: list[int] = []
