@@ -56,7 +56,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     options.add_task_options(parser)
     driving_options.add_drive_options(parser, driving_options.OF_THE_RUN)
     driving_options.add_unknown_map_option(parser)
-    driving_options.add_work_options(parser, "0; for the maps of a run, its seed and 1")
+    driving_options.add_seed_option(parser, "0; for the maps of a run, its seed plus 1")
+    driving_options.add_resource_options(parser)
     parser.add_argument("--repeats", type=options.positive, default=1, metavar="R", help="runs of each (default 1)")
     parser.add_argument(
         "--lo",

@@ -12,9 +12,8 @@ from evolution.commands.console import note
 from evolution.commands.options import names_in, non_negative, positive, positive_number, seconds
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
 from evolution.driving import (
+    DEFAULT_RESOURCES,
     EXECUTORS,
-    RUN_TIMEOUT_SECONDS,
-    WAIT_SECONDS,
     ControllerSpec,
     DriveSettings,
     Resources,
@@ -29,6 +28,8 @@ from gym_mapbench.planners import PLANNERS
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
 
+RESOURCE_OPTIONS = ("workers", "executor", "scheduler", "wait", "run_timeout")
+"""Options that :func:`resources_of` reads."""
 DEFAULT_PARAMS = "thesis"
 WORLD = EnvConfig()
 OF_THE_FILE = f"the controller_plugins of the --params file; without a file, {','.join(DEFAULT_CONTROLLERS)}"
@@ -106,32 +107,34 @@ def add_controllers_option(parser: argparse.ArgumentParser, default: str = OF_TH
     )
 
 
-def add_work_options(parser: argparse.ArgumentParser, seed: str = "0") -> None:
-    """Add ``--seed`` with its default, and the options of :func:`add_workers_options`."""
-    parser.add_argument("--seed", type=non_negative, metavar="N", help=f"root of all randomness (default {seed})")
-    add_workers_options(parser)
+def add_seed_option(parser: argparse.ArgumentParser, default: str = "0") -> None:
+    """Add ``--seed``."""
+    parser.add_argument("--seed", type=non_negative, metavar="N", help=f"root of all randomness (default {default})")
 
 
-def add_workers_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--workers``, ``--wait``, ``--run-timeout``, ``--executor`` and ``--scheduler``."""
+def add_resource_options(parser: argparse.ArgumentParser) -> None:
+    """Add :data:`RESOURCE_OPTIONS`."""
     parser.add_argument("--workers", type=positive, metavar="N", help="worker processes (default: all cores)")
     parser.add_argument(
         "--wait",
         type=seconds,
-        default=WAIT_SECONDS,
+        default=DEFAULT_RESOURCES.wait_s,
         metavar="S",
-        help=f"seconds to wait for another process that has locked the results (default {WAIT_SECONDS:g})",
+        help=f"seconds to wait for another process that has locked the results (default {DEFAULT_RESOURCES.wait_s:g})",
     )
     parser.add_argument(
         "--run-timeout",
         type=positive_number,
-        default=RUN_TIMEOUT_SECONDS,
+        default=DEFAULT_RESOURCES.run_timeout_s,
         metavar="S",
         help="wall-clock seconds after which a run ends in an error and its worker is replaced (default "
-        f"{RUN_TIMEOUT_SECONDS:g})",
+        f"{DEFAULT_RESOURCES.run_timeout_s:g})",
     )
     parser.add_argument(
-        "--executor", default="processes", metavar="NAME", help=f"executor of the runs: {names_in(EXECUTORS)}"
+        "--executor",
+        default=DEFAULT_RESOURCES.executor,
+        metavar="NAME",
+        help=f"executor of the runs: {names_in(EXECUTORS)}",
     )
     parser.add_argument(
         "--scheduler",
@@ -198,7 +201,7 @@ def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> Non
 
 
 def resources_of(args: argparse.Namespace) -> Resources:
-    """Return the resources that the options of :func:`add_workers_options` describe."""
+    """Return the resources that the options of :func:`add_resource_options` describe."""
     executor = args.executor if args.scheduler is None else f"{args.executor}={args.scheduler}"
     return Resources(workers=args.workers, executor=executor, wait_s=args.wait, run_timeout_s=args.run_timeout)
 

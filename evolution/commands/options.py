@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from evolution.commands import COMMANDS
@@ -71,6 +71,12 @@ def one_of(what: str, name: str, known: Iterable[str]) -> str:
     if name not in (names := tuple(known)):
         raise unknown_name(what, name, names)
     return name
+
+
+def written(names: Sequence[str]) -> str:
+    """Return options as a user writes them, separated by commas."""
+    *others, last = (f"--{name.replace('_', '-')}" for name in names)
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def names_in(registry: Registry[Any]) -> str:

@@ -52,7 +52,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--resume", action="store_true", help="continue the study in the directory")
     parser.add_argument("--only", metavar="A,B,..", help="run only these configurations (or worlds) now")
     parser.add_argument("--runs", type=options.positive, metavar="N", help="run only the first N seeds (or maps) now")
-    driving_options.add_workers_options(parser)
+    driving_options.add_resource_options(parser)
     parser.set_defaults(run=run)
 
 
