@@ -1,4 +1,4 @@
-"""The interface for Python: what the commands do, as functions that return tables.
+"""The interface for Python: the commands as functions that return tables.
 
 ::
 
@@ -107,25 +107,25 @@ def bench(
     resources: Resources = DEFAULT_RESOURCES,
     **options: Any,
 ) -> Benchmark:
-    """Drive every controller on every map and compare.
+    """Run every controller on every map and compare.
 
     Args:
-        maps: One or several; ``barn:DIR`` must be the only one and is driven by BARN's rules.
-        controllers: Who drives; if None, the controllers of the parameter file, without one those of the run whose
-            maps are driven, else DWB, MPPI and RPP.
+        maps: One or several; ``barn:DIR`` must be the only one and has the rules of BARN.
+        controllers: The controllers; if None, those of the parameter file, else those of the run whose maps are
+            used, else DWB, MPPI and RPP.
         params: Nav2's parameters: a preset's name, a ``nav2_params.yaml`` (which also describes the robot), or what
-            ``read_nav2_params`` returned for one; if None, those of the run whose maps are driven, else ``thesis``.
-            Such a run's world is kept, too, where ``environment`` does not change it.
-        settings: World and navigation in one value, instead of ``params`` and ``environment``.
+            ``read_nav2_params`` returned for one; if None, those of the run whose maps are used, else ``thesis``.
+            The world is that of such a run, too, apart from ``options``.
+        settings: World and navigation in one value, instead of ``params`` and fields of the env.
         start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the files.
         goal: The same for the goal.
-        unknown_map: Whether Nav2's costmaps know only what the sensors have shown of the map so far.
+        unknown_map: Whether Nav2's costmaps hold only the cells that the sensors have observed.
         repeats: Runs of each controller on each map, each with a seed of its own.
-        seed: Root of all randomness; if None, 0, or one that the search of the run whose maps are driven did not have.
-        metrics: What is measured besides the project's own metrics, by name.
-        out: New directory that keeps every result as it comes, and ``bench.json`` and ``bench.csv`` at the end;
-            nothing is written if None.
-        resume: Whether to continue a benchmark that was begun in ``out``; its results are as if uninterrupted.
+        seed: Root of all randomness; if None, 0, or for the maps of a run the seed of its search plus 1.
+        metrics: Names of further metrics, besides the project's own.
+        out: New directory for every result as it comes, and for ``bench.json`` and ``bench.csv`` at the end; nothing is
+            written if None.
+        resume: Whether to continue the benchmark in ``out``; the results equal those without interruption.
         on_run: Called after each run with its job, its result, and the number of remaining runs.
         resources: Workers, executor and time limits; the results do not depend on it.
         options: Fields of :class:`gym_mapbench.env.config.EnvConfig`, e.g. ``robot="jackal", noise="nominal"``, and of
@@ -135,7 +135,7 @@ def bench(
         One row per run; a notebook shows the summary.
 
     Raises:
-        ConfigError: If anything cannot be used, or ``out`` holds another benchmark; nothing is driven then.
+        ConfigError: If an argument cannot be used, or ``out`` holds another benchmark; then nothing is run.
         MapFormatError: If a file is no map.
         RunError: If no worker starts, nothing can be written, or ``out`` holds no benchmark to continue.
     """
@@ -181,11 +181,11 @@ def evolve(
     resources: Resources = DEFAULT_RESOURCES,
     **options: Any,
 ) -> LoadedRun:
-    """Search for sets of maps that tell controllers apart.
+    """Search for map sets that tell controllers apart.
 
     Args:
         experiment: A preset's name, a YAML file with the sections ``search``, ``controllers`` and ``run``, the same as
-            a mapping, or an experiment. What a file or a mapping leaves out is taken from the preset ``robust``.
+            a mapping, or an experiment. The preset ``robust`` gives the options that a file or a mapping leaves out.
         out: New directory of the run; ``runs/FITNESS-popN-seedN`` if None.
         resume: Directory of a run to continue; the result equals that of an uninterrupted run. ``experiment``, ``out``
             and options of the search cannot be given beside it.
@@ -199,7 +199,7 @@ def evolve(
         The recorded run; a notebook shows the best map set.
 
     Raises:
-        ConfigError: If an option cannot be used; nothing is driven then.
+        ConfigError: If an option cannot be used; then nothing is run.
         RunError: If no worker starts, nothing can be written, or a run cannot be continued.
     """
     resources, search = resources.taking(options)
@@ -229,7 +229,7 @@ def study(
     resources: Resources = DEFAULT_RESOURCES,
     **options: Any,
 ) -> StudyResults | SweepResults:
-    """Run a study: many searches and baselines, compared on fresh seeds; or a sweep over worlds.
+    """Run a study: many searches and baselines, compared on held-out seeds; or a sweep over worlds.
 
     Args:
         settings: A study of the package by name, a YAML file, settings, or with ``resume`` a study's directory.
@@ -243,7 +243,7 @@ def study(
         options: Fields of :class:`evolution.driving.Resources`, e.g. ``workers=2``.
 
     Returns:
-        What is finished by now; a notebook shows a row for each search, or for each world and controller.
+        The finished runs; a notebook shows a row for each search, or for each world and controller.
 
     Raises:
         ConfigError: If an option cannot be used, or the directory holds something else.
@@ -271,9 +271,9 @@ def train(
 
     Args:
         algorithm: ``ppo``, ``sac`` or ``td3``; None for that of ``config``, or ``ppo``.
-        maps: Maps to train on; None for new random ones all the time. Every fifth is held out.
-        curriculum: Maps that are replayed among them by how much is still to be learned on them; of the directory of a
-            run, all maps on which one of its controllers reached the goal. Every fifth is held out.
+        maps: Maps to train on; None for new random maps. Every fifth is held out.
+        curriculum: Maps for prioritized level replay among them; of the directory of a run, all maps on which a
+            controller reached the goal. Every fifth is held out.
         config: A YAML file with fields of :class:`evolution.training.TrainSettings`, or a mapping of them.
         out: New directory of the training; ``runs/ALGORITHM-seedN`` if None.
         resume: Directory of a training to continue; nothing but ``on_progress`` can be given beside it.
@@ -316,7 +316,7 @@ def _wanted(experiment: str | Path | Mapping[str, Any] | Experiment, search: dic
 
 
 def _begin(experiment: Experiment, out: str | Path | None, evaluator: Evaluator) -> RunDir:
-    """Refuse what cannot be driven, which needs the planner, while the workers get ready; make the run's directory."""
+    """Check the experiment while the workers start, and make the directory of the run."""
     evaluator.get_ready()
     check_experiment(experiment)
     options = experiment.search

@@ -1,4 +1,4 @@
-"""What a caller means: maps, controllers and worlds from names, files, loaded results, or as they are."""
+"""Inputs of a caller: maps, controllers and worlds from names, files, loaded results, or as they are."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def read_parameters(params: str | Nav2Params | None) -> Nav2Params | None:
 
 
 def own_controllers(read: Nav2Params | None, run: LoadedRun | None) -> Controllers:
-    """Return who drives where nobody said: the controllers of the file, else those of the run, else the usual ones."""
+    """Return the default controllers: those of the file, else those of the run, else DWB, MPPI and RPP."""
     if read is not None:
         return read.own_controllers
     return DEFAULT_CONTROLLERS if run is None else experiment_in(run).controllers
@@ -93,10 +93,10 @@ def world_from(
     """Return the world that some parameters, fields of the env and a run describe together.
 
     Args:
-        params: What was given: a preset's name, a file, or what was read from one; None for the run's.
-        read: What :func:`read_parameters` returned for it.
+        params: A preset's name, a file, or the parameters read from a file; None for those of the run.
+        read: The result of :func:`read_parameters` for ``params``.
         environment: Fields of :class:`gym_mapbench.env.config.EnvConfig` that replace those of the run and of the file.
-        run: The run whose maps are driven.
+        run: The run whose maps are used.
     """
     base = world_of(run)
     base = base.replace(environment=base.environment.replace(**environment))
@@ -107,7 +107,7 @@ def world_from(
 
 
 def world_of(run: LoadedRun | None) -> DriveSettings:
-    """Return the world that a run was searched in; the thesis' without one."""
+    """Return the world of a run; the world of the thesis if there is no run."""
     if run is None:
         return DriveSettings(navigation="thesis", environment=EnvConfig.build())
     return experiment_in(run).run
@@ -122,6 +122,6 @@ def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Ite
 
 
 def specs_of(controllers: Controllers) -> tuple[ControllerSpec, ...]:
-    """Return who is compared."""
+    """Return the controllers."""
     entries = [controllers] if isinstance(controllers, str) else list(controllers)
     return controllers_from([one.model_dump() if isinstance(one, ControllerSpec) else one for one in entries])

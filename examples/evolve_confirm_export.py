@@ -12,7 +12,7 @@ The command does the same: `mapbench evolve --config two.yaml --out DIR`, `mapbe
 import os
 
 from evolution import bench, evolve
-from evolution.benchmark import again_sentence
+from evolution.benchmark import reevaluation_sentence
 from evolution.cli import main
 from evolution.runs import validation_sentence
 
@@ -41,7 +41,7 @@ for line in validation_sentence(run.best_results, run.config["search"]):
 
 again = bench(run, repeats=1 if SMALL else 10, seed=1000)
 print(again.table())
-if again.again is not None:
-    print(again_sentence(again.again, run))
+if again.reevaluation is not None:
+    print(reevaluation_sentence(again.reevaluation, run))
 
 main(["export", OUT, "--format", "gazebo", "--out", f"{OUT}_bundle"])

@@ -1,7 +1,7 @@
 """Benchmark: controllers compared on given maps.
 
-In: scenarios and controllers, or times measured elsewhere on our maps. Out: rows of measures, BARN's scores, and how
-well two sets of times agree.
+In: scenarios and controllers, or times measured in Gazebo on the same maps. Out: rows of measures, BARN scores, and the
+agreement of two sets of times.
 """
 
 from __future__ import annotations

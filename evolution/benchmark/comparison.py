@@ -1,4 +1,4 @@
-"""Compares our times with those measured elsewhere (Gazebo and Nav2): do our results carry over?"""
+"""Comparison of our times with times measured elsewhere (Gazebo and Nav2)."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class Comparison:
         pairs: Every controller on every map that both sides have.
         correlation: Spearman's rho over all pairs that both solved, with its 95 % interval; NaN where there are
             too few pairs to tell.
-        order_kept: For each map, whether it has the same place on both sides when maps are ordered by the Gini
-            coefficient of their controllers' times; maps on which a controller has no time are left out.
-        missing: Maps and controllers that only one side has, in words.
+        order_kept: For each map, whether it has the same rank by Gini coefficient on both sides; maps on which a
+            controller has no time are left out.
+        missing: Maps and controllers of only one side, in words.
     """
 
     pairs: tuple[Pair, ...]
@@ -73,7 +73,7 @@ def compare(ours: Times, theirs: Times) -> Comparison:
         pairs=pairs,
         correlation=_correlation(both),
         order_kept=_order_kept(pairs),
-        missing=(*_only_in(ours, theirs, "not in the results"), *_only_in(theirs, ours, "not driven by us")),
+        missing=(*_only_in(ours, theirs, "not in the results"), *_only_in(theirs, ours, "no run of ours")),
     )
 
 
@@ -122,7 +122,7 @@ def _order_kept(pairs: Sequence[Pair]) -> dict[str, bool]:
 
 
 def _places(pairs: Sequence[Pair], names: Sequence[str], side: Callable[[Pair], float]) -> dict[str, int]:
-    """Return the place of each map, in order from the most alike controllers to the most different."""
+    """Return the rank of each map by the Gini coefficient of its controllers' times."""
     scores = [gini([side(pair) for pair in pairs if pair.map == name]) for name in names]
     order = np.argsort(scores, kind="stable")
     return {names[index]: place for place, index in enumerate(order.tolist())}

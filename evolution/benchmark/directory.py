@@ -1,10 +1,10 @@
-"""The directory of a benchmark: records what is driven, is filled run by run, and can be continued.
+"""The directory of a benchmark: it is written run by run, and can be continued.
 
 ::
 
     benchmark.json    maps, controllers, world and seed, and the versions it was begun with
-    results.sqlite    every driven run, kept as it comes
-    bench.json        all runs, once the last one is driven
+    results.sqlite    every run, as it ends
+    bench.json        all runs, after the last one
     bench.csv         the same as a table
 """
 
@@ -27,8 +27,8 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
 
     Args:
         path: The directory.
-        scenarios: The scenarios that are driven.
-        plan: Who drives, and how.
+        scenarios: The scenarios.
+        plan: Controllers, world, seed and repeats.
         resume: Whether to continue a benchmark that was begun there.
 
     Returns:
@@ -47,7 +47,7 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
 
 
 def benchmark_document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str, Any]:
-    """Return all that the results depend on; maps and controllers by name, so that errors can name them."""
+    """Return everything that the results depend on; maps and controllers by name, as errors name them."""
     maps = {f"{number} {scenario.name}": scenario.digest for number, scenario in enumerate(scenarios, start=1)}
     controllers = {spec.name: spec.model_dump(mode="json", exclude={"name"}) for spec in plan.controllers}
     settings = plan.settings.model_dump(mode="json")

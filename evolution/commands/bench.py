@@ -1,4 +1,4 @@
-"""``mapbench bench``: drive every controller on every map."""
+"""``mapbench bench``: run every controller on every map."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from gym_mapbench.errors import ConfigError
 EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
   mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
   mapbench bench a.yaml b.yaml --controllers dwb,rpp --format json > results.json
-  mapbench bench maps/*.yaml --out results              each result is kept as it comes; after an interruption:
+  mapbench bench maps/*.yaml --out results              each result is written as it comes; after an interruption:
   mapbench bench maps/*.yaml --out results --resume
   mapbench bench a.yaml --controllers mppi,sac=models/sac.zip
   mapbench bench maps/*.yaml --html bench.html          a page with verdict, intervals and replays
@@ -39,11 +39,11 @@ EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps o
 
 RULE_BROKEN = 1
 WHO = (
-    "the controller_plugins of the --params file; without a file, those of the run whose maps are driven, else "
+    "the controller_plugins of the --params file; without a file, those of the run whose maps are used, else "
     f"{','.join(DEFAULT_CONTROLLERS)}"
 )
-KNOWN_MAP = """  Here the global costmap knows the whole map from the start, unlike that of the published DWA;
-  --unknown-map drives without the map."""
+KNOWN_MAP = """  The global costmap holds the whole map from the start, unlike that of the published DWA;
+  --unknown-map runs without the map."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -56,14 +56,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     options.add_task_options(parser)
     driving_options.add_drive_options(parser, driving_options.OF_THE_RUN)
     driving_options.add_unknown_map_option(parser)
-    driving_options.add_work_options(parser, "0; for the maps of a run, its seed and 1")
+    driving_options.add_seed_option(parser, "0; for the maps of a run, its seed plus 1")
+    driving_options.add_resource_options(parser)
     parser.add_argument("--repeats", type=options.positive, default=1, metavar="R", help="runs of each (default 1)")
     parser.add_argument(
         "--lo",
         type=options.positive_number,
         default=2.0,
         metavar="FACTOR",
-        help="BARN score, only for barn:DIR: being faster than FACTOR times the optimal time earns no more (default 2)",
+        help="BARN score, only for barn:DIR: a run faster than FACTOR optimal times scores no more (default 2)",
     )
     parser.add_argument(
         "--metric",
@@ -76,7 +77,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--out",
         metavar="DIR",
-        help="a new directory: every result is kept there as it comes, and bench.json and bench.csv at the end",
+        help="a new directory for every result as it comes, and for bench.json and bench.csv at the end",
     )
     parser.add_argument("--html", metavar="FILE", help="write one page with verdict, intervals, replays and all runs")
     parser.add_argument(
@@ -92,7 +93,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Drive and print; returns 1 if a rule of ``--fail-if`` is broken."""
+    """Run the benchmark and print it; return 1 if a rule of ``--fail-if`` is broken."""
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
     searched = run_of(args.maps)
@@ -101,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
     driving_options.note_models(controllers, settings)
     rules = [read_rule(text, [one.name for one in controllers], args.metric) for text in args.fail_if]
     page = None if args.html is None else new_page(args.html)
-    with only_results_on_stdout(), WorkBar("driving") as bar:
+    with only_results_on_stdout(), WorkBar("benchmark") as bar:
         result = bench(
             args.maps,
             controllers,

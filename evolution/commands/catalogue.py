@@ -1,4 +1,4 @@
-"""What has a name: registries and presets, and the content of those that are settings."""
+"""The catalogue of names: registries and presets, and the content of settings."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class Kind(NamedTuple):
     """Things of one kind.
 
     Args:
-        option: Where such a name is written.
+        option: The option that takes such a name.
         names: All names there are.
-        about: Says of a name in a few words what it is.
+        about: Returns the description of a name, in a few words.
         content: Returns the content of a name as settings; None where there is nothing but code.
     """
 
@@ -51,7 +51,7 @@ class Kind(NamedTuple):
 def _of_registry(
     registry: Registry[Any], option: str, content: Callable[[str], Mapping[str, Any]] | None = None
 ) -> Kind:
-    """Return what a registry holds; entries of installed packages are named but not imported."""
+    """Return the kind of a registry; entries of installed packages are named but not imported."""
 
     def about(name: str) -> str:
         return _first_line(registry[name]) if name in registry.built_in else "added by a package"
@@ -60,7 +60,7 @@ def _of_registry(
 
 
 def _first_line(entry: Any) -> str:
-    """Return the first line of what an entry, or the function or class that it is made of, says about itself."""
+    """Return the first line of the docstring of an entry, or of its function or class."""
     if isinstance(entry, PlannerEntry):
         entry = entry.make
     elif isinstance(entry, functools.partial):
@@ -94,7 +94,7 @@ def _study(name: str) -> Mapping[str, Any]:
 
 
 def _heading(package: str, folder: str) -> Callable[[str], str]:
-    """Return what says of a YAML file of the package the first sentence of the comment that it begins with."""
+    """Return a function that returns the first sentence of the comment at the head of a YAML file of the package."""
 
     def about(name: str) -> str:
         lines = files(package).joinpath(folder, f"{name}.yaml").read_text(encoding="utf-8").splitlines()

@@ -29,7 +29,8 @@ EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
-BESIDE_RESUME = "--workers, --executor, --scheduler, --wait, --run-timeout, --quiet, --verbose and --allow-code"
+BESIDE_RESUME = (*driving_options.RESOURCE_OPTIONS, *COMMON)
+"""Options that do not change the result."""
 SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", "repeats", "metric", "failures", "seed")
 
 
@@ -64,18 +65,19 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
     )
     driving_options.add_drive_options(parser, "that of the preset or of --config")
-    driving_options.add_work_options(parser)
+    driving_options.add_seed_option(parser)
+    driving_options.add_resource_options(parser)
     parser.add_argument("--out", metavar="DIR", help="run directory (default runs/FITNESS-popN-seedN)")
     parser.add_argument(
         "--resume",
         metavar="DIR",
-        help=f"continue the run in this directory; of other options, only {BESIDE_RESUME} may be given",
+        help=f"continue the run in this directory; beside it, only {options.written(BESIDE_RESUME)} may be given",
     )
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Evolve, record and draw, and say where the results are."""
+    """Run the search, draw its figures, and print where the results are."""
     if args.resume:
         _refuse_others(args)
         experiment = experiment_in(RunDir.open(args.resume))
@@ -94,9 +96,7 @@ def run(args: argparse.Namespace) -> int:
     print_table(found.table())
     for line in validation_sentence(found.best_results, found.config["search"]):
         console.print(line)
-    console.print(
-        f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} says what the other files are."
-    )
+    console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     console.print(f"A page with replays: mapbench report {found.path}")
     console.print(f"The maps on other seeds: mapbench bench {found.path} --repeats 5")
     _print_errors(found)
@@ -104,13 +104,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _refuse_others(args: argparse.Namespace) -> None:
-    """Refuse options beside ``--resume``: a run is continued with the options it was begun with."""
-    work = ("workers", "executor", "scheduler", "wait", "run_timeout", *COMMON)
-    other = ("resume", "run", "command", "given", *work)
+    """Refuse options beside ``--resume``: a run is continued with its own options."""
+    other = ("resume", "run", "command", "given", *BESIDE_RESUME)
     given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:
-        option = given[0].replace("_", "-")
-        raise ConfigError(f"--resume: expected no other option than {BESIDE_RESUME}, got --{option}")
+        allowed, came = options.written(BESIDE_RESUME), options.written(given[:1])
+        raise ConfigError(f"--resume: expected no other option than {allowed}, got {came}")
 
 
 def _experiment(args: argparse.Namespace) -> Experiment:
@@ -129,7 +128,7 @@ def _experiment(args: argparse.Namespace) -> Experiment:
 
 
 def _print_errors(loaded: LoadedRun) -> None:
-    """Say how many runs ended in an error, and why the first of them did."""
+    """Print the number of runs that ended in an error, and the reason of the first."""
     reasons = [row["reason"] for row in loaded.runs if row["outcome"] == "error"]
     if reasons:
         note(f"{len(reasons)} of {len(loaded.runs)} runs ended in an error, the first because: {reasons[0]}")

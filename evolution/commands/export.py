@@ -1,4 +1,4 @@
-"""``mapbench export``: maps as files for other programs, up to a bundle that runs in Gazebo and Nav2."""
+"""``mapbench export``: maps as files for other programs, up to a ROS 2 package for Gazebo and Nav2."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from gym_mapbench.mapio.formats import WRITTEN
 from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 
-EXAMPLES = """  mapbench export runs/first --format gazebo --out bundle
+EXAMPLES = """  mapbench export runs/first --format gazebo --out package
   mapbench export maps.mapset.json --format map_server --out maps
-  mapbench export office.yaml --format gazebo --params nav2_params.yaml --out bundle
-  mapbench export office.yaml --format gazebo --nav2 jazzy --out bundle"""
+  mapbench export office.yaml --format gazebo --params nav2_params.yaml --out package
+  mapbench export office.yaml --format gazebo --nav2 jazzy --out package"""
 
 WHO = (
     "the controller_plugins of the --params file; without a file, the controllers of the exported run, else "
@@ -52,7 +52,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the files and say how many were written."""
+    """Write the files and print their number."""
     if args.format == "gazebo":
         written = _export_gazebo(args)
     else:
@@ -81,7 +81,7 @@ def _export_gazebo(args: argparse.Namespace) -> list[Path]:
 def bundled(
     settings: DriveSettings, specs: tuple[ControllerSpec, ...], ros_only: Mapping[str, Any]
 ) -> BundledNavigation:
-    """Collect what drives in a bundle.
+    """Return the navigation of a ROS 2 package.
 
     Args:
         settings: Its navigation is used.

@@ -17,14 +17,14 @@ from evolution.runs import LoadedRun
 from gym_mapbench.errors import RunError
 from gym_mapbench.mapio.runner_results import read_runner_results
 
-EXAMPLES = """  mapbench import-results bundle/results.csv --ours runs/first
+EXAMPLES = """  mapbench import-results package/results.csv --ours runs/first
   mapbench import-results results.csv --ours results/bench.json --format json"""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "import-results", EXAMPLES)
-    parser.add_argument("csv", metavar="CSV", help="the results that the exported bundle's runner wrote")
+    parser.add_argument("csv", metavar="CSV", help="the results of the runner in the exported ROS 2 package")
     parser.add_argument(
         "--ours",
         required=True,
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
     _print(comparison)
     if touched:
         console.print(
-            f"{touched} of their {len(results)} runs touched something, which ends a run here where --contact is ends"
+            f"{touched} of their {len(results)} runs touched something; here contact ends a run with --contact ends"
         )
     return 0
 
@@ -87,7 +87,7 @@ def _print(comparison: Comparison) -> None:
     console.print(table)
     console.print(_correlation(comparison))
     for name, kept in comparison.order_kept.items():
-        console.print(f"{name}: {'keeps' if kept else 'changes'} its place in the order of the maps")
+        console.print(f"{name}: {'keeps' if kept else 'changes'} its rank among the maps")
     for line in comparison.missing:
         console.print(line)
 

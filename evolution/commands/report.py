@@ -33,7 +33,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     film.add_argument("--gif", metavar="FILE", help="write a replay as an animated picture")
     film.add_argument("--mp4", metavar="FILE", help="write a replay as a film (needs ffmpeg)")
     film.add_argument("--map", type=options.positive, metavar="N", help="which map of the best set (default 1)")
-    film.add_argument("--controller", metavar="NAME", help="who drives (default: the first)")
+    film.add_argument("--controller", metavar="NAME", help="the controller (default: the first)")
     film.add_argument(
         "--configuration",
         metavar="NAME",
@@ -43,7 +43,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the page or the films, and say where they are."""
+    """Write the page or the films, and print their paths."""
     films = [Path(path) for path in (args.gif, args.mp4) if path is not None]
     if films:
         _write_films(args, films)
@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
-    """Drive one run of the best set again and film it."""
+    """Repeat one run of the best set and film it."""
     from evolution.driving import drive
     from evolution.pictures import check_film, save_animation
 

@@ -71,7 +71,7 @@ def measure(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
 
 
 def measure_layers(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
-    """Compare with recorded costmap layers; nothing is driven, so no run can differ."""
+    """Compare with recorded costmap layers; there are no runs, so no run can differ."""
     return layer_measures(LayersOracle(args.directory)), []
 
 
@@ -81,8 +81,8 @@ def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[st
     measures = [measure for take in UNIT_MEASURES for measure in take(oracle)]
     if args.units_only:
         return measures, []
-    driven = drive_recorded(oracle, args.workers or available_cores())
-    return measures + closed_loop_measures(driven), disagreements(driven)
+    episodes = drive_recorded(oracle, args.workers or available_cores())
+    return measures + closed_loop_measures(episodes), disagreements(episodes)
 
 
 def json_of(measures: Sequence[Measure], differing: Sequence[str]) -> str:

@@ -1,7 +1,7 @@
-"""Driving: from map sets to the results of driving them.
+"""Driving: from map sets to the results of runs on them.
 
 In: scenarios, controllers and a world (:class:`JobPlan`). Out: a :class:`RunResult` for every job, in the order of the
-jobs, in whichever order the worker processes finish; what was driven before comes from the :class:`ResultStore`.
+jobs, in whichever order the worker processes finish; known results come from the :class:`ResultStore`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""Job: one controller, one scenario, one repeat; and the result of driving it.
+"""Job: one controller, one scenario, one repeat; and its result.
 
-A job is plain, frozen data, so that it can be sent to a worker, looked up in a store and driven
-again on another machine. :class:`JobPlan` makes jobs; a callable ``run_job(job) -> RunResult`` drives
-them.
+A job is plain, frozen data, so that it can be sent to a worker, looked up in a store and repeated on another machine.
+:class:`JobPlan` makes jobs; a callable ``run_job(job) -> RunResult`` runs them.
 """
 
 from __future__ import annotations
@@ -59,7 +58,7 @@ class ControllerSpec(Settings):
 
 @dataclass(frozen=True)
 class RunResult:
-    """What is kept of one driven run; the trajectory comes back by driving the job again with its seed.
+    """The stored result of one run; repeating the job with its seed gives the trajectory.
 
     Args:
         outcome: How the run ended; ``error`` if the controller raised, hung, or killed its worker.
@@ -118,16 +117,16 @@ SetResults = tuple[tuple[tuple[RunResult, ...], ...], ...]
 
 @dataclass(frozen=True)
 class Job:
-    """One run to be driven; made by :class:`JobPlan`.
+    """One run to do; made by :class:`JobPlan`.
 
     Args:
         scenario: Map, start and goal.
-        controller: Who drives.
+        controller: The controller.
         settings: World and robot.
         repeat: Number of the repetition, from 0.
         seed: Seed of the controller's randomness; different for every controller.
         noise_seed: Seed of the world's noise; the same for all controllers (common random numbers).
-        metrics: What is measured besides the project's own metrics.
+        metrics: Further metrics, besides the project's own.
         key: Digest of all of the above and of this package's version: the identity of the run.
     """
 
@@ -146,11 +145,11 @@ class JobPlan:
     """Which runs a scenario needs: every controller, every repeat.
 
     Args:
-        controllers: Who is compared.
+        controllers: The compared controllers.
         settings: World and robot of every run.
         root_seed: Seed of the whole experiment.
         repeats: Runs of each controller on each map.
-        metrics: What is measured on every run besides the project's own metrics.
+        metrics: Further metrics of every run, besides the project's own.
 
     Raises:
         ConfigError: If there is no controller, a name occurs twice, there is no repeat, or a metric is unknown.
@@ -220,7 +219,7 @@ def check_metric(name: str) -> str:
 
 
 def asked_for(names: Iterable[str]) -> tuple[str, ...]:
-    """Return those of the named metrics that are not measured on every run anyway, each once.
+    """Return those of the named metrics that are not the project's own, each once.
 
     Raises:
         ConfigError: If a metric is unknown, or workers cannot find it.

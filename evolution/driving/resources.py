@@ -1,4 +1,4 @@
-"""Resources: on how many workers runs are driven, by which executor, and how long anybody waits."""
+"""Resources: worker processes, executor and time limits of the runs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gym_mapbench.settings import Settings
 
 
 class Resources(Settings):
-    """What the runs of a command or of a function may use; the results do not depend on it.
+    """Worker processes, executor and time limits of the runs; the results do not depend on them.
 
     Args:
         workers: Number of worker processes; None for one per core.

@@ -51,11 +51,11 @@ class DriveSettings(Settings):
     """World, robot and navigation of every run.
 
     Args:
-        environment: The env: robot, rates, time limit, noise, what a collision does.
+        environment: The env: robot, rates, time limit, noise, effect of a collision.
         navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``, or the options of a
             :class:`ParameterFile`.
         own_goal_check: Whether Nav2's own goal checker decides when the goal is reached; if False, the env does.
-        unknown_map: Whether Nav2's costmaps know only what the sensors have shown of the map so far.
+        unknown_map: Whether Nav2's costmaps hold only the cells that the sensors have observed.
     """
 
     environment: EnvConfig = EnvConfig()
@@ -85,7 +85,7 @@ class DriveSettings(Settings):
 
     @property
     def robot(self) -> RobotSpec:
-        """The robot that drives."""
+        """The robot."""
         return self.environment.robot
 
 

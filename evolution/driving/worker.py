@@ -32,7 +32,7 @@ def build_controller(spec: ControllerSpec, settings: DriveSettings) -> Controlle
 
 
 def try_controllers(specs: Iterable[ControllerSpec], settings: DriveSettings) -> None:
-    """Make every controller once, so that one that cannot drive is reported before anything is driven.
+    """Make every controller once, so that errors are reported before the first run.
 
     Raises:
         ConfigError: Naming the first that cannot be made, that workers cannot find, or that does not fit the control
@@ -71,11 +71,11 @@ def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
 
 
 def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Episode:
-    """Drive a job and return the whole recorded run.
+    """Run a job and return the recorded episode.
 
     Args:
         job: The run.
-        watch: Called with the controller after every command that is driven.
+        watch: Called with the controller after every command.
     """
     settings = job.settings
     if settings.unknown_map:
@@ -88,12 +88,12 @@ def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Epis
 
 
 def run_job(job: Job) -> RunResult:
-    """Drive a job and return its measures; wall-clock values are kept apart from what a seed reproduces."""
+    """Run a job and return its result; wall-clock values are apart from the values that a seed reproduces."""
     return result_of(drive(job), job.metrics)
 
 
 def result_of(episode: Episode, also: Iterable[str] = ()) -> RunResult:
-    """Measure a recorded run, with further metrics besides the project's own."""
+    """Return the result of an episode, with further metrics besides the project's own."""
     metrics = measure(episode, also)
     steps = max(1, len(episode.commands))
     return RunResult(

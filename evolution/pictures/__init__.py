@@ -7,6 +7,7 @@ equal bytes.
 from __future__ import annotations
 
 from evolution.pictures.animation import Frame, check_display, check_film, frames, save_animation, show_animation
+from evolution.pictures.comparison_film import save_comparison
 from evolution.pictures.map_figures import DrivenMap, draw_map, map_set_figure, maps_figure
 from evolution.pictures.plots import (
     box_figure,
@@ -51,6 +52,7 @@ __all__ = [
     "new_figure",
     "recorded_maps",
     "save_animation",
+    "save_comparison",
     "save_figure",
     "show_animation",
     "solved_lorenz_figure",

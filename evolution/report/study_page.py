@@ -72,23 +72,23 @@ HELD_OUT = {
     "configuration": "configuration",
     "repeats": "repeats in the search",
     "n": "n",
-    "reported_fitness": "reported fitness (median)",
-    "held_out_fitness": "held-out fitness (median)",
+    "reported_fitness": "reported (median)",
+    "held_out_fitness": "held-out (median)",
     "selection_bias": "held-out minus reported (median)",
-    "solved": "trials with all maps solved",
-    "rank_agreement": "rank agreement in these",
+    "solved": "held-out seeds with all maps solved",
+    "rank_agreement": "rank agreement on these",
     "held_out_success_rate": "success on held-out seeds",
 }
 REPORTED = {
     "configuration": "configuration",
     "n": "n",
-    "reported_fitness": "reported fitness (median)",
-    "held_out_fitness": "held-out fitness (median)",
+    "reported_fitness": "reported (median)",
+    "held_out_fitness": "held-out (median)",
     "held_out_low": "from",
     "held_out_high": "to",
-    "absolute_error": "absolute error (median)",
-    "within_half": "error at most 0.5",
-    "held_out_success_rate": "success rate",
+    "absolute_error": "difference (median)",
+    "within_half": "difference of 0.5 at most",
+    "held_out_success_rate": "success on held-out seeds",
     "rank_agreement": "rank agreement",
     "roles": "all roles filled",
     "against": "compared with",
@@ -121,8 +121,8 @@ RUNS = {
     "held_out_fitness": "held-out fitness",
     "selection_bias": "held-out minus reported",
     "held_out_success_rate": "success on held-out seeds",
-    "driven": "newly driven runs",
-    "seconds": "seconds for these",
+    "driven": "new runs",
+    "seconds": "seconds for these runs",
 }
 
 
@@ -173,17 +173,18 @@ def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table
     tables = [table for one in analysis.comparisons for table in _comparison_tables(one)]
     if rows := held_out_rows(results):
         note = (
-            "Held-out minus reported fitness is the selection bias, plus the effect of the noise where the search had "
-            "none. path_length selects without runs. Rank agreement: the trials in which the maps keep the ranks "
-            "of their scores, of the trials in which all controllers solve all maps."
+            "Held-out fitness minus reported fitness: the selection bias (winner's curse), and the noise of the "
+            "held-out runs if the search had no noise. path_length selects without runs. Rank agreement is the share "
+            "of the held-out seeds with all maps solved on which the maps keep the order of their scores."
         )
         tables.append(table_of("Held-out minus reported fitness", HELD_OUT, rows, note))
     if rows := reported_fitness_rows(results):
         note = (
-            "Reported fitness, and median held-out fitness with the 95 % interval of the median over runs. Rank "
-            "agreement counts over all trials. Roles are filled if one map has all controllers within a factor of 1.2, "
-            "one has two groups further apart than that, and so on. A12 and p (corrected by Holm over these rows) "
-            "compare with the first configuration of the same fitness, navigation and noise."
+            "Reported and held-out fitness of the best sets; the interval is the 95 % interval of the median over "
+            "runs. Rank agreement counts over all held-out trials. All roles are filled if on one map all controllers "
+            "are within a factor of 1.2, on another two groups are further apart than that, and so on. A12 and p "
+            "(corrected by Holm over these rows) compare with the first configuration of the same fitness, navigation "
+            "and held-out noise."
         )
         tables.append(table_of("Reported and held-out fitness", REPORTED, rows, note))
     tables += [table for best in best_sets if best.run.reevaluation is not None for table in _best_set_tables(best.run)]

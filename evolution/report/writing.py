@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from evolution.benchmark import BENCHMARK
-from evolution.files import temporary_directory, write_text
+from evolution.files import DirectoryKind, temporary_directory, write_text
 from evolution.pictures import FIGURES, FORMATS, drive_best, recorded_maps, write_run_figures
 from evolution.report.page import Report, render_page
 from evolution.report.run_page import report_of_run
@@ -32,12 +32,6 @@ from evolution.training import TRAINING
 from gym_mapbench.errors import ConfigError, RunError, UntrustedError
 
 REPORT = "report.html"
-NO_PAGE = {
-    BENCHMARK: "the page of a benchmark is written by its own command, with --resume --html FILE",
-    SWEEP: "effects.csv and figures/ show a sweep",
-    TRAINING: "curve.csv and figures/ show a training",
-}
-"""Where the results of the other kinds are shown."""
 
 
 def write_report(
@@ -68,7 +62,7 @@ def write_report(
     """
     path = Path(path)
     kind = kind_of(path).directory
-    if kind in NO_PAGE:
+    if kind not in PAGES:
         raise RunError(f"{path}: expected a run or a study; {NO_PAGE[kind]}")
     if sections and kind != RUN:
         raise ConfigError(f"sections: expected only of a run, got {path}")
@@ -77,11 +71,8 @@ def write_report(
     own = path / REPORT
     target = new_page(own if out is None else out, own)
     with nullcontext(path) if out is None else TemporaryDirectory(dir=temporary_directory()) as folder:
-        drawn = _Drawn(Path(folder), FORMATS if out is None else ("png",))
-        if kind == STUDY:
-            report = _study_report(analysis or analyse(load_results(path)), drawn, on_step)
-        else:
-            report = _run_report(path, drawn, sections, on_step)
+        formats = FORMATS if out is None else ("png",)
+        report = PAGES[kind](_Request(path, Path(folder), formats, on_step, sections, analysis))
     write_text(target, render_page(report))
     return target
 
@@ -107,33 +98,57 @@ def new_page(path: str | Path, own: Path | None = None) -> Path:
 
 
 @dataclass(frozen=True)
-class _Drawn:
-    """Where figures and tables are written, and in which formats the figures."""
+class _Request:
+    """What a page is made from.
+
+    Args:
+        path: Directory of the results.
+        folder: Directory of the figures and tables that are written.
+        formats: Formats of the figures, PNG first.
+        on_step: Called before each long step.
+        sections: For a run, names of further sections.
+        analysis: For a study, its comparisons if they are known.
+    """
 
     path: Path
+    folder: Path
     formats: Sequence[str]
+    on_step: Callable[[str], object]
+    sections: Sequence[str]
+    analysis: StudyAnalysis | None
 
 
-def _run_report(path: Path, drawn: _Drawn, sections: Sequence[str], on_step: Callable[[str], object]) -> Report:
-    run = replace(load_run(path), figures=drawn.path / FIGURES)
-    on_step("re-running the best map set for the replays")
+def _run_report(request: _Request) -> Report:
+    run = replace(load_run(request.path), figures=request.folder / FIGURES)
+    request.on_step("re-running the best map set for the replays")
     missing = []
     try:
         driven = drive_best(run)
     except UntrustedError as error:
         driven, missing = recorded_maps(run), [f"There are no replays: {error}"]
-        on_step(missing[0])
-    write_run_figures(run, driven, drawn.formats)
-    return report_of_run(run, driven, sections, missing)
+        request.on_step(missing[0])
+    write_run_figures(run, driven, request.formats)
+    return report_of_run(run, driven, request.sections, missing)
 
 
-def _study_report(analysis: StudyAnalysis, drawn: _Drawn, on_step: Callable[[str], object]) -> Report:
+def _study_report(request: _Request) -> Report:
+    analysis = request.analysis or analyse(load_results(request.path))
     results = analysis.results
-    elsewhere = replace(results, path=drawn.path)
+    elsewhere = replace(results, path=request.folder)
     write_tables(elsewhere, analysis)
-    on_step(f"re-running the best map set of {len(results.by_configuration)} configurations for the replays")
+    request.on_step(f"re-running the best map set of {len(results.by_configuration)} configurations for the replays")
     best_sets = drive_best_sets(results)
     for line in refused_replays(best_sets):
-        on_step(line)
-    figures = write_study_figures(elsewhere, best_sets, analysis, drawn.formats)
+        request.on_step(line)
+    figures = write_study_figures(elsewhere, best_sets, analysis, request.formats)
     return report_of_study(results, best_sets, figures, analysis)
+
+
+PAGES: dict[DirectoryKind, Callable[[_Request], Report]] = {RUN: _run_report, STUDY: _study_report}
+"""By kind of directory, the function that makes its page."""
+NO_PAGE = {
+    BENCHMARK: "the page of a benchmark is written by its own command, with --resume --html FILE",
+    SWEEP: "effects.csv and figures/ show a sweep",
+    TRAINING: "curve.csv and figures/ show a training",
+}
+"""By kind of directory without a page, where its results are shown."""

@@ -66,8 +66,8 @@ maps/NNNN.npz       maps first seen in generation NNNN, by digest: boolean array
 best_map_set.json   the best map set so far, as text
 best_results.json   its fitness, and every run on it; after the validation stage, its held-out fitness
 checkpoint.json     where the search stands
-figures/            the best maps with what was driven on them, the best fitness over the search, travel times, and
-                    Lorenz curves (the further from the diagonal, the less alike the controllers are)
+figures/            the best maps with all trajectories, the best fitness over the search, travel times, and Lorenz
+                    curves (the further from the diagonal, the larger the differences between controllers)
 timing.jsonl        wall-clock seconds of each generation, and of the validation stage
 results.sqlite      every result by the key of its run (SQLite, table "results")
 
@@ -81,7 +81,7 @@ class RunDir:
 
     Args:
         path: The directory.
-        config: What ``config.json`` says.
+        config: Content of ``config.json``.
     """
 
     path: Path
@@ -120,7 +120,7 @@ class RunDir:
 
     @property
     def checkpoint(self) -> Mapping[str, Any] | None:
-        """What ``checkpoint.json`` says, None before the end of the first generation."""
+        """Content of ``checkpoint.json``; None before the end of the first generation."""
         path = self.path / CHECKPOINT
         if not path.is_file():
             return None

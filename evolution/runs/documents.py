@@ -1,4 +1,4 @@
-"""What the files of a run must hold, checked when they are read."""
+"""Models of the files of a run, checked when a file is read."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def check_results(
     """Refuse results of a map set that are incomplete.
 
     Args:
-        document: What was read.
+        document: Content of the file.
         path: The file it was read from.
         controllers: Names of the controllers that drove.
         maps: Number of maps.

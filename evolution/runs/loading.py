@@ -1,4 +1,4 @@
-"""Reads a recorded run back, with the results of all maps it drove."""
+"""Reads a run back, with the results of all its maps."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_MAP_BYTES = 2_000_000_000
 
 @dataclass(frozen=True)
 class LoadedRun(Tabled):
-    """A run read back, as far as it has come; tables are lists of rows in which numbers are numbers.
+    """A run read back, finished or not; tables are lists of rows in which numbers are numbers.
 
     Args:
         path: Its directory.
@@ -90,7 +90,7 @@ class LoadedRun(Tabled):
 
     @cached_property
     def maps(self) -> Mapping[str, GridMap]:
-        """All maps that were driven, by digest; read when first asked for.
+        """All maps of the runs, by digest; read at first use.
 
         Raises:
             RunError: If a file is damaged, or a map is missing.
@@ -173,7 +173,7 @@ def _result(row: Mapping[str, Any]) -> RunResult:
 def _time_or_outcome(runs: Sequence[Mapping[str, Any]]) -> float | str:
     """Return the median time of one controller's runs to the goal, s, and how many failed; or how they all failed."""
     if not runs:
-        return "not driven"
+        return "no run"
     times = [run["time_s"] for run in runs if run["outcome"] == "goal"]
     if not times:
         return str(runs[0]["outcome"])

@@ -1,4 +1,4 @@
-"""RecordedExperiment: what a run was begun with, to compare and to judge by; nothing in it is looked up or loaded."""
+"""RecordedExperiment: the experiment of a recorded run, to compare and to judge; no name in it is looked up."""
 
 from __future__ import annotations
 

@@ -121,12 +121,12 @@ def results_in(document: Mapping[str, Any], controllers: tuple[str, ...]) -> tup
 
 
 def errors_in(results: Sequence[MapResults], controllers: Sequence[str], when: str) -> list[str]:
-    """Say how many runs on a map set ended in an error, and why the first did; returns one line, or none.
+    """Return one line about the runs on a map set that ended in an error; no line if there is none.
 
     Args:
         results: Results of its maps.
         controllers: Names of the controllers that drove, in order.
-        when: When the set was driven, in words.
+        when: The time of the runs, in words.
     """
     runs = [(name, one) for of_map in results for name, some in zip(controllers, of_map, strict=True) for one in some]
     failed = [(name, one) for name, one in runs if one.outcome == "error"]

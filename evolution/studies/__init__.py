@@ -1,4 +1,4 @@
-"""Studies: several configurations, each run with several seeds, with baselines, re-evaluation and statistics.
+"""Studies: several configurations with several seeds each, with baselines, re-evaluation and statistics.
 
 In: :class:`StudySettings`, from a file or by the name of a study of the package. Out: a directory of runs, and
 :class:`StudyResults` with tables, tests and figures.

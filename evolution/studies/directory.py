@@ -3,8 +3,8 @@
 ::
 
     study.json                            the settings, and the versions they are run with
-    resolved.json                         what configurations took from earlier ones
-    results.sqlite                        every driven run, shared by all
+    resolved.json                         options that configurations take from earlier ones
+    results.sqlite                        every run, shared by all
     runs/CONFIGURATION/seed-0003/         run directories, as those of mapbench evolve
     searches/CONFIGURATION/seed-0003/     searches over planned paths (path_length)
     reevaluation/CONFIGURATION/seed-0003.json     the best set on held-out seeds
@@ -35,13 +35,13 @@ TO_DRIVE = tuple(
         "reevaluation.noise",
     )
 )
-"""What of a study's settings matters only where something is driven."""
+"""Places in a study's settings that are used by runs only."""
 
 STUDY = DirectoryKind("study", "study.json", format_version=1, to_drive=TO_DRIVE)
 
 
 class Taken(Document):
-    """An entry of ``resolved.json``: what a configuration took from earlier ones, and from which seeds."""
+    """An entry of ``resolved.json``: options taken from earlier configurations, and the seeds of these."""
 
     search: dict[str, FiniteFloat]
     seeds: list[int]
@@ -54,7 +54,7 @@ class StudyDir:
     Args:
         path: The directory.
         settings: The study.
-        config: What ``study.json`` says.
+        config: Content of ``study.json``.
     """
 
     path: Path
@@ -153,7 +153,7 @@ class StudyDir:
         return entries
 
     def write_resolved(self, configuration: str, resolved: Mapping[str, Any]) -> None:
-        """Record what a configuration took from earlier ones."""
+        """Record the options that a configuration takes from earlier ones."""
         write_json(self.path / RESOLVED, {**self.read_resolved(), configuration: dict(resolved)})
 
 

@@ -28,7 +28,7 @@ def load_definition(name_or_file: str | Path) -> AnyStudy:
 def study_in(
     settings: str | Path | AnyStudy, out: str | Path | None = None, *, resume: bool = False
 ) -> tuple[AnyStudy, Path]:
-    """Return a study and its directory; a directory that is to be resumed says which study it holds.
+    """Return a study and its directory; a directory to be resumed holds its study.
 
     Raises:
         ConfigError: If there is no such study, or two directories are given.

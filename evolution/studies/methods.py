@@ -1,4 +1,4 @@
-"""The methods of a study: each writes a finished run directory with a best map set that was driven."""
+"""The methods of a study: each writes a finished run directory with a best map set and its runs."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ OnGeneration = Callable[[Progress], None]
 
 
 def run_task(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
-    """Run one task to its end; do nothing if that was done before.
+    """Run one task to its end; a finished task is left as it is.
 
     Args:
-        task: What is run.
+        task: The task.
         directory: Directory of the study; earlier runs are looked up there.
-        evaluator: Drives the runs, or plans where only a path is asked for.
+        evaluator: Evaluates jobs: runs, or planned paths.
         on_generation: Called after each generation of a search.
 
     Raises:
@@ -74,7 +74,7 @@ def search(
 
 
 def choose_best_triple(task: Task, directory: StudyDir) -> None:
-    """Record, for each generation of another run, the exact best set of the maps it had driven by then."""
+    """Record, for each generation of another run, the exact best set of all its maps so far."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
     if rundir.finished:
         return
@@ -91,7 +91,7 @@ def choose_best_triple(task: Task, directory: StudyDir) -> None:
 
 
 def take_best(task: Task, directory: StudyDir) -> None:
-    """Record the best set of another run, with its held-out fitness if it is judged alike."""
+    """Record the best set of another run, with its held-out fitness if the fitness is the same."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
     if rundir.finished:
         return
@@ -107,7 +107,7 @@ def take_best(task: Task, directory: StudyDir) -> None:
 
 
 def search_by_path_length(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
-    """Search for long paths, then drive the best set with all controllers, once."""
+    """Search for long paths, then run all controllers on the best set."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
     if rundir.finished:
         return
@@ -146,7 +146,7 @@ def record_sets(
 
     Args:
         rundir: The run directory.
-        experiment: The experiment that the sets were driven with.
+        experiment: The experiment of the sets.
         chosen: For each generation, the number of map sets evaluated by then and the best set.
         cluster_scale: Scale of their fitness; None if it has none.
         validation: Held-out fitness of the only set.

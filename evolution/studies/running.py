@@ -1,4 +1,4 @@
-"""run_study(): run every configuration with every seed; what was done before is not done again."""
+"""run_study(): run every configuration with every seed; finished runs are not repeated."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from evolution.studies.tasks import Task, check_study, make_task, take_from_earl
 from gym_mapbench.errors import MapBenchError, RunError
 
 PLAN_COST = 0.01
-"""Work of planning one path, as a share of the work of one driven run."""
+"""Work of planning one path, as a fraction of the work of one run."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class StudyProgress:
         best: Best fitness of this run so far.
         fraction: Share of the work that is done, 0 to 1.
         seconds_left: Estimate from the work done so far; None if nothing was done yet.
-        runs_per_second: Driven runs per second so far.
+        runs_per_second: Runs per second so far.
     """
 
     configuration: str
@@ -119,7 +119,7 @@ def _directory(path: str | Path, settings: StudySettings, begun: StudyDir | None
 
 
 class _StudyStoppedError(RunError):
-    """Nothing can be driven any more, so it is of no use to go on with other runs."""
+    """No run is possible any more, so the study stops."""
 
 
 class _StudyEvaluator(Evaluator):
@@ -135,7 +135,7 @@ class _StudyEvaluator(Evaluator):
 
 @dataclass
 class _Study:
-    """A study being run; ``failed`` counts the runs that failed, and ``reasons`` says why."""
+    """A study being run; ``failed`` is the number of failed runs, and ``reasons`` holds their errors."""
 
     directory: StudyDir
     evaluator: Evaluator
@@ -154,7 +154,7 @@ class _Study:
                 self._run(task)
 
     def results(self) -> StudyResults:
-        """Return what is finished by now, with the reasons for what failed; none is given twice."""
+        """Return the finished runs, and each reason of a failure once."""
         results = load_results(self.directory.path)
         reasons = [one for one in self.reasons if not any(line.startswith(one) for line in results.missing)]
         return replace(results, missing=(*reasons, *results.missing), failed=self.failed)
@@ -172,7 +172,7 @@ class _Study:
             self.meter.skip(task, runs)
 
     def _tasks(self, configuration: Configuration, seeds: Sequence[int]) -> list[Task]:
-        """Return one task per seed, with what is taken from earlier runs."""
+        """Return one task per seed, with the options taken from earlier runs."""
         if configuration.pop_size_from or configuration.cluster_scale_from:
             take_from_earlier(configuration, self.directory, seeds)
         taken = {name: entry["search"] for name, entry in self.directory.read_resolved().items()}
@@ -180,7 +180,7 @@ class _Study:
         return [make_task(settings, configuration, seed, taken) for seed in seeds]
 
     def _run(self, task: Task) -> None:
-        """Run one task and re-evaluate what it found."""
+        """Run one task and re-evaluate its best set."""
         name, seed = task.configuration.name, task.seed
         STUDY.check_there(self.directory.path)
         self._check_parent(task)
@@ -195,7 +195,7 @@ class _Study:
         self.meter.done(task, run.best_results["fitness"])
 
     def _is_reevaluated(self, task: Task) -> bool:
-        """Whether the best set of a finished run was driven again; refuses a run of another experiment."""
+        """Whether the best set of a finished run is re-evaluated; refuses a run of another experiment."""
         name, seed = task.configuration.name, task.seed
         rundir = opened(self.directory.run_path(name, seed), task.experiment)
         if task.fresh is None:
@@ -214,7 +214,7 @@ class _Study:
 
 
 class _Meter:
-    """Measures progress and speed; work is counted as the number of runs that have to be driven at most."""
+    """Measures progress and speed; the unit of work is one run, and the total is an upper bound."""
 
     def __init__(self, evaluator: Evaluator, total: float, on_progress: OnProgress | None) -> None:
         self.evaluator = evaluator
@@ -264,14 +264,14 @@ class _Meter:
 
 
 def work_of(task: Task) -> float:
-    """Return how many runs a task drives at most, including its re-evaluation."""
+    """Return the largest number of runs of a task, including its re-evaluation."""
     search = task.experiment.search
     fresh = 0 if task.fresh is None else task.fresh.search.repeats
     return search_work(task) + search.maps_per_set * len(task.experiment.controllers) * fresh
 
 
 def search_work(task: Task) -> float:
-    """Return how many runs the search of a task drives at most; a planned path counts as :data:`PLAN_COST`."""
+    """Return the largest number of runs in the search of a task; a planned path counts as :data:`PLAN_COST`."""
     search, controllers = task.experiment.search, len(task.experiment.controllers)
     if task.configuration.method in LATER:
         return 0.0

@@ -1,4 +1,4 @@
-"""The jobs of a study: most are driven, and those of the baseline ``path_length`` are planned."""
+"""The jobs of a study: runs, and planned paths for the baseline ``path_length``."""
 
 from __future__ import annotations
 
@@ -7,5 +7,5 @@ from evolution.studies.baselines.path_length import PLANNER, plan_job
 
 
 def run_study_job(job: Job) -> RunResult:
-    """Return the result of a job: of a run, or of a planned path where the job asks for a path only."""
+    """Return the result of a job: of a run, or of a planned path."""
     return plan_job(job) if job.controller == PLANNER else run_job(job)

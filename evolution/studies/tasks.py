@@ -1,4 +1,4 @@
-"""Tasks: a task is one run of one configuration, with its complete experiment and what it takes from earlier runs."""
+"""Tasks: a task is one run of one configuration, with its complete experiment."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def make_task(
 
 
 def check_study(settings: StudySettings) -> list[Task]:
-    """Build every experiment once, so that what cannot be used is reported before anything is driven.
+    """Build every experiment once, so that errors are reported before the first run.
 
     Returns:
         The first task of every configuration; one that takes its population size from others has that of their first.
@@ -99,7 +99,7 @@ def _check(configuration: Configuration, experiment: Experiment, where: str) -> 
         )
     unscaled = pattern.needs_scale and search.judging.cluster_scale is None and not configuration.cluster_scale_from
     if configuration.method == "path_length" and unscaled:
-        raise ConfigError(f"{where}: path_length drives no maps to calibrate from; expected cluster_scale_from")
+        raise ConfigError(f"{where}: path_length has no runs to calibrate from; expected cluster_scale_from")
 
 
 def _fresh(
@@ -125,7 +125,7 @@ def _complete(noise: str | dict[str, Any], where: str) -> str | dict[str, Any]:
 
 
 def take_from_earlier(configuration: Configuration, directory: StudyDir, seeds: Iterable[int]) -> dict[str, Any]:
-    """Decide once what a configuration takes from earlier ones; the decision is recorded in the study's directory.
+    """Return the options that a configuration takes from earlier ones; they are recorded in the study's directory.
 
     Returns:
         Options of its search.

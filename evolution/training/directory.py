@@ -56,7 +56,7 @@ numbers only, and runs nothing that is in here.
 
 
 class State(Document):
-    """What ``state.json`` must hold."""
+    """``state.json``."""
 
     steps: int
     seconds: float
@@ -94,7 +94,7 @@ class Training(Tabled):
         """Return the learning curve, the only table.
 
         Raises:
-            ConfigError: If another one is asked for.
+            ConfigError: If there is no such table.
         """
         if name not in ("", "curve"):
             raise unknown_name("table", name, ["curve"])
@@ -107,7 +107,7 @@ class TrainingDir:
 
     Args:
         path: The directory.
-        config: What ``training.json`` says.
+        config: Content of ``training.json``.
     """
 
     path: Path
@@ -121,7 +121,7 @@ class TrainingDir:
 
         Args:
             path: New or empty.
-            settings: What it is begun with.
+            settings: Settings of the training.
             maps: The maps to train on; empty for random ones.
             curriculum: The curriculum's levels; empty for none.
 
@@ -149,7 +149,7 @@ class TrainingDir:
 
     @property
     def settings(self) -> TrainSettings:
-        """What the training was begun with."""
+        """Settings of the training."""
         fields = {name: value for name, value in self.config.items() if name in TrainSettings.model_fields}
         return TrainSettings.from_mapping(fields, str(self.path / CONFIG))
 
@@ -161,7 +161,7 @@ class TrainingDir:
 
     @property
     def state(self) -> dict[str, Any] | None:
-        """What ``state.json`` says, None before the first checkpoint."""
+        """Content of ``state.json``; None before the first checkpoint."""
         path = self.path / STATE
         if not path.is_file():
             return None

@@ -54,11 +54,11 @@ class Ranking:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Configurations judged by one fitness, compared in one quantity.
+    """Configurations with the same fitness, compared in one quantity.
 
     Args:
         judge: The fitness in words.
-        quantity: What is compared.
+        quantity: The compared quantity.
         values: By configuration, one value per run; the best median first.
         summaries: By configuration, in the same order.
         populations: Kruskal-Wallis over each group of configurations that differ only in population size.
@@ -79,7 +79,7 @@ class Comparison:
 
     @property
     def title(self) -> str:
-        """What is compared, in words."""
+        """Judge and quantity in words."""
         return f"{self.judge}, {QUANTITIES[self.quantity]}"
 
     @property

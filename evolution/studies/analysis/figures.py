@@ -60,7 +60,7 @@ class BestSet:
 
 @dataclass(frozen=True)
 class StudyFigure:
-    """A figure that was drawn: its caption and its picture as PNG."""
+    """A figure: its caption and its picture as PNG."""
 
     caption: str
     png: Path
@@ -99,7 +99,7 @@ def write_study_figures(
 
     Args:
         results: The study.
-        best_sets: What :func:`drive_best_sets` returned.
+        best_sets: As :func:`drive_best_sets` returns them.
         analysis: The study's comparisons, if they are there already.
         formats: PNG first.
     """

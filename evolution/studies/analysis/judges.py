@@ -1,4 +1,4 @@
-"""Judges: which configurations of a study have comparable fitness values, and what those values mean."""
+"""Judges: groups of configurations with comparable fitness, and the meaning of its values."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NAMED_DIFFERENCES = 3
 
 @dataclass(frozen=True)
 class Judge:
-    """Configurations that were judged alike: by the same options of the fitness, controllers and world.
+    """Configurations with the same options of the fitness, controllers and world, so that their fitness is comparable.
 
     Args:
         name: The fitness in words.
@@ -44,12 +44,12 @@ class Judge:
 
     @property
     def experiment(self) -> RecordedExperiment:
-        """What the first run was run with; all others agree in whatever decides about a value."""
+        """Experiment of the first run; all others have the same fitness."""
         return self.runs[0].experiment
 
     @property
     def meaning(self) -> str:
-        """What a fitness value of this judge means, in words (thesis, Eq. 4.5)."""
+        """Meaning of a fitness value, in words (thesis, Eq. 4.5)."""
         search, controllers = self.experiment.search, len(self.experiment.controllers)
         pattern, judging = FITNESSES.get(search.judging.fitness), search.judging
         drives = search.maps_per_set * controllers
@@ -63,13 +63,13 @@ class Judge:
         if pattern.nothing >= 0:
             return f"{words}."
         return (
-            f"{words}; a set without a pattern (fewer than two maps with a value, or two that read the same) costs "
+            f"{words}; a set without a pattern (fewer than two maps with a value, or two with the same score) costs "
             f"{-pattern.nothing * judging.pattern_weight:g} times its success rate (thesis, Alg. 2)."
         )
 
 
 def judges_of(results: StudyResults) -> list[Judge]:
-    """Group the configurations that have runs by what decides their fitness values."""
+    """Return the configurations that have runs, in groups with the same fitness."""
     groups: dict[str, Groups] = {}
     for name, runs in results.by_configuration.items():
         groups.setdefault(repr(_decisive(runs)), {})[name] = runs
@@ -81,7 +81,7 @@ def judges_of(results: StudyResults) -> list[Judge]:
 
 
 def name_of(search: EvolveSettings, scales: Sequence[float] = ()) -> str:
-    """Say in words which options decide about a fitness value; those at their defaults are left out.
+    """Return the options of a fitness in words; options at their defaults are left out.
 
     Args:
         search: The options.
@@ -98,7 +98,7 @@ def name_of(search: EvolveSettings, scales: Sequence[float] = ()) -> str:
 
 
 def _decisive(runs: Sequence[StudyRun]) -> dict[str, Any]:
-    """Return everything that decides what a fitness value of these runs means."""
+    """Return everything that defines the fitness of these runs."""
     experiment = runs[0].experiment
     document, scales = experiment.document(), _scales(runs)
     search = short_names(document["search"])

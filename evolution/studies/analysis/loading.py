@@ -1,4 +1,4 @@
-"""Reads a study back from its directory, finished or not, and notes what is missing or wrong."""
+"""Reads a study back from its directory, finished or not, and lists missing and damaged parts."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def load_results(path: str | Path) -> StudyResults:
 
 
 class _Reader:
-    """Reads one run after the other and notes what is missing or wrong."""
+    """Reads one run after the other and lists missing and damaged parts."""
 
     def __init__(self, directory: StudyDir) -> None:
         self.directory = directory
@@ -73,7 +73,7 @@ class _Reader:
             self.missing.append(f"{who}{': ' if who else ''}{error}{'; ' if advice else ''}{advice}")
 
     def _taken_from_few(self) -> list[str]:
-        """Say what was taken from fewer seeds than a configuration has, and how to take it from all."""
+        """Return lines about options taken from fewer seeds than a configuration has."""
         settings = self.directory.settings
         wanted = {one.name: len(settings.seeds_of(one)) for one in settings.configurations}
         few = {name: entry for name, entry in self.resolved.items() if len(entry["seeds"]) < wanted.get(name, 0)}
@@ -100,7 +100,7 @@ class _Reader:
         self._check_best(configuration)
 
     def _repeat(self, path: Path) -> str:
-        """Say how to repeat the run in a directory."""
+        """Return how to repeat the run in a directory."""
         return f"to repeat the run: {shlex.join(['rm', '-r', str(path)])} and then {self.resume}"
 
     def _check_best(self, configuration: Configuration) -> None:
@@ -113,7 +113,7 @@ class _Reader:
             self.runs = [other for other in self.runs if other is not run]
 
     def _read_run(self, configuration: Configuration, seed: int, who: str) -> None:
-        """Read one run and its re-evaluation, and note what is wrong with them."""
+        """Read one run and its re-evaluation, and list their problems."""
         rundir = RunDir.open(self.directory.run_path(configuration.name, seed))
         if not rundir.finished:
             done, budget = (rundir.checkpoint or {"evaluations": 0}), rundir.config["search"]["evaluations"]
@@ -130,7 +130,7 @@ class _Reader:
             rundir.read_best_results(),
             rundir.read_timing(),
         )
-        with self._noted(f"{self.resume} drives it again", who):
+        with self._noted(f"{self.resume} repeats it", who):
             run = self._with_reevaluation(run, who)
         if rundir.config["version"] != self.directory.config.get("version"):
             self.missing += [f"{who}: {line}" for line in written_elsewhere(rundir.config)]

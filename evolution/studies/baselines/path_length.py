@@ -1,7 +1,6 @@
-"""A search without robots: the longer the global path, the better the map (a baseline).
+"""Baseline without runs: the longer the global path, the better the map.
 
-Path length is the usual measure of difficulty where nothing is driven. If it found maps that tell
-controllers apart, a search would not have to drive controllers at all.
+Path length is the usual measure of difficulty without runs of controllers.
 """
 
 from __future__ import annotations
@@ -18,11 +17,11 @@ from gym_mapbench.errors import NoPathError
 from gym_mapbench.planners import make_planner
 
 PLANNER = ControllerSpec(name="global_planner", kind="global_planner")
-"""The controller of a job that asks for a path only."""
+"""The controller of a job whose result is a planned path."""
 
 
 def planned(experiment: Experiment) -> Experiment:
-    """Return the same search over planned paths, without driving a controller.
+    """Return the same search over planned paths, without runs of controllers.
 
     A path is the same with every seed, so nothing is planned twice: there is no elite and no validation stage. The
     fitness ``gini`` stands for the one that is replaced: it accepts a single controller.
@@ -32,7 +31,7 @@ def planned(experiment: Experiment) -> Experiment:
 
 
 def plan_job(job: Job) -> RunResult:
-    """Plan on the global costmap instead of driving; the result holds only the length of the path."""
+    """Return a result with the length of the global path; no controller runs."""
     navigation, robot = job.settings.navigation, job.settings.environment.robot
     scenario, params = job.scenario, navigation.global_costmap
     costmap = build_static_costmap(scenario.map, params, params.make_footprint(robot))

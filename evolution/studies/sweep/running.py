@@ -1,9 +1,9 @@
-"""run_sweep(): drive every controller on every map in every world, and keep it in a directory.
+"""run_sweep(): run every controller on every map in every world, and record the runs in a directory.
 
 ::
 
     sweep.json        the settings, and the versions it was run with
-    results.sqlite    every driven run
+    results.sqlite    every run
     runs.csv          one line per run
     effects.csv       one line per world and controller
     figures/          success, time and recoveries by world
@@ -88,8 +88,8 @@ def run_sweep(
         settings: The sweep.
         path: Its directory.
         resume: Whether to continue a sweep that was begun there.
-        only: Names of the worlds to drive in now, besides the first; all if None.
-        maps: Number of maps to drive now; all if None.
+        only: Names of the worlds to run now, besides the first; all if None.
+        maps: Number of maps to run on now; all if None.
         resources: Workers, executor and time limits of the runs.
         on_run: Called after each run with its job, its result, and how many are left.
 
@@ -116,7 +116,7 @@ def run_sweep(
 
 
 def read_sweep(path: str | Path) -> SweepSettings:
-    """Read which sweep a directory was begun with.
+    """Return the settings of the sweep in a directory.
 
     Raises:
         RunError: If it is not a sweep, or damaged.
@@ -141,7 +141,7 @@ def load_sweep(path: str | Path) -> SweepResults:
 
 
 def _chosen(settings: SweepSettings, only: Sequence[str] | None) -> list[str]:
-    """Return the worlds to drive in; the first is always among them."""
+    """Return the worlds to run; the first is always among them."""
     for name in only or ():
         if name not in settings.worlds:
             raise unknown_name("world", name, settings.worlds)
@@ -150,7 +150,7 @@ def _chosen(settings: SweepSettings, only: Sequence[str] | None) -> list[str]:
 
 
 def _check(settings: SweepSettings, world: str, scenarios: Sequence[Scenario]) -> None:
-    """Refuse a world in which nothing can be driven."""
+    """Refuse a world in which no controller can run."""
     try:
         try_controllers(settings.specs, settings.world(world))
         check_room(scenarios, settings.world(world))
@@ -159,7 +159,7 @@ def _check(settings: SweepSettings, world: str, scenarios: Sequence[Scenario]) -
 
 
 def _row(world: str, job: Job, result: RunResult) -> Row:
-    """Return one line of ``runs.csv``, without wall-clock values, which would differ when the sweep is run again."""
+    """Return one line of ``runs.csv``, without wall-clock values, which differ between repetitions."""
     return {"world": world, **bench_row(job, replace(result, timings={}))}
 
 

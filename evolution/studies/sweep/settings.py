@@ -1,4 +1,4 @@
-"""A sweep as data: maps, controllers, and worlds that differ in a few options, read from YAML."""
+"""Settings of a sweep: maps, controllers, and worlds that differ in a few options, read from YAML."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class SweepSettings(Settings):
 
     Args:
         name: Name of the sweep.
-        maps: Number of random maps; they are drawn for the first world, so that its robot can solve them.
+        maps: Number of random maps; they are sampled for the robot of the first world.
         seed: Root of all randomness, of the maps and of every run.
         repeats: Runs of each controller on each map in each world, each with a seed of its own.
-        controllers: Who drives: names, or mappings with ``name``, ``kind`` and ``params``.
+        controllers: The controllers: names, or mappings with ``name``, ``kind`` and ``params``.
         run: The world and the navigation of all runs, like the section ``run`` of an experiment.
         worlds: By name, what each world changes in ``run``; the others are compared with the first.
     """
@@ -64,7 +64,7 @@ class SweepSettings(Settings):
         return JobPlan(self.specs, self.world(name), self.seed, self.repeats)
 
     def scenarios(self) -> list[Scenario]:
-        """Draw the maps; with fewer maps, those drawn are the first of the same sequence."""
+        """Return the sampled maps; fewer maps are the first of the same sequence."""
         environment = self.world(next(iter(self.worlds))).environment
         rng = np.random.default_rng(self.seed)
         drawn = (draw_scenario(environment, rng) for _ in range(self.maps))

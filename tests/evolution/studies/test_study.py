@@ -16,12 +16,14 @@ import numpy as np
 import pytest
 import yaml
 
-from evolution.driving import Resources
+from evolution.driving import Resources, RunResult
 from evolution.driving.store import ResultStore
 from evolution.runs.directory import CHECKPOINT, CONFIG, STORE, TIMING
 from evolution.runs.loading import load_run
 from evolution.runs.results import validation_sentence
+from evolution.search import JudgingSettings
 from evolution.studies import StudySettings, load_definition, load_results, load_study, run_study, study_names
+from evolution.studies.baselines.path_length import PathLengthFitness
 from evolution.studies.directory import STUDY
 from evolution.studies.running import _Meter, work_of
 from evolution.studies.settings import MAX_SEED
@@ -117,6 +119,17 @@ def test_a_configuration_takes_from_earlier_ones(study_path):
         assert run.experiment.search.ga.pop_size == min(means, key=means.get)
         assert run.experiment.search.judging.cluster_scale == pytest.approx(np.median(gaps))
     assert results.resolved["cluster"]["seeds"] == [0, 1]
+
+
+def test_a_repeated_map_adds_no_length():
+    fitness = PathLengthFitness.of(JudgingSettings(), 150.0)
+
+    def judged(*lengths):
+        return fitness(tuple(((RunResult("goal", 0.0, length),),) for length in lengths)).fitness
+
+    assert judged(6.0, 5.0, 4.0) == pytest.approx(-5.0)
+    assert judged(6.0, 6.0, 6.0) == pytest.approx(-2.0)
+    assert judged(6.0, 6.0, 3.0) == pytest.approx(-3.0)
 
 
 def test_path_length_drives_no_controller_but_for_the_set_it_found(study_path):
