@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Self
-
-from pydantic import Field
+from typing import Any, Self
 
 from evolution.driving.evaluator import RUN_TIMEOUT_SECONDS, Evaluator
 from evolution.driving.pool import RunJob, available_cores
 from evolution.driving.store import WAIT_SECONDS, ResultStore
+from gym_mapbench.quantities import Count, NonNegative, Positive
 from gym_mapbench.settings import Settings
 
 
@@ -24,10 +23,10 @@ class Resources(Settings):
         run_timeout_s: Wall-clock seconds after which a run ends in an error.
     """
 
-    workers: Annotated[int, Field(ge=1)] | None = None
+    workers: Count | None = None
     executor: str = "processes"
-    wait_s: Annotated[float, Field(ge=0)] = WAIT_SECONDS
-    run_timeout_s: Annotated[float, Field(gt=0)] = RUN_TIMEOUT_SECONDS
+    wait_s: NonNegative = WAIT_SECONDS
+    run_timeout_s: Positive = RUN_TIMEOUT_SECONDS
 
     def taking(self, options: Mapping[str, Any]) -> tuple[Self, dict[str, Any]]:
         """Return a copy with the fields that some options hold, and the other options.

@@ -15,6 +15,7 @@ from evolution.search import SECTIONS, nested, nested_document, short_names
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import Cellular
+from gym_mapbench.quantities import Count, Few
 from gym_mapbench.settings import Settings
 from gym_mapbench.trust import refuse_code
 
@@ -74,7 +75,7 @@ class Configuration(Settings):
 
     name: Name
     method: Method = "ga"
-    runs: Annotated[int, Field(ge=1)] | None = None
+    runs: Count | None = None
     experiment: Document = Field(default_factory=dict)
     of: str | None = None
     fresh_noise: str | Document | None = None
@@ -151,9 +152,9 @@ class StudySettings(Settings):
     """
 
     name: Name
-    runs: Annotated[int, Field(ge=1, le=10_000)] = 24
+    runs: Few = 24
     first_seed: Annotated[int, Field(ge=0, lt=MAX_SEED - 10_000)] = 0
-    budget: Annotated[int, Field(ge=1)] = 600
+    budget: Count = 600
     experiment: Document = Field(default_factory=dict)
     configurations: tuple[Configuration, ...]
     reevaluation: ReevaluationSettings = ReevaluationSettings()

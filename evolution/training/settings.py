@@ -13,7 +13,7 @@ from controllers.learned import EncodingSettings
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
-from gym_mapbench.quantities import Count, Fraction
+from gym_mapbench.quantities import Count, Fraction, Natural, NonNegative, Positive
 from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.trust import refuse_code
@@ -29,8 +29,8 @@ class Stage(Settings):
     """
 
     after: Fraction
-    fewest: Annotated[int, Field(ge=0)]
-    most: Annotated[int, Field(ge=0)]
+    fewest: Natural
+    most: Natural
 
 
 class ShapingSettings(Settings):
@@ -46,11 +46,11 @@ class ShapingSettings(Settings):
             learn to drive in reverse, at a lower speed.
     """
 
-    proximity: Annotated[float, Field(ge=0)] = 0.0
-    reach: Annotated[float, Field(gt=0)] = 0.3
-    stall_time: Annotated[float, Field(ge=0)] = 0.0
-    stall: Annotated[float, Field(ge=0)] = 0.0
-    reverse: Annotated[float, Field(ge=0)] = 0.0
+    proximity: NonNegative = 0.0
+    reach: Positive = 0.3
+    stall_time: NonNegative = 0.0
+    stall: NonNegative = 0.0
+    reverse: NonNegative = 0.0
 
 
 class ReplaySettings(Settings):
@@ -66,7 +66,7 @@ class ReplaySettings(Settings):
 
     probability: Fraction = 0.5
     capacity: Count = 1000
-    temperature: Annotated[float, Field(gt=0)] = 0.3
+    temperature: Positive = 0.3
     staleness: Fraction = 0.2
     memory: Count = 8
 
@@ -83,8 +83,8 @@ class EvaluationSettings(Settings):
 
     every: Count = 500_000
     maps: Count = 100
-    obstacles: tuple[Annotated[int, Field(ge=0)], ...] = (15, 30)
-    time_limit: Annotated[float, Field(gt=0)] = 100.0
+    obstacles: tuple[Natural, ...] = (15, 30)
+    time_limit: Positive = 100.0
 
 
 class NetworkSettings(Settings):
@@ -129,7 +129,7 @@ class TrainSettings(Settings):
     algorithm: Literal["ppo", "sac", "td3"]
     steps: Count
     envs: Count = 64
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Natural = 0
     threads: Count = 1
     world: EnvConfig = EnvConfig()
     encoding: EncodingSettings = EncodingSettings()
@@ -138,7 +138,7 @@ class TrainSettings(Settings):
     reuse: Annotated[float, Field(ge=1)] = 6.0
     shaping: ShapingSettings = ShapingSettings()
     network: NetworkSettings = NetworkSettings()
-    learning_rate: tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]] = (3e-4, 3e-4)
+    learning_rate: tuple[Positive, Positive] = (3e-4, 3e-4)
     action_noise: Annotated[float, Field(ge=0, le=2)] = 0.0
     normalize_rewards: bool = False
     normalize_observations: bool = False

@@ -16,6 +16,7 @@ from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import FamilySpecs, ShapeSettings, default_task
 from gym_mapbench.kernels.motion import MAX_TICK_TRAVEL
+from gym_mapbench.quantities import Positive
 from gym_mapbench.settings import Settings
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.gridmap import GridMap
@@ -71,7 +72,7 @@ class EnvConfig(Settings):
     maps: Maps = None
     start: tuple[float, float, float] | None = None
     goal: tuple[float, float, float] | None = None
-    resolution: Annotated[float, Field(gt=0)] | None = None
+    resolution: Positive | None = None
     family: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()
     robot: RobotSpec = make_robot("turtlebot3_waffle")
@@ -82,8 +83,8 @@ class EnvConfig(Settings):
     action: Literal["physical", "normalized"] = "physical"
     collision_ends_episode: bool = True
     goal_ends_episode: bool = True
-    xy_goal_tolerance: Annotated[float, Field(gt=0)] = 0.25
-    yaw_goal_tolerance: Annotated[float, Field(gt=0)] = 0.25
+    xy_goal_tolerance: Positive = 0.25
+    yaw_goal_tolerance: Positive = 0.25
     observation: tuple[str, ...] = ("pose", "velocity", "goal", "scan")
     lidar: LidarSettings = LidarSettings()
     path: PathWindow = PathWindow()

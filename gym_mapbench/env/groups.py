@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from gym_mapbench.quantities import Few, NonNegative, Positive
 from gym_mapbench.settings import Settings
 
 OBSERVATION_KEYS = ("pose", "odom", "velocity", "goal", "scan", "path", "costmap")
@@ -22,9 +23,9 @@ class PathWindow(Settings):
             alone, as in Nav2, a path may lead through a gap that leaves the robot 5 mm, although there is a wider way.
     """
 
-    points: Annotated[int, Field(ge=1, le=10_000)] = 20
-    spacing: Annotated[float, Field(gt=0)] = 0.1
-    rooms: Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(min_length=1)] = (0.0,)
+    points: Few = 20
+    spacing: Positive = 0.1
+    rooms: Annotated[tuple[NonNegative, ...], Field(min_length=1)] = (0.0,)
 
 
 class CostmapWindow(Settings):
@@ -37,8 +38,8 @@ class CostmapWindow(Settings):
     """
 
     cells: Annotated[int, Field(ge=1, le=4000)] = 60
-    inflation_radius: Annotated[float, Field(ge=0)] = 0.55
-    cost_scaling_factor: Annotated[float, Field(ge=0)] = 3.0
+    inflation_radius: NonNegative = 0.55
+    cost_scaling_factor: NonNegative = 3.0
 
 
 class RewardSettings(Settings):
@@ -59,4 +60,4 @@ class RewardSettings(Settings):
     collision: RewardWeight = 10.0
     goal: RewardWeight = 10.0
     caution: Annotated[float, Field(ge=0, le=100)] = 0.0
-    caution_reach: Annotated[float, Field(gt=0)] = 0.3
+    caution_reach: Positive = 0.3

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.bodies import see_bodies
 from gym_mapbench.kernels.raycast import cast_rays
+from gym_mapbench.quantities import Positive
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.frames import IDENTITY, compose
 from gym_mapbench.world.robot import LidarMount
@@ -51,7 +52,7 @@ class LidarSettings(Settings):
     no_reading: Literal["range_max", "zero"] = "range_max"
     angle_min: float = 0.0
     angle_increment: float | None = None
-    scan_rate: Annotated[float, Field(gt=0)] | None = None
+    scan_rate: Positive | None = None
 
     @property
     def angles(self) -> NDArray[np.float64]:

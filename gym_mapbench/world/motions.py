@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field, JsonValue, model_validator
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import NonNegative
 from gym_mapbench.registry import Registry, must_be_callable
 from gym_mapbench.settings import Settings
 
@@ -40,7 +41,7 @@ class Line(Settings):
 
     start: tuple[float, float]
     end: tuple[float, float]
-    speed: Annotated[float, Field(ge=0)]
+    speed: NonNegative
 
     def at(self, times: Floats) -> Floats:
         """As :meth:`Motion.at`."""

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator
+from pydantic import field_validator
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.quantities import Positive
+from gym_mapbench.quantities import NonNegative, Positive
 from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.settings import Settings
 
@@ -27,7 +25,7 @@ class LidarMount(Settings):
     x: float = 0.0
     y: float = 0.0
     yaw: float = 0.0
-    range_min: Annotated[float, Field(ge=0)] = 0.0
+    range_min: NonNegative = 0.0
 
 
 class RobotSpec(Settings):
@@ -51,7 +49,7 @@ class RobotSpec(Settings):
     radius: Positive = 0.22
     footprint: tuple[tuple[float, float], ...] | None = None
     max_linear_velocity: Positive = 0.5
-    max_reverse_velocity: Annotated[float, Field(ge=0)] = 0.35
+    max_reverse_velocity: NonNegative = 0.35
     max_angular_velocity: Positive = 1.9
     max_linear_acceleration: Positive = 2.5
     max_angular_acceleration: Positive = 3.2

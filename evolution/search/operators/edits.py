@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator
+from pydantic import field_validator
 from scipy import ndimage
 
 from evolution.search.operators.sampling import Cells
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import FamilySpec, ShapeSettings
-from gym_mapbench.quantities import Positive
+from gym_mapbench.quantities import Few, Positive
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
@@ -30,7 +30,7 @@ class EditSettings(Settings):
         scale_factor: Smallest and largest factor of an obstacle's height and width.
     """
 
-    move_distance: Annotated[int, Field(ge=1, le=10_000)] = 15
+    move_distance: Few = 15
     scale_factor: tuple[Positive, Positive] = (0.5, 1.5)
 
     @field_validator("scale_factor")

@@ -13,6 +13,7 @@ from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from evolution.studies.settings import Document, Name
 from gym_mapbench.env.scenario_source import draw_scenario
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import Few, Natural
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Scenario
 
@@ -32,8 +33,8 @@ class SweepSettings(Settings):
 
     name: Name
     maps: Annotated[int, Field(ge=1, le=100_000)] = 200
-    seed: Annotated[int, Field(ge=0)] = 0
-    repeats: Annotated[int, Field(ge=1, le=10_000)] = 1
+    seed: Natural = 0
+    repeats: Few = 1
     controllers: tuple[str | Document, ...] = DEFAULT_CONTROLLERS
     run: Document = Field(default_factory=dict)
     worlds: dict[Name, Document]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from evolution.search.judging.patterns.pools import Found, Pool
+from gym_mapbench.quantities import NonNegative
 from gym_mapbench.settings import Settings
 
 Times = Sequence[float]
@@ -35,8 +35,8 @@ class PatternSettings(Settings):
         unevenness_weight: lambda of Alg. 2.
     """
 
-    epsilon: Annotated[float, Field(ge=0)] = 1e-8
-    unevenness_weight: Annotated[float, Field(ge=0)] = 1.0
+    epsilon: NonNegative = 1e-8
+    unevenness_weight: NonNegative = 1.0
 
 
 @dataclass(frozen=True)
