@@ -1,6 +1,6 @@
 """Evolve a set of maps that tells controllers apart, see whether it holds, and take it to Gazebo.
 
-Shows: `evolve` with options of your own, the best set driven again with seeds that chose nothing, and a ROS 2 package.
+Shows: `evolve` with options of your own, the best set on held-out seeds, and a ROS 2 package.
 Takes: about a minute on two cores; the first time on a machine about a minute more, for compiling.
 Comes out: `runs/two_controllers` with the set, its figures and every run, and `runs/two_controllers_bundle`, a package
 for colcon whose README says how to start it.
