@@ -7,6 +7,7 @@ docs/extending.md run as a reader runs them, in test_documents.py.
 from __future__ import annotations
 
 import argparse
+import csv
 import re
 import runpy
 import shlex
@@ -14,6 +15,7 @@ import shutil
 import subprocess
 from concurrent.futures import Executor, Future
 from contextlib import chdir
+from statistics import median
 
 import pytest
 import yaml
@@ -145,6 +147,33 @@ def refuse(self, message):
     if "the following arguments are required" in message or "expected one argument" in message:
         raise SystemExit
     raise argparse.ArgumentError(None, message)
+
+
+@pytest.mark.parametrize("package", ["evolution", "controllers", "gym_mapbench"])
+def test_the_picture_of_the_architecture_shows_rooms_that_exist(package):
+    picture = (ROOT / "docs/architecture.svg").read_text(encoding="utf-8")
+    drawn = re.findall(r'class="room">(\w+)<', picture.partition(f'<g id="{package}">')[2].partition("</g>")[0])
+    assert len(drawn) >= 8
+    assert [room for room in drawn if not (ROOT / package / room / "__init__.py").is_file()] == []
+
+
+def test_tests_that_robustness_names_exist():
+    named = re.findall(r"`(tests/[\w/]+\.py)`", (ROOT / "docs/robustness.md").read_text(encoding="utf-8"))
+    assert len(named) > 10
+    assert [path for path in named if not (ROOT / path).is_file()] == []
+
+
+@pytest.mark.parametrize(
+    ("search", "row"),
+    [("thesis GA with noise", "| thesis GA, searching with noise |"), ("robust", "| `robust`, 1000 runs |")],
+)
+def test_medians_of_held_out_fitness_are_those_of_the_csv_file(search, row):
+    table = csv.DictReader((ROOT / "docs/concepts/heldout.csv").read_text(encoding="utf-8").splitlines())
+    values = [float(one["held_out_fitness"]) for one in table if (one["search"], one["noise"]) == (search, "nominal")]
+    page = (ROOT / "docs/concepts/heldout.md").read_text(encoding="utf-8")
+    (line,) = [line for line in page.splitlines() if line.startswith(row)]
+    assert line.startswith(f"{row} {len(values)} |")
+    assert f"| {median(values):.2f} (" in line
 
 
 def test_every_page_has_its_place():

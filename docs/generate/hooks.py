@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,9 @@ from docs.generate.inserts import filled  # noqa: E402
 from docs.generate.made import made_files  # noqa: E402
 
 PICTURE = re.compile(r'(<img [^>]*src="([^"]+)"[^>]*>)')
+TABLE = re.compile(r"<table>.*?</table>", re.DOTALL)
+HEAD = re.compile(r"<th\b[^>]*>(.*?)</th>", re.DOTALL)
+CELL = re.compile(r"<td\b")
 FROM_ELSEWHERE = re.compile(r"<(?:script|link|img|iframe|source)\b[^>]*\b(?:src|href)=[\"']?(?:https?:)?//[^>]*>")
 
 
@@ -36,8 +40,18 @@ def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """Make every picture a link to itself, so that it can be seen in full size on a small screen."""
-    return PICTURE.sub(r'<a href="\2">\1</a>', html)
+    """Make every picture a link to itself, for its full size on a small screen, and label the cells of options."""
+    return TABLE.sub(_labelled, PICTURE.sub(r'<a href="\2">\1</a>', html))
+
+
+def _labelled(table: re.Match[str]) -> str:
+    """Return a table of options with the class and the labels by which the style sheet stacks it on a telephone."""
+    heads = HEAD.findall(table[0])
+    if heads[0] not in ("option", "argument"):
+        return table[0]
+    labels = cycle(heads)
+    cells = CELL.sub(lambda cell: f'<td data-label="{next(labels)}"', table[0])
+    return cells.replace("<table>", '<table class="options">', 1)
 
 
 def on_post_page(output: str, page: Page, **_: Any) -> str:

@@ -39,7 +39,7 @@ LEVELS = ("none", "nominal", "rough")
 MOMENT = 9.0
 """Seconds after the start at which a local costmap is shown."""
 GINIS = ((20.0, 20.0, 20.0), (20.0, 25.0, 30.0), (20.0, 20.0, 70.0), (10.0, 10.0, 130.0))
-"""Times of three controllers whose Gini coefficients are worth knowing."""
+"""Times of three controllers, s, with Gini coefficients from 0 to 0.5."""
 PIXELS = 600
 LEAST_FOR_A_BOX = 5
 """Searches of a method from which on quartiles say something."""
@@ -110,7 +110,7 @@ def _draw_inflation(axes: Any, navigation: NavigationParams) -> None:
 
 
 def noise_seen() -> Any:
-    """The same moment of the same drive at three levels of noise."""
+    """Draw the same moment of the same run at three levels of noise."""
     figure, panels = new_figure(3, width=10.5, height=3.1)
     for axes, level in zip(panels, LEVELS, strict=True):
         _shown(axes, _seen_at(_office(), level), f"noise: {level}")
@@ -118,7 +118,7 @@ def noise_seen() -> Any:
 
 
 def noise_driven() -> Any:
-    """Ten drives of one controller at three levels of noise."""
+    """Draw ten runs of one controller at three levels of noise."""
     scenario = _office()
     figure, panels = new_figure(3, width=10.5, height=3.1)
     for axes, level in zip(panels, LEVELS, strict=True):
