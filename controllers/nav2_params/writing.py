@@ -48,7 +48,7 @@ def write_nav2_params(
 ) -> dict[str, Any]:
     """Return the content of a ``nav2_params.yaml``; every controller is a plugin under its own name.
 
-    Without ``robot`` and ``follow_path``, :func:`~controllers.nav2_params.parsing.parse_nav2_params` reads the same
+    Without ``robot`` and ``follow_path``, :func:`~controllers.nav2_params.parsing.parse_nav2_params` returns the same
     parameters back, except those that ROS does not have: the numbers of the behaviour tree, and what
     :func:`parameters_of_ours` returns.
 

@@ -175,7 +175,7 @@ def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table
         note = (
             "Held-out fitness minus reported fitness: the selection bias (winner's curse), and the noise of the "
             "held-out runs if the search had no noise. path_length selects without runs. Rank agreement is the share "
-            "of the held-out seeds with all maps solved on which the maps keep the order of their scores."
+            "of the held-out seeds with all maps solved on which the maps keep the ranks of their scores."
         )
         tables.append(table_of("Held-out minus reported fitness", HELD_OUT, rows, note))
     if rows := reported_fitness_rows(results):

@@ -1,7 +1,7 @@
 """Expected held-out fitness: the expected fitness of one further trial of a set, estimated from few repeats.
 
 Most maps have one or a few repeats. The estimate therefore shrinks the variance of a map towards the median variance
-of similar maps. A set discriminates between controllers only in trials that keep the order of its maps, so the
+of similar maps. A set discriminates between controllers only in trials that keep the ranks of its maps, so the
 expected fitness includes the chance of that order. It also includes the chance that no run reaches the time limit: a
 map on which a controller is slow has timeouts on some seeds, even if no repeat so far had one.
 """
@@ -121,7 +121,7 @@ def _predicted(margin: float, deviation: float, repeats: int) -> float:
 def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: Fitness) -> float:
     """Return the expected fitness of a single trial of a set; less is better.
 
-    It is the fitness of the set times two chances: that the maps keep the order of their scores, if these are normally
+    It is the fitness of the set times two chances: that the maps keep the ranks of their scores, if these are normally
     distributed, and that no run reaches the time limit. Caution applies to maps with one repeat, too. A fitness above
     0 is not multiplied: a penalty does not shrink.
 

@@ -114,7 +114,7 @@ def reached_by(values: Sequence[float], share: float, chance: float) -> float:
 
 
 def chance_of_order(scores: Sequence[Sequence[float]]) -> float:
-    """Return the chance that trials keep the order of the mean scores, if maps are independent of each other.
+    """Return the chance that trials keep the ranks of the mean scores, if maps are independent of each other.
 
     Args:
         scores: For each map the scores of its repeats.

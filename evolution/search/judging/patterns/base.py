@@ -71,7 +71,7 @@ class Pattern:
         needs_scale: Whether maps cannot be scored without a scale, which is calibrated on the first population.
         exact: Whether :meth:`best_of` is implemented, for the fitness of Eq. 4.5.
         solved_only: Whether a failed run must not count as a time.
-        ordered: Whether a set is meant to keep the order of its maps' scores on other seeds.
+        ordered: Whether a set is meant to keep the ranks of its maps' scores on other seeds.
         objectives: Names of the values that :meth:`objectives_of` returns; the first is the fitness in every table.
         constraints: Names of the values that :meth:`constraints_of` returns.
 
