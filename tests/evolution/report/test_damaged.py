@@ -185,7 +185,7 @@ def test_a_damaged_reevaluation_is_said_and_driven_again(study, study_path, dama
     (line,) = about(results, RUN)
     assert line.startswith(f"{RUN}: {path}: ")
     assert message in line
-    assert line.endswith(f"; mapbench study {study}{AGAIN} drives it again")
+    assert line.endswith(f"; mapbench study {study}{AGAIN} repeats it")
     assert results.runs[0].reevaluation is None
     write_tables(results)
     again = run_study(small_study(), study, resume=True)

@@ -447,7 +447,7 @@ def test_what_is_missing_or_damaged_is_said_and_the_rest_stays(study_path, tmp_p
         "random, seed 0: seed-0000: not a run directory (no config.json); to repeat the run: rm -r seed-0000 and "
         "then mapbench study s --resume",
         "cellular: none of its 2 runs was begun",
-        "cluster, seed 0: seed-0000.json: fitness: is missing; mapbench study s --resume drives it again",
+        "cluster, seed 0: seed-0000.json: fitness: is missing; mapbench study s --resume repeats it",
         "cluster, seed 1: not re-evaluated yet",
     ]
     assert len(results.runs) == 14 - 5
