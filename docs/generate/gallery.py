@@ -1,4 +1,4 @@
-"""The gallery: runs that are kept in docs/gallery, whose best sets are driven again for pictures and replays.
+"""The gallery: runs that are kept in docs/gallery, whose best sets are re-run for pictures and replays.
 
 ``python -m docs.generate.gallery runs/mine NAME``, from the root of the project, keeps a finished run.
 """
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from evolution.files import csv_of, read_csv, write_text
 from evolution.pictures import best_maps_figure, drive_best, save_figure
-from evolution.report import changed_replays, picture, write_report
+from evolution.report import changed_replays, picture, replay_page, write_report
 from evolution.runs import load_run
 from gym_mapbench.errors import RunError
 
@@ -35,20 +35,22 @@ def keep(run: Path, name: str) -> None:
 
 
 def gallery_files(folder: Path) -> Iterator[Path]:
-    """Drive every kept set again; write its page with replays, and its picture.
+    """Re-run every kept set; write its page, its replays alone, and its picture.
 
     Raises:
-        RunError: If the code drives otherwise than when the set was evolved.
+        RunError: If a run ends otherwise than when the set was evolved.
     """
     for kept in sorted(path for path in KEPT.iterdir() if path.is_dir()):
         run = load_run(kept)
         maps = drive_best(run)
         if changed := changed_replays(run, maps):
-            raise RunError(f"{kept}: evolve this set again, for the code drives otherwise now: {changed[0]}")
+            raise RunError(f"{kept}: evolve this set again, because its runs have changed: {changed[0]}")
         yield write_report(kept, folder / f"replays_{kept.name}.html")
+        write_text(alone := folder / f"replay_{kept.name}.html", replay_page(run, maps))
+        yield alone
         figure = best_maps_figure(maps, run.controllers)
         if figure is None:
-            raise RunError(f"{kept}: nothing could be driven")
+            raise RunError(f"{kept}: no run could be recorded")
         (drawn,) = save_figure(figure, folder / f"set_{kept.name}", formats=("png",))
         drawn.write_bytes(picture(kept.name, drawn.read_bytes()).content)
         yield drawn

@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 from docs.generate.inserts import filled  # noqa: E402
+from docs.generate.labels import labelled  # noqa: E402
 from docs.generate.made import made_files  # noqa: E402
 
 PICTURE = re.compile(r'(<img [^>]*src="([^"]+)"[^>]*>)')
@@ -36,8 +37,8 @@ def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """Make every picture a link to itself, so that it can be seen in full size on a small screen."""
-    return PICTURE.sub(r'<a href="\2">\1</a>', html)
+    """Make every picture a link to itself, and label the cells of tables: both for small screens."""
+    return labelled(PICTURE.sub(r'<a href="\2">\1</a>', html))
 
 
 def on_post_page(output: str, page: Page, **_: Any) -> str:
