@@ -18,11 +18,11 @@ from gym_mapbench.errors import RunError
 
 KEPT = Path(__file__).parents[1] / "gallery"
 WHOLE = ("config.json", "checkpoint.json", "generations.csv", "best_map_set.json", "best_results.json")
-"""Files of a run that are kept as they are; its tables of individuals and runs are cut down to the last generation."""
+"""Files of a run that are copied; its tables of individuals and runs are reduced to the last generation."""
 
 
 def keep(run: Path, name: str) -> None:
-    """Copy what a site needs of a finished run into the gallery."""
+    """Copy the files of a finished run that the site needs into the gallery."""
     folder = KEPT / name
     folder.mkdir(parents=True)
     for file in WHOLE:

@@ -1,4 +1,4 @@
-"""Hooks of MkDocs: fills pages in, draws pictures, and refuses pages that would load something from elsewhere."""
+"""Hooks of MkDocs: fill pages in, draw pictures, and refuse pages that load something from another host."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
-    """Fill in what the page takes from the code; a page without neighbours needs no column for them."""
+    """Fill in the inserts of a page; a page without a section has no column of navigation."""
     if page.parent is None:
         page.meta["hide"] = ["navigation"]
     return filled(markdown)

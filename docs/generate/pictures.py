@@ -1,4 +1,4 @@
-"""Pictures of the concepts, drawn by the code that they explain when the site is built."""
+"""Pictures of the concepts, drawn by the code that they explain."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LEVELS = ("none", "nominal", "rough")
 MOMENT = 9.0
 """Seconds after the start at which a local costmap is shown."""
 GINIS = ((20.0, 20.0, 20.0), (20.0, 25.0, 30.0), (20.0, 20.0, 70.0), (10.0, 10.0, 130.0))
-"""Times of three controllers whose Gini coefficients are worth knowing."""
+"""Times of three controllers with Gini coefficients from 0 to 0.5."""
 PIXELS = 600
 
 
@@ -98,7 +98,7 @@ def _draw_inflation(axes: Any, navigation: NavigationParams) -> None:
 
 
 def noise_seen() -> Any:
-    """The same moment of the same drive at three levels of noise."""
+    """The local costmap at one moment of a run, at three levels of noise."""
     figure, panels = new_figure(3, width=10.5, height=3.1)
     for axes, level in zip(panels, LEVELS, strict=True):
         _shown(axes, _seen_at(_office(), level), f"noise: {level}")
@@ -106,7 +106,7 @@ def noise_seen() -> Any:
 
 
 def noise_driven() -> Any:
-    """Ten drives of one controller at three levels of noise."""
+    """Ten runs of one controller at three levels of noise."""
     scenario = _office()
     figure, panels = new_figure(3, width=10.5, height=3.1)
     for axes, level in zip(panels, LEVELS, strict=True):
@@ -116,7 +116,7 @@ def noise_driven() -> Any:
             axes.plot(*episode.trajectory[:, :2].T, color=colour_of(["rpp"], "rpp"), linewidth=0.8, alpha=0.7)
         times = [episode.time for episode in episodes if episode.success]
         spread = f"{min(times):.1f} to {max(times):.1f} s" if times else "none"
-        axes.set_title(f"{level}: {len(times)} of 10, {spread}", fontsize=10)
+        axes.set_title(f"{level}: {len(times)} of 10 at the goal, {spread}", fontsize=10)
     return figure
 
 
@@ -150,26 +150,26 @@ def families() -> Any:
     return maps_figure(scenarios)
 
 
-def _readings(entry: dict[str, Any]) -> list[float]:
-    """The Gini coefficient of every single drive of a map, in the order of its seeds."""
+def _scores(entry: dict[str, Any]) -> list[float]:
+    """Return the Gini coefficient of every trial on a map, in the order of the seeds."""
     by_seed = zip(*[[one["time_s"] for one in runs] for runs in entry["runs"].values()], strict=True)
     return [gini(times) for times in by_seed]
 
 
 def confirmation() -> Any:
-    """Single drives of the maps of the kept set: with seeds that chose it, and with new ones."""
+    """Trials on the maps of the kept set: with the seeds of the search, and with held-out seeds."""
     run = load_run(KEPT / "quick")
     new = run.best_results["confirmation"]["seeds"]
     figure, (axes,) = new_figure(width=7.0, height=3.2)
     for place, entry in enumerate(run.best_results["maps"]):
-        readings = _readings(entry)
-        chose, fresh = readings[:-new], readings[-new:]
-        axes.plot(chose, np.full(len(chose), place + 0.12), "o", color=colour_of("ab", "a"), alpha=0.7)
-        axes.plot(fresh, np.full(len(fresh), place - 0.12), "D", color=colour_of("ab", "b"), alpha=0.7)
-    axes.plot([], [], "o", color=colour_of("ab", "a"), label="seeds of the search and of the choice")
-    axes.plot([], [], "D", color=colour_of("ab", "b"), label=f"{new} new seeds, which chose nothing")
+        scores = _scores(entry)
+        searched, held_out = scores[:-new], scores[-new:]
+        axes.plot(searched, np.full(len(searched), place + 0.12), "o", color=colour_of("ab", "a"), alpha=0.7)
+        axes.plot(held_out, np.full(len(held_out), place - 0.12), "D", color=colour_of("ab", "b"), alpha=0.7)
+    axes.plot([], [], "o", color=colour_of("ab", "a"), label="seeds of the search")
+    axes.plot([], [], "D", color=colour_of("ab", "b"), label=f"{new} held-out seeds")
     axes.set_yticks(range(len(run.best_results["maps"])), [entry["name"] for entry in run.best_results["maps"]])
-    axes.set_xlabel("Gini coefficient of a single drive")
+    axes.set_xlabel("Gini coefficient of a trial")
     figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=2)
     return figure
 

@@ -34,13 +34,11 @@ class DrivenMap:
 
     Args:
         summary: Times of all runs on the map.
-        score: The score by which the search chose the map, in words.
         repeat: Which repeat is recorded: the one nearest to the median times.
         episodes: The recorded runs of this repeat, one for each controller; empty if none was recorded.
     """
 
     summary: MapSummary
-    score: str
     repeat: int = 0
     episodes: tuple[Episode, ...] = ()
 

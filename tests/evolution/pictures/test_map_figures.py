@@ -33,7 +33,7 @@ def goals(*times):
 @pytest.fixture
 def driven():
     runs = {"dwb": goals(4.0, 4.2, 9.0), "rpp": [*goals(8.0, 8.4), {"outcome": "timeout", "time_s": 60.0}]}
-    return DrivenMap(summary_of_map("map_1", runs), "Gini 0.1", 1, (straight("dwb", 4.2), straight("rpp", 8.4)))
+    return DrivenMap(summary_of_map("map_1", runs), 1, (straight("dwb", 4.2), straight("rpp", 8.4)))
 
 
 def test_title_labels_and_rings_show_the_same_runs(driven):
