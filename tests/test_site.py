@@ -19,12 +19,14 @@ from statistics import median
 
 import pytest
 import yaml
+from PIL import Image
 
 from docs.generate import gallery, options
 from docs.generate.commands import command_reference
 from docs.generate.docstrings import arguments, block_of, plain
 from docs.generate.gallery import KEPT
 from docs.generate.inserts import INSERTS, LINE, filled
+from docs.generate.labels import labelled
 from docs.generate.markdown import table
 from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS
@@ -254,6 +256,24 @@ def test_docstrings_are_read():
     assert arguments(example) == {"first": "With a `word`, and a second line.", "second": "See `Name`."}
     assert block_of(example) == "file    what it is"
     assert plain("so:\n\n::\n\n    code") == "so:\n\nFor example:\n\n    code"
+
+
+def test_cells_are_labelled_with_their_columns():
+    heads, row = (
+        '<tr>\n<th>a <code>b</code></th>\n<th>c &lt; "d"</th>\n</tr>',
+        "<tr>\n<td>1</td>\n<td><em>2</em></td>\n</tr>",
+    )
+    page = f"<table>{heads}{row}{row}</table><td>"
+    cells = '<tr>\n<td data-label="a b">1</td>\n<td data-label="c &lt; &quot;d&quot;"><em>2</em></td>\n</tr>'
+    assert labelled(page) == f"<table>{heads}{cells}{cells}</table><td>"
+
+
+@pytest.mark.parametrize("film", ["controllers.gif", "policy.gif"])
+def test_the_films_move_and_are_small(film):
+    path = ROOT / "docs" / film
+    assert path.stat().st_size < 3_000_000
+    with Image.open(path) as picture:
+        assert picture.n_frames > 50
 
 
 def test_cells_of_tables_are_escaped():

@@ -1,10 +1,9 @@
-"""Hooks of MkDocs: fills pages in, draws pictures, and refuses pages that would load something from elsewhere."""
+"""Hooks of MkDocs: fill pages in, draw pictures, and refuse pages that load something from another host."""
 
 from __future__ import annotations
 
 import re
 import sys
-from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +15,10 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 from docs.generate.inserts import filled  # noqa: E402
+from docs.generate.labels import labelled  # noqa: E402
 from docs.generate.made import made_files  # noqa: E402
 
 PICTURE = re.compile(r'(<img [^>]*src="([^"]+)"[^>]*>)')
-TABLE = re.compile(r"<table>.*?</table>", re.DOTALL)
-HEAD = re.compile(r"<th\b[^>]*>(.*?)</th>", re.DOTALL)
-CELL = re.compile(r"<td\b")
 FROM_ELSEWHERE = re.compile(r"<(?:script|link|img|iframe|source)\b[^>]*\b(?:src|href)=[\"']?(?:https?:)?//[^>]*>")
 
 
@@ -33,25 +30,15 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
-    """Fill in what the page takes from the code; a page without neighbours needs no column for them."""
+    """Fill in the inserts of a page; a page without a section has no column of navigation."""
     if page.parent is None:
         page.meta["hide"] = ["navigation"]
     return filled(markdown)
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """Make every picture a link to itself, for its full size on a small screen, and label the cells of options."""
-    return TABLE.sub(_labelled, PICTURE.sub(r'<a href="\2">\1</a>', html))
-
-
-def _labelled(table: re.Match[str]) -> str:
-    """Return a table of options with the class and the labels by which the style sheet stacks it on a telephone."""
-    heads = HEAD.findall(table[0])
-    if heads[0] not in ("option", "argument"):
-        return table[0]
-    labels = cycle(heads)
-    cells = CELL.sub(lambda cell: f'<td data-label="{next(labels)}"', table[0])
-    return cells.replace("<table>", '<table class="options">', 1)
+    """Make every picture a link to itself, and label the cells of tables: both for small screens."""
+    return labelled(PICTURE.sub(r'<a href="\2">\1</a>', html))
 
 
 def on_post_page(output: str, page: Page, **_: Any) -> str:

@@ -1,7 +1,7 @@
-"""Inserts: what a page of the site takes from the code.
+"""Inserts: the parts of a page that come from the code.
 
-A line ``<!-- insert NAME ARGUMENT ... -->`` of a page is replaced by what the function of this name returns, when the
-site is built; a reader of the file itself does not see it.
+A line ``<!-- insert NAME ARGUMENT ... -->`` of a page is replaced by the return value of the function of this
+name when the site is built. It is invisible in the file itself.
 """
 
 from __future__ import annotations

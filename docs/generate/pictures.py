@@ -1,4 +1,4 @@
-"""Pictures of the concepts, drawn by the code that they explain when the site is built."""
+"""Pictures of the concepts, drawn by the code that they explain."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def noise_driven() -> Any:
             axes.plot(*episode.trajectory[:, :2].T, color=colour_of(["rpp"], "rpp"), linewidth=0.8, alpha=0.7)
         times = [episode.time for episode in episodes if episode.success]
         spread = f"{min(times):.1f} to {max(times):.1f} s" if times else "none"
-        axes.set_title(f"{level}: {len(times)} of 10, {spread}", fontsize=10)
+        axes.set_title(f"{level}: {len(times)} of 10 at the goal, {spread}", fontsize=10)
     return figure
 
 

@@ -34,13 +34,11 @@ class DrivenMap:
 
     Args:
         summary: Times of all runs on the map.
-        score: The score by which the search chose the map, in words.
         repeat: Which repeat is recorded: the one nearest to the median times.
         episodes: The recorded runs of this repeat, one for each controller; empty if none was recorded.
     """
 
     summary: MapSummary
-    score: str
     repeat: int = 0
     episodes: tuple[Episode, ...] = ()
 
@@ -51,11 +49,11 @@ class DrivenMap:
 
     @property
     def recorded_sample(self) -> str:
-        """Which of all runs is recorded."""
+        """Which of the runs of each controller is recorded."""
         runs = max(one.runs for one in self.summary.controllers)
         if runs == 1:
-            return "the only run of each controller"
-        return f"run {self.repeat + 1} of {runs} of each controller, the one nearest to the medians"
+            return "the only run"
+        return f"run {self.repeat + 1} of {runs}, nearest to the medians"
 
 
 def maps_figure(scenarios: Sequence[Scenario]) -> Figure:

@@ -12,7 +12,6 @@ from evolution.pictures.map_figures import DrivenMap, map_set_figure
 from evolution.pictures.plots import convergence_figure, lorenz_figure, times_figure
 from evolution.pictures.style import FORMATS, save_figure
 from evolution.runs import LoadedRun, experiment_in, summary_of_map, typical_repeat
-from evolution.search import FITNESSES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,7 +41,7 @@ def drive_best(run: LoadedRun) -> list[DrivenMap]:
 def recorded_maps(run: LoadedRun) -> list[DrivenMap]:
     """Return the best map set as the search recorded it, without trajectories."""
     return [
-        DrivenMap(summary_of_map(entry["name"], entry["runs"]), _score(run, entry["score"]), typical_repeat(entry))
+        DrivenMap(summary_of_map(entry["name"], entry["runs"]), typical_repeat(entry))
         for entry in run.best_results["maps"]
     ]
 
@@ -97,9 +96,3 @@ def _times(run: LoadedRun) -> dict[str, list[list[float]]]:
         ]
         for name in run.controllers
     }
-
-
-def _score(run: LoadedRun, value: float | None) -> str:
-    """Say in words which score the search gave a map."""
-    name = FITNESSES.get(run.config["search"]["judging"]["fitness"]).score_name
-    return "not solved by all" if value is None else f"{name} {value:.3f}"

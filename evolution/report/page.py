@@ -120,7 +120,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """The content of one page.
+    """The content of one page; parts without content are left out.
 
     Args:
         title: Heading.

@@ -8,7 +8,7 @@ import yaml
 
 from evolution.files import written_elsewhere
 from evolution.pictures import DrivenMap
-from evolution.report.page import Attachment, Report
+from evolution.report.page import Attachment, Report, render_page
 from evolution.report.replays import ReplayedMap
 from evolution.report.sections import sections_of
 from evolution.runs import LoadedRun, errors_in, results_in, summary_of_map, validation_sentence
@@ -70,6 +70,11 @@ def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap], group: str = "") 
         for one in driven
         if one.episodes
     ]
+
+
+def replay_page(run: LoadedRun, driven: Sequence[DrivenMap]) -> str:
+    """Return a page with the replays of the best maps and nothing else, to be shown inside another page."""
+    return render_page(Report(f"Replays: {run.path.name}", "", [], "", "", replayed_maps(run, driven)))
 
 
 def _samples(driven: DrivenMap) -> str:

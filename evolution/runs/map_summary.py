@@ -81,9 +81,9 @@ class MapSummary:
 
     @property
     def sample(self) -> str:
-        """Which runs the times are the medians of."""
+        """Which runs of each controller the times are the medians of."""
         runs = max(one.runs for one in self.controllers)
-        return "1 run of each controller" if runs == 1 else f"medians of {runs} runs of each controller"
+        return "1 run" if runs == 1 else f"medians of {runs} runs"
 
     @property
     def in_words(self) -> str:

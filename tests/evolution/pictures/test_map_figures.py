@@ -33,7 +33,7 @@ def goals(*times):
 @pytest.fixture
 def driven():
     runs = {"dwb": goals(4.0, 4.2, 9.0), "rpp": [*goals(8.0, 8.4), {"outcome": "timeout", "time_s": 60.0}]}
-    return DrivenMap(summary_of_map("map_1", runs), "Gini 0.1", 1, (straight("dwb", 4.2), straight("rpp", 8.4)))
+    return DrivenMap(summary_of_map("map_1", runs), 1, (straight("dwb", 4.2), straight("rpp", 8.4)))
 
 
 def test_title_labels_and_rings_show_the_same_runs(driven):
@@ -45,13 +45,13 @@ def test_title_labels_and_rings_show_the_same_runs(driven):
     dots = [line.get_xdata().tolist() for line in times.lines if line.get_markersize() == 3]
     assert dots == [[4.0, 4.2, 9.0], [8.0, 8.4]]
     assert [text.get_text() for text in times.texts] == ["9 s"]
-    assert "medians of 3 runs of each controller" in times.get_xlabel()
+    assert "medians of 3 runs" in times.get_xlabel()
 
 
 def test_the_recorded_sample_is_named(driven):
-    assert driven.recorded_sample == "run 2 of 3 of each controller, the one nearest to the medians"
+    assert driven.recorded_sample == "run 2 of 3, nearest to the medians"
     single = replace(driven, summary=summary_of_map("map_1", {"dwb": goals(4.0)}), repeat=0)
-    assert single.recorded_sample == "the only run of each controller"
+    assert single.recorded_sample == "the only run"
 
 
 def texts(time, episodes):

@@ -207,11 +207,22 @@ def test_the_configuration_is_printed_although_it_is_folded(opened):
         assert details.get_property("open") is is_open
 
 
-def test_only_tables_scroll_sideways_on_a_phone(opened):
-    size = {"width": 400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+def test_nothing_scrolls_sideways_on_a_phone(opened):
+    size = {"width": 390, "height": 900, "deviceScaleFactor": 1, "mobile": False}
     opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    root = opened.find_element(By.TAG_NAME, "html")
-    assert root.get_property("scrollWidth") == root.get_property("clientWidth")
+    for selector in ("html", ".scroll"):
+        found = opened.find_element(By.CSS_SELECTOR, selector)
+        assert found.get_property("scrollWidth") == found.get_property("clientWidth")
     note = opened.find_element(By.CSS_SELECTOR, "caption .hint")
-    assert note.rect["x"] + note.rect["width"] < 400
+    assert note.rect["x"] + note.rect["width"] < 390
+    opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_rows_are_cards_on_a_phone(opened):
+    script = "return getComputedStyle(document.querySelectorAll('table.sortable td')[1], '::before').content"
+    assert opened.execute_script(script) == "none"
+    size = {"width": 390, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    assert opened.execute_script(script) == '"n: "'
+    assert not opened.find_element(By.CSS_SELECTOR, "table.sortable thead").is_displayed()
     opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

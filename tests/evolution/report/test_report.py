@@ -18,10 +18,13 @@ import yaml
 
 from evolution.benchmark import BENCHMARK
 from evolution.cli import main
+from evolution.pictures import drive_best
+from evolution.report import replay_page
 from evolution.report.page import Attachment, Report, Section, Table, render_page
 from evolution.report.replays import ReplayedMap, replays_of, stuck_spots
 from evolution.report.study_page import report_of_study
 from evolution.report.writing import write_report
+from evolution.runs import load_run
 from evolution.studies import StudySettings, load_results
 from evolution.studies.analysis.comparisons import analyse
 from evolution.studies.analysis.figures import drive_best_sets, write_study_figures
@@ -303,6 +306,15 @@ def test_stuck_spots_by_hand():
     assert end == pytest.approx(9.0, abs=0.3)
     assert stuck_spots(drive, 0.1) == []
     assert stuck_spots(stand[:10], 0.1) == []
+
+
+def test_replays_alone_need_no_verdict(study_path):
+    run = load_run(study_path / "runs" / "gini_6" / "seed-0000")
+    page = Page(replay_page(run, drive_best(run)))
+    assert len(json.loads(page.data)["maps"]) == 3
+    assert "Maps and replays" in page.text
+    for words in ("Verdict", "Repeat it", "Configuration as used"):
+        assert words not in page.text
 
 
 def test_no_replay_no_board():

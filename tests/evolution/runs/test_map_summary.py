@@ -30,10 +30,10 @@ def test_the_difference_is_the_ratio_of_the_medians(of_map, difference):
 def test_a_sentence_names_sample_failures_and_outliers():
     dwb, rpp = runs(20.0, 22.0, 30.0, 33.1, 65.0), runs(30.0, 31.0, 50.0, 60.0, failed=1)
     assert summary_of_map("map_2", {"dwb": dwb, "rpp": rpp}).in_words == (
-        "map_2: rpp 1.4 times slower than dwb. Medians of 5 runs of each controller: dwb 30.0 s (1 outlier: 65.0 s), "
+        "map_2: rpp 1.4 times slower than dwb. Medians of 5 runs: dwb 30.0 s (1 outlier: 65.0 s), "
         "rpp 40.5 s (1 of 5 failed)."
     )
     many = summary_of_map("a", {"dwb": runs(20.0, 21.0, 22.0, 60.0, 50.0)}).controllers[0]
     assert many.in_words == "dwb 22.0 s (2 outliers up to 60.0 s)"
-    assert summary_of_map("a", {"dwb": runs(20.0)}).sample == "1 run of each controller"
+    assert summary_of_map("a", {"dwb": runs(20.0)}).sample == "1 run"
     assert summary_of_map("a", {"dwb": runs(failed=2)}).controllers[0].in_words == "dwb no time (2 of 2 failed)"

@@ -1,9 +1,9 @@
-"""Write docs/policy.gif: the shipped policies beside MPPI on a map that none of them has seen.
+"""The film ``docs/policy.gif``: the shipped policies beside MPPI on a map that no training has seen.
 
 Run from the root of the project::
 
     python benchmarks/fresh_maps.py --obstacles 30 --seed 1 --out fresh30.json
-    python docs/draw_policy.py --map fresh30.json --scenario 41
+    python -m docs.generate.policy_film --map fresh30.json --scenario 41
 """
 
 from __future__ import annotations
