@@ -99,7 +99,6 @@ def _groups(name: str) -> set[str]:
 CONTROLLER_SERVER = Keys(
     ros_only=frozenset(
         {
-            "costmap_update_timeout",
             "odom_duration",
             "odom_topic",
             "speed_limit_topic",
@@ -124,7 +123,7 @@ GOAL_CHECKER = Keys(
     },
 )
 PLANNER_SERVER = Keys(
-    ros_only=frozenset({"costmap_update_timeout", "expected_planner_frequency"}),
+    ros_only=frozenset({"expected_planner_frequency"}),
     elsewhere={
         "allow_partial_planning": "a goal that cannot be planned to fails here",
         "planner_plugin_ids": "Eloquent's name of planner_plugins",
@@ -175,6 +174,7 @@ BEHAVIOR_SERVER = Keys(
         "local_footprint_topic",
     },
     renamed={"projection_time": "simulate_ahead_time"},
+    missing={"jazzy": {"backup": "its back-up has one speed"}},
     elsewhere={"transform_timeout": "an older name of transform_tolerance"},
 )
 BT_NAVIGATOR = Keys(

@@ -142,15 +142,16 @@ def _read_planner(server: Section) -> PlannerPlugin:
         group.stand_in = True
         group.findings.add("replaced", group.name, f"{ros_class} is not built; {PLANNERS[kind].title} plans here")
     server.leave_groups()
-    server.read(keys.PLANNER_SERVER, ())
-    return PlannerPlugin(name=kind, params=read_params(group, PLANNERS[kind]))
+    own = server.read(keys.PLANNER_SERVER, ("costmap_update_timeout",))
+    return server.make(PlannerPlugin, {"name": kind, "params": read_params(group, PLANNERS[kind]), **own})
 
 
 def _read_behaviors(server: Section) -> BehaviorServer:
-    """Read the behaviours; one whose class the tree does not expect is left out, and so are their own settings."""
+    """Read the behaviours without those whose class the tree does not expect; only a back-up has its own settings."""
     names = server.take_names("behavior_plugins", ("spin", "backup", "drive_on_heading", "wait"))
     enabled = [name for name in names if _read_behavior(server, name)]
-    server.leave_groups()
+    for key in [key for key, value in server.values.items() if isinstance(value, Mapping) and key not in enabled]:
+        server.leave(key)
     return server.build(BehaviorServer, keys.BEHAVIOR_SERVER, behavior_plugins=tuple(enabled))
 
 
@@ -161,11 +162,13 @@ def _read_behavior(server: Section, name: str) -> bool:
         return False
     group = server.take_group(name)
     ros_class = str(group.values.pop("plugin", BEHAVIORS[name]))
-    for key in group.values:
-        server.findings.add("left_out", f"{group.name}.{key}", "the behaviours have no settings of their own here")
+    own = group.values if name == "backup" else {}
+    for key in group.values.keys() - own.keys():
+        server.findings.add("left_out", f"{group.name}.{key}", "this behaviour has no settings of its own here")
     if ros_class.replace("::", "/").rpartition("/")[2] != BEHAVIORS[name].rpartition("/")[2]:
         server.findings.add("left_out", group.name, f"{ros_class}: this behaviour is not built")
         return False
+    server.values |= {name: own} if own else {}
     return True
 
 

@@ -11,9 +11,11 @@ from evolution.commands import driving_options, options
 from evolution.commands.console import errors, print_table
 from evolution.files import Table
 from evolution.validation import (
+    AroundOracle,
     LayersOracle,
     Measure,
     Oracle,
+    around_measures,
     closed_loop_measures,
     costmap_measures,
     disagreements,
@@ -29,7 +31,8 @@ from evolution.validation import (
 EXAMPLES = """  mapbench validate nav2-oracle
   mapbench validate nav2-oracle --format json > validation.json
   mapbench validate nav2-oracle --units-only           single calls only, in a few seconds
-  mapbench validate nav2-oracle-layers                 costmap layers, fed with recorded scans"""
+  mapbench validate nav2-oracle-layers                 costmap layers, fed with recorded scans
+  mapbench validate nav2-bt-oracle                     behaviour tree, recoveries, controller server, smoother"""
 
 UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, other_measures, mppi_measures)
 
@@ -46,7 +49,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Measure and print; the exit code is 1 if a target is missed."""
-    measures, differing = measure_layers(args) if LayersOracle.is_in(args.directory) else measure_navigation(args)
+    measures, differing = measure(args)
     if args.format == "json":
         print(json_of(measures, differing))
     else:
@@ -57,6 +60,13 @@ def run(args: argparse.Namespace) -> int:
     for one in missed:
         errors.print(f"missed: {one.key} is {one.value:.6g}, expected {one.target}")
     return 1 if missed else 0
+
+
+def measure(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
+    """Compare with what a directory holds; returns the measures, and the runs that ended differently in words."""
+    if AroundOracle.is_in(args.directory):
+        return around_measures(AroundOracle(args.directory)), []
+    return measure_layers(args) if LayersOracle.is_in(args.directory) else measure_navigation(args)
 
 
 def measure_layers(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:

@@ -1,4 +1,7 @@
-"""Validation: compares our costmaps, their layers, planner and controllers with recorded results of Nav2's own code.
+"""Validation: compares our navigation with recorded results of Nav2's own code.
+
+Compared are costmaps, their layers, planner, controllers, and what is around the controllers: behaviour tree,
+recoveries, controller server, velocity smoother.
 
 In: a directory of recorded results. Out: a list of :class:`Measure`, each with its target, the number of cases and the
 worst of them.
@@ -6,6 +9,7 @@ worst of them.
 
 from __future__ import annotations
 
+from evolution.validation.around import AroundOracle, around_measures
 from evolution.validation.closed_loop import closed_loop_measures, disagreements, drive_recorded
 from evolution.validation.layers import LayersOracle, layer_measures
 from evolution.validation.measures import Measure
@@ -14,9 +18,11 @@ from evolution.validation.oracle import Oracle
 from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
 
 __all__ = [
+    "AroundOracle",
     "LayersOracle",
     "Measure",
     "Oracle",
+    "around_measures",
     "closed_loop_measures",
     "costmap_measures",
     "disagreements",

@@ -206,7 +206,7 @@ def test_points_of_a_scan_equal_their_plain_twin(ranges, sensor, angle_min):
 
 
 def test_the_closing_edge_begins_at_the_first_corner_but_for_dwbs_critic():
-    # Closing edge between the cells (0, 0) and (2, 4), row and column: forwards through (1, 1), backwards through (0, 1).
+    # Closing edge between the cells (0, 0) and (2, 4), row and column: through (1, 1) one way, (0, 1) the other.
     corners = np.array([[0.5, 0.5], [0.5, 2.5], [4.5, 2.5]])
     for cell, expected in (((1, 1), (254, 0)), ((0, 1), (0, 254))):
         costs = np.zeros((5, 5), np.uint8)

@@ -233,7 +233,7 @@ class TestRecoveries:
         navigator, run = drive(PlainFollower(answer), plain_navigation(recoveries=True))
         assert navigator.status == "succeeded"
         assert kinds(navigator).count("spin") == 1
-        assert run.commands[2] == (0.0, 1.0)
+        assert run.commands[27] == (0.0, 1.0)
 
     def test_one_contextual_retry_until_an_outer_recovery(self):
         fails = iter(step in (10, 30, 50) for step in range(10_000))
@@ -255,18 +255,23 @@ class TestRecoveries:
         assert Counter(kinds(navigator))["wait"] == 3
         assert not {"spin", "backup"} & set(kinds(navigator))
 
-    def test_recoveries_bypass_the_smoother(self):
-        params = plain_navigation(recoveries=True).replace(
+    @pytest.mark.parametrize(("release", "turns_after", "fastest"), [("humble", 1.0, 1.0), ("jazzy", 0.0, 0.2)])
+    def test_a_spin_and_the_smoother(self, release, turns_after, fastest):
+        """Humble's smoother stops the robot for a second after the controller has failed; Jazzy's smooths the spin."""
+        params = plain_navigation(recoveries=True, release=release).replace(
             velocity_smoother=VelocitySmoother(max_velocity=(0.1, 0.0, 0.2), min_velocity=(-0.1, 0.0, -0.2))
         )
 
         def answer(now: float) -> Twist | None:
-            if now < 1.0:
-                raise ControllerAbort("stuck")
+            if now < 3.0:
+                raise ControllerError("stuck")
             return None
 
-        _, run = drive(PlainFollower(answer), params)
-        assert max(command.w for command in run.commands) == 1.0
+        navigator, run = drive(PlainFollower(answer), params)
+        spin = next(event.time for event in navigator.events if event.kind == "spin")
+        turning = [step * PERIOD for step, command in enumerate(run.commands) if command.w]
+        assert turning[0] - spin == pytest.approx(turns_after, abs=0.101)
+        assert max(command.w for command in run.commands) == pytest.approx(fastest)
         assert max(command.v for command in run.commands) == pytest.approx(0.1)
 
 
@@ -308,9 +313,17 @@ class TestPlanning:
         monkeypatch.setattr(navigator_module, "make_planner", lambda name, **params: self.Planner({1, *range(6, 99)}))
         navigator, run = drive(params=plain_navigation(recoveries=True))
         assert navigator.status == "succeeded"
-        assert run.commands[20] == (0.0, 1.0)
-        spin = next(event.time for event in navigator.events if event.kind == "spin")
-        assert spin == 1.0
+        # The first attempt fails at 1.0 s, the second one when the cleared costmap is updated; then clear, then spin.
+        assert run.commands[39] != STOP
+        assert run.commands[40] == STOP
+        first = [(event.time, event.kind) for event in navigator.events[1:6]]
+        assert first == [
+            (1.0, "replan_failure"),
+            (1.0, "clear_global"),
+            (2.0, "replan_failure"),
+            (2.0, "clear_local"),
+            (2.0, "clear_global"),
+        ]
 
 
 class TestJazzy:
