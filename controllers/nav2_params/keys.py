@@ -220,7 +220,6 @@ COSTMAP = Keys(
         "initial_transform_timeout",
         "map_topic",
         "map_vis_z",
-        "publish_frequency",
         "subscribe_to_stamped_footprint",
     },
     elsewhere={

@@ -28,7 +28,7 @@ class BehaviorServer:
         params: The parameters.
         footprint: The padded footprint.
         robot: What is measured of the robot.
-        costmap: Returns the local costmap as it was last published.
+        costmap: Returns the local costmap as it was last published; None if it never was.
         publish: Takes the commands.
 
     Attributes:
@@ -44,7 +44,7 @@ class BehaviorServer:
         params: BehaviorServerParams,
         footprint: Footprint,
         robot: RobotState,
-        costmap: Callable[[], Costmap],
+        costmap: Callable[[], Costmap | None],
         publish: Callable[[Twist], None],
     ) -> None:
         self._rate = Rate(1.0 / params.cycle_frequency)
@@ -90,7 +90,7 @@ class BehaviorServer:
         if command is None:
             return None
         costmap = self._costmap()
-        if not all(self._is_free(ahead, costmap) for ahead in behavior.poses_ahead(pose, command)):
+        if costmap is None or not all(self._is_free(at, costmap) for at in behavior.poses_ahead(pose, command)):
             return FAILED
         self._publish(command)
         return None

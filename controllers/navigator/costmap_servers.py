@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.navigator.costmap_wait import UpdateSchedule
+from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from gym_mapbench.costmap import Costmap, CostmapParams, LaserScan, LayeredCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.footprint import Footprint
@@ -43,6 +44,9 @@ class CostmapServer:
     def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint, lidar: LidarSettings) -> None:
         self._layered = LayeredCostmap(params, grid, footprint)
         self._schedule = UpdateSchedule(params.update_frequency)
+        self._publish_period = 1.0 / params.publish_frequency if params.publish_frequency > 0.0 else NEVER
+        self._published: Costmap | None = None
+        self._published_at = -NEVER
         self._lidar = lidar
         self._measured = b""
         self._is_buffered = True
@@ -52,9 +56,9 @@ class CostmapServer:
         """The costmap as of its last update."""
         return self._costmap
 
-    def published(self) -> Costmap:
-        """Return the costmap as others see it."""
-        return self._costmap
+    def published(self) -> Costmap | None:
+        """Return the costmap as it was last published, which is how the recovery behaviours see it; None before."""
+        return self._published
 
     @property
     def next_update(self) -> float:
@@ -85,9 +89,12 @@ class CostmapServer:
             self._taken_at = self._lidar.sensor_pose(pose)
 
     def advance(self, now: float) -> None:
-        """Update the costmap if that is due at ``now``, s."""
-        if self._schedule.is_due(now):
-            self._update()
+        """Update the costmap if that is due at ``now`` (s), and publish it if that is due then."""
+        if not self._schedule.is_due(now):
+            return
+        self._update()
+        if now - self._published_at > self._publish_period + TIME_RESOLUTION:
+            self._published, self._published_at = self._costmap, now
 
     def clear(self) -> None:
         """Forget all layers (``ClearEntirely``); the next update fills them again from the newest scan."""

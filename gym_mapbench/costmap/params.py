@@ -136,6 +136,8 @@ class CostmapParams(Settings):
         origin_y: World y of the same corner, m.
         rolling_window: Whether the costmap is a window that follows the robot.
         update_frequency: Updates per second, Hz.
+        publish_frequency: Rate at which the costmap is published, Hz, which is how the recovery behaviours see it; they
+            see none if it is not positive, and fail.
         track_unknown_space: Whether unknown cells stay unknown (255) instead of free.
         use_maximum: Whether the static layer writes the greater cost instead of overwriting.
         lethal_cost_threshold: Map value, 0 to 100, from which on a cell is an obstacle.
@@ -161,6 +163,7 @@ class CostmapParams(Settings):
     origin_y: float = 0.0
     rolling_window: bool = False
     update_frequency: Positive = 5.0
+    publish_frequency: float = 1.0
     track_unknown_space: bool = False
     use_maximum: bool = False
     lethal_cost_threshold: Annotated[int, Field(ge=0, le=100)] = 100
@@ -177,6 +180,7 @@ class CostmapParams(Settings):
     def example_local(cls, **changes: Any) -> CostmapParams:
         """Return the local costmap of ``nav2_bringup/params/nav2_params.yaml``: 3 m x 3 m around the robot."""
         example: dict[str, Any] = {
+            "publish_frequency": 2.0,
             "rolling_window": True,
             "width": 3,
             "height": 3,

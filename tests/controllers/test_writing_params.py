@@ -234,7 +234,7 @@ planner_server:
 
 def test_what_serves_ros_alone_comes_back_as_it_was():
     read = parse_nav2_params(yaml.safe_load(KEPT))
-    assert read.ros_only["local_costmap"]["publish_frequency"] == 2.5
+    assert read.navigation.local_costmap.publish_frequency == 2.5
     document = write_nav2_params(read.navigation, ros_only=read.ros_only)
     server = document["controller_server"]["ros__parameters"]
     assert (server["odom_duration"], server["Slow"]["transform_tolerance"]) == (0.4, 0.7)

@@ -133,6 +133,11 @@ def test_off_the_map_is_a_collision():
     assert run.result == "aborted"
 
 
+def test_without_a_published_costmap_only_waiting_succeeds():
+    assert Run(BackUp(0.30, 0.05, PARAMS), Pose(0.0, 0.0), None).until_done().result == "aborted"
+    assert Run(Wait(0.5), Pose(0.0, 0.0), None).until_done().result == "succeeded"
+
+
 def test_wait_stands_still_for_its_time():
     run = Run(Wait(5.0), Pose(0.0, 0.0, 0.0), free_costmap()).until_done()
     assert (run.result, run.time) == ("succeeded", pytest.approx(5.0))

@@ -93,6 +93,25 @@ def test_a_cleared_costmap_is_not_current_until_its_next_regular_update():
     assert (seen.is_current(1.0), seen.is_current(0.9)) == (True, False)
 
 
+@pytest.mark.parametrize(
+    ("publish_frequency", "times"), [(2.0, [0.0, 0.6, 1.2, 1.8]), (5.0, [0.0, 0.4, 0.8, 1.2, 1.6])]
+)
+def test_a_costmap_is_published_after_more_than_its_period(publish_frequency, times):
+    seen = server("local", publish_frequency=publish_frequency)
+    published = []
+    for step in range(40):
+        observe(seen, POSE, ahead(1.0 + 0.01 * step), step * 0.05)
+        if not published or seen.published() is not published[-1][1]:
+            published.append((pytest.approx(step * 0.05), seen.published()))
+    assert times == [time for time, _ in published]
+
+
+def test_a_costmap_that_is_not_published_does_not_exist_for_others():
+    seen = server("local", publish_frequency=0.0)
+    observe(seen, POSE, ahead(1.0), 0.0)
+    assert seen.published() is None
+
+
 @given(st.integers(0, 10**6), st.sampled_from([0.0, -300.0]))
 @settings(max_examples=20, deadline=None)
 def test_exact_hits_mark_the_walls_own_cells(seed, origin):
