@@ -326,6 +326,48 @@ class TestPlanning:
         ]
 
 
+class TestLatency:
+    """``latency: nav2``: the recorded times of a tree that waits for costmaps, for updates on whole seconds."""
+
+    def params(self, **changes):
+        params = plain_navigation(recoveries=True, **changes)
+        return params.replace(bt=params.bt.replace(latency="nav2"))
+
+    def test_replans_are_a_second_and_the_planning_time_apart(self):
+        navigator, _ = drive(params=self.params())
+        assert navigator.status == "succeeded"
+        replans = [event.time for event in navigator.events]
+        assert replans[:4] == pytest.approx([0.03, 1.06, 2.09, 3.12])
+        assert len(navigator.follower.calls("set_plan")) == len(replans)
+
+    def test_the_controller_cycles_from_its_first_path_on(self):
+        navigator, _ = drive(params=self.params())
+        times = [entry[1] for entry in navigator.follower.calls("compute")]
+        assert times[:3] == pytest.approx([0.0305, 0.0805, 0.1305])
+
+    @pytest.mark.parametrize(
+        ("error", "grid", "latest"),
+        [
+            (None, walled_off(), 22.04),
+            (ControllerError("nothing legal"), OPEN, 20.12),
+            (ControllerAbort("no"), OPEN, 17.02),
+        ],
+    )
+    def test_a_run_without_a_chance_lasts_as_long_as_in_nav2(self, error, grid, latest):
+        follower = PlainFollower() if error is None else PlainFollower(raises(error))
+        navigator, run = drive(follower, self.params(), grid)
+        assert (navigator.status, navigator.number_recoveries) == ("failed", 15)
+        assert run.time == pytest.approx(latest, abs=PERIOD)
+        assert not any(command.v > 0.0 for command in run.commands)
+
+    def test_a_run_continues_after_pickling(self):
+        navigator = Navigator(PlainFollower(_nothing), self.params(), "plain")
+        navigator.reset(context())
+        begun = Drive(navigator).run(30)
+        copy = pickle.loads(pickle.dumps(begun))
+        assert copy.run().commands == begun.run().commands
+
+
 class TestJazzy:
     """Recoveries are tried only where they may help, and controllers forget when an action ends."""
 
@@ -348,6 +390,20 @@ class TestJazzy:
         assert set(kinds(navigator)) == {"replan_failure", "planner_failure"}
         navigator, _ = drive(params=params, grid=walled_off())
         assert navigator.number_recoveries == 15
+
+    def test_the_goal_is_checked_before_the_controller_is_asked(self):
+        calls = {}
+        for release in ("humble", "jazzy"):
+            navigator, run = drive(params=plain_navigation(release=release))
+            assert navigator.status == "succeeded"
+            calls[release] = len(run.commands) - navigator.controller_calls
+        assert calls == {"humble": 0, "jazzy": 1}
+
+    def test_a_controller_that_waits_too_long_for_its_costmap_ends_the_navigation(self):
+        slow = plain_navigation(release="jazzy").local_costmap.replace(update_frequency=1.0)
+        navigator, run = drive(PlainFollower(raises(ControllerError("stuck"))), self.params(local_costmap=slow))
+        assert (navigator.status, navigator.failure_reason) == ("failed", "Costmap timed out waiting for update")
+        assert run.time == pytest.approx(0.35 + 0.35)
 
     def test_the_controller_forgets_whenever_an_action_ends(self):
         class Forgetful(PlainFollower):
