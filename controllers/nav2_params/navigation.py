@@ -226,10 +226,13 @@ def default_tree(release: Release) -> BehaviorTree:
 
 
 class VelocitySmoother(Settings):
-    """Nav2's ``velocity_smoother`` between controller and base; recoveries bypass it. Axes are x, y, theta.
+    """Nav2's ``velocity_smoother`` between controller and base. Axes are x, y, theta.
+
+    Humble's recoveries bypass it; for ``velocity_timeout`` after the controller's last command its zeros come between
+    their commands. Jazzy's recoveries go through it.
 
     Args:
-        smoothing_frequency: Rate of the smoother, Hz; here it works once in every control period.
+        smoothing_frequency: Rate of the smoother, Hz.
         scale_velocities: Whether all axes are slowed by the ratio of the most restricted one.
         feedback: ``OPEN_LOOP`` goes on from the last output, ``CLOSED_LOOP`` from the measured velocity.
         max_velocity: Highest velocities, m/s, m/s, rad/s.
@@ -238,7 +241,7 @@ class VelocitySmoother(Settings):
         max_decel: Decelerations, m/s^2, m/s^2, rad/s^2; not positive.
         odom_duration: Time over which the measured velocity is averaged, s.
         deadband_velocity: Velocities below which the output becomes 0, m/s, m/s, rad/s.
-        velocity_timeout: Seconds without a command after which the robot is stopped; here it never passes.
+        velocity_timeout: Seconds without a command after which the robot is stopped and the smoother falls silent.
     """
 
     smoothing_frequency: Annotated[float, Field(gt=0, le=1000)] = 20.0
