@@ -145,7 +145,7 @@ def test_what_is_written_is_what_ros_takes():
     assert write_nav2_params(thesis, robot=make_robot("turtlebot3_burger"))["local_costmap"]["local_costmap"][
         "ros__parameters"
     ]["robot_radius"] == pytest.approx(0.105)
-    assert "velocity_smoother" not in document
+    assert document["velocity_smoother"]["ros__parameters"]["max_velocity"] == [0.5, 0.0, 2.5]
     assert _values_of_type(document, tuple | type(None)) == []
 
 
