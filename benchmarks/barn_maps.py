@@ -13,7 +13,7 @@ from evolution.benchmark import load_barn
 from gym_mapbench import EnvConfig
 from gym_mapbench.env.observation import has_path
 from gym_mapbench.env.task import distance_to_goal
-from gym_mapbench.mapio.bundle import write_bundle
+from gym_mapbench.mapio.map_set_file import write_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 
 
@@ -28,7 +28,7 @@ def main() -> None:
     world = EnvConfig(robot=args.robot)
     taken = load_barn(f"barn:{args.folder}")[:: args.every]
     fits = [one for one in taken if distance_to_goal(one, world.robot).solvable and has_path(world, one)]
-    write_bundle(group_scenarios(fits), args.out)
+    write_map_set(group_scenarios(fits), args.out)
     print(f"{args.robot} fits through {len(fits)} of {len(taken)} worlds")
 
 

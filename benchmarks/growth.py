@@ -23,12 +23,13 @@ from typing import Any
 import numpy as np
 
 from controllers.nav2_params import load_preset as load_parameters
+from evolution.api import compose
 from evolution.driving.evaluator import Evaluator
 from evolution.driving.executors import EXECUTORS
 from evolution.driving.jobs import Job, RunResult
 from evolution.driving.store import ResultStore
 from evolution.runs.directory import RunDir
-from evolution.search.experiments import experiment_of, load_preset
+from evolution.search.experiments import experiment_of
 from evolution.search.loop import Progress, evolve
 from gym_mapbench.costmap import Costmap, build_static_costmap
 from gym_mapbench.env.config import EnvConfig
@@ -58,7 +59,7 @@ class Inline(Executor):
         return future
 
 
-EXECUTORS.register("inline", lambda _crew: Inline())
+EXECUTORS.register("inline", lambda _setup: Inline())
 
 
 @dataclass(frozen=True)
@@ -98,9 +99,7 @@ def free_run(job: Job) -> RunResult:
 
 def search(generations: int, **options: Any) -> list[tuple[float, Progress]]:
     """Run a search of free runs in a directory; returns the CPU seconds at the end of each generation."""
-    document = load_preset("thesis")
-    document["search"] |= options
-    document["search"]["evaluations"] = generations * document["search"]["pop_size"]
+    document = compose("thesis", **options, evaluations=generations * options["pop_size"])
     experiment = experiment_of(document)
     seen: list[tuple[float, Progress]] = []
     with tempfile.TemporaryDirectory() as place:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import os
 
+from evolution.api import compose
 from evolution.driving.evaluator import Evaluator
 from evolution.driving.warmup import warm_up
 from evolution.driving.worker import run_job
-from evolution.search.experiments import experiment_of, load_preset
+from evolution.search.experiments import experiment_of
 from evolution.search.loop import Progress, evolve
 
 
@@ -18,8 +19,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--generations", type=int, default=3)
     args = parser.parse_args()
-    document = load_preset("thesis")
-    document["search"] |= {"pop_size": 20, "evaluations": 20 * args.generations}
+    document = compose("thesis", pop_size=20, evaluations=20 * args.generations)
     generations: list[Progress] = []
     with Evaluator(run_job, workers=args.workers, warm_up=warm_up) as evaluator:
         evolve(experiment_of(document), evaluator, on_generation=generations.append)

@@ -33,6 +33,7 @@ from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.simulation import Simulation
+from gym_mapbench.world.world import World
 
 WINDOW_CELLS = 60
 FOLLOWERS = {"MPPI": (MppiFollower, MppiParams), "DWB": (DwbFollower, DwbParams), "RPP": (RppFollower, RppParams)}
@@ -144,7 +145,7 @@ def world_timings(scenario: Scenario) -> Iterator[Timing]:
     yield measure("inflate a 150 x 150 map", lambda: full_costmap(scenario, navigation), 100)
     yield from costmap_timings(scenario)
     yield measure("NavFn plan, 150 x 150", lambda: planner.plan(full, scenario.start, scenario.goal), 100)
-    simulation = Simulation(scenario.map, EnvConfig().robot, scenario.start, 100.0)
+    simulation = Simulation(World(scenario.map), EnvConfig().robot, scenario.start)
     yield measure("5 Box2D ticks", lambda: simulation.advance(0.1, 0.3, 5), 1000)
     for beams in (0, 100, 360):
         yield env_timing(scenario, beams)
@@ -158,7 +159,7 @@ def costmap_timings(scenario: Scenario) -> Iterator[Timing]:
     path = make_planner("navfn").plan(full_costmap(scenario, navigation), scenario.start, scenario.goal)
     poses = [Pose(x, y, np.arctan2(*(path[i + 2, :2] - path[i, :2])[::-1])) for i, (x, y, _) in enumerate(path[:-2])]
     noise = np.random.default_rng(0)
-    scanner, increment = Lidar(lidar, scenario.map), 2 * np.pi / lidar.beams
+    scanner, increment = Lidar(lidar, World(scenario.map)), 2 * np.pi / lidar.beams
     drive = [(pose, scanner.scan(pose) + noise.normal(0, 0.01, lidar.beams).astype(np.float32)) for pose in poses[::4]]
     for name, params in (("local", navigation.local_costmap), ("global", navigation.global_costmap)):
         costmap = LayeredCostmap(params, scenario.map, footprint(navigation))

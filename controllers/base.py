@@ -1,4 +1,4 @@
-"""What a controller is: a policy over the env API, and Nav2's path followers inside one.
+"""The interface of a controller, a policy over the env API, and of Nav2's path followers inside a controller.
 
 :class:`Controller` is all that a run needs: ``reset`` and ``act``. Nav2's controllers are
 :class:`PathFollower` objects; :class:`controllers.navigator.navigator.Navigator` turns any of them into a
@@ -52,7 +52,7 @@ class InvalidPath(ControllerAbort):
 
 @dataclass(frozen=True)
 class Context:
-    """What a controller is told before a run.
+    """The run, as a controller is told before it starts.
 
     Args:
         robot: Shape and limits of the robot.

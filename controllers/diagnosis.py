@@ -27,7 +27,7 @@ ADVICE = {
     "no path": "the global costmap leaves no way: passages narrower than the robot, its footprint_padding and a cell "
     "on either side are closed",
 }
-"""Part of a failure's reason -> what the failure means and what helps."""
+"""Part of a failure's reason -> its meaning and a remedy."""
 
 
 def diagnose(trajectory: NDArray[np.float64], control_period: float, events: Sequence[Event], explanation: str) -> str:
@@ -37,7 +37,7 @@ def diagnose(trajectory: NDArray[np.float64], control_period: float, events: Seq
         trajectory: ``(steps + 1, >= 2)`` x and y of every control step, m.
         control_period: Seconds of one step.
         events: What happened, in order.
-        explanation: What the controller says about its last decision; may be empty.
+        explanation: The controller's account of its last decision; may be empty.
     """
     parts = [where_it_stood(trajectory, control_period), *who_gave_up(events)]
     advice = next((text for mark, text in ADVICE.items() if any(mark in event.detail for event in events)), "")

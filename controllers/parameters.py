@@ -1,4 +1,4 @@
-"""What the parameters of all controllers share: dotted and nested keys, defaults by release, and lists of critics."""
+"""Base classes of the controllers' parameters: defaults by release, and lists of critics."""
 
 from __future__ import annotations
 
@@ -9,54 +9,8 @@ from pydantic import field_validator, model_validator
 
 from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.ros_params import nest_dotted, overlay, value_at
 from gym_mapbench.settings import Settings
-
-
-def nest_dotted(params: Mapping[str, Any]) -> dict[str, Any]:
-    """Expand dotted keys: ``{"PathAlign.scale": 32.0}`` becomes ``{"PathAlign": {"scale": 32.0}}``.
-
-    Raises:
-        ConfigError: If a key is given twice, or both as a value and as a group.
-    """
-    nested: dict[str, Any] = {}
-    for key, value in params.items():
-        _insert(nested, str(key).split("."), value, str(key))
-    return nested
-
-
-def _insert(target: dict[str, Any], names: list[str], value: Any, key: str) -> None:
-    """Put ``value`` under the nested ``names``; a mapping is merged into the group of that name."""
-    for name in names[:-1]:
-        target = target.setdefault(name, {})
-        if not isinstance(target, dict):
-            raise ConfigError(f"{key}: expected {name!r} to be a group of parameters, got {target!r}")
-    last = names[-1]
-    if isinstance(value, Mapping):
-        group = target.setdefault(last, {})
-        if not isinstance(group, dict):
-            raise ConfigError(f"{key}: expected one value, got both {group!r} and a group of parameters")
-        for inner, inner_value in value.items():
-            _insert(group, str(inner).split("."), inner_value, f"{key}.{inner}")
-    elif last in target:
-        raise ConfigError(f"{key}: expected one value, got {target[last]!r} and {value!r}")
-    else:
-        target[last] = value
-
-
-def overlay(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay one nested mapping over another: groups are merged, values are replaced."""
-    merged = dict(below)
-    for key, value in above.items():
-        both = isinstance(value, Mapping) and isinstance(merged.get(key), Mapping)
-        merged[key] = overlay(merged[key], value) if both else value
-    return merged
-
-
-def value_at(values: object, name: str) -> object:
-    """Return the value under a dotted name in nested mappings or settings; None if there is none."""
-    for part in name.split("."):
-        values = values.get(part) if isinstance(values, Mapping) else getattr(values, part, None)
-    return values
 
 
 class ReleaseSettings(Settings):

@@ -10,35 +10,20 @@ a parameter of that name, and returns a :class:`~controllers.base.Controller`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
 from controllers.base import Controller, PathFollower
-from controllers.dwb.controller import DwbFollower
-from controllers.graceful.controller import GracefulFollower
-from controllers.mppi.controller import MppiFollower
 from controllers.nav2_params import ControllerPlugin, NavigationParams, load_preset, plugins
-from controllers.nav2_params.findings import Findings
-from controllers.nav2_params.section import Section
 from controllers.navigator.navigator import Navigator
-from controllers.parameters import overlay
 from controllers.rl import load_sb3
-from controllers.rotation_shim.controller import RotationShimFollower
-from controllers.rpp.controller import RppFollower
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.registry import Registry, accepted_keywords, must_be_callable
+from gym_mapbench.ros_params import Findings, Section, overlay
 from gym_mapbench.trust import about_to_run
 
-PRIMARIES: dict[str, Callable[[Any], PathFollower]] = {
-    "dwb": DwbFollower,
-    "mppi": MppiFollower,
-    "rpp": RppFollower,
-    "graceful": GracefulFollower,
-}
 FOLLOWERS: dict[str, Callable[[Any], PathFollower]] = {
-    **PRIMARIES,
-    **{f"shim_{name}": partial(RotationShimFollower, make) for name, make in PRIMARIES.items()},
+    name: plugin.make for name, plugin in plugins.CONTROLLERS.items()
 }
 """Nav2's controllers, and the Rotation Shim around each of them; each is made from its own parameters."""
 
@@ -99,7 +84,7 @@ def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, An
     """Make one of Nav2's controllers with some of its parameters changed."""
     kind, release = plugins.CONTROLLERS[plugin.kind], plugin.params["release"]
     section = Section(name, changes, Findings(release))
-    params = overlay(plugin.params, section.read(kind.keys, kind.parameters))
+    params = overlay(plugin.params, kind.given(section, plugins.strays(plugin.kind)))
     section.findings.refuse()
     return FOLLOWERS[plugin.kind](section.make(kind.params, params))
 
@@ -107,7 +92,7 @@ def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, An
 def _make_third_party(
     name: str, make: Callable[..., Any], navigation: NavigationParams, params: Mapping[str, Any]
 ) -> Controller:
-    """Call a third party's callable and check what it returns."""
+    """Call a third party's callable and check the controller that it returns."""
     accepted = accepted_keywords(make)
     for key in params:
         if key not in accepted:

@@ -1,4 +1,4 @@
-"""The interface for Python: what the commands do, as functions that return tables.
+"""The interface for Python: the commands as functions that return tables.
 
 ::
 
@@ -18,17 +18,16 @@ from typing import Any
 
 from controllers.nav2_params import Nav2Params
 from controllers.nav2_params.presets import overlay
-from evolution.benchmark import BENCHMARK, Benchmark, again_in, barn_settings, begin_benchmark, read_bench
-from evolution.benchmark import bench as drive_all
+from evolution.benchmark import BENCHMARK, Benchmark, barn_settings, begin_benchmark, reevaluation_in
+from evolution.benchmark import bench as run_all
 from evolution.driving import (
-    RUN_TIMEOUT_SECONDS,
-    WAIT_SECONDS,
+    DEFAULT_RESOURCES,
     DriveSettings,
     Evaluator,
     JobPlan,
     OnRun,
+    Resources,
     ResultStore,
-    available_cores,
     check_room,
     preparation,
     run_job,
@@ -49,7 +48,8 @@ from evolution.inputs import (
     world_from,
 )
 from evolution.pictures import write_run_figures
-from evolution.runs import RUN, LoadedRun, RunDir, experiment_in, filling, load_run
+from evolution.results import load
+from evolution.runs import RUN, LoadedRun, RunDir, exclusive_store, experiment_in, load_run
 from evolution.search import (
     DEFAULT_PRESET,
     Experiment,
@@ -57,37 +57,34 @@ from evolution.search import (
     check_experiment,
     experiment_of,
     load_preset,
+    nested,
+    nested_document,
     preset_names,
     read_document,
 )
 from evolution.search import evolve as search_on
 from evolution.studies import (
-    NAV2,
-    SWEEP,
     AnyStudy,
     StudyProgress,
     StudyResults,
     SweepResults,
     SweepSettings,
-    is_study,
-    load_results,
-    load_sweep,
     run_study,
     run_sweep,
     study_in,
 )
 from evolution.training import (
-    TRAINING,
     Training,
     TrainingDir,
     TrainProgress,
     begin_training,
     learn,
-    load_training,
     train_settings,
 )
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike
+
+__all__ = ["bench", "compose", "evolve", "load", "study", "train"]
 
 LOG = logging.getLogger(__name__)
 
@@ -104,52 +101,47 @@ def bench(
     repeats: int = 1,
     seed: int | None = None,
     metrics: Sequence[str] = (),
-    workers: int | None = None,
-    executor: str = "processes",
-    wait_s: float = WAIT_SECONDS,
-    run_timeout_s: float = RUN_TIMEOUT_SECONDS,
     out: str | Path | None = None,
     resume: bool = False,
     on_run: OnRun | None = None,
-    **environment: Any,
+    resources: Resources = DEFAULT_RESOURCES,
+    **options: Any,
 ) -> Benchmark:
-    """Drive every controller on every map and compare.
+    """Run every controller on every map and compare.
 
     Args:
-        maps: One or several; ``barn:DIR`` must be the only one and is driven by BARN's rules.
-        controllers: Who drives; if None, the controllers of the parameter file, without one those of the run whose
-            maps are driven, else DWB, MPPI and RPP.
+        maps: One or several; ``barn:DIR`` must be the only one and has the rules of BARN.
+        controllers: The controllers; if None, those of the parameter file, else those of the run whose maps are
+            used, else DWB, MPPI and RPP.
         params: Nav2's parameters: a preset's name, a ``nav2_params.yaml`` (which also describes the robot), or what
-            ``read_nav2_params`` returned for one; if None, those of the run whose maps are driven, else ``thesis``.
-            Such a run's world is kept, too, where ``environment`` does not change it.
-        settings: World and navigation in one value, instead of ``params`` and ``environment``.
+            ``read_nav2_params`` returned for one; if None, those of the run whose maps are used, else ``thesis``.
+            The world is that of such a run, too, apart from ``options``.
+        settings: World and navigation in one value, instead of ``params`` and fields of the env.
         start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the files.
         goal: The same for the goal.
-        unknown_map: Whether Nav2's costmaps know only what the sensors have shown of the map so far.
+        unknown_map: Whether Nav2's costmaps hold only the cells that the sensors have observed.
         repeats: Runs of each controller on each map, each with a seed of its own.
-        seed: Root of all randomness; if None, 0, or one that the search of the run whose maps are driven did not have.
-        metrics: What is measured besides the project's own metrics, by name.
-        workers: Worker processes; all cores if None. The results do not depend on it.
-        executor: What the runs are driven on, by name (:mod:`evolution.driving.executors`), or ``NAME=ADDRESS`` with
-            the address of a scheduler, as in ``dask=tcp://HOST:PORT``.
-        wait_s: How long to wait for another process that has locked the results, s.
-        run_timeout_s: Wall-clock seconds that a run may take before it ends in an error.
-        out: New directory that keeps every result as it comes, and ``bench.json`` and ``bench.csv`` at the end;
-            nothing is written if None.
-        resume: Whether to continue a benchmark that was begun in ``out``; its results are as if uninterrupted.
-        on_run: Called after each run with its job, its result, and how many are left.
-        environment: Fields of :class:`gym_mapbench.env.config.EnvConfig`, e.g. ``robot="jackal", noise="nominal"``.
+        seed: Root of all randomness; if None, 0, or for the maps of a run the seed of its search plus 1.
+        metrics: Names of further metrics, besides the project's own.
+        out: New directory for every result as it comes, and for ``bench.json`` and ``bench.csv`` at the end; nothing is
+            written if None.
+        resume: Whether to continue the benchmark in ``out``; the results equal those without interruption.
+        on_run: Called after each run with its job, its result, and the number of remaining runs.
+        resources: Workers, executor and time limits; the results do not depend on it.
+        options: Fields of :class:`gym_mapbench.env.config.EnvConfig`, e.g. ``robot="jackal", noise="nominal"``, and of
+            :class:`evolution.driving.Resources`, e.g. ``workers=2``.
 
     Returns:
         One row per run; a notebook shows the summary.
 
     Raises:
-        ConfigError: If anything cannot be used, or ``out`` holds another benchmark; nothing is driven then.
+        ConfigError: If an argument cannot be used, or ``out`` holds another benchmark; then nothing is run.
         MapFormatError: If a file is no map.
         RunError: If no worker starts, nothing can be written, or ``out`` holds no benchmark to continue.
     """
     if resume and out is None:
         raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
+    resources, environment = resources.taking(options)
     items = items_of(maps)
     scenarios = load_all(items, start, goal)
     read, run = read_parameters(params), run_of(items)
@@ -164,28 +156,19 @@ def bench(
     LOG.info("seed %d%s; controllers: %s", root, "" if seed is not None else " (not given)", ", ".join(plan.names))
     kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
     with (
-        ResultStore() if kept is None else filling(BENCHMARK, kept, wait_s) as store,
-        _evaluator(store, plan, workers, executor, run_timeout_s) as evaluator,
+        ResultStore() if kept is None else exclusive_store(BENCHMARK, kept, resources.wait_s) as store,
+        _evaluator(resources, plan, store) as evaluator,
     ):
-        driven = drive_all(scenarios, plan, evaluator, on_run)
-        result = driven if run is None else replace(driven, again=again_in(driven.rows, run))
+        result = run_all(scenarios, plan, evaluator, on_run)
+        result = result if run is None else replace(result, reevaluation=reevaluation_in(result.rows, run))
         if kept is not None:
             result.save(kept)
     return result
 
 
-def _evaluator(
-    store: ResultStore | None, plan: JobPlan, workers: int | None, executor: str, run_timeout_s: float
-) -> Evaluator:
-    """Return what drives the runs of a plan; its workers begin by compiling what these need."""
-    return Evaluator(
-        run_job,
-        store,
-        workers=workers or available_cores(),
-        warm_up=preparation(plan.controllers, plan.settings),  # type: ignore[arg-type]
-        executor=executor,
-        timeout_s=run_timeout_s,
-    )
+def _evaluator(resources: Resources, plan: JobPlan, store: ResultStore | None = None) -> Evaluator:
+    """Return the evaluator of a plan; its workers first compile the kernels that the plan needs."""
+    return resources.evaluator(run_job, store, preparation(plan.controllers, plan.settings))
 
 
 def evolve(
@@ -193,45 +176,41 @@ def evolve(
     *,
     out: str | Path | None = None,
     resume: str | Path | None = None,
-    workers: int | None = None,
-    executor: str = "processes",
-    wait_s: float = WAIT_SECONDS,
-    run_timeout_s: float = RUN_TIMEOUT_SECONDS,
     on_generation: Callable[[Progress], None] | None = None,
     on_run: OnRun | None = None,
-    **search: Any,
+    resources: Resources = DEFAULT_RESOURCES,
+    **options: Any,
 ) -> LoadedRun:
-    """Search for sets of maps that tell controllers apart.
+    """Search for map sets that tell controllers apart.
 
     Args:
         experiment: A preset's name, a YAML file with the sections ``search``, ``controllers`` and ``run``, the same as
-            a mapping, or an experiment. What a file or a mapping leaves out is taken from the preset ``robust``.
+            a mapping, or an experiment. The preset ``robust`` gives the options that a file or a mapping leaves out.
         out: New directory of the run; ``runs/FITNESS-popN-seedN`` if None.
-        resume: Directory of a run to continue, with exactly the result it would have had uninterrupted;
-            ``experiment``, ``out`` and ``search`` cannot be given beside it.
-        workers: Worker processes; all cores if None. The results do not depend on it.
-        executor: What the runs are driven on, as for :func:`bench`.
-        wait_s: How long to wait for another process that has locked the results, s.
-        run_timeout_s: Wall-clock seconds that a run may take before it ends in an error.
+        resume: Directory of a run to continue; the result equals that of an uninterrupted run. ``experiment``, ``out``
+            and options of the search cannot be given beside it.
         on_generation: Called after each generation.
-        on_run: Called after each run with its job, its result, and how many are left.
-        search: Options of the search that replace those of the experiment, e.g. ``evaluations=100, seed=3``.
+        on_run: Called after each run with its job, its result, and the number of remaining runs.
+        resources: Workers, executor and time limits; the results do not depend on it.
+        options: Options of the search that replace those of the experiment, by their short names, e.g.
+            ``pop_size=20, seed=3``; and fields of :class:`evolution.driving.Resources`, e.g. ``workers=2``.
 
     Returns:
         The recorded run; a notebook shows the best map set.
 
     Raises:
-        ConfigError: If an option cannot be used; nothing is driven then.
+        ConfigError: If an option cannot be used; then nothing is run.
         RunError: If no worker starts, nothing can be written, or a run cannot be continued.
     """
+    resources, search = resources.taking(options)
     if resume is not None and (search or out is not None):
         raise ConfigError(f"resume: expected no other option, got {next(iter(search), 'out')}")
     begun = None if resume is None else RunDir.open(resume)
     wanted = _wanted(experiment, search) if begun is None else experiment_in(begun)
     LOG.info("seed %d; controllers: %s", wanted.search.seed, ", ".join(wanted.plan.names))
-    with _evaluator(None, wanted.plan, workers, executor, run_timeout_s) as evaluator:
+    with _evaluator(resources, wanted.plan) as evaluator:
         rundir = begun or _begin(wanted, out, evaluator)
-        with filling(RUN, rundir.path, wait_s) as evaluator.store:
+        with exclusive_store(RUN, rundir.path, resources.wait_s) as evaluator.store:
             search_on(wanted, evaluator, rundir, on_generation=on_generation, on_run=on_run)
     run = load_run(rundir.path)
     write_run_figures(run)
@@ -245,14 +224,12 @@ def study(
     resume: bool = False,
     only: Sequence[str] | None = None,
     runs: int | None = None,
-    workers: int | None = None,
-    executor: str = "processes",
-    wait_s: float = WAIT_SECONDS,
-    run_timeout_s: float = RUN_TIMEOUT_SECONDS,
     on_progress: Callable[[StudyProgress], None] | None = None,
     on_run: OnRun | None = None,
+    resources: Resources = DEFAULT_RESOURCES,
+    **options: Any,
 ) -> StudyResults | SweepResults:
-    """Run a study: many searches and baselines, compared on fresh seeds; or a sweep over worlds.
+    """Run a study: many searches and baselines, compared on held-out seeds; or a sweep over worlds.
 
     Args:
         settings: A study of the package by name, a YAML file, settings, or with ``resume`` a study's directory.
@@ -260,31 +237,23 @@ def study(
         resume: Whether to continue a study that was begun there.
         only: Names of the configurations (in a sweep, of the worlds) to run now; all if None.
         runs: Number of seeds (in a sweep, of maps) to run now; all if None.
-        workers: Worker processes; all cores if None. The results do not depend on it.
-        executor: What the runs are driven on, as for :func:`bench`.
-        wait_s: How long to wait for another process that has locked the results, s.
-        run_timeout_s: Wall-clock seconds that a run may take before it ends in an error.
         on_progress: Called after each generation and each search of a study; a sweep has neither.
-        on_run: Called after each run of a sweep with its job, its result, and how many are left.
+        on_run: Called after each run of a sweep with its job, its result, and the number of remaining runs.
+        resources: Workers, executor and time limits; the results do not depend on it.
+        options: Fields of :class:`evolution.driving.Resources`, e.g. ``workers=2``.
 
     Returns:
-        What is finished by now; a notebook shows a row for each search, or for each world and controller.
+        The finished runs; a notebook shows a row for each search, or for each world and controller.
 
     Raises:
         ConfigError: If an option cannot be used, or the directory holds something else.
         RunError: If no worker starts, or nothing can be written.
     """
-    wanted, directory = study_in(settings, out, resume=resume)
-    how: dict[str, Any] = {
-        "resume": resume,
-        "only": only,
-        "workers": workers or available_cores(),
-        "wait_s": wait_s,
-        "engine": replace(NAV2, executor=executor, run_timeout_s=run_timeout_s),
-    }
+    resources = resources.replace(**options)
+    wanted, path = study_in(settings, out, resume=resume)
     if isinstance(wanted, SweepSettings):
-        return run_sweep(wanted, directory, maps=runs, on_run=on_run, **how)
-    return run_study(wanted, directory, runs=runs, on_progress=on_progress, **how)
+        return run_sweep(wanted, path, resume=resume, only=only, maps=runs, resources=resources, on_run=on_run)
+    return run_study(wanted, path, resume=resume, only=only, runs=runs, resources=resources, on_progress=on_progress)
 
 
 def train(
@@ -302,9 +271,9 @@ def train(
 
     Args:
         algorithm: ``ppo``, ``sac`` or ``td3``; None for that of ``config``, or ``ppo``.
-        maps: Maps to train on; None for new random ones all the time. Every fifth is held out.
-        curriculum: Maps that are replayed among them by how much is still to be learned on them; of the directory of a
-            run, all maps on which one of its controllers reached the goal. Every fifth is held out.
+        maps: Maps to train on; None for new random maps. Every fifth is held out.
+        curriculum: Maps for prioritized level replay among them; of the directory of a run, all maps on which a
+            controller reached the goal. Every fifth is held out.
         config: A YAML file with fields of :class:`evolution.training.TrainSettings`, or a mapping of them.
         out: New directory of the training; ``runs/ALGORITHM-seedN`` if None.
         resume: Directory of a training to continue; nothing but ``on_progress`` can be given beside it.
@@ -330,33 +299,15 @@ def train(
     return learn(directory, on_progress)
 
 
-def load(path: str | Path) -> LoadedRun | StudyResults | SweepResults | Benchmark | Training:
-    """Read back what :func:`evolve`, :func:`study`, :func:`train` or :func:`bench` wrote.
-
-    Args:
-        path: The directory.
-
-    Raises:
-        RunError: If it is none of these, or damaged.
-    """
-    if is_study(path):
-        return load_results(path)
-    if SWEEP.holds(path):
-        return load_sweep(path)
-    if TRAINING.holds(path):
-        return load_training(path)
-    return load_run(path) if RUN.holds(path) else read_bench(path)
-
-
 def compose(preset: str = DEFAULT_PRESET, config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:
     """Return the document of an experiment: a preset, overlaid by ``config``, then by options of the search."""
-    return overlay(overlay(load_preset(preset), config or {}), {"search": search})
+    return overlay(overlay(load_preset(preset), nested_document(config or {})), {"search": nested(search)})
 
 
 def _wanted(experiment: str | Path | Mapping[str, Any] | Experiment, search: dict[str, Any]) -> Experiment:
     """Build an experiment."""
     if isinstance(experiment, Experiment):
-        return experiment_of(overlay(experiment.document(), {"search": search})) if search else experiment
+        return experiment_of(overlay(experiment.document(), {"search": nested(search)})) if search else experiment
     if isinstance(experiment, Mapping):
         return experiment_of(compose(config=experiment, **search))
     if experiment in preset_names():
@@ -365,9 +316,9 @@ def _wanted(experiment: str | Path | Mapping[str, Any] | Experiment, search: dic
 
 
 def _begin(experiment: Experiment, out: str | Path | None, evaluator: Evaluator) -> RunDir:
-    """Refuse what cannot be driven, which needs the planner, while the workers get ready; make the run's directory."""
+    """Check the experiment while the workers start, and make the directory of the run."""
     evaluator.get_ready()
     check_experiment(experiment)
     options = experiment.search
-    default = Path("runs") / f"{options.fitness.replace(':', '.')}-pop{options.pop_size}-seed{options.seed}"
+    default = Path("runs") / f"{options.judging.fitness.replace(':', '.')}-pop{options.ga.pop_size}-seed{options.seed}"
     return RunDir.create(out or default, experiment)

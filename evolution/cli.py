@@ -1,4 +1,4 @@
-"""The command ``mapbench``; what is wrong with its arguments is said in one line."""
+"""The command ``mapbench``; an error in its arguments is one line."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ INTERRUPTED = 130
 NEGATIVE = re.compile(r"-(\.?\d|inf|nan)")
 """Start of a value such as ``-2,-1,0``, which argparse would otherwise take for an option."""
 
-DESCRIPTION = "Evolve maps that tell navigation controllers apart, and drive, compare and export them."
+DESCRIPTION = "Evolve maps that tell navigation controllers apart; run, compare and export them."
 EXAMPLES = """examples:
   mapbench evolve --preset quick --out runs/first     evolve map sets, a few minutes
-  mapbench bench runs/first --repeats 5               drive every controller on the best maps again
+  mapbench bench runs/first --repeats 5               every controller on the best maps, with other seeds
   mapbench drive runs/first --controller mppi --gif mppi.gif
   mapbench bench my_map.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
   mapbench report runs/first                          one HTML page with maps and replays

@@ -1,4 +1,4 @@
-"""What a caller means: maps, controllers and worlds from names, files, loaded results, or as they are."""
+"""Inputs of a caller: maps, controllers and worlds from names, files, loaded results, or as they are."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
 from evolution.benchmark import PREFIX as BARN
 from evolution.benchmark import load_barn
 from evolution.driving import ControllerSpec, DriveSettings, with_parameters
-from evolution.runs import RUN, LoadedRun, experiment_in, load_run, reached_maps
+from evolution.results import run_with_maps
+from evolution.runs import LoadedRun, experiment_in, reached_maps
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -56,18 +57,20 @@ def items_of(maps: Maps | Sequence[Maps]) -> list[Maps]:
 
 def levels_of(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
     """Return the levels of a curriculum: of a run, all maps on which one of its controllers reached the goal."""
-    if isinstance(curriculum, str | Path) and RUN.holds(curriculum):
-        curriculum = load_run(curriculum)
-    return reached_maps(curriculum) if isinstance(curriculum, LoadedRun) else listed(curriculum)
+    run = run_of(items_of(curriculum)) if curriculum is not None else None
+    return listed(curriculum) if run is None else reached_maps(run)
 
 
 def run_of(maps: Sequence[Maps]) -> LoadedRun | None:
-    """Return the run whose best maps are driven: of a single run directory or loaded run, else None."""
-    if len(maps) == 1 and isinstance(maps[0], LoadedRun):
-        return maps[0]
-    if len(maps) == 1 and isinstance(maps[0], str | Path) and RUN.holds(maps[0]):
-        return load_run(maps[0])
-    return None
+    """Return the run whose best maps are meant, if the maps are those of a single run; else None.
+
+    Raises:
+        RunError: If a single directory holds results of another kind, or is damaged.
+    """
+    only = maps[0] if len(maps) == 1 else None
+    if isinstance(only, LoadedRun):
+        return only
+    return run_with_maps(only) if isinstance(only, str | Path) else None
 
 
 def read_parameters(params: str | Nav2Params | None) -> Nav2Params | None:
@@ -78,7 +81,7 @@ def read_parameters(params: str | Nav2Params | None) -> Nav2Params | None:
 
 
 def own_controllers(read: Nav2Params | None, run: LoadedRun | None) -> Controllers:
-    """Return who drives where nobody said: the controllers of the file, else those of the run, else the usual ones."""
+    """Return the default controllers: those of the file, else those of the run, else DWB, MPPI and RPP."""
     if read is not None:
         return read.own_controllers
     return DEFAULT_CONTROLLERS if run is None else experiment_in(run).controllers
@@ -90,10 +93,10 @@ def world_from(
     """Return the world that some parameters, fields of the env and a run describe together.
 
     Args:
-        params: What was given: a preset's name, a file, or what was read from one; None for the run's.
-        read: What :func:`read_parameters` returned for it.
+        params: A preset's name, a file, or the parameters read from a file; None for those of the run.
+        read: The result of :func:`read_parameters` for ``params``.
         environment: Fields of :class:`gym_mapbench.env.config.EnvConfig` that replace those of the run and of the file.
-        run: The run whose maps are driven.
+        run: The run whose maps are used.
     """
     base = world_of(run)
     base = base.replace(environment=base.environment.replace(**environment))
@@ -104,12 +107,10 @@ def world_from(
 
 
 def world_of(run: LoadedRun | None) -> DriveSettings:
-    """Return the world that a run was searched in; the thesis' without one."""
+    """Return the world of a run; the world of the thesis if there is no run."""
     if run is None:
         return DriveSettings(navigation="thesis", environment=EnvConfig.build())
-    settings = experiment_in(run).run
-    assert isinstance(settings, DriveSettings)  # what a recorded experiment holds
-    return settings
+    return experiment_in(run).run
 
 
 def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Iterable[Scenario]:
@@ -121,6 +122,6 @@ def _scenarios(item: Maps, start: PoseLike | None, goal: PoseLike | None) -> Ite
 
 
 def specs_of(controllers: Controllers) -> tuple[ControllerSpec, ...]:
-    """Return who is compared."""
+    """Return the controllers."""
     entries = [controllers] if isinstance(controllers, str) else list(controllers)
     return controllers_from([one.model_dump() if isinstance(one, ControllerSpec) else one for one in entries])

@@ -1,4 +1,21 @@
-"""Nav2's local navigation on Box2D grid maps, as a Gymnasium environment: ``gymnasium.make("MapBench-v0")``."""
+"""Nav2's local navigation on Box2D grid maps, as a Gymnasium environment: ``gymnasium.make("MapBench-v0")``.
+
+Rooms, each of which imports only those below it:
+
+===========================  ========================================================================
+``metrics``                  metrics of recorded runs, measures of maps
+``env``                      the Gymnasium envs: task, action, observation, reward
+``mapio``                    map files in and out
+``generator``                families of maps
+``planners``, ``costmap``    Nav2's global planners and costmap layers
+``world``                    walls, moving bodies, robot, physics, sensors, noise
+``files``                    bounded reading of untrusted files
+``kernels``                  compiled functions of arrays
+===========================  ========================================================================
+
+Modules that all rooms use and no room owns: ``errors``, ``settings`` (validated options), ``registry`` (things by
+name), ``trust`` (which code may run), ``releases`` of Nav2, and ``registration`` with Gymnasium.
+"""
 
 from __future__ import annotations
 

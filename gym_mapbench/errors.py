@@ -5,7 +5,7 @@
     MapBenchError                  everything a caller may want to catch; its text is one clear line
     |-- ConfigError (ValueError)   a key, a value or a combination of options
     |   `-- UntrustedError         code that a file names and the user does not
-    |-- MapFormatError (ValueError)    a file that is not what it claims to be
+    |-- MapFormatError (ValueError)    a file that is not in the format that its name states
     |-- PlanningError              a global planner could not answer
     |   `-- NoPathError            start and goal are not connected
     |       `-- EndpointError      start or goal is off the map or in an obstacle
@@ -55,7 +55,7 @@ class UntrustedError(ConfigError):
 
 
 class MapFormatError(MapBenchError, ValueError):
-    """A file that is missing, truncated, oversized, or not in the format it claims."""
+    """A file that is missing, truncated, oversized, or not in the format that its name states."""
 
 
 class PlanningError(MapBenchError):

@@ -53,6 +53,17 @@ def must_be(kind: type[T]) -> Callable[[Any], T]:
     return check
 
 
+def must_be_subclass(kind: type[T]) -> Callable[[Any], type[T]]:
+    """Return a check that accepts subclasses of a class and raises ``ConfigError`` on others."""
+
+    def check(entry: Any) -> type[T]:
+        if not (isinstance(entry, type) and issubclass(entry, kind)):
+            raise ConfigError(f"expected a subclass of {kind.__module__}.{kind.__name__}, got {entry!r:.80}")
+        return entry
+
+    return check
+
+
 class Registry(Generic[T]):
     """Things of one kind by name.
 

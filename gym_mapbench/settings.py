@@ -24,6 +24,20 @@ from pydantic_core import ErrorDetails
 from gym_mapbench.errors import ConfigError, nearest_name
 
 
+class OptionError(ConfigError):
+    """A problem with one option.
+
+    Args:
+        key: Its name, with those of the options around it, joined by dots; empty for a problem of several options.
+        problem: What was expected, and what came.
+    """
+
+    def __init__(self, key: str, problem: str) -> None:
+        super().__init__(f"{key}: {problem}" if key else problem)
+        self.key = key
+        self.problem = problem
+
+
 class Settings(BaseModel):
     """Frozen, keyword-only options; equal by value, JSON-able with ``model_dump(mode="json")``.
 
@@ -37,7 +51,7 @@ class Settings(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            raise ConfigError(_describe(error, type(self))) from None
+            raise OptionError(*_first_problem(error, type(self))) from None
 
     @model_validator(mode="wrap")
     @classmethod
@@ -56,6 +70,11 @@ class Settings(BaseModel):
         made = validate(value)
         _refuse_conversion(value, made)
         return made
+
+    @classmethod
+    def option_names(cls) -> list[str]:
+        """Names of all options, for messages about unknown ones."""
+        return list(cls.model_fields) + [field.alias for field in cls.model_fields.values() if field.alias]
 
     @classmethod
     def from_mapping(cls, values: object, where: str) -> Self:
@@ -83,24 +102,25 @@ def _refuse_conversion(came: object, made: object) -> None:
         raise ConfigError(f"expected a number, got {_short(came)}")
 
 
-def _describe(error: ValidationError, settings: type[BaseModel]) -> str:
-    """Say the first problem of a validation error in one line."""
+def _first_problem(error: ValidationError, settings: type[Settings]) -> tuple[str, str]:
+    """Return the option that the first problem of a validation error is about, and the problem in words."""
     first = error.errors(include_url=False)[0]
-    if first["type"] == "extra_forbidden":
-        return _unknown_key(first, settings)
-    inner = first.get("ctx", {}).get("error")
     key = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "extra_forbidden":
+        return "", _unknown_key(first, settings)
     if first["type"] == "missing":
-        return f"missing key {key!r}"
+        return "", f"missing key {key!r}"
+    inner = first.get("ctx", {}).get("error")
+    if isinstance(inner, OptionError):
+        return ".".join(part for part in (key, inner.key) if part), inner.problem
     if isinstance(inner, ValueError):
-        return f"{key}: {inner}" if key else str(inner)
-    expected = first["msg"].removeprefix("Input should be ")
-    return f"{key}: expected {expected}, got {_short(first['input'])}"
+        return key, str(inner)
+    return key, f"expected {first['msg'].removeprefix('Input should be ')}, got {_short(first['input'])}"
 
 
-def _unknown_key(first: ErrorDetails, settings: type[BaseModel]) -> str:
+def _unknown_key(first: ErrorDetails, settings: type[Settings]) -> str:
     """Name an unknown key and the nearest valid one."""
-    valid = list(settings.model_fields) + [f.alias for f in settings.model_fields.values() if f.alias]
+    valid = settings.option_names()
     key = ".".join(str(part) for part in first["loc"])
     near = nearest_name(str(first["loc"][-1]), valid)
     hint = f"; did you mean {near!r}?" if near else f" (expected one of: {', '.join(sorted(valid))})"

@@ -14,6 +14,7 @@ SHARED = Path(__file__).resolve().parents[2] / "shared"
 ORACLE = SHARED / "nav2-oracle"
 JAZZY_ORACLE = SHARED / "nav2-oracle-jazzy"
 LAYERS_ORACLE = SHARED / "nav2-oracle-layers"
+PLANT_ORACLE = SHARED / "fortress-plant"
 DATA = SHARED / "data"
 
 needs_oracle = pytest.mark.skipif(not ORACLE.is_dir(), reason="recorded Nav2 results are not at hand")
@@ -77,3 +78,4 @@ RECORDINGS = [
 ]
 each_recording = pytest.mark.parametrize("recorded", RECORDINGS)
 each_jazzy_recording = pytest.mark.parametrize("recorded", RECORDINGS[2:])
+needs_plant_oracle = pytest.mark.skipif(not PLANT_ORACLE.is_dir(), reason="recorded motion is not at hand")

@@ -58,7 +58,7 @@ def test_no_pygame_anywhere():
 
 @pytest.mark.parametrize(
     ("package", "only_in"),
-    [("Box2D", "gym_mapbench/world/simulation.py"), ("pymoo", "evolution/"), ("distributed", "evolution/driving/")],
+    [("Box2D", "gym_mapbench/world/box2d.py"), ("pymoo", "evolution/"), ("distributed", "evolution/driving/")],
 )
 def test_each_engine_lives_in_one_place(package, only_in):
     for folder in PACKAGES:
@@ -77,4 +77,14 @@ def test_rooms_are_entered_by_their_face(room):
     """Outside of a room, its names come from its ``__init__``, which lists all of them."""
     deep = re.compile(rf"(from|import) evolution\.{room}\.")
     outside = [path for path in (ROOT / "evolution").rglob("*.py") if path.relative_to(ROOT).parts[1] != room]
+    assert not [path for path in outside if deep.search(path.read_text(encoding="utf-8"))]
+
+
+@pytest.mark.parametrize("room", ["evolution.driving.pool"])
+def test_inner_rooms_are_entered_by_their_face(room):
+    """Outside of an inner room and its own tests, also in other tests, its names come from its ``__init__``."""
+    inside = [ROOT / room.replace(".", "/"), ROOT / "tests" / room.replace(".", "/")]
+    deep = re.compile(rf"(from|import) {re.escape(room)}\.")
+    sources = [path for folder in (*PACKAGES, "tests", "benchmarks") for path in (ROOT / folder).rglob("*.py")]
+    outside = [path for path in sources if not set(inside) & set(path.parents)]
     assert not [path for path in outside if deep.search(path.read_text(encoding="utf-8"))]

@@ -39,7 +39,7 @@ def test_settings_are_values():
         ({"width": "wide"}, r"^width: expected a valid number.*, got 'wide'$"),
         ({"width": float("nan")}, r"^width: expected a finite number, got nan$"),
         ({"inner": {"dept": 2}}, r"^inner: unknown key 'dept'; did you mean 'depth'\?, got 2$"),
-        ({"inner": {"depth": 1.5}}, r"^inner: depth: expected a valid integer.*, got 1.5$"),
+        ({"inner": {"depth": 1.5}}, r"^inner.depth: expected a valid integer.*, got 1.5$"),
         ({"inner": 3}, r"^inner: expected .*, got 3$"),
     ],
 )

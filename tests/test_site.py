@@ -7,6 +7,7 @@ docs/extending.md run as a reader runs them, in test_documents.py.
 from __future__ import annotations
 
 import argparse
+import csv
 import re
 import runpy
 import shlex
@@ -14,15 +15,18 @@ import shutil
 import subprocess
 from concurrent.futures import Executor, Future
 from contextlib import chdir
+from statistics import median
 
 import pytest
 import yaml
+from PIL import Image
 
 from docs.generate import gallery, options
 from docs.generate.commands import command_reference
 from docs.generate.docstrings import arguments, block_of, plain
 from docs.generate.gallery import KEPT
 from docs.generate.inserts import INSERTS, LINE, filled
+from docs.generate.labels import labelled
 from docs.generate.markdown import table
 from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS
@@ -37,7 +41,7 @@ IN_ORDER = re.findall(r"[\w/-]+\.md", str(SITE["nav"]))
 RUN_HERE = [f"docs/{page}" for page in IN_ORDER if f"docs/{page}" not in DOCUMENTS]
 
 TINY = """
-search: {elite_seeds: 0, confirmation: {seeds: 2, candidates: 2, claim_seeds: 2}}
+search: {archive: {elite_seeds: 0}, validation: {seeds: 2, candidates: 2, held_out_seeds: 2}}
 controllers: [dwb, rpp]
 run: {environment: {time_limit: 60.0}}
 """
@@ -86,7 +90,7 @@ def done():
 
 @pytest.mark.parametrize("page", RUN_HERE)
 def test_blocks_run(page, folder, done, monkeypatch):
-    monkeypatch.setitem(EXECUTORS._entries, "processes", lambda crew: AtOnce())
+    monkeypatch.setitem(EXECUTORS._entries, "processes", lambda setup: AtOnce())
     monkeypatch.syspath_prepend(folder)
     with chdir(folder):
         for position, (language, text) in enumerate(blocks_of(page)):
@@ -147,6 +151,33 @@ def refuse(self, message):
     raise argparse.ArgumentError(None, message)
 
 
+@pytest.mark.parametrize("package", ["evolution", "controllers", "gym_mapbench"])
+def test_the_picture_of_the_architecture_shows_rooms_that_exist(package):
+    picture = (ROOT / "docs/architecture.svg").read_text(encoding="utf-8")
+    drawn = re.findall(r'class="room">(\w+)<', picture.partition(f'<g id="{package}">')[2].partition("</g>")[0])
+    assert len(drawn) >= 8
+    assert [room for room in drawn if not (ROOT / package / room / "__init__.py").is_file()] == []
+
+
+def test_tests_that_robustness_names_exist():
+    named = re.findall(r"`(tests/[\w/]+\.py)`", (ROOT / "docs/robustness.md").read_text(encoding="utf-8"))
+    assert len(named) > 10
+    assert [path for path in named if not (ROOT / path).is_file()] == []
+
+
+@pytest.mark.parametrize(
+    ("search", "row"),
+    [("thesis GA with noise", "| thesis GA, searching with noise |"), ("robust", "| `robust`, 1000 runs |")],
+)
+def test_medians_of_held_out_fitness_are_those_of_the_csv_file(search, row):
+    table = csv.DictReader((ROOT / "docs/concepts/heldout.csv").read_text(encoding="utf-8").splitlines())
+    values = [float(one["held_out_fitness"]) for one in table if (one["search"], one["noise"]) == (search, "nominal")]
+    page = (ROOT / "docs/concepts/heldout.md").read_text(encoding="utf-8")
+    (line,) = [line for line in page.splitlines() if line.startswith(row)]
+    assert line.startswith(f"{row} {len(values)} |")
+    assert f"| {median(values):.2f} (" in line
+
+
 def test_every_page_has_its_place():
     assert sorted(f"docs/{page}" for page in IN_ORDER) == PAGES
 
@@ -174,6 +205,7 @@ def test_the_reference_of_commands_is_complete():
 @pytest.mark.parametrize("root", options.ROOTS)
 def test_every_option_is_described(root):
     text = options.option_reference(root) + options.family_reference() + options.planner_reference()
+    text += options.layer_reference()
     rows = re.findall(r"^\| `(\w+)` \| (.*?) \| .* \| .* \|$", text, re.MULTILINE)
     assert len(rows) > 40
     assert [name for name, about in rows if not about.strip()] == []
@@ -196,7 +228,7 @@ def test_every_kind_of_insert_is_used():
 def test_kept_runs_are_read(kept):
     run = load_run(kept)
     assert run.finished
-    assert run.best_results["confirmation"]["goals"] >= 0.97 * run.best_results["confirmation"]["runs"]
+    assert run.best_results["validation"]["goals"] >= 0.97 * run.best_results["validation"]["runs"]
     assert sum(path.stat().st_size for path in kept.iterdir()) < 300_000
 
 
@@ -224,6 +256,24 @@ def test_docstrings_are_read():
     assert arguments(example) == {"first": "With a `word`, and a second line.", "second": "See `Name`."}
     assert block_of(example) == "file    what it is"
     assert plain("so:\n\n::\n\n    code") == "so:\n\nFor example:\n\n    code"
+
+
+def test_cells_are_labelled_with_their_columns():
+    heads, row = (
+        '<tr>\n<th>a <code>b</code></th>\n<th>c &lt; "d"</th>\n</tr>',
+        "<tr>\n<td>1</td>\n<td><em>2</em></td>\n</tr>",
+    )
+    page = f"<table>{heads}{row}{row}</table><td>"
+    cells = '<tr>\n<td data-label="a b">1</td>\n<td data-label="c &lt; &quot;d&quot;"><em>2</em></td>\n</tr>'
+    assert labelled(page) == f"<table>{heads}{cells}{cells}</table><td>"
+
+
+@pytest.mark.parametrize("film", ["controllers.gif", "policy.gif"])
+def test_the_films_move_and_are_small(film):
+    path = ROOT / "docs" / film
+    assert path.stat().st_size < 3_000_000
+    with Image.open(path) as picture:
+        assert picture.n_frames > 50
 
 
 def test_cells_of_tables_are_escaped():

@@ -85,6 +85,8 @@ def bait(tmp_path, monkeypatch):
 EXPERIMENTS = [
     "search: {fitness: 'bait:x'}",
     "search: {metric: 'bait:x'}",
+    "search: {judging: {failures: 'bait:x'}}",
+    "search: {ga: {algorithm: 'bait:x'}}",
     "search: {families: ['bait:x']}",
     "search: {families: [{name: 'bait:x'}]}",
     "search: {mutation: {operators: {'bait:x': 0.0}}}",

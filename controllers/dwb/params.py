@@ -14,10 +14,8 @@ from pydantic import Field, model_validator
 from controllers.parameters import CriticSettings, SettingsWithCritics
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import NonNegative, NonPositive, Positive
 
-NonNegative = Annotated[float, Field(ge=0)]
-NonPositive = Annotated[float, Field(le=0)]
-Positive = Annotated[float, Field(gt=0)]
 Granularity = Annotated[float, Field(ge=1e-4)]
 Samples = Annotated[int, Field(le=1000)]
 
@@ -175,7 +173,7 @@ class DwbParams(SettingsWithCritics):
     vx_samples: Samples = 20
     vy_samples: Samples = 5
     vtheta_samples: Samples = 20
-    sim_time: Annotated[float, Field(gt=0, le=100)] = 1.7
+    sim_time: Annotated[Positive, Field(le=100)] = 1.7
     sim_period: Positive | None = None
     discretize_by_time: bool = False
     time_granularity: Granularity = 0.5

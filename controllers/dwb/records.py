@@ -65,7 +65,7 @@ Oscillation: sign of the last nonzero command on each axis, and the only sign al
 (m, rad) and time (s) of the last flip, which a new plan does not change."""
 
 UNTIL_NEXT_PLAN = ["in_window", "rotating", "forward_sign", "forward_only", "turn_sign", "turn_only"]
-"""What a new plan makes the critics forget."""
+"""State of the critics that a new plan resets."""
 
 SLACK: dict[Release, float] = {"humble": 1e-5, "jazzy": float(np.finfo(np.float32).eps)}
 """How far a sample may exceed the limits of speed: in the squared speed, m^2/s^2, and in the turn rate, rad/s."""
@@ -83,7 +83,7 @@ KINDS: dict[str, dict[str, Any]] = {
     "PreferForward": {"kind": PREFER_FORWARD},
     "Twirling": {"kind": TWIRLING},
 }
-"""What makes each critic what it is; the rest of a CRITIC is in its parameters."""
+"""Fixed properties of each critic; the other fields of a CRITIC come from its parameters."""
 
 
 def make_tuning(params: DwbParams, control_period: float) -> Record:

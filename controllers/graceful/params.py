@@ -5,15 +5,13 @@ Source: nav2_graceful_controller/src/parameter_handler.cpp (Humble and Jazzy).
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
-from pydantic import Field, create_model
+from pydantic import create_model
 
 from controllers.parameters import ReleaseSettings
 from controllers.releases import Release
-
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
+from gym_mapbench.quantities import NonNegative, Positive
 
 ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})
 """Keys of a parameter file that mean nothing without ROS: listed as ignored."""

@@ -1,4 +1,4 @@
-"""Learned policies that know what they were trained to see: the encoding of observations, the card of a model, driving.
+"""Learned policies with a card of their training: the encoding of observations, the card of a model, driving.
 
 A model with a card drives through :class:`TrainedPolicy`; any other policy through :mod:`controllers.rl`.
 """

@@ -1,4 +1,4 @@
-"""What a network sees of a moment: the env's observation as one egocentric vector, every entry within [-1, 1].
+"""The input of a network at one step: the env's observation as one egocentric vector, every entry within [-1, 1].
 
 The same code encodes in training and in driving, on batches: every array has the worlds as its first axis.
 """
@@ -16,6 +16,7 @@ from pydantic import Field, field_validator, model_validator
 from controllers.learned.kernels import free_arcs
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.quantities import Count, NonNegative, Positive
 from gym_mapbench.settings import Settings
 
 Features = NDArray[np.float32]
@@ -28,7 +29,7 @@ class EncodingSettings(Settings):
     """How observations become the input of a network.
 
     Args:
-        features: What the network sees, in this order: of ``velocity goal scan arcs path costmap``, all of it in the
+        features: The parts of the vector, in this order: of ``velocity goal scan arcs path costmap``, all of it in the
             robot's own frame. ``arcs`` is what the scan means for driving: how far the robot could drive along arcs,
             forwards and backwards, until it touches something, with each of the ``margins`` around it.
         frames: How many observations it sees at once, the newest first.
@@ -44,14 +45,14 @@ class EncodingSettings(Settings):
     """
 
     features: tuple[str, ...] = ("goal", "velocity", "scan")
-    frames: Annotated[int, Field(ge=1, le=100)] = 1
-    frame_spacing: Annotated[int, Field(ge=1, le=1000)] = 1
-    trail: tuple[Annotated[int, Field(ge=1, le=1000)], ...] = ()
-    reach: Annotated[float, Field(gt=0)] = 10.0
-    near: Annotated[float, Field(gt=0)] = 0.2
-    curvatures: tuple[Annotated[float, Field(ge=0)], ...] = (0.0, 0.3, 0.7, 1.2, 2.0, 3.5, 7.0)
-    margins: tuple[Annotated[float, Field(ge=0)], ...] = (0.02, 0.12)
-    arc_reach: Annotated[float, Field(gt=0)] = 3.0
+    frames: Annotated[Count, Field(le=100)] = 1
+    frame_spacing: Annotated[Count, Field(le=1000)] = 1
+    trail: tuple[Annotated[Count, Field(le=1000)], ...] = ()
+    reach: Positive = 10.0
+    near: Positive = 0.2
+    curvatures: tuple[NonNegative, ...] = (0.0, 0.3, 0.7, 1.2, 2.0, 3.5, 7.0)
+    margins: tuple[NonNegative, ...] = (0.02, 0.12)
+    arc_reach: Positive = 3.0
 
     @property
     def keys(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What a network sees of several worlds: the encoded observation, earlier ones, and the way that the robot came.
+"""The input of a network in several worlds: encoded observations, the current and earlier ones, and the robot's trail.
 
 The same code remembers in training and in driving, on batches: every array has the worlds as its first axis.
 """
@@ -20,8 +20,8 @@ class Sight:
 
     Args:
         worlds: How many.
-        settings: What it sees and remembers.
-        config: What the worlds are like.
+        settings: The features, and how many earlier observations are kept.
+        config: The configuration of the worlds.
 
     Attributes:
         size: Entries of the input.

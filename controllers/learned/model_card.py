@@ -1,4 +1,4 @@
-"""The card of a trained model: what it was trained to see and to drive, as a JSON file inside the model's own zip.
+"""The card of a trained model: its observations and its world, as a JSON file inside the model's own zip.
 
 Stable-Baselines3 ignores files that it does not know, so a model with a card is still one of its models.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import zipfile
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -20,12 +20,13 @@ from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.bounded import open_zip
 from gym_mapbench.files.documents import parse_json
+from gym_mapbench.quantities import Positive
 from gym_mapbench.settings import Settings
 
 CARD = "mapbench.json"
 MAX_CARD_BYTES = 1_000_000
 SCANNER = ("beams", "range_max", "angle_min", "angle_increment")
-"""What a network's input depends on; the scanner's place and faults are those of the world that is driven in."""
+"""Options on which a network's input depends; the scanner's place and noise are those of the current world."""
 
 
 WINDOWS = {"path": ("path", "costmap"), "costmap": ("costmap",)}
@@ -33,7 +34,7 @@ WINDOWS = {"path": ("path", "costmap"), "costmap": ("costmap",)}
 
 
 class Normalization(Settings):
-    """Statistics of Stable-Baselines3's VecNormalize, applied to what the encoder returns.
+    """Statistics of Stable-Baselines3's VecNormalize, applied to the encoder's features.
 
     Args:
         mean: Mean of every entry.
@@ -45,7 +46,7 @@ class Normalization(Settings):
     mean: tuple[float, ...]
     variance: tuple[float, ...]
     epsilon: float = 1e-8
-    clip: Annotated[float, Field(gt=0)] = 10.0
+    clip: Positive = 10.0
 
     def apply(self, features: Features) -> Features:
         """Return normalised features."""
@@ -105,7 +106,7 @@ class ModelCard(Settings):
         return config.replace(**changes)
 
     def differences(self, config: EnvConfig) -> list[str]:
-        """Say how a world differs from the one of the training, and what is done about it."""
+        """Say how a world differs from the one of the training, and how the difference is handled."""
         own, found = self.world, []
         if own.robot != config.robot:
             found.append(

@@ -1,4 +1,4 @@
-"""A model with a card as a controller: it sees what it saw in training, and decides as often."""
+"""TrainedPolicy: a model with a card as a controller, with the observations and the rate of its training."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class TrainedPolicy:
         predict: Takes ``(1, input_size)`` float32, and ``deterministic`` by keyword; returns ``(1, 2)`` actions, shares
             of the robot's limits, and a state that is not used.
         name: Name under which the controller is reported.
-        card: What the network was trained for.
+        card: The card of the model.
     """
 
     def __init__(self, predict: Callable[..., Any], name: str, card: ModelCard) -> None:
@@ -46,7 +46,7 @@ class TrainedPolicy:
         return self.card.fit(config)
 
     def reset(self, context: Context) -> None:
-        """Forget what was seen."""
+        """Forget all observations."""
         card = self.card
         self._world = card.world.replace(robot=context.robot, lidar=context.lidar, action="normalized")
         self._sight = Sight(1, card.encoding, self._world)

@@ -11,11 +11,11 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from controllers.parameters import CriticSettings
+from gym_mapbench.quantities import Count, Natural, NonNegative
 
-NonNegative = Annotated[float, Field(ge=0)]
-Power = Annotated[int, Field(ge=1, le=8)]
-Index = Annotated[int, Field(ge=0, le=100_000)]
-Step = Annotated[int, Field(ge=1, le=1000)]
+Power = Annotated[Count, Field(le=8)]
+Index = Annotated[Natural, Field(le=100_000)]
+Step = Annotated[Count, Field(le=1000)]
 
 
 class CriticParams(CriticSettings):
@@ -68,7 +68,7 @@ class CostParams(WeightedParams):
     collision_cost: NonNegative = 1e6
     near_goal_distance: NonNegative = 0.5
     consider_footprint: bool = False
-    near_collision_cost: Annotated[int, Field(ge=0, le=255)] | None = None
+    near_collision_cost: Annotated[Natural, Field(le=255)] | None = None
     trajectory_point_step: Step | None = None
 
 

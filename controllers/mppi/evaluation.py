@@ -54,7 +54,7 @@ class _Given:
     def __init__(self, noise: Noise) -> None:
         self._noise = noise
 
-    def draw(self) -> Noise:
+    def sample(self) -> Noise:
         return self._noise
 
 

@@ -40,7 +40,7 @@ class Noise(NamedTuple):
 class NoiseSource(Protocol):
     """Where sets of noise come from."""
 
-    def draw(self) -> Noise:
+    def sample(self) -> Noise:
         """Return the next set."""
         ...
 
@@ -88,7 +88,7 @@ class NumpyNoise:
     def __init__(self, layout: Layout, stds: tuple[float, float], rng: np.random.Generator) -> None:
         self._layout, self._stds, self._rng = layout, stds, rng
 
-    def draw(self) -> Noise:
+    def sample(self) -> Noise:
         """Return the next set."""
         shape = (2, self._layout.batch_size, self._layout.time_steps)
         v, w = self._rng.standard_normal(shape, dtype=np.float32)
@@ -96,7 +96,7 @@ class NumpyNoise:
 
 
 class NoiseBank:
-    """Uses a few sets of another source in turn, which costs less than drawing afresh.
+    """Uses a few sets of another source in turn, which costs less than new samples.
 
     Args:
         source: The other source.
@@ -108,13 +108,13 @@ class NoiseBank:
         self._sets: list[Noise] = []
         self._next = 0
 
-    def draw(self) -> Noise:
+    def sample(self) -> Noise:
         """Return the next set."""
         if len(self._sets) < self._size:
-            self._sets.append(self._source.draw())
-        drawn = self._sets[self._next]
+            self._sets.append(self._source.sample())
+        sampled = self._sets[self._next]
         self._next = (self._next + 1) % self._size
-        return drawn
+        return sampled
 
 
 class Nav2Noise:
@@ -133,13 +133,13 @@ class Nav2Noise:
         self._bits = np.random.MT19937()
         self._bits.state = {"bit_generator": "MT19937", "state": {"key": _mt19937_key(seed), "pos": MT_SIZE}}
 
-    def draw(self) -> Noise:
+    def sample(self) -> Noise:
         """Return the next set."""
         v, w = (self._normals(np.float32(std)) for std in self._stds)
         return self._layout.pack(v, w)
 
     def _normals(self, std: np.float32) -> NDArray[np.float32]:
-        """Draw one ``(batch_size, time_steps)`` array, trajectory after trajectory."""
+        """Sample one ``(batch_size, time_steps)`` array, trajectory after trajectory."""
         layout = self._layout
         count = layout.batch_size * layout.time_steps
         pairs = np.empty((0, 2), dtype=np.float32)
@@ -168,16 +168,16 @@ class Nav2Noise:
 def make_source(params: MppiParams, rng: np.random.Generator) -> NoiseSource:
     """Make the source that ``noise`` and ``regenerate_noises`` ask for; ``rng`` is the run's generator.
 
-    Without ``regenerate_noises``, Nav2 draws twice as it starts, and uses the second set.
+    Without ``regenerate_noises``, Nav2 samples twice as it starts, and uses the second set.
     """
     layout, stds = Layout(params.batch_size, params.time_steps), (params.vx_std, params.wz_std)
     if params.noise == "nav2":
         source = Nav2Noise(layout, stds, params.noise_seed)
         if not params.regenerate_noises:
-            source.draw()
+            source.sample()
         return source
-    drawn = NumpyNoise(layout, stds, rng)
-    return NoiseBank(drawn) if params.regenerate_noises else drawn
+    fresh = NumpyNoise(layout, stds, rng)
+    return NoiseBank(fresh) if params.regenerate_noises else fresh
 
 
 def _mt19937_key(seed: int) -> NDArray[np.uint32]:

@@ -113,7 +113,7 @@ class Optimizer:
         if not self._is_jazzy:
             self.set_speed_limit(0.0)
         self._sent = STOP
-        self._noise = self._source.draw()
+        self._noise = self._source.sample()
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
         """Scale all limits so that ``vx_max`` becomes ``speed`` (m/s), or by ``speed`` per cent; 0 lifts the limit."""
@@ -162,8 +162,8 @@ class Optimizer:
         )  # fmt: skip
         for _ in range(self._params.iteration_count):
             self._iterate(points, valid, costmap.costs)
-            if self._params.regenerate_noises:  # Nav2 too draws the next set while it works with this one
-                self._noise = self._source.draw()
+            if self._params.regenerate_noises:  # Nav2 also samples the next set while it works with this one
+                self._noise = self._source.sample()
 
     def _iterate(self, points: Array, valid: NDArray[np.bool_], costs: NDArray[np.uint8]) -> None:
         """Roll out, score and update once."""

@@ -27,11 +27,10 @@ from controllers.mppi.critic_params import (
 from controllers.parameters import SettingsWithCritics
 from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import Count, Natural, NonNegative, Positive
 from gym_mapbench.settings import Settings
 
-NonNegative = Annotated[float, Field(ge=0)]
-Positive = Annotated[float, Field(gt=0)]
-Std = Annotated[float, Field(gt=0, le=100)]
+Std = Annotated[Positive, Field(le=100)]
 
 MAX_POINTS = 20_000_000
 """Largest product of batch_size and time_steps that fits in the memory of a small machine."""
@@ -167,7 +166,7 @@ class MppiParams(SettingsWithCritics):
             ``inversion_xy_tolerance`` (m) and ``inversion_yaw_tolerance`` (rad).
         AckermannConstraints: Limits of the motion model Ackermann.
         critics: Names of the critics in their order. Nav2's code has no default; these are its examples'.
-        noise: Ours. ``numpy`` draws from the run's own generator; ``nav2`` gives Nav2's own numbers (std::mt19937 and
+        noise: Ours. ``numpy`` samples from the run's own generator; ``nav2`` gives Nav2's own numbers (std::mt19937 and
             libstdc++'s normal_distribution), which are the same after every start.
         noise_seed: Ours. Seed of ``nav2`` noise; Nav2 leaves its generator at the default, 5489.
     """
@@ -179,9 +178,9 @@ class MppiParams(SettingsWithCritics):
     motion_model: Literal["DiffDrive", "Ackermann"] = "DiffDrive"
     time_steps: Annotated[int, Field(ge=2, le=10_000)] = 56
     model_dt: Positive = 0.05
-    batch_size: Annotated[int, Field(ge=1, le=1_000_000)] = 1000
-    iteration_count: Annotated[int, Field(ge=1, le=100)] = 1
-    retry_attempt_limit: Annotated[int, Field(ge=0, le=1000)] = 1
+    batch_size: Annotated[Count, Field(le=1_000_000)] = 1000
+    iteration_count: Annotated[Count, Field(le=100)] = 1
+    retry_attempt_limit: Annotated[Natural, Field(le=1000)] = 1
     vx_std: Std = 0.2
     vy_std: Std = 0.2
     wz_std: Std = 0.4
@@ -218,7 +217,7 @@ class MppiParams(SettingsWithCritics):
     TwirlingCritic: TwirlingParams = TwirlingParams()
     VelocityDeadbandCritic: VelocityDeadbandParams = VelocityDeadbandParams()
     noise: Literal["numpy", "nav2"] = "numpy"
-    noise_seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 5489
+    noise_seed: Annotated[Natural, Field(le=2**32 - 1)] = 5489
 
     @field_validator("motion_model", mode="before")
     @classmethod

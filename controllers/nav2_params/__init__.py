@@ -1,7 +1,7 @@
 """Parameters of the whole navigation: read from a real ``nav2_params.yaml`` or a preset, written back for ROS 2.
 
 Files of all releases are understood: those for Humble and Jazzy drive as they would there, names of other releases are
-translated, and what the robot's own Nav2 would ignore is listed, not refused. A file is read into a document that
+translated, and keys that the robot's own Nav2 would ignore are listed, not refused. A file is read into a document that
 knows its lines; its nodes are found and its release is recognised; then each section is read key by key.
 """
 

@@ -6,18 +6,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from controllers.nav2_params.keys import COSTMAP, LAYERS, SOURCE
-from controllers.nav2_params.plugins import COSTMAP_LAYERS, known_class
-from controllers.nav2_params.section import Section, parameter_names
-from gym_mapbench.costmap import CostmapParams, ObservationSource
+from controllers.nav2_params.keys import COSTMAP
+from controllers.nav2_params.plugins import COSTMAP_LAYERS, names_in_ros, stand_in
+from gym_mapbench.costmap import LAYERS, OBSERVATION_SOURCE, CostmapParams
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import Section, known_class, parameter_names, refuse_missing
 
 DEFAULT_LAYERS = ("static_layer", "obstacle_layer", "inflation_layer")
-SENSING = ("obstacle_layer", "voxel_layer")
-STAND_INS = {"SpatioTemporalVoxelLayer": "voxel_layer", "NonPersistentVoxelLayer": "voxel_layer"}
-"""Third parties' layers -> the layer that stands in for them."""
-HEIGHT = "min_obstacle_height"
-MOST_VOXELS = 16
+COLLECTED = ("plugins", "layers", "release")
+"""Options that do not stand in a file as they are here."""
+NAMED_WITHOUT_CLASS = (*DEFAULT_LAYERS, "voxel_layer")
+"""Names for which a file may leave out the class."""
 
 
 @dataclass
@@ -60,7 +59,7 @@ def read_costmap(section: Section) -> CostmapParams:
     for layer in _one_of_each(layers, cloud):
         built[layer.kind] = _read_layer(layer, cloud)
     section.leave_groups()
-    scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name != "release"]
+    scalars = [name for name in parameter_names(CostmapParams) if "." not in name and name not in COLLECTED]
     own = {"plugins": tuple(dict.fromkeys(layer.kind for layer in layers)), "release": section.findings.release}
     return section.make(CostmapParams, {**section.read(COSTMAP, scalars), **built, **own})
 
@@ -78,8 +77,8 @@ def _find_layers(section: Section, names: tuple[str, ...]) -> list[Layer]:
         group.stand_in = replaced
         if replaced:
             section.findings.add("replaced", group.name, f"approximated by the {kind.replace('_', ' ')}")
-            group.values.setdefault("footprint_clearing_enabled", group.values.pop("update_footprint_enabled", True))
-        layers.append(Layer(name, group, kind, _take_sources(section, group, shared) if kind in SENSING else {}))
+        sources = _take_sources(section, group, shared) if LAYERS.get(kind).observes else {}
+        layers.append(Layer(name, group, kind, sources))
     return layers
 
 
@@ -91,12 +90,16 @@ def _layer_kind(section: Section, name: str) -> tuple[str | None, bool]:
     """
     group = section.values.get(name)
     group = group if isinstance(group, Mapping) else {}
-    ros_class = group.get("plugin", COSTMAP_LAYERS.get(name))
+    release, where = section.findings.release, f"{section.name}.{name}.plugin"
+    usual = COSTMAP_LAYERS[name].names[release] if name in NAMED_WITHOUT_CLASS else None
+    ros_class = group.get("plugin", usual)
     if ros_class is None:
-        raise ConfigError(f"{section.name}.{name}.plugin: expected the class of this layer, got none")
-    kind = known_class(ros_class, COSTMAP_LAYERS)
-    stand_in = STAND_INS.get(str(ros_class).replace("/", "::").rpartition("::")[2])
-    return kind or stand_in, kind is None
+        raise ConfigError(f"{where}: expected the class of this layer, got none")
+    kind = known_class(ros_class, names_in_ros(COSTMAP_LAYERS))
+    if kind is None:
+        return stand_in(ros_class, COSTMAP_LAYERS), True
+    refuse_missing(COSTMAP_LAYERS[kind].names, release, where)
+    return kind, False
 
 
 def _take_sources(section: Section, group: Section, shared: object) -> dict[str, Section]:
@@ -130,23 +133,11 @@ def _one_of_each(layers: list[Layer], data_type: str) -> list[Layer]:
 
 
 def _read_layer(layer: Layer, data_type: str) -> dict[str, Any]:
-    """Read a layer; the robot's lidar lies in the plane of its base, so nothing it sees is too low."""
-    group, names = layer.group, [*type(CostmapParams.model_fields[layer.kind].default).model_fields]
+    """Read a layer, with its lidar if it has sources."""
+    group, plugin = layer.group, COSTMAP_LAYERS[layer.kind]
     group.values.pop("plugin", None)
-    if layer.kind not in SENSING:
-        return group.read(LAYERS[layer.kind], names)
-    _take_as(group, HEIGHT, 0.0, "the robot's lidar lies in the plane of its base")
-    _take_as(group, "z_voxels", MOST_VOXELS, "a column has no more voxels in Nav2")
-    names.remove("scan")
-    return {**group.read(LAYERS[layer.kind], names), "scan": _read_sources(layer, data_type)}
-
-
-def _take_as(group: Section, key: str, most: float, why: str) -> None:
-    """Lower a number that is too high to the highest possible one, and list that."""
-    value = group.values.get(key)
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and value > most:
-        group.values[key] = most
-        group.findings.add("replaced", f"{group.name}.{key}", f"taken as {most:g}: {why}")
+    values = plugin.read(group)
+    return {**values, "scan": _read_sources(layer, data_type)} if LAYERS.get(layer.kind).observes else values
 
 
 def _read_sources(layer: Layer, data_type: str) -> dict[str, Any]:
@@ -168,5 +159,4 @@ def _read_sources(layer: Layer, data_type: str) -> dict[str, Any]:
     if first.values.get("observation_persistence") == 0:
         del first.values["observation_persistence"]
     clears = layer.group.stand_in or any(source.values.get("clearing") is True for source in lidars)
-    _take_as(first, HEIGHT, 0.0, "the robot's lidar lies in the plane of its base")
-    return {**first.read(SOURCE, [*ObservationSource.model_fields]), **({"clearing": True} if clears else {})}
+    return {**OBSERVATION_SOURCE.read(first), **({"clearing": True} if clears else {})}

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import yaml
 
-from controllers.nav2_params.templates import fill_templates, first_unreadable, no_value
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import MAX_VALUES, parse_yaml, read_document_text
+from gym_mapbench.ros_params import fill_templates, first_unreadable, no_value
 
 PARAMETERS = "ros__parameters"
 """The group that every node has, and that is left out of the full names of its parameters."""
@@ -22,7 +22,7 @@ class Document:
     """The content of a parameter file.
 
     Args:
-        values: What the YAML file holds.
+        values: The content of the YAML file.
         lines: Full dotted name of every key -> number of its line.
         repeated: Full names of the keys that one group gives twice; the last value counts, as in ROS.
     """

@@ -1,9 +1,9 @@
 """Turns a parameter file of one distribution into one of the other, and lists everything that was done.
 
 Outdated names are replaced, classes are spelt as the release wants them, parameters whose default changed are written
-out with the old value, and what has no counterpart is taken out and listed. Comments and templates stay.
+out with the old value, and keys without a counterpart are taken out and listed. Comments and templates stay.
 
-Source: Nav2's migration guides, and what the controllers' own parameters say about the releases.
+Source: Nav2's migration guides, and the tables of the controllers' own parameters.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ from typing import Any
 
 import yaml
 
-from controllers.nav2_params.controller_keys import OLD_CRITICS
+from controllers.descriptor import Nav2Controller
 from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.migration_rules import (
-    EXCHANGED,
     OVERTAKEN,
     RENAMES,
     RESPELT,
@@ -29,7 +28,7 @@ from controllers.nav2_params.migration_rules import (
 )
 from controllers.nav2_params.nodes import Node, all_nodes
 from controllers.nav2_params.older import OLD_NODES
-from controllers.nav2_params.plugins import CONTROLLERS, Plugin, controller_kind
+from controllers.nav2_params.plugins import CONTROLLERS, controller_kind
 from controllers.nav2_params.recognition import recognise
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.releases import Release
@@ -45,8 +44,8 @@ class Migration:
         text: The text of the migrated file.
         source: The distribution for which the file was written.
         target: The distribution for which it is written now.
-        done: What was changed, one line for each change.
-        lost: What has no counterpart, one line for each loss.
+        done: The changes, one line each.
+        lost: Keys without a counterpart, one line each.
     """
 
     text: str
@@ -177,15 +176,15 @@ class _Work:
             self.edits.replace(entry, as_yaml(new))
             self.say(f"{full}.{entry.name}", entry.line, f"written {new}")
 
-    def migrate_controller(self, full: str, group: yaml.MappingNode, plugin: Plugin) -> None:
+    def migrate_controller(self, full: str, group: yaml.MappingNode, plugin: Nav2Controller) -> None:
         """Migrate a controller by what its own parameters say about the releases."""
         given = {entry.name: entry for entry in entries(group)}
         missing = plugin.keys.missing.get(self.target, {})
         for name in [name for name in missing if name in given]:
-            if not self.exchange(full, given[name]):
+            if not self.exchange(full, given[name], plugin):
                 self.edits.remove(given[name])
                 self.lose(full, given[name], f"taken out: {missing[name]}")
-        self.replace_critics(full, given)
+        self.replace_critics(full, given, plugin)
         written = plugin.changed_defaults(self.source, self.target)
         for name, value in written.items():
             self.write_out(full, group, given, name, value, f"{self.source.capitalize()}'s default")
@@ -205,19 +204,19 @@ class _Work:
         self.edits.insert(holder or group, name.partition(".")[2] if holder else name, value)
         self.done.append(f"{full}.{name}: written out as {value}, {why}")
 
-    def tell_new(self, full: str, known: set[str], given: Mapping[str, Entry], plugin: Plugin) -> None:
+    def tell_new(self, full: str, known: set[str], given: Mapping[str, Entry], plugin: Nav2Controller) -> None:
         """Say which parameters are new in the target and not yet ``known``, and what their defaults are."""
         new = plugin.keys.missing.get(self.source, {}).keys() - plugin.keys.missing.get(self.target, {}).keys()
-        exchanged = {f"{old.rpartition('.')[0]}.{name}" for old, (name, _) in EXCHANGED.items() if old in given}
+        exchanged = {f"{old.rpartition('.')[0]}.{name}" for old, (name, _) in plugin.exchanged.items() if old in given}
         named = [name for name in plugin.parameters if name in new - exchanged - plugin.our_keys - known]
         asked = [name for name in named if _asks(given, name.partition(".")[0] if "." in name else None)]
         if asked:
             said = ", ".join(f"{name} {plugin.default(name, self.target)}" for name in asked)
             self.done.append(f"{full}: new in {self.target.capitalize()} and at its default: {said}")
 
-    def exchange(self, full: str, entry: Entry) -> bool:
-        """Exchange ``forward_preference`` and ``mode`` of MPPI's PathAngleCritic; return whether it was one."""
-        new, values = EXCHANGED.get(entry.name, ("", {}))
+    def exchange(self, full: str, entry: Entry, plugin: Nav2Controller) -> bool:
+        """Exchange a parameter for the other release's, if the plugin knows one; return whether it does."""
+        new, values = plugin.exchanged.get(entry.name, ("", {}))
         value = values.get(str(entry.value.value).lower())
         if value is None:
             return False
@@ -227,11 +226,11 @@ class _Work:
         self.say(f"{full}.{entry.name}", entry.line, f"now {new}: {value}")
         return True
 
-    def replace_critics(self, full: str, given: Mapping[str, Entry]) -> None:
+    def replace_critics(self, full: str, given: Mapping[str, Entry], plugin: Nav2Controller) -> None:
         """Replace critics that only the source has."""
         critics = given.get("critics")
         listed = _listed(critics)
-        only = OLD_CRITICS[self.source] if self.source != self.target else {}
+        only = plugin.old_critics.get(self.source, {}) if self.source != self.target else {}
         for old, new in only.items():
             if critics is not None and old in listed and new not in listed:
                 self.edits.replace(critics, as_yaml([new if name == old else name for name in listed]))
@@ -240,15 +239,15 @@ class _Work:
                 self.say(f"{full}.{old}", critics.line, f"replaced by {new}")
 
     def say(self, full: str, line: int, what: str) -> None:
-        """Add a line about what was done."""
+        """Add a line about a change."""
         self.done.append(f"line {line}: {full}: {what}")
 
     def lose(self, full: str, entry: Entry, what: str) -> None:
-        """Add a line about what has no counterpart."""
+        """Add a line about a key without a counterpart."""
         self.lost.append(f"line {entry.line}: {full}.{entry.name}: {what}")
 
 
-def _controllers(group: yaml.MappingNode) -> dict[str, tuple[yaml.MappingNode, Plugin]]:
+def _controllers(group: yaml.MappingNode) -> dict[str, tuple[yaml.MappingNode, Nav2Controller]]:
     """Return the groups of the controllers that are built here, by name, with their plugins."""
     found = {}
     for entry in entries(group):

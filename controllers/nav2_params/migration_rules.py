@@ -71,8 +71,3 @@ OVERTAKEN: Mapping[Release, Mapping[str, str]] = {"humble": {"global_frame": "lo
 TREE_PLUGINS = "plugin_lib_names"
 RESPELT = ("planner_server", "behavior_server", "recoveries_server", "bt_navigator")
 """Nodes whose plugins' classes are written with ``/`` in Humble and with ``::`` in Jazzy."""
-EXCHANGED: Mapping[str, tuple[str, Mapping[str, str]]] = {
-    "PathAngleCritic.forward_preference": ("mode", {"true": "0", "false": "1"}),
-    "PathAngleCritic.mode": ("forward_preference", {"0": "true", "1": "false"}),
-}
-"""Parameter of one release -> the other's name for it, and value -> the other's value; mode 2 has no counterpart."""

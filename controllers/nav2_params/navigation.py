@@ -11,15 +11,27 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
+from controllers.checkers import GOAL_CHECKERS, GoalChecker, ProgressChecker
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
 from controllers.releases import RELEASES, Release
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.planners import PLANNERS
+from gym_mapbench.quantities import Natural, NonNegative, Positive
 from gym_mapbench.settings import Settings
 
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
+__all__ = [
+    "BehaviorServer",
+    "BehaviorTree",
+    "ControllerPlugin",
+    "ControllerServer",
+    "GoalChecker",
+    "NavigationParams",
+    "PlannerPlugin",
+    "ProgressChecker",
+    "VelocitySmoother",
+    "default_tree",
+]
 
 
 def _three(value: object) -> object:
@@ -32,44 +44,6 @@ def _three(value: object) -> object:
 
 
 Axes = Annotated[tuple[float, float, float], BeforeValidator(_three)]
-
-
-class ProgressChecker(Settings):
-    """The progress checker: whether the robot still gets anywhere.
-
-    Args:
-        plugin: ``simple``, ``pose`` (a turn is progress as well) or ``none`` (ours: progress is not checked).
-        required_movement_radius: Distance that counts as progress, m.
-        movement_time_allowance: Seconds without progress until the controller gives up.
-        required_movement_angle: Turn that counts as progress, rad; ``pose`` only.
-    """
-
-    plugin: Literal["simple", "pose", "none"] = "simple"
-    required_movement_radius: NonNegative = 0.5
-    movement_time_allowance: NonNegative = 10.0
-    required_movement_angle: NonNegative = 0.5
-
-
-class GoalChecker(Settings):
-    """The goal checker: whether the goal is reached.
-
-    Args:
-        plugin: ``simple``, ``stopped`` (the robot must stand as well) or ``position`` (Jazzy: whatever the heading).
-        xy_goal_tolerance: Tolerance of the position, m.
-        yaw_goal_tolerance: Tolerance of the heading, rad.
-        stateful: Whether a position once reached counts until the next path.
-        symmetric_yaw_tolerance: Whether the opposite heading is as good.
-        trans_stopped_velocity: Speed that counts as standing, m/s; ``stopped`` only.
-        rot_stopped_velocity: Turn rate that counts as standing, rad/s; ``stopped`` only.
-    """
-
-    plugin: Literal["simple", "stopped", "position"] = "simple"
-    xy_goal_tolerance: NonNegative = 0.25
-    yaw_goal_tolerance: NonNegative = 0.25
-    stateful: bool = True
-    symmetric_yaw_tolerance: bool = False
-    trans_stopped_velocity: NonNegative = 0.25
-    rot_stopped_velocity: NonNegative = 0.25
 
 
 class ControllerServer(Settings):
@@ -86,7 +60,7 @@ class ControllerServer(Settings):
         goal_checker: Parameters of the goal checker.
     """
 
-    controller_frequency: Annotated[float, Field(gt=0, le=1000)] = 20.0
+    controller_frequency: Annotated[Positive, Field(le=1000)] = 20.0
     min_x_velocity_threshold: NonNegative = 1e-4
     min_y_velocity_threshold: NonNegative = 1e-4
     min_theta_velocity_threshold: NonNegative = 1e-4
@@ -157,7 +131,7 @@ class BehaviorServer(Settings):
         behavior_plugins: Which of the behaviours exist; the tree's other ones fail.
     """
 
-    cycle_frequency: Annotated[float, Field(gt=0, le=1000)] = 10.0
+    cycle_frequency: Annotated[Positive, Field(le=1000)] = 10.0
     simulate_ahead_time: NonNegative = 2.0
     max_rotational_vel: Positive = 1.0
     min_rotational_vel: NonNegative = 0.4
@@ -182,7 +156,7 @@ class BehaviorTree(Settings):
 
     bt_loop_duration: Annotated[int, Field(gt=0)] = 10
     replanning_frequency: Positive = 1.0
-    number_of_retries: Annotated[int, Field(ge=0)] = 6
+    number_of_retries: Natural = 6
     spin_dist: float = 1.57
     wait_duration: NonNegative = 5.0
     backup_dist: NonNegative = 0.30
@@ -216,7 +190,7 @@ class VelocitySmoother(Settings):
         velocity_timeout: Seconds without a command after which the robot is stopped; here it never passes.
     """
 
-    smoothing_frequency: Annotated[float, Field(gt=0, le=1000)] = 20.0
+    smoothing_frequency: Annotated[Positive, Field(le=1000)] = 20.0
     scale_velocities: bool = False
     feedback: Literal["OPEN_LOOP", "CLOSED_LOOP"] = "OPEN_LOOP"
     max_velocity: Axes = (0.5, 0.0, 2.5)
@@ -286,15 +260,18 @@ class NavigationParams(Settings):
         for name, release in releases.items():
             if release != self.release:
                 raise ConfigError(f"{name}: expected parameters of Nav2's {self.release}, got {release}'s")
-        if self.controller_server.goal_checker.plugin == "position" and self.release == "humble":
-            raise ConfigError("goal_checker.plugin: expected simple or stopped, got Jazzy's goal checker position")
+        plugin = self.controller_server.goal_checker.plugin
+        if self.release not in GOAL_CHECKERS[plugin]:
+            known = " or ".join(name for name, names in GOAL_CHECKERS.items() if self.release in names)
+            first = next(iter(GOAL_CHECKERS[plugin])).capitalize()
+            raise ConfigError(f"goal_checker.plugin: expected {known}, got {first}'s goal checker {plugin}")
         return self
 
     def controller(self, name: str) -> ControllerPlugin:
         """Return a controller by its name, or else the first of that kind.
 
         A Rotation Shim that is not configured has the defaults of Nav2's code and the configured controller inside.
-        A Graceful Controller that is not configured has the defaults of Nav2's code as well.
+        A controller that needs no section, such as the Graceful Controller, has the defaults of Nav2's code as well.
 
         Raises:
             ConfigError: If there is no such controller.
@@ -306,7 +283,8 @@ class NavigationParams(Settings):
                 return plugin
         if name in SHIMS:
             return ControllerPlugin(kind=name, params=self.controller(SHIMS[name]).params)
-        if name == "graceful":
-            return ControllerPlugin(kind="graceful", params={"release": self.release})
-        kinds = {*(plugin.kind for plugin in self.controllers.values()), "graceful", *SHIMS}
+        unconfigured = {kind for kind, plugin in CONTROLLERS.items() if plugin.needs_no_section and kind not in SHIMS}
+        if name in unconfigured:
+            return ControllerPlugin(kind=name, params={"release": self.release})
+        kinds = {*(plugin.kind for plugin in self.controllers.values()), *unconfigured, *SHIMS}
         raise unknown_name("controller", name, {*self.controllers, *kinds})

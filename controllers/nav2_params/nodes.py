@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 
 from controllers.nav2_params import keys
 from controllers.nav2_params.document import PARAMETERS
-from controllers.nav2_params.findings import Findings
 from controllers.nav2_params.older import OLD_NODES, modernised
-from controllers.nav2_params.section import Section
 from gym_mapbench.errors import ConfigError, nearest_name
+from gym_mapbench.ros_params import Findings, Keys, Section
 
 COSTMAPS = ("local_costmap", "global_costmap")
 SECTIONS = (
@@ -131,7 +130,7 @@ def _is_known(name: str) -> bool:
 def _serves_ros(group: Mapping[Any, Any] | None) -> bool:
     """Whether a node has only parameters that serve ROS alone."""
     parameters = None if group is None else group[PARAMETERS]
-    return isinstance(parameters, Mapping) and all(keys.Keys().is_ros_only(str(key)) for key in parameters)
+    return isinstance(parameters, Mapping) and all(Keys().is_ros_only(str(key)) for key in parameters)
 
 
 def _walk(

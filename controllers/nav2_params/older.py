@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from controllers.nav2_params.findings import Findings
+from gym_mapbench.ros_params import Findings
 
 OLD_NODES = {
     "dwb_controller": "controller_server",

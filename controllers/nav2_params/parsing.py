@@ -10,7 +10,6 @@ from controllers.nav2_params import keys
 from controllers.nav2_params.controllers_section import ControllersFound, read_controllers
 from controllers.nav2_params.costmap_section import read_costmap
 from controllers.nav2_params.document import Document, refuse_bomb
-from controllers.nav2_params.findings import Finding, Findings, Kind
 from controllers.nav2_params.navigation import (
     BehaviorServer,
     BehaviorTree,
@@ -20,14 +19,15 @@ from controllers.nav2_params.navigation import (
     default_tree,
 )
 from controllers.nav2_params.nodes import SECTIONS, all_nodes, find_sections
-from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, classes, known_class, read_params
+from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, names_in_ros, stand_in
 from controllers.nav2_params.recognition import Recognition, recognise
-from controllers.nav2_params.section import Section, parameter_names
-from controllers.parameters import nest_dotted
 from controllers.releases import Release
+from gym_mapbench.ros_params import Finding, Findings, Kind, Section, known_class, nest_dotted, parameter_names
 
 TREES_PLANNER = "GridBased"
 """The planner that Nav2's default tree asks for."""
+USUAL_PLANNER = "navfn"
+"""Nav2's default planner; it stands in for planners that are not built here."""
 
 TREE_FILE = "default_nav_to_pose_bt_xml"
 DEFAULT_TREE = "nav2_bt_navigator)/behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml"
@@ -35,7 +35,7 @@ DEFAULT_TREE = "nav2_bt_navigator)/behavior_trees/navigate_to_pose_w_replanning_
 
 @dataclass(frozen=True)
 class Nav2Params:
-    """What a parameter file says.
+    """The content of a parameter file.
 
     Args:
         navigation: The parameters.
@@ -77,7 +77,7 @@ def parse_nav2_params(
     listed, not refused.
 
     Args:
-        document: What the YAML file holds, or the whole :class:`~controllers.nav2_params.document.Document`.
+        document: The content of the YAML file, or the whole :class:`~controllers.nav2_params.document.Document`.
         preset: Provides the sections that are missing as a whole, except the velocity smoother, and the kinds of
             controllers that are not configured; None for the defaults of Nav2's code and no further controllers.
         release: The distribution; None to recognise it.
@@ -112,7 +112,7 @@ def parse_nav2_params(
 def _complete(
     found: Mapping[str, Any], controllers: ControllersFound, base: NavigationParams
 ) -> tuple[NavigationParams, list[str]]:
-    """Fill in what the file does not configure, and name the controllers that were filled in."""
+    """Fill in the sections and controllers that the file does not configure, and name these controllers."""
     own = controllers.controllers
     kinds = {plugin.kind for plugin in own.values()}
     known = {*own, *controllers.foreign}
@@ -135,15 +135,15 @@ def _read_planner(server: Section) -> PlannerPlugin:
     """Read the planner that the default tree asks for, or else the first; NavFn or Smac 2D stand in for others."""
     names = server.take_names("planner_plugins", (TREES_PLANNER,), least=1)
     group = server.take_group(TREES_PLANNER if TREES_PLANNER in names else names[0], TREES_PLANNER)
-    ros_class = group.values.pop("plugin", PLANNERS["navfn"].ros_class)
-    kind = known_class(ros_class, classes(PLANNERS))
+    ros_class = group.values.pop("plugin", PLANNERS[USUAL_PLANNER].names[group.findings.release])
+    kind = known_class(ros_class, names_in_ros(PLANNERS))
     if kind is None:
-        kind = "smac_2d" if "nav2_smac_planner" in str(ros_class) else "navfn"
+        kind = stand_in(ros_class, PLANNERS) or USUAL_PLANNER
         group.stand_in = True
         group.findings.add("replaced", group.name, f"{ros_class} is not built; {PLANNERS[kind].title} plans here")
     server.leave_groups()
     server.read(keys.PLANNER_SERVER, ())
-    return PlannerPlugin(name=kind, params=read_params(group, PLANNERS[kind]))
+    return PlannerPlugin(name=kind, params=PLANNERS[kind].read(group))
 
 
 def _read_behaviors(server: Section) -> BehaviorServer:
@@ -160,13 +160,18 @@ def _read_behavior(server: Section, name: str) -> bool:
         server.leave(name)
         return False
     group = server.take_group(name)
-    ros_class = str(group.values.pop("plugin", BEHAVIORS[name]))
+    ros_class = str(group.values.pop("plugin", BEHAVIORS[name][group.findings.release]))
     for key in group.values:
         server.findings.add("left_out", f"{group.name}.{key}", "the behaviours have no settings of their own here")
-    if ros_class.replace("::", "/").rpartition("/")[2] != BEHAVIORS[name].rpartition("/")[2]:
+    if _last_part(ros_class) != _last_part(BEHAVIORS[name][group.findings.release]):
         server.findings.add("left_out", group.name, f"{ros_class}: this behaviour is not built")
         return False
     return True
+
+
+def _last_part(ros_class: str) -> str:
+    """Return the name of a class without its package."""
+    return ros_class.replace("::", "/").rpartition("/")[2]
 
 
 def _read_tree(section: Section) -> BehaviorTree:

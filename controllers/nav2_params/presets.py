@@ -8,10 +8,10 @@ from typing import Any
 
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import parse_nav2_params
-from controllers.parameters import overlay
 from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.files.documents import read_yaml
+from gym_mapbench.ros_params import overlay
 
 __all__ = ["PRESETS", "counterpart", "load_preset", "overlay", "read_preset"]
 

@@ -1,4 +1,4 @@
-"""Reads a user's own ``nav2_params.yaml``, with a preset for what it leaves out."""
+"""Reads a user's own ``nav2_params.yaml``, with a preset for missing sections."""
 
 from __future__ import annotations
 

@@ -10,10 +10,9 @@ from typing import NamedTuple
 from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.nodes import Node
 from controllers.nav2_params.plugins import CONTROLLERS, controller_kind
-from controllers.nav2_params.section import leaves
-from controllers.parameters import nest_dotted
 from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import leaves, nest_dotted
 
 CLEAR_MAJORITY = 2
 """Where there are signs of both releases, one needs more than this many times the signs of the other."""

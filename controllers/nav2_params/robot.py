@@ -2,47 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
+from controllers.descriptor import Limits, highest
+from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import Nav2Params
-from controllers.nav2_params.plugins import SHIMS
+from controllers.nav2_params.plugins import CONTROLLERS
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.world.robot import RobotSpec
 
 MAX_CORNERS = 8
 """Largest number of corners that Box2D allows a polygon."""
-
-Limits = dict[str, float]
-
-TURNING: Mapping[str, str] = {
-    "max_angular_velocity": "rotate_to_heading_angular_vel",
-    "max_angular_acceleration": "max_angular_accel",
-}
-"""Limit of the robot -> the Rotation Shim's own parameter that gives it."""
-SOURCES: Mapping[str, Mapping[str, str]] = {
-    "dwb": {
-        "max_linear_velocity": "max_vel_x",
-        "max_reverse_velocity": "min_vel_x",
-        "max_angular_velocity": "max_vel_theta",
-        "max_linear_acceleration": "acc_lim_x",
-        "max_angular_acceleration": "acc_lim_theta",
-    },
-    "mppi": {
-        "max_linear_velocity": "vx_max",
-        "max_reverse_velocity": "vx_min",
-        "max_angular_velocity": "wz_max",
-        "max_linear_acceleration": "ax_max",
-        "max_angular_acceleration": "az_max",
-    },
-    "rpp": {"max_linear_velocity": "desired_linear_vel", **TURNING},
-    "graceful": {"max_linear_velocity": "v_linear_max", "max_angular_velocity": "v_angular_max"},
-}
-"""Kind of controller -> limit of the robot -> the parameter that gives it; speeds backwards are negative there."""
 
 
 def robot_of(read: Nav2Params, base: RobotSpec) -> RobotSpec:
@@ -50,19 +23,21 @@ def robot_of(read: Nav2Params, base: RobotSpec) -> RobotSpec:
 
     The shape is the local costmap's footprint or radius, or else the global costmap's. The limits are those of the
     velocity smoother if the file configures one, since it stands between controllers and base, or else the highest of
-    the file's own controllers. They are never below what the recoveries ask for, which bypass the smoother.
+    the file's own controllers. They are never below the speeds of the recoveries, which bypass the smoother.
 
     Args:
         read: The file.
-        base: The robot that gives what the file does not say.
+        base: The robot that gives the values missing in the file.
     """
     navigation = read.navigation
     costmaps = navigation.local_costmap, navigation.global_costmap
     shape: dict[str, Any] = next((shape for shape in map(_shape, costmaps) if shape), {})
     controllers = [navigation.controllers[name] for name in read.own_controllers]
-    limits = _smoother_limits(navigation) or _highest([_limits(plugin) for plugin in controllers])
+    limits = _smoother_limits(navigation) or highest(
+        CONTROLLERS[plugin.kind].limits(plugin.params) for plugin in controllers
+    )
     if limits:
-        limits = _highest([limits, _recovery_limits(navigation)])
+        limits = highest([limits, _recovery_limits(navigation)])
     return base.replace(name="custom", **shape, **limits) if shape or limits else base
 
 
@@ -102,25 +77,6 @@ def _area(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
-def _limits(plugin: ControllerPlugin) -> Limits:
-    """Return the limits that a controller's parameters give, for a Rotation Shim with those of its primary."""
-    inside = SHIMS.get(plugin.kind, plugin.kind)
-    found = [_named(plugin, SOURCES[inside])]
-    if plugin.kind in SHIMS:
-        found.append(_named(plugin, TURNING))
-    if inside == "graceful":  # v_angular_max does not limit turns on the spot, of which half a turn is the fastest
-        rate = plugin.params["rotation_scaling_factor"] * np.pi * plugin.params["v_angular_max"]
-        found.append({"max_angular_velocity": float(rate)})
-    return _highest(found)
-
-
-def _named(plugin: ControllerPlugin, sources: Mapping[str, str]) -> Limits:
-    """Return the limits that parameters give; a parameter that is 0 or not given limits nothing."""
-    found = {limit: plugin.params.get(name) or 0.0 for limit, name in sources.items()}
-    found["max_reverse_velocity"] = max(0.0, -found.get("max_reverse_velocity", 0.0))
-    return {limit: float(value) for limit, value in found.items() if value > 0}
-
-
 def _smoother_limits(navigation: NavigationParams) -> Limits:
     smoother = navigation.velocity_smoother
     if smoother is None:
@@ -142,8 +98,3 @@ def _recovery_limits(navigation: NavigationParams) -> Limits:
         "max_angular_velocity": server.max_rotational_vel,
         "max_angular_acceleration": server.rotational_acc_lim,
     }
-
-
-def _highest(limits: list[Limits]) -> Limits:
-    """Return the highest value of each limit."""
-    return {name: max(one.get(name, 0.0) for one in limits) for name in {name for one in limits for name in one}}

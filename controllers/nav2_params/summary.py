@@ -1,12 +1,12 @@
-"""What a parameter file means here, in a few lines for the terminal."""
+"""Summarises a parameter file in a few lines for the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from controllers.nav2_params.findings import KINDS, Finding, Kind
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
+from gym_mapbench.ros_params import KINDS, Finding, Kind
 from gym_mapbench.world.robot import RobotSpec
 
 MOST = 6
@@ -21,7 +21,7 @@ COUNTED: tuple[Kind, ...] = ("ros_only", "unused", "other_release", "unknown", "
 
 
 def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = False) -> list[str]:
-    """Return the lines: the release, what drives, the robot, and what is left out and why.
+    """Return the lines: release, controllers, planner, robot, and the keys that are left out, with reasons.
 
     Args:
         read: The file.

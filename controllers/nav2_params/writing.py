@@ -5,27 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, ProgressChecker
-from controllers.nav2_params.plugins import (
-    BEHAVIORS,
-    CONTROLLERS,
-    COSTMAP_LAYERS,
-    GOAL_CHECKERS,
-    PLANNERS,
-    PROGRESS_CHECKERS,
-    SHIMS,
-    Plugin,
-)
-from controllers.nav2_params.section import leaves
-from controllers.parameters import nest_dotted, overlay
+from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
+from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams
+from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, PLANNERS
 from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import leaves, overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
 BASE_FRAME = "base_link"
-SCAN = {"topic": "/scan", "data_type": "LaserScan"}
 BEHAVIOR_FRAMES = {
     "humble": {
         "costmap_topic": "local_costmap/costmap_raw",
@@ -43,7 +33,7 @@ BEHAVIOR_FRAMES = {
 }
 """Release -> topics and frames of its behaviour server."""
 ERROR_CODES = ["compute_path_error_code", "follow_path_error_code"]
-"""What the trees of Jazzy and newer releases report."""
+"""Error codes that the trees of Jazzy and newer releases report."""
 UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother")
 """Nodes that publish Twist in Jazzy, but TwistStamped in newer releases unless they are told otherwise."""
 
@@ -58,7 +48,7 @@ def write_nav2_params(
 ) -> dict[str, Any]:
     """Return the content of a ``nav2_params.yaml``; every controller is a plugin under its own name.
 
-    Without ``robot`` and ``follow_path``, :func:`~controllers.nav2_params.parsing.parse_nav2_params` reads the same
+    Without ``robot`` and ``follow_path``, :func:`~controllers.nav2_params.parsing.parse_nav2_params` returns the same
     parameters back, except those that ROS does not have: the numbers of the behaviour tree, and what
     :func:`parameters_of_ours` returns.
 
@@ -112,7 +102,7 @@ def _node(name: str, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _beside(values: Mapping[str, Any], kept: Mapping[str, Any]) -> dict[str, Any]:
-    """Add what is kept of a user's file to the values, which count first; groups of missing plugins are left out."""
+    """Add values kept of a user's file, after the written values; groups of missing plugins are left out."""
     listed = values.get("controller_plugins")
     of_plugins = {name for name, value in kept.items() if listed is not None and isinstance(value, Mapping)}
     return overlay({name: kept[name] for name in kept if name not in of_plugins - values.keys()}, values)
@@ -135,9 +125,12 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
         **_list_progress_checker(navigation.release),
         "goal_checker_plugins": ["goal_checker"],
         "controller_plugins": list(plugins),
-        "progress_checker": _progress_checker(server.progress_checker),
-        "goal_checker": {**_options(server.goal_checker), "plugin": GOAL_CHECKERS[server.goal_checker.plugin]},
-        **{name: _controller(p.kind, p.params, navigation.release) for name, p in plugins.items()},
+        "progress_checker": _progress_checker(server.progress_checker, navigation.release),
+        "goal_checker": {
+            **_options(server.goal_checker),
+            "plugin": GOAL_CHECKERS[server.goal_checker.plugin][navigation.release],
+        },
+        **{name: CONTROLLERS[p.kind].write(p.params, navigation.release) for name, p in plugins.items()},
     }
 
 
@@ -153,34 +146,17 @@ def _list_progress_checker(release: Release) -> dict[str, Any]:
     return {"progress_checker_plugins": ["progress_checker"]}
 
 
-def _controller(kind: str, params: Mapping[str, Any], release: Release) -> dict[str, Any]:
-    """Return a controller's group, with the class of the primary controller if it is a Rotation Shim."""
-    primary = {"primary_controller": CONTROLLERS[SHIMS[kind]].ros_class} if kind in SHIMS else {}
-    return {**_plugin(CONTROLLERS[kind], params, release), **primary}
-
-
-def _plugin(plugin: Plugin, params: Mapping[str, Any], release: Release) -> dict[str, Any]:
-    """Return a plugin's class and those of its parameters that Nav2 has."""
-    of_nav2 = {name: value for name, value in leaves(params) if name not in plugin.our_keys}
-    return {"plugin": _class(plugin.ros_class, release), **nest_dotted(of_nav2)}
-
-
-def _class(ros_class: str, release: Release) -> str:
-    """Return the name of a class in a release: planners and behaviours are named with ``/`` up to Iron."""
-    return ros_class if release == "humble" else ros_class.replace("/", "::")
-
-
-def _progress_checker(checker: ProgressChecker) -> dict[str, Any]:
+def _progress_checker(checker: ProgressChecker, release: Release) -> dict[str, Any]:
     if checker.plugin not in PROGRESS_CHECKERS:
         raise ConfigError(f"progress_checker.plugin: expected one that ROS has, got {checker.plugin!r}")
-    return {**_options(checker), "plugin": PROGRESS_CHECKERS[checker.plugin]}
+    return {**_options(checker), "plugin": PROGRESS_CHECKERS[checker.plugin][release]}
 
 
 def _planner_server(navigation: NavigationParams) -> dict[str, Any]:
     planner = navigation.planner
     if planner.name not in PLANNERS:
         raise ConfigError(f"planner.name: expected one that ROS has, got {planner.name!r}")
-    plugin = _plugin(PLANNERS[planner.name], planner.params, navigation.release)
+    plugin = PLANNERS[planner.name].write(planner.params, navigation.release)
     return {"planner_plugins": ["GridBased"], "GridBased": plugin}
 
 
@@ -189,7 +165,7 @@ def _behavior_server(server: BehaviorServer, release: Release) -> dict[str, Any]
         **_options(server),
         **BEHAVIOR_FRAMES[release],
         "robot_base_frame": BASE_FRAME,
-        **{name: {"plugin": _class(BEHAVIORS[name], release)} for name in server.behavior_plugins},
+        **{name: {"plugin": BEHAVIORS[name][release]} for name in server.behavior_plugins},
     }
 
 
@@ -207,18 +183,17 @@ def _bt_navigator(navigation: NavigationParams) -> dict[str, Any]:
 def _costmap(params: CostmapParams, frame: str, robot: RobotSpec | None) -> dict[str, Any]:
     values = _options(params)
     del values["release"]
-    layers = {name: values.pop(name) for name in COSTMAP_LAYERS}
+    layers = {name: values.pop(name) for name in params.layers}
     if robot is not None and params.footprint is None and params.robot_radius is None:
         values |= {"robot_radius": robot.radius} if robot.footprint is None else {"footprint": robot.footprint}
     if "footprint" in values:
         values["footprint"] = str([list(corner) for corner in values["footprint"]])
-    plugins = {name: _layer(name, layers[name]) for name in params.plugins}
+    plugins = {name: _layer(name, layers[name], params.release) for name in params.plugins}
     return {"global_frame": frame, "robot_base_frame": BASE_FRAME, **values, **plugins}
 
 
-def _layer(name: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Return one layer's group; the options of its lidar form a group of their own."""
-    named = {"plugin": COSTMAP_LAYERS[name], **options}
-    if "scan" not in options:
-        return named
-    return {**named, "observation_sources": "scan", "scan": {**SCAN, **options["scan"]}}
+def _layer(name: str, options: Mapping[str, Any], release: Release) -> dict[str, Any]:
+    """Return one layer's group."""
+    if name not in COSTMAP_LAYERS:
+        raise ConfigError(f"plugins: expected costmap layers that ROS has, got {name!r}")
+    return COSTMAP_LAYERS[name].write(options, release)

@@ -10,8 +10,8 @@ import math
 from typing import Protocol
 
 from controllers.base import Twist
-from controllers.nav2_params.navigation import GoalChecker as GoalCheckerParams
-from controllers.nav2_params.navigation import ProgressChecker as ProgressCheckerParams
+from controllers.checkers import GoalChecker as GoalCheckerParams
+from controllers.checkers import ProgressChecker as ProgressCheckerParams
 from controllers.navigator.rate import TIME_RESOLUTION
 from gym_mapbench.world.scenario import Pose, wrap_angle
 

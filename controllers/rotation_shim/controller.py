@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import FollowerSetup, PathFollower, Twist
-from controllers.nav2_params.navigation import GoalChecker
+from controllers.checkers import GoalChecker
 from controllers.navigator.checkers import PositionGoalChecker
 from controllers.rotation_shim.kernels import turn_is_free
 from controllers.rotation_shim.params import RotationShimParams

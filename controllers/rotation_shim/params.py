@@ -9,31 +9,13 @@ Source: nav2_rotation_shim_controller: src/nav2_rotation_shim_controller.cpp (Hu
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from functools import cache
+from typing import Any, ClassVar
 
-from pydantic import Field
-
-from controllers.dwb import params as dwb
-from controllers.dwb.params import DwbParams
-from controllers.graceful import params as graceful
-from controllers.graceful.params import GracefulParams
-from controllers.mppi import params as mppi
-from controllers.mppi.params import MppiParams
 from controllers.parameters import ReleaseSettings
 from controllers.releases import RELEASES, Release
-from controllers.rpp import params as rpp
-from controllers.rpp.params import RppParams
-
-PRIMARIES = dwb, mppi, rpp, graceful
-
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
-
-ROS_ONLY_KEYS = frozenset().union(*(module.ROS_ONLY_KEYS for module in PRIMARIES))
-"""Keys of a parameter file that mean nothing without ROS, whichever the primary controller is."""
-
-RENAMED_KEYS = {new: old for module in PRIMARIES for new, old in module.RENAMED_KEYS.items()}
-"""Name in newer releases -> name in Humble and Jazzy, of all primary controllers."""
+from gym_mapbench.quantities import NonNegative, Positive
+from gym_mapbench.settings import Settings
 
 _ALWAYS = "Humble looks at the heading of every new path"
 
@@ -84,36 +66,31 @@ class RotationShimParams(ReleaseSettings):
     use_path_orientations: bool | None = None
 
 
-def _of_both(table: str, primary: type[ReleaseSettings]) -> dict[Release, dict[str, Any]]:
+def _of_both(table: str, primary: type[Settings]) -> dict[Release, dict[str, Any]]:
     """Join a table of the shim (``MISSING`` or ``DEFAULTS``) with that of its primary controller."""
     own: Mapping[Release, Mapping[str, Any]] = getattr(RotationShimParams, table)
     inner: Mapping[Release, Mapping[str, Any]] = getattr(primary, table)
     return {release: {**inner.get(release, {}), **own.get(release, {})} for release in RELEASES}
 
 
-class ShimDwbParams(RotationShimParams, DwbParams):
-    """A Rotation Shim around DWB."""
-
-    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", DwbParams)
-    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", DwbParams)
-
-
-class ShimMppiParams(RotationShimParams, MppiParams):
-    """A Rotation Shim around MPPI."""
-
-    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", MppiParams)
-    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", MppiParams)
-
-
-class ShimRppParams(RotationShimParams, RppParams):
-    """A Rotation Shim around Regulated Pure Pursuit."""
-
-    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", RppParams)
-    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", RppParams)
+@cache
+def params_around(primary: type[Settings]) -> type[RotationShimParams]:
+    """Return the class of the parameters of a shim and of its primary controller at once."""
+    metaclass: Any = type(RotationShimParams)
+    namespace = {
+        "__module__": __name__,
+        "__doc__": f"A Rotation Shim around the controller of {primary.__name__}.",
+        "__reduce__": lambda self: (
+            _params,
+            (primary, {name: getattr(self, name) for name in type(self).model_fields}),
+        ),
+        "MISSING": _of_both("MISSING", primary),
+        "DEFAULTS": _of_both("DEFAULTS", primary),
+    }
+    both: type[RotationShimParams] = metaclass(f"Shim{primary.__name__}", (RotationShimParams, primary), namespace)
+    return both
 
 
-class ShimGracefulParams(RotationShimParams, GracefulParams):
-    """A Rotation Shim around the Graceful Controller."""
-
-    MISSING: ClassVar[dict[Release, dict[str, str]]] = _of_both("MISSING", GracefulParams)
-    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = _of_both("DEFAULTS", GracefulParams)
+def _params(primary: type[Settings], values: Mapping[str, Any]) -> RotationShimParams:
+    """Make the parameters of a shim again in another process, which pickle cannot: their class is in no module."""
+    return params_around(primary)(**values)

@@ -5,15 +5,11 @@ Source: nav2_regulated_pure_pursuit_controller (Humble and Jazzy).
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
-
-from pydantic import Field
+from typing import Any, ClassVar
 
 from controllers.parameters import ReleaseSettings
 from controllers.releases import Release
-
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
+from gym_mapbench.quantities import NonNegative, Positive
 
 ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})
 """Keys of a parameter file that mean nothing without ROS: listed as ignored."""

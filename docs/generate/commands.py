@@ -47,7 +47,7 @@ def _title(title: str | None) -> str:
 
 
 def _row(action: argparse.Action) -> list[str]:
-    """How an option is written, and its help; choices stand for what it takes where it has no name for that."""
+    """Return an option with its value, and its help; choices stand for a value without a name."""
     taken = "" if action.nargs == 0 else _taken(action)
     written = [f"{option} {taken}".strip() for option in action.option_strings] or [taken]
     help_text = argparse.HelpFormatter("")._expand_help(action) if action.help else f"one of {_choices(action)}"

@@ -1,4 +1,4 @@
-"""Reads what docstrings say, so that the site repeats none of it by hand."""
+"""Reads docstrings, so that the site need not repeat them by hand."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def summary(entry: object) -> str:
 def arguments(entry: object) -> dict[str, str]:
     """Return the descriptions in the section ``Args`` of a Google docstring, each in one line, by name.
 
-    A class has those of the classes that it is made of, too.
+    The descriptions of a class include those of its base classes.
     """
     parts = reversed(entry.__mro__) if isinstance(entry, type) else (entry,)
     found = {}

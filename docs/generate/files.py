@@ -1,4 +1,4 @@
-"""What the files of a directory of results are, as the code that writes them says."""
+"""Lists of the files in a directory of results, from the code that writes them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hooks of MkDocs: fills pages in, draws pictures, and refuses pages that would load something from elsewhere."""
+"""Hooks of MkDocs: fill pages in, draw pictures, and refuse pages that load something from another host."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 from docs.generate.inserts import filled  # noqa: E402
+from docs.generate.labels import labelled  # noqa: E402
 from docs.generate.made import made_files  # noqa: E402
 
 PICTURE = re.compile(r'(<img [^>]*src="([^"]+)"[^>]*>)')
@@ -29,15 +30,15 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
-    """Fill in what the page takes from the code; a page without neighbours needs no column for them."""
+    """Fill in the inserts of a page; a page without a section has no column of navigation."""
     if page.parent is None:
         page.meta["hide"] = ["navigation"]
     return filled(markdown)
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """Make every picture a link to itself, so that it can be seen in full size on a small screen."""
-    return PICTURE.sub(r'<a href="\2">\1</a>', html)
+    """Make every picture a link to itself, and label the cells of tables: both for small screens."""
+    return labelled(PICTURE.sub(r'<a href="\2">\1</a>', html))
 
 
 def on_post_page(output: str, page: Page, **_: Any) -> str:

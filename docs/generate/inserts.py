@@ -1,7 +1,7 @@
-"""Inserts: what a page of the site takes from the code.
+"""Inserts: the parts of a page that come from the code.
 
-A line ``<!-- insert NAME ARGUMENT ... -->`` of a page is replaced by what the function of this name returns, when the
-site is built; a reader of the file itself does not see it.
+A line ``<!-- insert NAME ARGUMENT ... -->`` of a page is replaced by the return value of the function of this
+name when the site is built. It is invisible in the file itself.
 """
 
 from __future__ import annotations
@@ -11,10 +11,18 @@ from collections.abc import Callable
 
 from docs.generate.api import face
 from docs.generate.commands import command_reference
+from docs.generate.environment import environment_tables
+from docs.generate.fidelity import measures_of
 from docs.generate.files import files_of
+from docs.generate.gallery import kept_times
 from docs.generate.names import contents_of, names_of
-from docs.generate.options import family_reference, option_reference, planner_reference
-from docs.generate.truth import measures_of
+from docs.generate.options import (
+    family_reference,
+    layer_reference,
+    motion_reference,
+    option_reference,
+    planner_reference,
+)
 
 LINE = re.compile(r"^<!-- insert (\w+)((?: [\w.-]+)*) -->$", re.MULTILINE)
 
@@ -23,10 +31,14 @@ INSERTS: dict[str, Callable[..., str]] = {
     "options": option_reference,
     "family_options": family_reference,
     "planner_options": planner_reference,
+    "layer_options": layer_reference,
     "names": names_of,
     "contents": contents_of,
     "files": files_of,
+    "environment": environment_tables,
+    "motion_options": motion_reference,
     "measures": measures_of,
+    "kept_times": kept_times,
     "face": face,
 }
 """The functions by name; each takes the arguments of the line, and returns Markdown."""

@@ -1,4 +1,4 @@
-"""The files of the site that are made from data and code; they are kept until one of their sources changes."""
+"""The files of the site that are made from data and code, kept until one of their sources changes."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from evolution.pictures import save_figure
 from evolution.report import picture
 
 ROOT = Path(__file__).parents[2]
-SOURCES = ("gym_mapbench", "controllers", "evolution", "docs/generate", "docs/gallery", "examples")
+SOURCES = ("gym_mapbench", "controllers", "evolution", "docs/generate", "docs/gallery", "docs/concepts", "examples")
 SUFFIXES = (".py", ".yaml", ".pgm", ".json", ".csv", ".j2", ".js", ".css")
 
 
 def made_files(folder: Path) -> list[Path]:
-    """Return all files, made anew in a folder where a source has changed."""
+    """Return all files; they are made again if a source has changed."""
     key = folder / "sources.sha256"
     now = _digest()
     if not key.is_file() or key.read_text(encoding="utf-8") != now:

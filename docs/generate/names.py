@@ -1,4 +1,4 @@
-"""Tables of everything that can be chosen by name, from the registries."""
+"""Tables of the names in all registries."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from evolution.commands.catalogue import KINDS
 
 
 def names_of(kind: str) -> str:
-    """Return a table of the names of one kind that the project brings."""
+    """Return a table of the built-in names of one kind."""
     rows = [[name(one), plain(KINDS[kind].about(one))] for one in KINDS[kind].names()]
     return f"Written in: `{KINDS[kind].option}`.\n\n" + table(["name", "what it is"], rows)
 
 
 def contents_of(kind: str) -> str:
-    """Return what each name of a kind holds, as ``mapbench show NAME`` prints it, folded."""
+    """Return the content of each name of a kind, folded, as ``mapbench show NAME`` prints it."""
     return "\n\n".join(_folded(kind, one) for one in KINDS[kind].names())
 
 

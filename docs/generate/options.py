@@ -16,9 +16,11 @@ from evolution.driving import ControllerSpec, DriveSettings
 from evolution.search import EvolveSettings
 from evolution.studies import StudySettings, SweepSettings
 from evolution.training import TrainSettings
+from gym_mapbench.costmap import LAYERS
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.motions import MOTIONS
 
 ROOTS: dict[str, tuple[str, type[Settings]]] = {
     "search": ("`search:` of an experiment", EvolveSettings),
@@ -28,7 +30,7 @@ ROOTS: dict[str, tuple[str, type[Settings]]] = {
     "sweep": ("a study of worlds (a sweep)", SweepSettings),
     "training": ("a training", TrainSettings),
 }
-"""What a file can be given for: what it is called, and the model that reads it."""
+"""Kinds of files: the name of each kind, and the model that reads it."""
 
 SIMPLE = {
     int: "whole number",
@@ -42,7 +44,7 @@ LIMITS = (("ge", "≥"), ("gt", ">"), ("le", "≤"), ("lt", "<"))
 
 
 def option_reference(root: str) -> str:
-    """Return a table for a model, and one for each model inside it that has not been shown for an earlier root."""
+    """Return a table for a model, and one for each model inside it that no earlier root contains."""
     earlier = [model for key in list(ROOTS)[: list(ROOTS).index(root)] for _, model in _models("", ROOTS[key][1])]
     shown = [(where, model) for where, model in _models("", ROOTS[root][1]) if model not in earlier]
     return "\n\n".join(_section(where, model) for where, model in shown)
@@ -53,13 +55,24 @@ def family_reference() -> str:
     return "\n\n".join(_section(key, FAMILIES[key]) for key in FAMILIES.built_in)
 
 
+def motion_reference() -> str:
+    """Return a table of the options of every motion of a body."""
+    return "\n\n".join(_section(key, MOTIONS[key]) for key in MOTIONS.built_in)
+
+
 def planner_reference() -> str:
     """Return a table of the options of every planner."""
     return "\n\n".join(_section(key, PLANNERS[key].params) for key in PLANNERS.built_in)
 
 
+def layer_reference() -> str:
+    """Return a table of the options of every costmap layer, and one for each model inside them."""
+    shown = {model: where for key in LAYERS.built_in for where, model in _models(key, LAYERS[key].params)}
+    return "\n\n".join(_section(where, model) for model, where in shown.items())
+
+
 def _models(where: str, model: type[Settings]) -> Iterator[tuple[str, type[Settings]]]:
-    """A model and all models inside it, each once, with the keys that lead to it."""
+    """Return a model and all models inside it, each once, with the keys that lead to it."""
     found: dict[type[Settings], str] = {}
     waiting = [(where, model)]
     while waiting:
@@ -75,7 +88,7 @@ def _fields(model: type[Settings]) -> list[tuple[str, FieldInfo]]:
 
 
 def _inner(field: FieldInfo) -> list[type[Settings]]:
-    """Models in the type of a field, however deep."""
+    """Return the models in the type of a field, at any depth."""
     waiting, found = [field.annotation], []
     while waiting:
         one: Any = waiting.pop()
@@ -92,12 +105,12 @@ def _section(where: str, model: type[Settings]) -> str:
 
 
 def _type(field: FieldInfo) -> str:
-    """Say in words what a field takes, with its limits."""
+    """Return the type of a field in words, with its limits."""
     return ", ".join([_words(field.annotation), *_limits(field.metadata)])
 
 
 def _words(kind: Any) -> str:
-    """Say in words what values a type has."""
+    """Return a type in words."""
     origin, parts = get_origin(kind), get_args(kind)
     if kind in SIMPLE:
         return SIMPLE[kind]
@@ -130,7 +143,7 @@ COMPOSED: dict[Any, Callable[[Sequence[Any]], str]] = {
     dict: lambda _: "mapping",
     Annotated: _limited,
 }
-"""How a type that is made of others is said in words, from its parts."""
+"""Functions that return a composed type in words, from its parts."""
 
 
 def _limits(metadata: Iterable[Any]) -> list[str]:

@@ -1,7 +1,8 @@
-"""Pictures of the concepts, drawn by the code that they explain when the site is built."""
+"""Pictures of the concepts, drawn by the code that they explain."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,14 @@ import numpy as np
 from controllers.nav2_params import NavigationParams, load_preset
 from docs.generate.gallery import KEPT
 from evolution.driving import ControllerSpec, DriveSettings, Job, JobPlan, drive
-from evolution.pictures import colour_of, draw_map, lorenz_figure, maps_figure, new_figure, solved_lorenz_figure
+from evolution.pictures import (
+    colour_of,
+    draw_map,
+    lorenz_figure,
+    maps_figure,
+    new_figure,
+    solved_lorenz_figure,
+)
 from evolution.runs import load_run
 from evolution.search import gini
 from gym_mapbench.costmap import build_static_costmap, inflation_costs
@@ -31,8 +39,12 @@ LEVELS = ("none", "nominal", "rough")
 MOMENT = 9.0
 """Seconds after the start at which a local costmap is shown."""
 GINIS = ((20.0, 20.0, 20.0), (20.0, 25.0, 30.0), (20.0, 20.0, 70.0), (10.0, 10.0, 130.0))
-"""Times of three controllers whose Gini coefficients are worth knowing."""
+"""Times of three controllers, s, with Gini coefficients from 0 to 0.5."""
 PIXELS = 600
+LEAST_FOR_A_BOX = 5
+"""Searches of a method from which on quartiles say something."""
+OTHER_SCALES = ("change:", "robust with the fitness")
+"""How searches begin that the box plot leaves out: changes that were tried, and a fitness with other values."""
 
 
 def _office() -> Scenario:
@@ -98,7 +110,7 @@ def _draw_inflation(axes: Any, navigation: NavigationParams) -> None:
 
 
 def noise_seen() -> Any:
-    """The same moment of the same drive at three levels of noise."""
+    """Draw the same moment of the same run at three levels of noise."""
     figure, panels = new_figure(3, width=10.5, height=3.1)
     for axes, level in zip(panels, LEVELS, strict=True):
         _shown(axes, _seen_at(_office(), level), f"noise: {level}")
@@ -106,7 +118,7 @@ def noise_seen() -> Any:
 
 
 def noise_driven() -> Any:
-    """Ten drives of one controller at three levels of noise."""
+    """Draw ten runs of one controller at three levels of noise."""
     scenario = _office()
     figure, panels = new_figure(3, width=10.5, height=3.1)
     for axes, level in zip(panels, LEVELS, strict=True):
@@ -116,7 +128,7 @@ def noise_driven() -> Any:
             axes.plot(*episode.trajectory[:, :2].T, color=colour_of(["rpp"], "rpp"), linewidth=0.8, alpha=0.7)
         times = [episode.time for episode in episodes if episode.success]
         spread = f"{min(times):.1f} to {max(times):.1f} s" if times else "none"
-        axes.set_title(f"{level}: {len(times)} of 10, {spread}", fontsize=10)
+        axes.set_title(f"{level}: {len(times)} of 10 at the goal, {spread}", fontsize=10)
     return figure
 
 
@@ -150,28 +162,56 @@ def families() -> Any:
     return maps_figure(scenarios)
 
 
-def _readings(entry: dict[str, Any]) -> list[float]:
-    """The Gini coefficient of every single drive of a map, in the order of its seeds."""
+def _scores(entry: dict[str, Any]) -> list[float]:
+    """Return the Gini coefficient of every trial of a map, in the order of its seeds."""
     by_seed = zip(*[[one["time_s"] for one in runs] for runs in entry["runs"].values()], strict=True)
     return [gini(times) for times in by_seed]
 
 
-def confirmation() -> Any:
-    """Single drives of the maps of the kept set: with seeds that chose it, and with new ones."""
+def validation() -> Any:
+    """Draw single trials of the maps of the kept set: seeds of the search, and held-out seeds."""
     run = load_run(KEPT / "quick")
-    new = run.best_results["confirmation"]["seeds"]
+    held_out = run.best_results["validation"]["seeds"]
     figure, (axes,) = new_figure(width=7.0, height=3.2)
     for place, entry in enumerate(run.best_results["maps"]):
-        readings = _readings(entry)
-        chose, fresh = readings[:-new], readings[-new:]
-        axes.plot(chose, np.full(len(chose), place + 0.12), "o", color=colour_of("ab", "a"), alpha=0.7)
+        scores = _scores(entry)
+        search, fresh = scores[:-held_out], scores[-held_out:]
+        axes.plot(search, np.full(len(search), place + 0.12), "o", color=colour_of("ab", "a"), alpha=0.7)
         axes.plot(fresh, np.full(len(fresh), place - 0.12), "D", color=colour_of("ab", "b"), alpha=0.7)
     axes.plot([], [], "o", color=colour_of("ab", "a"), label="seeds of the search and of the choice")
-    axes.plot([], [], "D", color=colour_of("ab", "b"), label=f"{new} new seeds, which chose nothing")
+    axes.plot([], [], "D", color=colour_of("ab", "b"), label=f"{held_out} held-out seeds")
     axes.set_yticks(range(len(run.best_results["maps"])), [entry["name"] for entry in run.best_results["maps"]])
-    axes.set_xlabel("Gini coefficient of a single drive")
+    axes.set_xlabel("Gini coefficient of a single trial")
     figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=2)
     return figure
+
+
+def heldout() -> Any:
+    """Draw the held-out fitness of every search of the study ``robust``, by method, with boxes of the quartiles."""
+    groups = _held_out_fitness()
+    figure, (axes,) = new_figure(width=7.5, height=3.4)
+    for place, values in enumerate(groups.values()):
+        low, middle, high = np.percentile(values, [25, 50, 75])
+        if len(values) >= LEAST_FOR_A_BOX:
+            axes.barh(place, high - low, left=low, height=0.6, facecolor="#eeeeee", edgecolor="#888888")
+            axes.plot([middle, middle], [place - 0.3, place + 0.3], color=colour_of("ab", "b"), linewidth=2)
+        axes.plot(values, place + np.linspace(0.2, -0.2, len(values)), ".", color=colour_of("ab", "a"), alpha=0.7)
+    axes.set_yticks(range(len(groups)), [f"{name} (n = {len(values)})" for name, values in groups.items()], fontsize=8)
+    axes.invert_yaxis()
+    axes.set_xscale("symlog", linthresh=10)
+    axes.set_xticks([-5, 0, 5, 10, 40], ["-5", "0", "5", "10", "40"])
+    axes.set_xlabel("held-out fitness (lower is better); boxes: quartiles and median")
+    axes.grid(axis="x", alpha=0.3)
+    return figure
+
+
+def _held_out_fitness() -> dict[str, list[float]]:
+    """Return the held-out fitness of searches with noise, by method."""
+    groups: dict[str, list[float]] = {}
+    for row in csv.DictReader((ROOT / "docs" / "concepts" / "heldout.csv").read_text(encoding="utf-8").splitlines()):
+        if row["noise"] == "nominal" and not row["search"].startswith(OTHER_SCALES):
+            groups.setdefault(row["search"], []).append(float(row["held_out_fitness"]))
+    return groups
 
 
 PICTURES: dict[str, Callable[[], Any]] = {
@@ -181,7 +221,8 @@ PICTURES: dict[str, Callable[[], Any]] = {
     "ginis": ginis,
     "lorenz": lorenz,
     "families": families,
-    "confirmation": confirmation,
+    "validation": validation,
+    "heldout": heldout,
     "set_lorenz": lambda: solved_lorenz_figure(load_run(KEPT / "quick").best_results["maps"]),
 }
 """Functions that draw a figure, by the name of its file."""

@@ -1,7 +1,7 @@
 """Benchmark: controllers compared on given maps.
 
-In: scenarios and controllers, or times measured elsewhere on our maps. Out: rows of measures, BARN's scores, and how
-well two sets of times agree.
+In: scenarios and controllers, or times measured in Gazebo on the same maps. Out: rows of measures, BARN scores, and the
+agreement of two sets of times.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from evolution.benchmark.barn import (
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
-from evolution.benchmark.reevaluation import again_in, again_sentence
+from evolution.benchmark.reevaluation import reevaluation_in, reevaluation_sentence
 from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule
-from evolution.benchmark.runs import Benchmark, bench, bench_row, read_bench
+from evolution.benchmark.runs import BENCH, Benchmark, bench, bench_row, read_bench
 from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.benchmark.summary import table_of_pairs, table_of_scores
 
 __all__ = [
+    "BENCH",
     "BENCHMARK",
     "MEASURES",
     "PREFIX",
@@ -31,8 +32,6 @@ __all__ = [
     "Benchmark",
     "Comparison",
     "Rule",
-    "again_in",
-    "again_sentence",
     "barn_settings",
     "begin_benchmark",
     "bench",
@@ -46,6 +45,8 @@ __all__ = [
     "pair_rows",
     "read_bench",
     "read_rule",
+    "reevaluation_in",
+    "reevaluation_sentence",
     "reference_of",
     "score_rows",
     "score_runs",

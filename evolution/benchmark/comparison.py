@@ -1,16 +1,15 @@
-"""Compares our times with those measured elsewhere (Gazebo and Nav2): do our results carry over?"""
+"""Comparison of our times with times measured elsewhere (Gazebo and Nav2)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from evolution.benchmark.runs import read_bench
-from evolution.runs import CONFIG, load_run
+from evolution.benchmark.runs import Benchmark
+from evolution.runs import LoadedRun
 from evolution.search import gini
 from evolution.statistics import rank_correlation
 from gym_mapbench.errors import MapFormatError
@@ -46,9 +45,9 @@ class Comparison:
         pairs: Every controller on every map that both sides have.
         correlation: Spearman's rho over all pairs that both solved, with its 95 % interval; NaN where there are
             too few pairs to tell.
-        order_kept: For each map, whether it has the same place on both sides when maps are ordered by the Gini
-            coefficient of their controllers' times; maps on which a controller has no time are left out.
-        missing: Maps and controllers that only one side has, in words.
+        order_kept: For each map, whether it has the same rank by Gini coefficient on both sides; maps on which a
+            controller has no time are left out.
+        missing: Maps and controllers of only one side, in words.
     """
 
     pairs: tuple[Pair, ...]
@@ -74,7 +73,7 @@ def compare(ours: Times, theirs: Times) -> Comparison:
         pairs=pairs,
         correlation=_correlation(both),
         order_kept=_order_kept(pairs),
-        missing=(*_only_in(ours, theirs, "not in the results"), *_only_in(theirs, ours, "not driven by us")),
+        missing=(*_only_in(ours, theirs, "not in the results"), *_only_in(theirs, ours, "no run of ours")),
     )
 
 
@@ -83,23 +82,17 @@ def times_of_results(results: Iterable[RunnerResult]) -> Times:
     return _collected((one.map, one.controller, one.success, one.time) for one in results)
 
 
-def our_times(path: str | Path) -> Times:
-    """Return the times of a run directory's best map set, or of a ``bench.json`` or the directory that holds one.
-
-    Raises:
-        RunError: If it is neither.
-    """
-    path = Path(path)
-    if (path / CONFIG).is_file():
-        maps = load_run(path).best_results["maps"]
-        return _collected(
-            (entry["name"], name, one["outcome"] == "goal", one["time_s"])
-            for entry in maps
-            for name, runs in entry["runs"].items()
-            for one in runs
-        )
-    rows = read_bench(path).rows
-    return _collected((row["map"], row["controller"], row["outcome"] == "goal", row["time_s"]) for row in rows)
+def our_times(results: LoadedRun | Benchmark) -> Times:
+    """Return the times of the best map set of a run, or of a benchmark."""
+    if isinstance(results, Benchmark):
+        rows = results.rows
+        return _collected((row["map"], row["controller"], row["outcome"] == "goal", row["time_s"]) for row in rows)
+    return _collected(
+        (entry["name"], name, one["outcome"] == "goal", one["time_s"])
+        for entry in results.best_results["maps"]
+        for name, runs in entry["runs"].items()
+        for one in runs
+    )
 
 
 def _correlation(solved: Sequence[Pair]) -> tuple[float, float, float]:
@@ -129,9 +122,9 @@ def _order_kept(pairs: Sequence[Pair]) -> dict[str, bool]:
 
 
 def _places(pairs: Sequence[Pair], names: Sequence[str], side: Callable[[Pair], float]) -> dict[str, int]:
-    """Return the place of each map, in order from the most alike controllers to the most different."""
-    readings = [gini([side(pair) for pair in pairs if pair.map == name]) for name in names]
-    order = np.argsort(readings, kind="stable")
+    """Return the rank of each map by the Gini coefficient of its controllers' times."""
+    scores = [gini([side(pair) for pair in pairs if pair.map == name]) for name in names]
+    order = np.argsort(scores, kind="stable")
     return {names[index]: place for place, index in enumerate(order.tolist())}
 
 

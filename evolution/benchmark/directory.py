@@ -1,16 +1,17 @@
-"""The directory of a benchmark: records what is driven, is filled run by run, and can be continued.
+"""The directory of a benchmark: it is written run by run, and can be continued.
 
 ::
 
     benchmark.json    maps, controllers, world and seed, and the versions it was begun with
-    results.sqlite    every driven run, kept as it comes
-    bench.json        all runs, once the last one is driven
+    results.sqlite    every run, as it ends
+    bench.json        all runs, after the last one
     bench.csv         the same as a table
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +27,8 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
 
     Args:
         path: The directory.
-        scenarios: The scenarios that are driven.
-        plan: Who drives, and how.
+        scenarios: The scenarios.
+        plan: Controllers, world, seed and repeats.
         resume: Whether to continue a benchmark that was begun there.
 
     Returns:
@@ -37,17 +38,16 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
         ConfigError: If it holds anything, or with ``resume`` if another benchmark was begun there.
         RunError: If it cannot be written, or with ``resume`` if it holds no benchmark or another version's.
     """
-    document = benchmark_document(scenarios, plan)
+    document = {"benchmark": benchmark_document(scenarios, plan)}
     if resume:
-        config = BENCHMARK.open(path)
-        BENCHMARK.check_same(path, config, config.get("benchmark"), document)
+        BENCHMARK.resume(path, document, itemgetter("benchmark"))
     else:
-        BENCHMARK.create(path, {"benchmark": document})
+        BENCHMARK.begin(path, document)
     return path
 
 
 def benchmark_document(scenarios: Sequence[Scenario], plan: JobPlan) -> dict[str, Any]:
-    """Return all that the results depend on; maps and controllers by name, so that errors can name them."""
+    """Return everything that the results depend on; maps and controllers by name, as errors name them."""
     maps = {f"{number} {scenario.name}": scenario.digest for number, scenario in enumerate(scenarios, start=1)}
     controllers = {spec.name: spec.model_dump(mode="json", exclude={"name"}) for spec in plan.controllers}
     settings = plan.settings.model_dump(mode="json")

@@ -1,4 +1,4 @@
-"""The best maps of a run in a benchmark: judged as the map set that they are."""
+"""Re-evaluation of a map set by a benchmark: the best maps of a run, judged as one set."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from typing import Any
 
 from evolution.driving import RunResult
 from evolution.files import Row
-from evolution.runs import DrivenAgain, LoadedRun, driven_again, experiment_in
+from evolution.runs import LoadedRun, RecordedExperiment, Reevaluation, experiment_in, reevaluation_of
 
 FIELDS = ("outcome", "time_s", "path_length_m", "reason", "seed")
 KEYS = frozenset({"map", "controller", "repeat", *FIELDS})
 
 
-def again_in(rows: Sequence[Row], run: LoadedRun) -> DrivenAgain | None:
-    """Return the best set of a run as driven by a benchmark; None if the controllers are not those of the run.
+def reevaluation_in(rows: Sequence[Row], run: LoadedRun) -> Reevaluation | None:
+    """Return the re-evaluation of the best set of a run; None if a benchmark compared other controllers.
 
     Args:
         rows: Runs of the benchmark.
-        run: The run whose best maps it drove.
+        run: The run whose best maps the benchmark used.
     """
     found: dict[tuple[str, str], list[RunResult]] = {}
     for row in rows:
@@ -27,27 +27,24 @@ def again_in(rows: Sequence[Row], run: LoadedRun) -> DrivenAgain | None:
     if set(found) != {(name, controller) for name in maps for controller in run.controllers}:
         return None
     results = tuple(tuple(tuple(found[name, controller]) for controller in run.controllers) for name in maps)
-    return driven_again(results, run.best_results, experiment_in(run))
+    return reevaluation_of(results, run.best_results, RecordedExperiment.of(experiment_in(run)))
 
 
-def again_sentence(again: DrivenAgain, run: LoadedRun) -> str:
-    """Say what became of a map set that was driven again."""
-    totals = sorted(one.total for one in again.singles)
-    runs = [result for of_map in again.results for of_controller in of_map for result in of_controller]
-    order = (
-        f"its maps keep their order in {sum(again.orders)} of {_drives(len(again.singles))}, "
-        if None not in again.readings
-        else ""
-    )
+def reevaluation_sentence(reevaluation: Reevaluation, run: LoadedRun) -> str:
+    """Return the re-evaluation of a map set in words."""
+    fitness = sorted(one.fitness for one in reevaluation.trials)
+    runs = [result for of_map in reevaluation.results for of_controller in of_map for result in of_controller]
+    kept = sum(reevaluation.ranks_kept)
+    ranks = "" if None in reevaluation.scores else f"The maps keep their rank in {kept} of {_trials(len(fitness))}. "
     return (
-        f"As a map set: fitness {again.fitness:.2f} in the median of {_drives(len(totals))} ({totals[0]:.2f} to "
-        f"{totals[-1]:.2f}; the search said {run.best_results['fitness']:.2f}), {order}"
+        f"As a map set: median fitness {reevaluation.fitness:.2f} in {_trials(len(fitness))} (between {fitness[0]:.2f} "
+        f"and {fitness[-1]:.2f}; reported by the search: {run.best_results['fitness']:.2f}). {ranks}"
         f"{sum(result.success for result in runs)} of {len(runs)} runs reach the goal."
     )
 
 
-def _drives(count: int) -> str:
-    return f"{count} drive" + "s" * (count != 1)
+def _trials(count: int) -> str:
+    return f"{count} trial" + "s" * (count != 1)
 
 
 def _result(row: Mapping[str, Any]) -> RunResult:

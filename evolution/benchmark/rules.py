@@ -1,4 +1,4 @@
-"""Rules for a benchmark, such as ``success<0.95``: where one holds for a controller, the benchmark has failed."""
+"""Rules for a benchmark, such as ``success<0.95``: if a rule holds for a controller, the benchmark fails."""
 
 from __future__ import annotations
 
@@ -64,10 +64,10 @@ class Rule:
 
     Args:
         text: As the user wrote it.
-        controllers: Whom it is about.
+        controllers: The controllers that it is checked for.
         measure: Key of :data:`MEASURES`, or name of a metric.
         sign: Key of :data:`COMPARISONS`.
-        limit: What the measure is compared with.
+        limit: The limit of the measure.
     """
 
     text: str
@@ -95,8 +95,8 @@ def read_rule(text: str, controllers: Sequence[str], metrics: Sequence[str] = ()
 
     Args:
         text: The rule.
-        controllers: Who drives.
-        metrics: Metrics that are measured besides the project's own.
+        controllers: Names of the controllers.
+        metrics: Further metrics, besides the project's own.
 
     Raises:
         ConfigError: If it is no rule, or there is no such measure or controller.

@@ -1,4 +1,4 @@
-"""Benchmark: drives every controller on every scenario, and returns the runs as rows."""
+"""Benchmark: every controller runs on every scenario; the runs are rows."""
 
 from __future__ import annotations
 
@@ -16,9 +16,8 @@ from evolution.benchmark.directory import BENCHMARK
 from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
 from evolution.files import Document, Row, Table, Tabled, check_rows, read_json, write_text
-from evolution.runs import DrivenAgain
+from evolution.runs import Reevaluation
 from gym_mapbench.errors import RunError, unknown_name
-from gym_mapbench.mapio.gazebo_package import RUNNER
 from gym_mapbench.metrics.episode import Outcome
 from gym_mapbench.world.scenario import Scenario
 
@@ -27,7 +26,7 @@ TABLES = ("summary", "runs", "controllers", "pairs")
 
 
 class BenchRow(Document):
-    """A run in ``bench.json``; it also has measures."""
+    """One run in ``bench.json``, without its measures."""
 
     map: str
     controller: str
@@ -42,16 +41,16 @@ class Benchmark(Tabled):
     Args:
         rows: One row per run, JSON-able: map, controller, repeat, seed, outcome, time (s), length (m), reason, and
             every measure by name.
-        metrics: Measures that were asked for; they are in the summary, too.
-        again: The same runs as those of a map set that a search found, if the maps are its best set and the
-            controllers those of the search; else None.
-        scenarios: What was driven; empty if the benchmark was read from a file.
-        plan: Who drove, and how; None likewise.
+        metrics: Further metrics; they are columns of the summary, too.
+        reevaluation: The runs as those of one map set, if the maps are the best set of a run and the controllers those
+            of that run; else None.
+        scenarios: The scenarios; empty if the benchmark was read from a file.
+        plan: Controllers, world, seed and repeats; None if the benchmark was read from a file.
     """
 
     rows: tuple[Row, ...]
     metrics: tuple[str, ...] = ()
-    again: DrivenAgain | None = None
+    reevaluation: Reevaluation | None = None
     scenarios: tuple[Scenario, ...] = ()
     plan: JobPlan | None = None
 
@@ -75,7 +74,7 @@ class Benchmark(Tabled):
 
     @property
     def failures(self) -> list[str]:
-        """Why runs did not reach the goal: the first reason for each map, controller and outcome."""
+        """Reasons of the runs that did not reach the goal: the first for each map, controller and outcome."""
         found: dict[tuple[str, str, str], str] = {}
         for row in self.rows:
             if row["outcome"] != "goal":
@@ -83,10 +82,11 @@ class Benchmark(Tabled):
         return [f"{name}/{controller}: {reason or outcome}" for (name, controller, outcome), reason in found.items()]
 
     def to_json(self) -> str:
-        """Return one object with ``runs``, and for the best set of a search with ``map_set``, as text."""
+        """Return one JSON object as text: ``runs``, and ``map_set`` if there is a re-evaluation."""
         document: Row = {"runs": list(self.rows)}
-        if self.again is not None:
-            fitness, orders = [one.total for one in self.again.singles], list(self.again.orders)
+        if self.reevaluation is not None:
+            fitness = [one.fitness for one in self.reevaluation.trials]
+            orders = list(self.reevaluation.ranks_kept)
             document["map_set"] = {"fitness": fitness, "order_kept": orders}
         return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
@@ -100,7 +100,7 @@ class Benchmark(Tabled):
         write_text(directory / BENCH_TABLE, self.table("runs").to_csv())
 
     def _groups(self) -> list[list[Row]]:
-        """The runs of each controller on each map."""
+        """Runs by map and controller."""
         groups: dict[tuple[str, str], list[Row]] = {}
         for row in self.rows:
             groups.setdefault((row["map"], row["controller"]), []).append(row)
@@ -108,7 +108,7 @@ class Benchmark(Tabled):
 
 
 def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on_run: OnRun | None = None) -> Benchmark:
-    """Drive every controller on every scenario as ``plan`` says, in the order of scenarios and controllers."""
+    """Return the runs of every controller on every scenario, in the order of scenarios and controllers."""
     jobs = [job for scenario in scenarios for job in plan.jobs(scenario)]
     return Benchmark(
         tuple(bench_row(job, result) for job, result in zip(jobs, evaluator.run(jobs, on_run), strict=True)),
@@ -119,15 +119,13 @@ def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on
 
 
 def read_bench(path: str | Path) -> Benchmark:
-    """Read a ``bench.json``, or the directory that holds one.
+    """Return the benchmark in a ``bench.json``, or in the directory that holds one.
 
     Raises:
-        RunError: If there is none, it holds something else, it is a bundle, or the benchmark was not finished.
+        RunError: If there is none, it holds something else, or the benchmark was not finished.
     """
     path = Path(path)
     path = path / BENCH if (path / BENCH).is_file() else path
-    if (path / RUNNER).is_file():
-        raise RunError(f"{path}: a bundle for Gazebo holds no results; expected the run or benchmark it was made from")
     if BENCHMARK.holds(path):
         raise RunError(f"{path}: the benchmark was not finished; continue it with --resume")
     if not path.is_file():
@@ -156,7 +154,7 @@ def bench_row(job: Job, result: RunResult) -> Row:
 
 
 def _summary(rows: Sequence[Row], metrics: Sequence[str]) -> Row:
-    """Goals, times and measures of the runs of one controller on one map, and how those without a goal ended."""
+    """Return goals, times and measures of one controller on one map, and the outcomes of the other runs."""
     good = [row for row in rows if row["outcome"] == "goal"]
     times = [row["time_s"] for row in good]
     others = Counter(row["outcome"] for row in rows if row["outcome"] != "goal")

@@ -1,4 +1,4 @@
-"""How well each controller drove over all maps, and how two of them differ on the same ones, with 95 % intervals."""
+"""Scores of each controller over all maps, and paired differences of two controllers, with 95 % intervals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OF_GOALS = {
     "clearance m": "min_clearance",
     "smoothness": "path_smoothness",
 }
-"""Columns that are means over the runs that reached the goal, and what they are means of."""
+"""Columns that are means over the runs that reached the goal, and their fields."""
 OF_ALL = {"spl": "spl", "ms": "controller_ms", "recoveries": "n_recoveries"}
 """Columns that are means over all runs: success weighted by path length, controller time per decision, recoveries."""
 MEANS = (*OF_GOALS, *OF_ALL)
@@ -41,8 +41,8 @@ def score_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
 def pair_rows(rows: Sequence[Row], controllers: Sequence[str]) -> list[Row]:
     """Return a row per two controllers, over the pairs of their runs on the same map and noise.
 
-    ``gained`` is the success of the second minus that of the first, ``faster s`` by how much it is faster where both
-    reach the goal, in ``both`` pairs; intervals as for :func:`score_rows`.
+    ``gained`` is the success of the second minus the success of the first. ``faster s`` is the time of the first minus
+    the time of the second, over the ``both`` pairs in which both reach the goal. Intervals as for :func:`score_rows`.
     """
     return [_pair(rows, *names) for names in combinations(controllers, 2)]
 

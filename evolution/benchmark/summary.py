@@ -1,4 +1,4 @@
-"""The scores of controllers and their differences as tables for a reader: every value with its interval in one cell."""
+"""Summary tables: the scores of controllers and their differences, every value with its interval in one cell."""
 
 from __future__ import annotations
 
@@ -7,16 +7,14 @@ from collections.abc import Sequence
 from evolution.benchmark.scores import MEANS, SHARES
 from evolution.files import Row, Table
 
-WITH_INTERVALS = (
-    "Shares of runs and means with 95 % intervals; times, lengths, clearance, smoothness: of runs at the goal"
-)
+WITH_INTERVALS = "Rates and means with 95 % intervals; times, lengths, clearance, smoothness: of runs at the goal"
 PAIRED = "The same, paired by map and noise"
 LABELS = {"spl": "SPL", "ms": "ms a control step"}
 """Names of means for a reader, where they are not clear."""
 
 
 def table_of_scores(rows: Sequence[Row]) -> Table:
-    """Return a line for every share and mean, with a column for every controller.
+    """Return a table with a line for every rate and mean, and a column for every controller.
 
     Args:
         rows: As :func:`~evolution.benchmark.scores.score_rows` returns them.
@@ -33,7 +31,7 @@ def table_of_scores(rows: Sequence[Row]) -> Table:
 
 
 def table_of_pairs(rows: Sequence[Row]) -> Table:
-    """Return a line for every two controllers.
+    """Return a table with a line for every two controllers.
 
     Args:
         rows: As :func:`~evolution.benchmark.scores.pair_rows` returns them.
@@ -47,7 +45,7 @@ def _of_pair(row: Row) -> Row:
         "pairs": row["pairs"],
         "success gained %": _with_interval(row, "gained", 100.0),
         "both at goal": row["both"],
-        "faster there, s": _with_interval(row, "faster s"),
+        "faster, s": _with_interval(row, "faster s"),
     }
 
 

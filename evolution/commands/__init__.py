@@ -13,22 +13,22 @@ __all__ = ["COMMANDS", "COMMON", "HelpText", "add_commands", "complain", "load_c
 
 COMMANDS = {
     "evolve": "Search for sets of maps that tell controllers apart.",
-    "study": "Run many searches and baselines, drive what they found again, and compare.",
+    "study": "Run many searches and baselines, re-evaluate their best map sets, and compare.",
     "report": "Write one HTML page about a run or a study, or a film of a replay.",
-    "bench": "Drive every controller on every map and compare.",
+    "bench": "Run every controller on every map and compare.",
     "train": "Train a policy with Stable-Baselines3 (pip install gym-mapbench[rl]).",
-    "drive": "Drive once and watch.",
-    "maps": "Measure maps, convert them, check their tasks, or draw new ones.",
+    "drive": "Run one controller once and watch.",
+    "maps": "Measure maps, convert them, check their tasks, or sample new ones.",
     "params": "Check a nav2_params.yaml, or convert it.",
     "export": "Write maps for ROS 2, Gazebo and other programs.",
     "import-results": "Compare times measured in Gazebo and Nav2 with ours.",
     "validate": "Compare costmaps, layers, plans, commands and runs with recorded Nav2 results.",
-    "list": "List what can be chosen by name: controllers, planners, robots, presets, metrics and more.",
-    "show": "Print what a preset, a study, a robot or a noise level holds.",
-    "doctor": "Say what is installed and compiled, how fast it drives, and what is missing.",
-    "completion": "Print a script that completes commands, options and names in a shell.",
+    "list": "List names: controllers, planners, robots, presets, metrics and more.",
+    "show": "Print the content of a preset, a study, a robot or a noise level.",
+    "doctor": "Report what is installed and compiled, the speed, and what is missing.",
+    "completion": "Print a completion script for a shell.",
 }
-"""What each command does, in the order of the help."""
+"""Summary of each command, in the order of the help."""
 
 COMMON = {"quiet": False, "verbose": False, "allow_code": False}
 """The options that every command has, as they are where they are not given."""

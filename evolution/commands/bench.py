@@ -1,4 +1,4 @@
-"""``mapbench bench``: drive every controller on every map."""
+"""``mapbench bench``: run every controller on every map."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from evolution.benchmark import (
     MEASURES,
     BarnScore,
     Benchmark,
-    again_sentence,
     broken,
     correlation_with,
     read_rule,
+    reevaluation_sentence,
     reference_of,
     score_runs,
     table_of_pairs,
@@ -23,17 +23,15 @@ from evolution.benchmark import (
 from evolution.commands import driving_options, options
 from evolution.commands.console import console, errors, note, only_results_on_stdout, print_table
 from evolution.commands.progress import WorkBar
-from evolution.driving import ControllerSpec
 from evolution.inputs import barn_source, run_of, world_of
 from evolution.report import new_page, write_benchmark_report
-from evolution.runs import LoadedRun, experiment_in
 from evolution.search import DEFAULT_CONTROLLERS
 from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps of a search, in its world, with new seeds
   mapbench bench office.yaml --params nav2_params.yaml --start 1,1,0 --goal 8,6,1.57
   mapbench bench a.yaml b.yaml --controllers dwb,rpp --format json > results.json
-  mapbench bench maps/*.yaml --out results              each result is kept as it comes; after an interruption:
+  mapbench bench maps/*.yaml --out results              each result is written as it comes; after an interruption:
   mapbench bench maps/*.yaml --out results --resume
   mapbench bench a.yaml --controllers mppi,sac=models/sac.zip
   mapbench bench maps/*.yaml --html bench.html          a page with verdict, intervals and replays
@@ -41,11 +39,11 @@ EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps o
 
 RULE_BROKEN = 1
 WHO = (
-    "the controller_plugins of the --params file; without a file, those of the run whose maps are driven, else "
+    "the controller_plugins of the --params file; without a file, those of the run whose maps are used, else "
     f"{','.join(DEFAULT_CONTROLLERS)}"
 )
-KNOWN_MAP = """  Here the global costmap knows the whole map from the start, unlike that of the published DWA;
-  --unknown-map drives without the map."""
+KNOWN_MAP = """  The global costmap holds the whole map from the start, unlike that of the published DWA;
+  --unknown-map runs without the map."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -58,14 +56,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     options.add_task_options(parser)
     driving_options.add_drive_options(parser, driving_options.OF_THE_RUN)
     driving_options.add_unknown_map_option(parser)
-    driving_options.add_work_options(parser, "0; for the maps of a run, its seed and 1")
+    driving_options.add_seed_option(parser, "0; for the maps of a run, its seed plus 1")
+    driving_options.add_resource_options(parser)
     parser.add_argument("--repeats", type=options.positive, default=1, metavar="R", help="runs of each (default 1)")
     parser.add_argument(
         "--lo",
         type=options.positive_number,
         default=2.0,
         metavar="FACTOR",
-        help="BARN score, only for barn:DIR: being faster than FACTOR times the optimal time earns no more (default 2)",
+        help="BARN score, only for barn:DIR: a run faster than FACTOR optimal times scores no more (default 2)",
     )
     parser.add_argument(
         "--metric",
@@ -78,7 +77,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--out",
         metavar="DIR",
-        help="a new directory: every result is kept there as it comes, and bench.json and bench.csv at the end",
+        help="a new directory for every result as it comes, and for bench.json and bench.csv at the end",
     )
     parser.add_argument("--html", metavar="FILE", help="write one page with verdict, intervals, replays and all runs")
     parser.add_argument(
@@ -94,15 +93,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Drive and print; returns 1 if a rule of ``--fail-if`` is broken."""
+    """Run the benchmark and print it; return 1 if a rule of ``--fail-if`` is broken."""
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
     searched = run_of(args.maps)
-    controllers, settings = _controllers(args, searched), driving_options.drive_settings(args, world_of(searched))
+    controllers = driving_options.controllers_of(args, searched)
+    settings = driving_options.drive_settings(args, world_of(searched))
     driving_options.note_models(controllers, settings)
     rules = [read_rule(text, [one.name for one in controllers], args.metric) for text in args.fail_if]
     page = None if args.html is None else new_page(args.html)
-    with only_results_on_stdout(), WorkBar("driving") as bar:
+    with only_results_on_stdout(), WorkBar("benchmark") as bar:
         result = bench(
             args.maps,
             controllers,
@@ -113,22 +113,19 @@ def run(args: argparse.Namespace) -> int:
             repeats=args.repeats,
             seed=args.seed,
             metrics=args.metric,
-            workers=args.workers,
-            executor=driving_options.executor_of(args),
-            wait_s=args.wait,
-            run_timeout_s=args.run_timeout,
             out=args.out,
             resume=args.resume,
             on_run=bar.advance,
+            resources=driving_options.resources_of(args),
         )
-    again = [again_sentence(result.again, searched)] if result.again and searched else []
-    print_benchmark(result, args.format, again)
+    as_set = [reevaluation_sentence(result.reevaluation, searched)] if result.reevaluation and searched else []
+    print_benchmark(result, args.format, as_set)
     if barn := barn_source(args.maps):
         _print_barn(score_runs(result, barn, args.lo), barn)
         if not args.unknown_map:
             note(KNOWN_MAP)
     if page is not None:
-        write_benchmark_report(result, page, args.given, again)
+        write_benchmark_report(result, page, args.given, as_set)
         note(f"wrote {page}; open it in any browser")
     failed = broken(rules, result.rows)
     for line in failed:
@@ -136,8 +133,8 @@ def run(args: argparse.Namespace) -> int:
     return RULE_BROKEN if failed else 0
 
 
-def print_benchmark(result: Benchmark, form: str, again: Sequence[str] = ()) -> None:
-    """Print the runs on standard output: as tables with what else is to say, or as JSON or CSV."""
+def print_benchmark(result: Benchmark, form: str, notes: Sequence[str] = ()) -> None:
+    """Print the runs on standard output: as tables and sentences, or as JSON or CSV."""
     if form != "table":
         print(result.to_json() if form == "json" else result.table("runs").to_csv(), end="")
         return
@@ -145,16 +142,8 @@ def print_benchmark(result: Benchmark, form: str, again: Sequence[str] = ()) -> 
     if len({row["map"] for row in result.rows}) > 1:
         print_table(table_of_scores(result.table("controllers")))
         print_table(table_of_pairs(result.table("pairs")))
-    for line in [*result.failures, *again]:
+    for line in [*result.failures, *notes]:
         console.print(line)
-
-
-def _controllers(args: argparse.Namespace, searched: LoadedRun | None) -> Sequence[ControllerSpec]:
-    """Return who drives: those that were named, else those of the run whose maps are driven, else the usual ones."""
-    named = driving_options.named_controllers(args, driving_options.controllers_known_from(searched, args))
-    if named or searched is None:
-        return named or driving_options.controllers_of(args)
-    return experiment_in(searched).controllers
 
 
 def _print_barn(scores: Sequence[BarnScore], source: str) -> None:

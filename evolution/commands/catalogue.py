@@ -1,4 +1,4 @@
-"""What has a name: registries and presets, and the content of those that are settings."""
+"""The catalogue of names: registries and presets, and the content of settings."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ from controllers.nav2_params.presets import read_preset
 from controllers.registry import CONTROLLERS
 from evolution.driving import EXECUTORS
 from evolution.report import SECTIONS
-from evolution.search import FITNESSES, OPERATORS, load_preset, preset_names
+from evolution.search import ALGORITHMS, FAILURES, FITNESSES, OPERATORS, load_preset, preset_names
 from evolution.studies import load_definition, study_names
 from evolution.training import algorithm_names, load_algorithm
+from gym_mapbench.costmap import LAYERS
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.planners import PLANNERS, PlannerEntry
 from gym_mapbench.registry import Registry
+from gym_mapbench.world.motions import MOTIONS
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS
 
@@ -34,9 +36,9 @@ class Kind(NamedTuple):
     """Things of one kind.
 
     Args:
-        option: Where such a name is written.
+        option: The option that takes such a name.
         names: All names there are.
-        about: Says of a name in a few words what it is.
+        about: Returns the description of a name, in a few words.
         content: Returns the content of a name as settings; None where there is nothing but code.
     """
 
@@ -49,7 +51,7 @@ class Kind(NamedTuple):
 def _of_registry(
     registry: Registry[Any], option: str, content: Callable[[str], Mapping[str, Any]] | None = None
 ) -> Kind:
-    """Return what a registry holds; entries of installed packages are named but not imported."""
+    """Return the kind of a registry; entries of installed packages are named but not imported."""
 
     def about(name: str) -> str:
         return _first_line(registry[name]) if name in registry.built_in else "added by a package"
@@ -58,7 +60,7 @@ def _of_registry(
 
 
 def _first_line(entry: Any) -> str:
-    """Return the first line of what an entry, or the function or class that it is made of, says about itself."""
+    """Return the first line of the docstring of an entry, or of its function or class."""
     if isinstance(entry, PlannerEntry):
         entry = entry.make
     elif isinstance(entry, functools.partial):
@@ -92,7 +94,7 @@ def _study(name: str) -> Mapping[str, Any]:
 
 
 def _heading(package: str, folder: str) -> Callable[[str], str]:
-    """Return what says of a YAML file of the package the first sentence of the comment that it begins with."""
+    """Return a function that returns the first sentence of the comment at the head of a YAML file of the package."""
 
     def about(name: str) -> str:
         lines = files(package).joinpath(folder, f"{name}.yaml").read_text(encoding="utf-8").splitlines()
@@ -105,6 +107,7 @@ def _heading(package: str, folder: str) -> Callable[[str], str]:
 KINDS: dict[str, Kind] = {
     "controllers": _of_registry(CONTROLLERS, "--controllers"),
     "planners": _of_registry(PLANNERS, "--planner"),
+    "layers": _of_registry(LAYERS, "costmap plugins:"),
     "robots": _of_registry(ROBOTS, "--robot", _settings_in(ROBOTS))._replace(about=_robot),
     "params": Kind("--params", lambda: PRESETS, _heading("controllers", "presets"), read_preset),
     "presets": Kind("evolve --preset", preset_names, _heading("evolution.search", "presets"), load_preset),
@@ -113,8 +116,11 @@ KINDS: dict[str, Kind] = {
     "metrics": _of_registry(METRICS, "--metric"),
     "noise": _of_registry(NOISES, "--noise", _settings_in(NOISES))._replace(about=_noise),
     "families": _of_registry(FAMILIES, "--family"),
+    "motions": _of_registry(MOTIONS, "bodies: motion:"),
     "fitnesses": _of_registry(FITNESSES, "--fitness"),
-    "operators": _of_registry(OPERATORS, "mutation: operators:"),
+    "failure_policies": _of_registry(FAILURES, "--failures"),
+    "search_algorithms": _of_registry(ALGORITHMS, "ga: {algorithm: ...}"),
+    "operators": _of_registry(OPERATORS, "ga: {mutation: {operators: ...}}"),
     "formats": _of_registry(FORMATS, "NAME:PATH"),
     "executors": _of_registry(EXECUTORS, "--executor"),
     "sections": _of_registry(SECTIONS, "report --section"),

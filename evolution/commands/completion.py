@@ -90,7 +90,7 @@ def _value_cases(name: str, parser: argparse.ArgumentParser) -> Iterator[str]:
 
 
 def _values(action: argparse.Action) -> list[str]:
-    """Return what an option may be followed by, where that is known."""
+    """Return the known values of an option."""
     if action.choices is not None:
         return [str(choice) for choice in action.choices]
     kind = VALUES.get(action.dest)

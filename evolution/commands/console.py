@@ -1,4 +1,4 @@
-"""What commands print: results on standard output; notes, and what the packages log, on standard error."""
+"""Output of the commands: results on standard output; notes and log messages on standard error."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class PlainConsole(Console):
         super().print(*parts, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Make a text of what is printed or stands in a table."""
+        """Return the text of a printed string or a table cell."""
         return super().render_str(visible(text, "\n"), **options)
 
 
@@ -55,12 +55,12 @@ notes = PlainConsole(stderr=True)
 
 
 def be_quiet(quiet: bool = True) -> None:
-    """Print neither notes nor progress from now on, only results and errors; or everything again."""
+    """Print results and errors only from now on; or notes and progress, too."""
     notes.quiet = quiet
 
 
 class _Notes(logging.Handler):
-    """Prints what the packages log as notes."""
+    """Prints log messages as notes."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print one record."""
@@ -71,7 +71,7 @@ _verbosely = _Notes()
 
 
 def be_verbose(verbose: bool = True) -> None:
-    """Print from now on what the packages log: files, presets and seeds, and every run; or no longer."""
+    """Print the log messages of the packages from now on: files, presets, seeds and every run; or no longer."""
     for package in PACKAGES:
         logger = logging.getLogger(package)
         logger.setLevel(logging.INFO if verbose else logging.NOTSET)
@@ -92,7 +92,7 @@ def note(text: str) -> None:
 
 @contextmanager
 def only_results_on_stdout() -> Iterator[None]:
-    """Send what code of users prints, from C as well, to standard error while the ``with`` block lasts."""
+    """Send the output of user code, from C as well, to standard error while the ``with`` block lasts."""
     sys.stdout.flush()
     stdout = os.dup(1)
     os.dup2(2, 1)
@@ -101,7 +101,7 @@ def only_results_on_stdout() -> Iterator[None]:
             yield
     finally:
         if os.name == "posix":
-            ctypes.CDLL(None).fflush(None)  # what C has not printed yet
+            ctypes.CDLL(None).fflush(None)  # buffered output of C
         os.dup2(stdout, 1)
         os.close(stdout)
 

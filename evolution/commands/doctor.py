@@ -1,4 +1,4 @@
-"""``mapbench doctor``: versions, compiled kernels, speed, and what is not installed."""
+"""``mapbench doctor``: versions, compiled kernels, speed, and packages that are not installed."""
 
 from __future__ import annotations
 
@@ -26,43 +26,83 @@ from evolution.driving import DriveSettings, Job, JobPlan, available_cores, cali
 from evolution.files import version_lines
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
 
 LOG = logging.getLogger(__name__)
-EXAMPLES = """  mapbench doctor              what to send with a question"""
+EXAMPLES = """  mapbench doctor                     what to send with a question
+  mapbench doctor --clear-kernels     after a change of a kernel that other kernels call"""
 SECONDS = 2.0
 PLAN = JobPlan(
     controllers_from(DEFAULT_CONTROLLERS),
     DriveSettings(environment=EnvConfig(time_limit=SECONDS, noise="nominal"), navigation="thesis"),
 )
 ROOM = Scenario(GridMap(np.zeros((200, 200), np.bool_), 0.05), Pose(1.0, 1.0), Pose(9.0, 9.0), "empty room")
-"""Too large to be crossed in :data:`SECONDS`."""
+"""A room that no robot crosses in :data:`SECONDS`."""
 
+COMPILED = ("*.nbi", "*.nbc")
+"""Files of a compiled kernel: its index, and its machine code for some types of arguments."""
 DRIVES = 5
 BUSY = 0.8
-"""Share of a core below which other programs are noticed."""
+"""Share of a core below which the machine counts as busy."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "doctor", EXAMPLES)
+    parser.add_argument(
+        "--clear-kernels",
+        action="store_true",
+        help="delete the compiled kernels and do nothing else; numba compiles them again at the next run",
+    )
     parser.set_defaults(run=run)
 
 
-def run(_args: argparse.Namespace) -> int:
-    """Print everything."""
+def run(args: argparse.Namespace) -> int:
+    """Print everything about the installation, or delete its compiled kernels."""
+    if args.clear_kernels:
+        print(clear_kernels())
+        return 0
     lines = [", ".join(version_lines()), f"{sys.platform}, {available_cores()} cores", *_kernels()]
     print("\n".join(lines), flush=True)
-    note("driving, to measure the speed; kernels are compiled first where they are not")
+    note("measuring the speed; kernels that are not compiled are compiled first")
     for line in (*_speed(), *_missing()):
         print(line, flush=True)
     return 0
 
 
+def clear_kernels() -> str:
+    """Delete the files of all compiled kernels of this project, and say how many there were.
+
+    The folders are those in which numba keeps them, ``NUMBA_CACHE_DIR`` included.
+
+    Raises:
+        ConfigError: If ``NUMBA_DISABLE_JIT`` is set, with which numba knows no folder.
+        RunError: If a file cannot be deleted.
+    """
+    if _is_disabled():
+        raise ConfigError("--clear-kernels: expected NUMBA_DISABLE_JIT not to be set, as numba then names no folder")
+    folders = {Path(kernel.stats.cache_path) for kernel in _dispatchers()}
+    files = [path for folder in sorted(folders) for kind in COMPILED for path in sorted(folder.glob(kind))]
+    size = sum(path.stat().st_size for path in files)
+    for path in files:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise RunError(f"{path}: could not be deleted ({error.strerror})") from error
+    kernels = sum(path.suffix == ".nbi" for path in files)
+    return f"deleted {kernels} compiled kernels ({size / 1e6:.1f} MB in {len(files)} files)"
+
+
+def _is_disabled() -> bool:
+    """Whether numba is told to compile nothing."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") != "0"
+
+
 def _kernels() -> Iterator[str]:
     """Say how many kernels are compiled, and where numba keeps them."""
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
+    if _is_disabled():
         yield "kernels: NUMBA_DISABLE_JIT is set, so nothing is compiled and everything is hundreds of times slower"
         return
     found = {(kernel.stats.cache_path, kernel.py_func) for kernel in _dispatchers()}
@@ -89,7 +129,7 @@ def _is_compiled(folder: Path, function: object) -> bool:
 
 
 def _speed() -> Iterator[str]:
-    """Time driving with each controller, set-up included, in seconds of the processor."""
+    """Return the processor time of a run with each controller, set-up included, in words."""
     wall, busy = time.perf_counter(), time.process_time()
     for number, kind in enumerate(PLAN.names):
         job = PLAN.job(ROOM, number, 0)
@@ -97,7 +137,7 @@ def _speed() -> Iterator[str]:
         seconds = min(_processor_seconds(job) for _ in range(DRIVES))
         turns = seconds / min(calibration_loop() for _ in range(DRIVES))
         yield (
-            f"{kind}: {SECONDS:g} s of driving take {1e3 * seconds:.0f} ms of the processor "
+            f"{kind}: a run of {SECONDS:g} s takes {1e3 * seconds:.0f} ms of the processor "
             f"({SECONDS / seconds:.2g} times real time), or {turns / 1e6:.2g} million turns of the calibration loop"
         )
     share = (time.process_time() - busy) / (time.perf_counter() - wall)
@@ -112,7 +152,7 @@ def _processor_seconds(job: Job) -> float:
 
 
 def _missing() -> Iterator[str]:
-    """Say for every extra which of its packages are not installed, and whether films can be written."""
+    """Say for every extra which of its packages are missing, and whether ``ffmpeg`` is installed."""
     lines = [Requirement(line) for line in requires("gym-mapbench") or []]
     extras = sorted({name for one in lines for name in _extras_of(one)})
     for extra in extras:

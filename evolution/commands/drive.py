@@ -1,4 +1,4 @@
-"""``mapbench drive``: drive one run and watch it."""
+"""``mapbench drive``: one run of one controller, to watch."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "map",
         metavar="MAP",
-        help="map_server yaml, map-set file, run directory, ...; the best maps of a run are driven in its world "
-        "(mapbench report RUN --gif FILE films its own drives)",
+        help="map_server yaml, map-set file, run directory, ...; for the best maps of a run, its world is used "
+        "(mapbench report RUN --gif FILE films its own runs)",
     )
     parser.add_argument(
         "--controller",
         required=True,
         metavar="NAME",
-        help="who drives: NAME, NAME=KIND or NAME=model.zip; of the controllers of a run, the name is enough",
+        help="the controller: NAME, NAME=KIND or NAME=model.zip; for a controller of the run, its name",
     )
     parser.add_argument(
         "--scenario", type=options.positive, default=1, metavar="N", help="which of the scenarios in MAP (default 1)"
@@ -59,7 +59,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Drive, print what happened, write or show the film."""
+    """Run the controller, print the result, write or show the film."""
     targets = [Path(path) for path in (args.gif, args.mp4) if path is not None]
     for path in targets:
         check_film(path)

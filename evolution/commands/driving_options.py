@@ -1,4 +1,4 @@
-"""Options of the commands that drive, and the settings that follow from them."""
+"""Options of the commands that run controllers, and the values built from them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ from evolution.commands.console import note
 from evolution.commands.options import names_in, non_negative, positive, positive_number, seconds
 from evolution.commands.parameter_file import add_reading_options, describe_parameter_file, read_parameter_file
 from evolution.driving import (
+    DEFAULT_RESOURCES,
     EXECUTORS,
-    RUN_TIMEOUT_SECONDS,
-    WAIT_SECONDS,
     ControllerSpec,
     DriveSettings,
-    available_cores,
+    Resources,
     try_controllers,
     with_parameters,
 )
@@ -29,12 +28,14 @@ from gym_mapbench.planners import PLANNERS
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
 
+RESOURCE_OPTIONS = ("workers", "executor", "scheduler", "wait", "run_timeout")
+"""Options that :func:`resources_of` reads."""
 DEFAULT_PARAMS = "thesis"
 WORLD = EnvConfig()
 OF_THE_FILE = f"the controller_plugins of the --params file; without a file, {','.join(DEFAULT_CONTROLLERS)}"
-"""Who drives where nobody is named and the maps are not those of a run."""
-OF_THE_RUN = "that of the run whose maps are driven, else {}"
-"""Where the values of a command come from that drives the maps of a run or others."""
+"""Default controllers, if the maps are not those of a run."""
+OF_THE_RUN = "that of the run whose maps are used, else {}"
+"""Default of the options of a command that takes the maps of a run or other maps."""
 
 
 def add_drive_options(parser: argparse.ArgumentParser, default: str = "{}") -> None:
@@ -42,13 +43,13 @@ def add_drive_options(parser: argparse.ArgumentParser, default: str = "{}") -> N
 
     Args:
         parser: Gets them.
-        default: Where the values come from that are not given; ``{}`` is the value that holds without anything else.
+        default: Default of the options; ``{}`` stands for the value without a file or a run.
     """
-    group = parser.add_argument_group("who drives, and how")
+    group = parser.add_argument_group("controllers, robot and world")
     group.add_argument(
         "--params",
         metavar="FILE|PRESET",
-        help="a nav2_params.yaml, whose controller_plugins drive unless others are named, or a preset: thesis "
+        help="a nav2_params.yaml, whose controller_plugins are compared unless others are named, or a preset: thesis "
         "(Humble's examples), fair (Humble, same limits for all), jazzy (Jazzy's examples) or jazzy_fair (Jazzy, same "
         f"limits for all) (default: {default.format(DEFAULT_PARAMS)})",
     )
@@ -76,7 +77,7 @@ def add_drive_options(parser: argparse.ArgumentParser, default: str = "{}") -> N
     group.add_argument(
         "--contact",
         choices=("ends", "slides"),
-        help="whether touching a wall ends the run, or the robot slides along it as in Gazebo (default: "
+        help="whether contact with a wall ends the run, or the robot slides along it as in Gazebo (default: "
         f"{default.format('ends')})",
     )
     group.add_argument(
@@ -92,12 +93,12 @@ def add_unknown_map_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--unknown-map",
         action="store_true",
-        help="Nav2's global costmap does not know the map: only the sensors fill it, and paths may cross the unknown",
+        help="Nav2's global costmap does not hold the map: only the sensors fill it, and paths may cross unknown cells",
     )
 
 
 def add_controllers_option(parser: argparse.ArgumentParser, default: str = OF_THE_FILE) -> None:
-    """Add ``--controllers``, and say who drives where it is not given."""
+    """Add ``--controllers`` with its default."""
     parser.add_argument(
         "--controllers",
         metavar="A,B,..",
@@ -106,44 +107,53 @@ def add_controllers_option(parser: argparse.ArgumentParser, default: str = OF_TH
     )
 
 
-def add_work_options(parser: argparse.ArgumentParser, seed: str = "0") -> None:
-    """Add ``--seed`` with its default, and the options of :func:`add_workers_options`."""
-    parser.add_argument("--seed", type=non_negative, metavar="N", help=f"root of all randomness (default {seed})")
-    add_workers_options(parser)
+def add_seed_option(parser: argparse.ArgumentParser, default: str = "0") -> None:
+    """Add ``--seed``."""
+    parser.add_argument("--seed", type=non_negative, metavar="N", help=f"root of all randomness (default {default})")
 
 
-def add_workers_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--workers``, ``--wait``, ``--run-timeout``, ``--executor`` and ``--scheduler``."""
+def add_resource_options(parser: argparse.ArgumentParser) -> None:
+    """Add :data:`RESOURCE_OPTIONS`."""
     parser.add_argument("--workers", type=positive, metavar="N", help="worker processes (default: all cores)")
     parser.add_argument(
         "--wait",
         type=seconds,
-        default=WAIT_SECONDS,
+        default=DEFAULT_RESOURCES.wait_s,
         metavar="S",
-        help=f"seconds to wait for another process that has locked the results (default {WAIT_SECONDS:g})",
+        help=f"seconds to wait for another process that has locked the results (default {DEFAULT_RESOURCES.wait_s:g})",
     )
     parser.add_argument(
         "--run-timeout",
         type=positive_number,
-        default=RUN_TIMEOUT_SECONDS,
+        default=DEFAULT_RESOURCES.run_timeout_s,
         metavar="S",
-        help="wall-clock seconds that a run may take; then it ends in an error, and its worker is replaced (default "
-        f"{RUN_TIMEOUT_SECONDS:g})",
+        help="wall-clock seconds after which a run ends in an error and its worker is replaced (default "
+        f"{DEFAULT_RESOURCES.run_timeout_s:g})",
     )
     parser.add_argument(
-        "--executor", default="processes", metavar="NAME", help=f"what runs are driven on: {names_in(EXECUTORS)}"
+        "--executor",
+        default=DEFAULT_RESOURCES.executor,
+        metavar="NAME",
+        help=f"executor of the runs: {names_in(EXECUTORS)}",
     )
     parser.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="tcp://HOST:PORT of the scheduler whose workers drive, with --executor dask (default: a cluster of "
+        help="tcp://HOST:PORT of the scheduler, with --executor dask (default: a cluster of "
         "--workers processes on this machine)",
     )
 
 
-def controllers_of(args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
-    """Return who drives: the named controllers, or else those of the parameter file, or else the defaults."""
-    return named_controllers(args) or controllers_from(DEFAULT_CONTROLLERS)
+def controllers_of(args: argparse.Namespace, run: LoadedRun | None = None) -> tuple[ControllerSpec, ...]:
+    """Return the controllers: those named, else those of the parameter file, else those of a run, else the defaults.
+
+    Args:
+        args: The parsed options.
+        run: The run whose maps are used.
+    """
+    if named := named_controllers(args, controllers_known_from(run, args)):
+        return named
+    return controllers_from(DEFAULT_CONTROLLERS) if run is None else experiment_in(run).controllers
 
 
 def named_controllers(args: argparse.Namespace, known: Sequence[ControllerSpec] = ()) -> tuple[ControllerSpec, ...]:
@@ -151,7 +161,7 @@ def named_controllers(args: argparse.Namespace, known: Sequence[ControllerSpec] 
 
     Args:
         args: The parsed options.
-        known: Controllers that are meant by their names (see :func:`controllers_known_from`).
+        known: Controllers that are known by their names (see :func:`controllers_known_from`).
     """
     if args.controllers is not None:
         return listed_controllers(args.controllers, known)
@@ -162,7 +172,7 @@ def named_controllers(args: argparse.Namespace, known: Sequence[ControllerSpec] 
 
 
 def controllers_known_from(searched: LoadedRun | None, args: argparse.Namespace) -> tuple[ControllerSpec, ...]:
-    """Return the controllers of the run whose maps are driven; none without one, or where ``--params`` replaces its."""
+    """Return the controllers of the run whose maps are used; none without a run, or if ``--params`` is given."""
     return () if searched is None or args.params is not None else experiment_in(searched).controllers
 
 
@@ -176,10 +186,10 @@ def listed_controllers(text: str, known: Sequence[ControllerSpec] = ()) -> tuple
 
 
 def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> None:
-    """Say how the world differs from the one that each trained model knows, and what is done about it.
+    """Print how the world differs from the training world of each model.
 
     Raises:
-        ConfigError: If a controller cannot drive there; nothing is said then.
+        ConfigError: If a controller cannot run there; then nothing is printed.
     """
     models = {spec.name: spec.registered_name for spec in specs if spec.registered_name.endswith(".zip")}
     cards = {name: card for name, path in models.items() if (card := read_card(path)) is not None}
@@ -190,14 +200,10 @@ def note_models(specs: Sequence[ControllerSpec], settings: DriveSettings) -> Non
             note(f"{name}: {difference}")
 
 
-def workers_of(args: argparse.Namespace) -> int:
-    """Return the number of worker processes: the given one, or one for each core."""
-    return args.workers or available_cores()
-
-
-def executor_of(args: argparse.Namespace) -> str:
-    """Return what runs are driven on, with the address of its scheduler if one is given."""
-    return args.executor if args.scheduler is None else f"{args.executor}={args.scheduler}"
+def resources_of(args: argparse.Namespace) -> Resources:
+    """Return the resources that the options of :func:`add_resource_options` describe."""
+    executor = args.executor if args.scheduler is None else f"{args.executor}={args.scheduler}"
+    return Resources(workers=args.workers, executor=executor, wait_s=args.wait, run_timeout_s=args.run_timeout)
 
 
 def drive_settings(args: argparse.Namespace, base: DriveSettings | None = None) -> DriveSettings:

@@ -9,9 +9,10 @@ from evolution.api import compose, evolve
 from evolution.commands import COMMON, driving_options, options
 from evolution.commands.console import console, note, print_table
 from evolution.commands.progress import SearchBar
-from evolution.runs import LoadedRun, RunDir, confirmed_sentence, experiment_in
+from evolution.runs import LoadedRun, RunDir, experiment_in, validation_sentence
 from evolution.search import (
     DEFAULT_PRESET,
+    FAILURES,
     FITNESSES,
     METRIC_NAMES,
     Experiment,
@@ -23,12 +24,13 @@ from gym_mapbench.errors import ConfigError
 
 EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --preset thesis --fitness cluster --pop-size 40 --evaluations 600 --seed 3
-  mapbench evolve --preset thesis                  the thesis' own search: no noise, nothing confirmed
+  mapbench evolve --preset thesis                  the search of the thesis: no noise, no validation
   mapbench evolve --fitness roles --family doors,pillars,shapes --runs 2000
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
-BESIDE_RESUME = "--workers, --executor, --scheduler, --wait, --run-timeout, --quiet, --verbose and --allow-code"
+BESIDE_RESUME = (*driving_options.RESOURCE_OPTIONS, *COMMON)
+"""Options that do not change the result."""
 SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", "repeats", "metric", "failures", "seed")
 
 
@@ -53,65 +55,61 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     search.add_argument(
         "--failures",
-        choices=("exclude", "censor", "par2"),
-        help="a map with a failed run has no value (exclude), or that run counts as the time limit (censor) or twice "
-        "the time limit (par2); these two need drive_last: [] in the search section of --config, or --preset thesis",
+        metavar="NAME",
+        help=f"what a failed run counts: {options.names_in(FAILURES)}; with exclude, its map has no value; with "
+        "censor, the time limit; with par2, twice the time limit. censor and par2 need drive_last: [] in the section "
+        "archive of the search in --config, or --preset thesis",
     )
     options.add_family_option(search, "those of the preset")
     driving_options.add_controllers_option(
         parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
     )
     driving_options.add_drive_options(parser, "that of the preset or of --config")
-    driving_options.add_work_options(parser)
+    driving_options.add_seed_option(parser)
+    driving_options.add_resource_options(parser)
     parser.add_argument("--out", metavar="DIR", help="run directory (default runs/FITNESS-popN-seedN)")
     parser.add_argument(
         "--resume",
         metavar="DIR",
-        help=f"continue the run in this directory; of other options, only {BESIDE_RESUME} may be given",
+        help=f"continue the run in this directory; beside it, only {options.written(BESIDE_RESUME)} may be given",
     )
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Evolve, record and draw, and say where the results are."""
+    """Run the search, draw its figures, and print where the results are."""
     if args.resume:
         _refuse_others(args)
         experiment = experiment_in(RunDir.open(args.resume))
     else:
         experiment = _experiment(args)
-    driving_options.note_models(experiment.controllers, experiment.run)  # type: ignore[arg-type]
+    driving_options.note_models(experiment.controllers, experiment.run)
     with SearchBar(experiment.search) as bar:
         found = evolve(
             experiment,
             out=args.out,
             resume=args.resume,
-            workers=args.workers,
-            executor=driving_options.executor_of(args),
-            wait_s=args.wait,
-            run_timeout_s=args.run_timeout,
             on_generation=bar.on_generation,
             on_run=bar.on_run,
+            resources=driving_options.resources_of(args),
         )
     print_table(found.table())
-    for line in confirmed_sentence(found.best_results, found.config["search"]):
+    for line in validation_sentence(found.best_results, found.config["search"]):
         console.print(line)
-    console.print(
-        f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} says what the other files are."
-    )
+    console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     console.print(f"A page with replays: mapbench report {found.path}")
-    console.print(f"The maps driven again, with new seeds: mapbench bench {found.path} --repeats 5")
+    console.print(f"The maps on other seeds: mapbench bench {found.path} --repeats 5")
     _print_errors(found)
     return 0
 
 
 def _refuse_others(args: argparse.Namespace) -> None:
-    """Refuse options beside ``--resume``: a run is continued with the options it was begun with."""
-    work = ("workers", "executor", "scheduler", "wait", "run_timeout", *COMMON)
-    other = ("resume", "run", "command", "given", *work)
+    """Refuse options beside ``--resume``: a run is continued with its own options."""
+    other = ("resume", "run", "command", "given", *BESIDE_RESUME)
     given = [name for name in vars(args) if name not in other and getattr(args, name)]
     if given:
-        option = given[0].replace("_", "-")
-        raise ConfigError(f"--resume: expected no other option than {BESIDE_RESUME}, got --{option}")
+        allowed, came = options.written(BESIDE_RESUME), options.written(given[:1])
+        raise ConfigError(f"--resume: expected no other option than {allowed}, got {came}")
 
 
 def _experiment(args: argparse.Namespace) -> Experiment:
@@ -125,12 +123,12 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     if named and (args.controllers is not None or "controllers" not in config):
         document["controllers"] = [spec.model_dump() for spec in named]
     experiment = experiment_of(document)
-    settings = driving_options.drive_settings(args, experiment.run)  # type: ignore[arg-type]
+    settings = driving_options.drive_settings(args, experiment.run)
     return Experiment(experiment.search, experiment.controllers, settings)
 
 
 def _print_errors(loaded: LoadedRun) -> None:
-    """Say how many runs ended in an error, and why the first of them did."""
+    """Print the number of runs that ended in an error, and the reason of the first."""
     reasons = [row["reason"] for row in loaded.runs if row["outcome"] == "error"]
     if reasons:
         note(f"{len(reasons)} of {len(loaded.runs)} runs ended in an error, the first because: {reasons[0]}")

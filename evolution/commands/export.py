@@ -1,4 +1,4 @@
-"""``mapbench export``: maps as files for other programs, up to a bundle that runs in Gazebo and Nav2."""
+"""``mapbench export``: maps as files for other programs, up to a ROS 2 package for Gazebo and Nav2."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from evolution.commands import driving_options, options
 from evolution.commands.console import console
 from evolution.commands.parameter_file import read_parameter_file
 from evolution.driving import ControllerSpec, DriveSettings
-from evolution.runs import CONFIG, experiment_in, load_run
+from evolution.inputs import run_of
+from evolution.runs import experiment_in
 from evolution.search import DEFAULT_CONTROLLERS
 from gym_mapbench.mapio import load_maps, load_scenarios
 from gym_mapbench.mapio.conversion import write_maps
@@ -20,13 +21,13 @@ from gym_mapbench.mapio.formats import WRITTEN
 from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 
-EXAMPLES = """  mapbench export runs/first --format gazebo --out bundle
+EXAMPLES = """  mapbench export runs/first --format gazebo --out package
   mapbench export maps.mapset.json --format map_server --out maps
-  mapbench export office.yaml --format gazebo --params nav2_params.yaml --out bundle
-  mapbench export office.yaml --format gazebo --nav2 jazzy --out bundle"""
+  mapbench export office.yaml --format gazebo --params nav2_params.yaml --out package
+  mapbench export office.yaml --format gazebo --nav2 jazzy --out package"""
 
 WHO = (
-    "those of the exported run; of other maps, the controller_plugins of the --params file, else "
+    "the controller_plugins of the --params file; without a file, the controllers of the exported run, else "
     f"{','.join(DEFAULT_CONTROLLERS)}"
 )
 
@@ -51,7 +52,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the files and say how many were written."""
+    """Write the files and print their number."""
     if args.format == "gazebo":
         written = _export_gazebo(args)
     else:
@@ -61,11 +62,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _export_gazebo(args: argparse.Namespace) -> list[Path]:
-    """Write the bundle with the controllers and parameters the run was driven with."""
-    recorded = experiment_in(load_run(args.source)) if (Path(args.source) / CONFIG).is_file() else None
-    settings = driving_options.drive_settings(args, recorded.run if recorded else None)  # type: ignore[arg-type]
-    chosen = driving_options.controllers_of(args)
-    specs = recorded.controllers if recorded is not None and args.controllers is None else chosen
+    """Write the ROS 2 package; without other options, with the controllers and the parameters of the exported run."""
+    run = run_of([args.source])
+    settings = driving_options.drive_settings(args, None if run is None else experiment_in(run).run)
+    specs = driving_options.controllers_of(args, run)
     read = read_parameter_file(args)
     return export_gazebo(
         load_scenarios(args.source, start=args.start, goal=args.goal),
@@ -81,7 +81,7 @@ def _export_gazebo(args: argparse.Namespace) -> list[Path]:
 def bundled(
     settings: DriveSettings, specs: tuple[ControllerSpec, ...], ros_only: Mapping[str, Any]
 ) -> BundledNavigation:
-    """Collect what drives in a bundle.
+    """Return the navigation of a ROS 2 package.
 
     Args:
         settings: Its navigation is used.

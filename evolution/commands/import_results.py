@@ -9,19 +9,22 @@ from dataclasses import asdict
 
 from rich.table import Table
 
-from evolution.benchmark import Comparison, compare, our_times, times_of_results
+from evolution.benchmark import Benchmark, Comparison, compare, our_times, times_of_results
 from evolution.commands import options
 from evolution.commands.console import console
+from evolution.results import kind_of, load
+from evolution.runs import LoadedRun
+from gym_mapbench.errors import RunError
 from gym_mapbench.mapio.runner_results import read_runner_results
 
-EXAMPLES = """  mapbench import-results bundle/results.csv --ours runs/first
+EXAMPLES = """  mapbench import-results package/results.csv --ours runs/first
   mapbench import-results results.csv --ours results/bench.json --format json"""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "import-results", EXAMPLES)
-    parser.add_argument("csv", metavar="CSV", help="the results that the exported bundle's runner wrote")
+    parser.add_argument("csv", metavar="CSV", help="the results of the runner in the exported ROS 2 package")
     parser.add_argument(
         "--ours",
         required=True,
@@ -35,7 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Compare and print."""
     results = read_runner_results(args.csv)
-    comparison = compare(our_times(args.ours), times_of_results(results))
+    comparison = compare(our_times(_ours(args.ours)), times_of_results(results))
     touched = sum(bool(result.contacts) for result in results)
     if args.format == "json":
         print(json.dumps({**_document(comparison), "touched": touched}, indent=1, allow_nan=False))
@@ -43,9 +46,21 @@ def run(args: argparse.Namespace) -> int:
     _print(comparison)
     if touched:
         console.print(
-            f"{touched} of their {len(results)} runs touched something, which ends a run here where --contact is ends"
+            f"{touched} of their {len(results)} runs touched something; here contact ends a run with --contact ends"
         )
     return 0
+
+
+def _ours(path: str) -> LoadedRun | Benchmark:
+    """Return the run or the benchmark that was exported.
+
+    Raises:
+        RunError: If the path holds neither.
+    """
+    found = load(path)
+    if not isinstance(found, LoadedRun | Benchmark):
+        raise RunError(f"--ours: expected a run or a benchmark, got {path}, a {kind_of(path).directory.what}")
+    return found
 
 
 def _document(comparison: Comparison) -> dict[str, object]:
@@ -72,7 +87,7 @@ def _print(comparison: Comparison) -> None:
     console.print(table)
     console.print(_correlation(comparison))
     for name, kept in comparison.order_kept.items():
-        console.print(f"{name}: {'keeps' if kept else 'changes'} its place in the order of the maps")
+        console.print(f"{name}: {'keeps' if kept else 'changes'} its rank among the maps")
     for line in comparison.missing:
         console.print(line)
 

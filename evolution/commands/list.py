@@ -1,4 +1,4 @@
-"""``mapbench list``: what can be chosen by name."""
+"""``mapbench list``: the names of controllers, planners, robots and more."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``mapbench maps``: measure maps, convert them to other formats, check their tasks, and draw new ones."""
+"""``mapbench maps``: measures maps, converts them to other formats, checks their tasks, and samples new maps."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from dataclasses import asdict
 
 from rich.table import Table
 
+from controllers.nav2_params import NavigationParams, load_preset, robot_of
 from evolution.commands import options
 from evolution.commands.console import console
+from evolution.commands.parameter_file import add_reading_options, read_parameter_file
 from evolution.commands.sampled_maps import add_draw
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import load_maps, load_scenarios
@@ -22,6 +24,7 @@ from gym_mapbench.world.robot import ROBOTS, RobotSpec, make_robot
 from gym_mapbench.world.scenario import Scenario
 
 EXAMPLES = """  mapbench maps info office.yaml --start 1,1,0 --goal 8,6,0
+  mapbench maps info office.yaml --params nav2_params.yaml
   mapbench maps convert arena.map.scen arena.yaml
   mapbench maps check arena.map.scen
   mapbench maps draw --family doors,pillars --count 4 --seed 1 --out drawn"""
@@ -37,8 +40,11 @@ METRES = {
     "closest_obstacle",
     "average_visibility",
     "characteristic_dimension",
+    "inflation_radius",
+    "uninflated_width",
 }
-"""What is measured in m; all else are counts and shares."""
+"""Measures in m; all others are counts and shares."""
+ROBOT = "turtlebot3_waffle"
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -60,10 +66,17 @@ def _add_info(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     info = options.action_parser(actions, "info", "size, tasks and measures of maps in any format")
     info.add_argument("path", metavar="PATH", help="a map in any format; see mapbench list formats")
     info.add_argument(
+        "--params",
+        metavar="FILE|PRESET",
+        help="a nav2_params.yaml or a preset: measures for the footprint or robot_radius of the file, and for the "
+        "inflation_radius of the global costmap",
+    )
+    add_reading_options(info)
+    info.add_argument(
         "--robot",
         metavar="NAME",
-        default="turtlebot3_waffle",
-        help=f"robot that is to get through: {options.names_in(ROBOTS)} (default turtlebot3_waffle)",
+        help=f"robot to measure for: {options.names_in(ROBOTS)} (default: the robot of the --params file; without one "
+        f"{ROBOT})",
     )
     info.add_argument(
         "--robot-radius", type=options.positive_number, metavar="M", help="radius of a robot of your own, a disc"
@@ -85,10 +98,10 @@ def _add_convert(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -
 
 def run_info(args: argparse.Namespace) -> int:
     """Measure the maps and print the results."""
-    robot = make_robot(args.robot) if args.robot_radius is None else RobotSpec(radius=args.robot_radius)
+    robot, navigation = _measured_for(args)
     scenarios = load_scenarios(args.path, start=args.start, goal=args.goal)
     shown = scenarios[: args.limit]
-    rows = [{"name": scenario.name, **_size(scenario), **measure_map(scenario, robot)} for scenario in shown]
+    rows = [{"name": scenario.name, **_size(scenario), **_measures(scenario, robot, navigation)} for scenario in shown]
     if args.format == "json":
         print(json.dumps({"tasks": len(scenarios), "maps": [_finite(row) for row in rows]}, indent=1, allow_nan=False))
         return 0
@@ -101,15 +114,44 @@ def run_info(args: argparse.Namespace) -> int:
     return 0
 
 
+def _measured_for(args: argparse.Namespace) -> tuple[RobotSpec, NavigationParams | None]:
+    """Return the robot, and the Nav2 parameters of ``--params``; None without them."""
+    read = read_parameter_file(args)
+    if args.robot is not None and args.robot_radius is not None:
+        raise ConfigError("--robot and --robot-radius: expected one of them, got both")
+    robot = make_robot(args.robot or ROBOT)
+    if args.robot_radius is not None:
+        robot = RobotSpec(radius=args.robot_radius)
+    elif args.robot is None and read is not None:
+        robot = robot_of(read, robot)
+    if read is not None:
+        return robot, read.navigation
+    return robot, None if args.params is None else load_preset(args.params)
+
+
+def _measures(scenario: Scenario, robot: RobotSpec, navigation: NavigationParams | None) -> dict[str, float]:
+    """Return the measures of a map for a robot, with those of the global costmap's inflation if it is known.
+
+    ``uninflated_width`` is the width of the lane without inflation cost in the narrowest place of the widest way, m.
+    """
+    measures = measure_map(scenario, robot)
+    if navigation is not None:
+        costmap = navigation.global_costmap
+        reach = costmap.inflation_layer.inflation_radius if "inflation_layer" in costmap.plugins else 0.0
+        width = max(0.0, measures["narrowest_passage"] - 2.0 * reach)
+        measures |= {"inflation_radius": reach, "uninflated_width": width}
+    return measures
+
+
 def _size(scenario: Scenario) -> dict[str, object]:
-    """Return the size in cells, and between which x and y the map lies."""
+    """Return rows, columns, resolution and bounds of a map."""
     rows, cols = scenario.map.shape
     corners = zip(("x_min", "y_min", "x_max", "y_max"), map(float, scenario.map.bounds), strict=True)
     return {"rows": rows, "cols": cols, "resolution": scenario.map.resolution, **dict(corners)}
 
 
 def _print_measures(row: dict[str, object]) -> None:
-    """Print what was measured of one map; what has no value is a dash."""
+    """Print the measures of one map; a measure without a value is a dash."""
     table = Table(title=str(row["name"]))
     table.add_column("measure")
     table.add_column("value", justify="right")
@@ -126,19 +168,20 @@ def _number(value: object) -> str:
 
 
 def _why_unsolvable(scenario: Scenario, robot: RobotSpec, row: dict[str, object]) -> str:
-    """Say in one line what is in the way of the robot."""
+    """Say in one line why the robot cannot reach the goal."""
     try:
         check_clearance(scenario, robot)
     except ConfigError as error:
         return str(error)
     return (
         f"no way from start to goal is wide enough for the robot ({robot.name}, radius "
-        f"{robot.circumscribed_radius:g} m); the widest has a place of {row['narrowest_passage']:.3g} m"
+        f"{robot.circumscribed_radius:g} m); the narrowest place of the widest way is "
+        f"{row['narrowest_passage']:.3g} m wide"
     )
 
 
 def run_convert(args: argparse.Namespace) -> int:
-    """Convert a file and say what was written."""
+    """Convert a file and print the names of the new files."""
     for path in write_map_file(load_maps(args.source), args.target):
         console.print(f"wrote {path}")
     return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from evolution.commands import COMMANDS
@@ -32,16 +32,16 @@ def example_parser(
 def action_parser(
     actions: argparse._SubParsersAction[argparse.ArgumentParser], name: str, what: str
 ) -> argparse.ArgumentParser:
-    """Add an action of a subcommand, such as ``maps draw``, and say what it does."""
+    """Add an action of a subcommand, such as ``maps sample``, with its description."""
     parser = actions.add_parser(name, help=what, description=what, allow_abbrev=False)
     _add_common_options(parser)
     return parser
 
 
 def _add_common_options(parser: argparse.ArgumentParser) -> None:
-    """Add what every command and every action of one has.
+    """Add the options of every command and of every action.
 
-    They have no default here, because that of an action would undo what stands before its name; see ``COMMON``.
+    They have no default here: the default of an action would replace the value before its name; see ``COMMON``.
     """
     words = parser.add_mutually_exclusive_group()
     words.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help="print results and errors only")
@@ -49,7 +49,7 @@ def _add_common_options(parser: argparse.ArgumentParser) -> None:
         "--verbose",
         action="store_true",
         default=argparse.SUPPRESS,
-        help="say which files, presets and seeds are used, how each run ends, and what becomes of every key of a "
+        help="print the files, presets and seeds in use, the outcome of each run, and the effect of every key of a "
         "parameter file",
     )
     parser.add_argument(
@@ -73,6 +73,12 @@ def one_of(what: str, name: str, known: Iterable[str]) -> str:
     return name
 
 
+def written(names: Sequence[str]) -> str:
+    """Return options as a user writes them, separated by commas."""
+    *others, last = (f"--{name.replace('_', '-')}" for name in names)
+    return f"{', '.join(others)} and {last}" if others else last
+
+
 def names_in(registry: Registry[Any]) -> str:
     """List the values of an option that names an entry of a registry."""
     return f"{', '.join(registry.built_in)}, or module:attribute"
@@ -90,7 +96,7 @@ def add_family_option(group: argparse._ActionsContainer, default: str) -> None:
         "--family",
         type=names,
         metavar="A,B,..",
-        help=f"kinds of maps to draw, all equally likely: {names_in(FAMILIES)} (default: {default})",
+        help=f"families to sample maps from, with equal probability: {names_in(FAMILIES)} (default: {default})",
     )
 
 

@@ -1,4 +1,4 @@
-"""``--params``, the options that say how the file is read, and a description of what it means here."""
+"""``--params``, the options for reading the file, and a description of its effect."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ import functools
 from pathlib import Path
 
 from controllers.nav2_params import PRESETS, Nav2Params, load_preset, read_nav2_params, summarise
-from controllers.nav2_params.templates import parse_defines
 from controllers.releases import RELEASES, Release
 from evolution.commands.console import note
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import parse_defines
 
 ONLY_FOR_FILES = ("define", "only")
 
 
 def add_reading_options(group: argparse._ActionsContainer) -> None:
-    """Add ``--nav2``, ``--define`` and ``--only``, which say how a parameter file is read."""
+    """Add ``--nav2``, ``--define`` and ``--only``, the options for reading a parameter file."""
     group.add_argument(
         "--nav2",
         choices=RELEASES,
-        help="ROS distribution whose Nav2 drives (default: recognised by the keys of the file); without a file, the "
+        help="ROS distribution of Nav2 (default: recognised by the keys of the file); without a file, the "
         "preset of that distribution that has the same limits as the one in use",
     )
     group.add_argument(
@@ -33,7 +33,7 @@ def add_reading_options(group: argparse._ActionsContainer) -> None:
     group.add_argument(
         "--only",
         metavar="CONTROLLER",
-        help="drive with this controller of the file, where the one it would use is not available here",
+        help="use this controller of the file, if its default controller is not available here",
     )
 
 
@@ -53,7 +53,7 @@ def read_parameter_file(args: argparse.Namespace) -> Nav2Params | None:
 
 
 def describe_parameter_file(read: Nav2Params, args: argparse.Namespace, environment: EnvConfig) -> None:
-    """Describe on standard error what the file means here."""
+    """Print the effect of the file on standard error."""
     lines = summarise(read, environment.robot, args.verbose)
     if environment.control_hz > EnvConfig().control_hz:
         lines.append(
@@ -71,7 +71,7 @@ def _refuse_other_release(args: argparse.Namespace) -> None:
 
 
 def _names_controllers(args: argparse.Namespace) -> bool:
-    """Whether the command line says who drives."""
+    """Whether the command line names controllers."""
     return any(getattr(args, name, None) is not None for name in ("controllers", "controller"))
 
 

@@ -1,4 +1,4 @@
-"""``mapbench params``: say what a parameter file means here, or convert it for the other distribution."""
+"""``mapbench params``: report the effect of a parameter file, or convert it for the other distribution."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     """Add the subcommand and its two actions."""
     parser = options.example_parser(subparsers, "params", EXAMPLES)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    check = options.action_parser(actions, "check", "say what a file means here, without driving")
+    check = options.action_parser(actions, "check", "report the effect of a file, without a run")
     check.add_argument("params", metavar="FILE")
     add_reading_options(check)
     check.add_argument(
-        "--robot", metavar="NAME", help="robot that supplies what the file does not say (default turtlebot3_waffle)"
+        "--robot", metavar="NAME", help="robot for the values that the file leaves out (default turtlebot3_waffle)"
     )
     check.set_defaults(run=_check)
     convert = options.action_parser(actions, "convert", "migrate a file to the other distribution")
@@ -43,7 +43,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def _check(args: argparse.Namespace) -> int:
-    """Read the file and say what it means."""
+    """Read the file and print its effect."""
     read = read_parameter_file(args)
     if read is None:
         raise ConfigError(f"expected a parameter file, got the preset {args.params!r}")
@@ -69,7 +69,7 @@ def _convert(args: argparse.Namespace) -> int:
 
 
 def _report(name: str, migration: Migration) -> None:
-    """Report what was changed, and what has no counterpart."""
+    """Print the changes, and the keys without a counterpart."""
     source, target = migration.source.capitalize(), migration.target.capitalize()
     note(f"{name}: from Nav2 {source} to {target}: {len(migration.done)} changes, {len(migration.lost)} losses")
     for line in migration.done:

@@ -25,7 +25,7 @@ SECONDS_PER_LINE = 20.0
 
 
 class TimeColumn(TimeRemainingColumn):
-    """Says how much time is left, or, as long as nobody knows that, how much has passed."""
+    """Shows the remaining time, or the elapsed time while the remaining time is unknown."""
 
     def render(self, task: Task) -> Text:
         """Return the text of the column."""
@@ -35,7 +35,7 @@ class TimeColumn(TimeRemainingColumn):
 
 
 class PlainColumn(TextColumn):
-    """A column of a bar that shows names as they are."""
+    """A column of a bar without markup."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text, markup=False)
@@ -48,19 +48,19 @@ class PlainColumn(TextColumn):
 
 
 def best_in_words(fitness: float) -> str:
-    """Say how good the best map set is so far; a fitness above 0 is a sum of penalties, which tells nobody anything."""
+    """Return the best fitness so far in words; a fitness above 0 is a sum of penalties."""
     if fitness > 0:
-        return "no set yet that all solve and whose maps differ as wanted"
+        return "no set yet that all controllers solve and that has the pattern"
     return f"best fitness {fitness:.2f} (lower is better)"
 
 
 def best_in_short(fitness: float) -> str:
-    """Say the same beside a bar, where a terminal of 80 columns leaves room for a few words."""
+    """Return the same in the few words that fit beside a bar."""
     return "no good set yet" if fitness > 0 else f"best {fitness:.2f}"
 
 
 class RunsPerSecond:
-    """Counts driven runs against the wall clock."""
+    """Counts runs per second of wall clock."""
 
     def __init__(self) -> None:
         self.began = time.perf_counter()
@@ -68,7 +68,7 @@ class RunsPerSecond:
 
     @property
     def rate(self) -> float:
-        """Driven runs per second so far."""
+        """Runs per second so far."""
         return self.runs / max(time.perf_counter() - self.began, 1e-9)
 
     def __str__(self) -> str:
@@ -113,7 +113,7 @@ class WorkBar(Bar):
 
     Args:
         what: Shown before the bar.
-        total: Amount of work; None if it is only known from the first finished run, which says how many are left.
+        total: Amount of work; None if the first finished run reports it.
     """
 
     def __init__(self, what: str, total: int | None = None) -> None:
@@ -132,7 +132,7 @@ class WorkBar(Bar):
     def advance(self, job: Job, result: RunResult, left: int) -> None:
         """Show one finished run of a benchmark."""
         self.speed.runs += 1
-        self.tell(f"{self.speed.runs} of {self.speed.runs + left} runs driven")
+        self.tell(f"{self.speed.runs} of {self.speed.runs + left} runs done")
         self.bar.update(self.task, total=self.speed.runs + left)
         state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed}"
         self.bar.update(self.task, advance=1, state=state)
@@ -165,11 +165,11 @@ class SearchBar(WorkBar):
         )
 
     def on_run(self, _job: Job, _result: RunResult, _left: int) -> None:
-        """Count one driven run of a search, be it of a generation or of the confirmation."""
+        """Count one run of a search, of a generation or of the validation stage."""
         self.speed.runs += 1
-        self.tell(f"runs driven: {self.speed.runs}")
+        self.tell(f"runs done: {self.speed.runs}")
         self._show(advance=1 if self.search.runs else 0)
 
     def _show(self, completed: float | None = None, advance: float | None = None) -> None:
-        """Move the bar, and say beside it how far the search is."""
+        """Move the bar, and show the state of the search beside it."""
         self.bar.update(self.task, completed=completed, advance=advance, state=f"{self.reached}, {self.speed}")

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from evolution.commands import options
 from evolution.commands.console import console, note
+from evolution.results import kind_of, load
 from evolution.runs import LoadedRun, experiment_in, load_run
-from evolution.studies import is_study
+from evolution.studies import StudyResults
 from gym_mapbench.errors import ConfigError, RunError
 
 EXAMPLES = """  mapbench report runs/first                          writes runs/first/report.html
@@ -32,7 +33,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     film.add_argument("--gif", metavar="FILE", help="write a replay as an animated picture")
     film.add_argument("--mp4", metavar="FILE", help="write a replay as a film (needs ffmpeg)")
     film.add_argument("--map", type=options.positive, metavar="N", help="which map of the best set (default 1)")
-    film.add_argument("--controller", metavar="NAME", help="who drives (default: the first)")
+    film.add_argument("--controller", metavar="NAME", help="the controller (default: the first)")
     film.add_argument(
         "--configuration",
         metavar="NAME",
@@ -42,7 +43,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the page or the films, and say where they are."""
+    """Write the page or the films, and print their paths."""
     films = [Path(path) for path in (args.gif, args.mp4) if path is not None]
     if films:
         _write_films(args, films)
@@ -58,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
-    """Drive one run of the best set again and film it."""
+    """Repeat one run of the best set and film it."""
     from evolution.driving import drive
     from evolution.pictures import check_film, save_animation
 
@@ -79,19 +80,19 @@ def _write_films(args: argparse.Namespace, films: list[Path]) -> None:
         raise ConfigError(f"--controller: expected one of {', '.join(jobs)}, got {name!r}")
     episode = drive(jobs[name])
     for film in films:
-        save_animation(episode, experiment.run.environment.robot, film)  # type: ignore[attr-defined]
+        save_animation(episode, experiment.run.environment.robot, film)
         console.print(f"wrote {film}")
 
 
 def _run_of(path: Path, configuration: str | None) -> LoadedRun:
     """Return the run whose best set is filmed."""
-    if not is_study(path):
+    results = load(path)
+    if not isinstance(results, LoadedRun | StudyResults):
+        raise RunError(f"{path}: expected a run or a study, got a {kind_of(path).directory.what}")
+    if isinstance(results, LoadedRun):
         if configuration is not None:
             raise ConfigError(f"--configuration: expected only with a study, got {path}")
-        return load_run(path)
-    from evolution.studies import load_results
-
-    results = load_results(path)
+        return results
     if configuration is not None:
         results.settings.configuration(configuration)
     runs = [run for run in results.runs if configuration in (None, run.configuration.name)]

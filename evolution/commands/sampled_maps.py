@@ -1,4 +1,4 @@
-"""``mapbench maps draw``: draw maps of some families, to look at and to drive on."""
+"""``mapbench maps draw``: sample maps from families, with their genes and a picture."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gym_mapbench.world.gridmap import GridMap
 
 def add_draw(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the action."""
-    draw = options.action_parser(actions, "draw", "new maps of some families, with their genes and a picture")
+    draw = options.action_parser(actions, "draw", "sample maps from families, with their genes and a picture")
     options.add_family_option(draw, "shapes")
     draw.add_argument("--count", type=options.positive, default=4, metavar="N", help="number of maps (default 4)")
     draw.add_argument("--seed", type=options.non_negative, default=0, metavar="N", help="default 0")
@@ -28,7 +28,7 @@ def add_draw(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         "--robot",
         metavar="NAME",
         default="turtlebot3_waffle",
-        help="robot that must be able to drive them (default turtlebot3_waffle)",
+        help="robot that the maps must be solvable for (default turtlebot3_waffle)",
     )
     draw.add_argument(
         "--format", metavar="NAME", default="map_server", help=f"{', '.join(WRITTEN)} (default map_server)"
@@ -38,17 +38,17 @@ def add_draw(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 
 def run_draw(args: argparse.Namespace) -> int:
-    """Draw the maps, write them, and say where they are."""
+    """Sample the maps, write them, and print where they are."""
     from evolution.pictures import maps_figure, save_figure  # other actions do not wait for it
 
     config = EnvConfig.build(family=args.family or ("shapes",), robot=args.robot)
     rng, out = np.random.default_rng(args.seed), Path(args.out)
     scenarios, genes = [], {}
     for number in range(args.count):
-        drawn = draw_from(rng, config.family, config.shapes, config.robot)
-        name = f"{drawn.family.rpartition(':')[2]}_{number}"
-        scenarios.append(config.make_scenario(GridMap(drawn.cells, config.shapes.resolution), name))
-        genes[name] = {"family": drawn.family, "genes": drawn.genes.model_dump(mode="json")}
+        sampled = draw_from(rng, config.family, config.shapes, config.robot)
+        name = f"{sampled.family.rpartition(':')[2]}_{number}"
+        scenarios.append(config.make_scenario(GridMap(sampled.cells, config.shapes.resolution), name))
+        genes[name] = {"family": sampled.family, "genes": sampled.genes.model_dump(mode="json")}
     write_maps(group_scenarios(scenarios), out, args.format)
     write_json(out / "genes.json", genes)
     save_figure(maps_figure(scenarios), out / "maps", formats=("png",))

@@ -1,4 +1,4 @@
-"""``mapbench study``: run the thesis' experiments or others, with baselines and statistics."""
+"""``mapbench study``: the experiments of the thesis or others, with baselines and statistics."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ SUMMARY = {name: name for name in ("configuration", "n", "mean", "std", "median"
     "median from": "ci_low",
     "median to": "ci_high",
 }
-"""Columns of the table of best fitnesses, and what they are called in the results."""
+"""Columns of the table of best fitnesses, and their names in the results."""
 EXAMPLES = """  mapbench study quick                             a few minutes, every method once
   mapbench study thesis --out runs/thesis          chapter 5 of the thesis, with baselines
-  mapbench study noise --runs 20                   what noise does, on 20 maps
+  mapbench study noise --runs 20                   the effect of noise, on 20 maps
   mapbench study runs/thesis --resume              after an interruption
   mapbench study thesis --out runs/part --only gini_40,random --runs 8
   mapbench report runs/thesis                      the page again"""
@@ -52,7 +52,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--resume", action="store_true", help="continue the study in the directory")
     parser.add_argument("--only", metavar="A,B,..", help="run only these configurations (or worlds) now")
     parser.add_argument("--runs", type=options.positive, metavar="N", help="run only the first N seeds (or maps) now")
-    driving_options.add_workers_options(parser)
+    driving_options.add_resource_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -67,12 +67,9 @@ def run(args: argparse.Namespace) -> int:
             resume=args.resume,
             only=only,
             runs=args.runs,
-            workers=args.workers,
-            executor=driving_options.executor_of(args),
-            wait_s=args.wait,
-            run_timeout_s=args.run_timeout,
             on_progress=bar.show,
             on_run=bar.advance,
+            resources=driving_options.resources_of(args),
         )
     return _show_sweep(results) if isinstance(results, SweepResults) else _show_study(results)
 
@@ -84,12 +81,12 @@ def _show_study(results: StudyResults) -> int:
     _print(analysis)
     console.print(f"Look at {page}, and at {results.path / 'tables'} and {results.path / 'figures'}.")
     if results.failed:
-        raise RunError(f"{results.failed} runs could not be made (see missing, above); --resume tries them again")
+        raise RunError(f"{results.failed} runs failed (see missing, above); --resume repeats them")
     return 0
 
 
 def _show_sweep(results: SweepResults) -> int:
-    """Print what every world changes, with 95 % intervals."""
+    """Print the effect of every world, with 95 % intervals."""
     rows = [
         {
             "world": row["world"],
@@ -110,7 +107,7 @@ def _with_interval(row: Row, name: str) -> str:
 
 
 def _print(analysis: StudyAnalysis) -> None:
-    """Show Table 5.2, the verdict, and what is missing."""
+    """Print Table 5.2, the verdict, and the missing parts."""
     for comparison in analysis.comparisons:
         rows = [{shown: row[name] for shown, name in SUMMARY.items()} for row in summary_rows(comparison)]
         print_table(Table(rows, f"Best fitness of a run, median with its 95 % interval: {comparison.title}"))
@@ -144,7 +141,7 @@ class StudyBar(Bar):
         state = f"{job.scenario.name} {job.controller.name}: {result.outcome}, {self.speed}"
         self.bar.update(self.task, completed=self.speed.runs / whole, state=state)
         if left == 0 or self.speed.runs % RUNS_PER_LINE == 0:
-            say(f"{self.speed.runs} of {whole} runs driven, {self.speed}")
+            say(f"{self.speed.runs} of {whole} runs done, {self.speed}")
 
 
 def duration(seconds: float) -> str:

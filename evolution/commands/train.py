@@ -1,4 +1,4 @@
-"""``mapbench train``: train a policy that drives beside Nav2's controllers."""
+"""``mapbench train``: train a policy, to compare with Nav2's controllers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from evolution.training import Training, TrainProgress, algorithm_names
 
 EXAMPLES = """  mapbench train --algo ppo --out runs/ppo
   mapbench train --algo sac --steps 200000 --seed 3 --out runs/sac
-  mapbench train --config mine.yaml --maps drawn/*.yaml --out runs/mine
+  mapbench train --config mine.yaml --maps sampled/*.yaml --out runs/mine
   mapbench train --curriculum runs/first --out runs/curriculum
   mapbench train --resume runs/ppo                 after an interruption
   mapbench bench runs/first --controllers mppi,learned=runs/ppo/best_model.zip"""
@@ -32,13 +32,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--maps",
         nargs="+",
         metavar="MAP",
-        help="maps to train on, whatever mapbench bench reads; every fifth is held out (default: new random ones)",
+        help="maps to train on, as for mapbench bench; every fifth is held out (default: new random maps)",
     )
     parser.add_argument(
         "--curriculum",
         metavar="RUN_OR_SET",
-        help="the directory of a run, or a map-set file: its maps are replayed by how much is still to be learned on "
-        "them; every fifth is held out",
+        help="the directory of a run, or a map-set file: its maps are levels of prioritized level replay; every "
+        "fifth is held out",
     )
     parser.add_argument(
         "--steps",
@@ -57,7 +57,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Train, and say where the model is and how well it drives."""
+    """Train, and print the path of the model and its learning curve."""
     maps = None if args.maps == [RANDOM] else args.maps
     given: dict[str, Any] = {name: getattr(args, name) for name in ("steps", "envs", "seed")}
     with TrainBar() as bar:
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _report(training: Training) -> None:
     print_table(Table([_short(row) for row in training.curve], training.table().title))
-    console.print(f"Drive the best model with: mapbench bench MAP --controllers mppi,learned={training.best}")
+    console.print(f"Compare the best model: mapbench bench MAP --controllers mppi,learned={training.best}")
 
 
 def _short(row: Row) -> Row:

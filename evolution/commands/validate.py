@@ -7,13 +7,15 @@ import json
 import math
 from collections.abc import Sequence
 
-from evolution.commands import driving_options, options
+from evolution.commands import options
 from evolution.commands.console import errors, print_table
+from evolution.driving import available_cores
 from evolution.files import Table
 from evolution.validation import (
     LayersOracle,
     Measure,
     Oracle,
+    PlantOracle,
     closed_loop_measures,
     costmap_measures,
     disagreements,
@@ -23,13 +25,15 @@ from evolution.validation import (
     mppi_measures,
     navfn_measures,
     other_measures,
+    plant_measures,
     rpp_measures,
 )
 
 EXAMPLES = """  mapbench validate nav2-oracle
   mapbench validate nav2-oracle --format json > validation.json
   mapbench validate nav2-oracle --units-only           single calls only, in a few seconds
-  mapbench validate nav2-oracle-layers                 costmap layers, fed with recorded scans"""
+  mapbench validate nav2-oracle-layers                 costmap layers, fed with recorded scans
+  mapbench validate fortress-plant                     motion and contacts in the physics of Gazebo Fortress"""
 
 UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, other_measures, mppi_measures)
 
@@ -46,7 +50,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Measure and print; the exit code is 1 if a target is missed."""
-    measures, differing = measure_layers(args) if LayersOracle.is_in(args.directory) else measure_navigation(args)
+    measures, differing = measure(args)
     if args.format == "json":
         print(json_of(measures, differing))
     else:
@@ -59,8 +63,15 @@ def run(args: argparse.Namespace) -> int:
     return 1 if missed else 0
 
 
+def measure(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
+    """Compare with what a directory holds; returns the measures, and the runs that ended differently in words."""
+    if PlantOracle.is_in(args.directory):
+        return plant_measures(PlantOracle(args.directory)), []
+    return measure_layers(args) if LayersOracle.is_in(args.directory) else measure_navigation(args)
+
+
 def measure_layers(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
-    """Compare with recorded costmap layers; nothing is driven, so no run can differ."""
+    """Compare with recorded costmap layers; there are no runs, so no run can differ."""
     return layer_measures(LayersOracle(args.directory)), []
 
 
@@ -70,8 +81,8 @@ def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[st
     measures = [measure for take in UNIT_MEASURES for measure in take(oracle)]
     if args.units_only:
         return measures, []
-    driven = drive_recorded(oracle, driving_options.workers_of(args))
-    return measures + closed_loop_measures(driven), disagreements(driven)
+    episodes = drive_recorded(oracle, args.workers or available_cores())
+    return measures + closed_loop_measures(episodes), disagreements(episodes)
 
 
 def json_of(measures: Sequence[Measure], differing: Sequence[str]) -> str:

@@ -1,7 +1,7 @@
-"""Driving: from map sets to the results of driving them.
+"""Driving: from map sets to the results of runs on them.
 
 In: scenarios, controllers and a world (:class:`JobPlan`). Out: a :class:`RunResult` for every job, in the order of the
-jobs, in whichever order the worker processes finish; what was driven before comes from the :class:`ResultStore`.
+jobs, in whichever order the worker processes finish; known results come from the :class:`ResultStore`.
 """
 
 from __future__ import annotations
@@ -17,20 +17,24 @@ from evolution.driving.jobs import (
     Job,
     JobPlan,
     RunResult,
-    RunSettings,
     SetResults,
     check_controllers,
     check_metric,
 )
 from evolution.driving.one_run import environment_for, run_episode
-from evolution.driving.pool.process_start import available_cores
-from evolution.driving.pool.worker_setup import Crew, RunJob
+from evolution.driving.pool import RunJob, WorkerSetup, available_cores
+from evolution.driving.resources import DEFAULT_RESOURCES, Resources
 from evolution.driving.seeds import derive_seed
+from evolution.driving.settings import DriveSettings, with_parameters
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation, warm_up
-from evolution.driving.worker import DriveSettings, check_room, drive, run_job, try_controllers, with_parameters
+from evolution.driving.worker import check_room, drive, run_job, try_controllers
+
+Crew = WorkerSetup
+"""Former name of :class:`WorkerSetup`, for executors that import it."""
 
 __all__ = [
+    "DEFAULT_RESOURCES",
     "EXECUTORS",
     "RESULT_FIELDS",
     "RUN_COLUMNS",
@@ -44,11 +48,12 @@ __all__ = [
     "Job",
     "JobPlan",
     "OnRun",
+    "Resources",
     "ResultStore",
     "RunJob",
     "RunResult",
-    "RunSettings",
     "SetResults",
+    "WorkerSetup",
     "available_cores",
     "calibration_loop",
     "check_controllers",

@@ -27,10 +27,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from distributed import Client, LocalCluster, Worker, WorkerPlugin, get_worker
 
-from evolution.driving.pool.process_start import may_have_children, worker_context
-from evolution.driving.pool.processes import Processes
-from evolution.driving.pool.worker_loop import Answer, NotStartedError
-from evolution.driving.pool.worker_setup import Crew
+from evolution.driving.pool import Answer, NotStartedError, Processes, WorkerSetup
 from evolution.files import software
 from gym_mapbench.errors import ConfigError, RunError
 
@@ -57,32 +54,32 @@ MEMORY = 0.2
 """Share of the newest chunk in the mean duration of a run."""
 
 
-def connect(crew: Crew) -> Cluster:
-    """Connect to the scheduler of a crew, or start a cluster on this machine if it names none.
+def connect(setup: WorkerSetup) -> Cluster:
+    """Connect to the scheduler of a worker setup, or start a cluster on this machine if it names none.
 
     Raises:
         ConfigError: If the address is none.
         RunError: If no scheduler answers there, or a worker has other versions of the software.
     """
-    if not crew.scheduler:
+    if not setup.scheduler:
         # Inside this process, for it drives nothing: a process of its own would import the caller's script.
         local = LocalCluster(
-            n_workers=1, threads_per_worker=crew.workers, processes=False, dashboard_address=LOOPBACK, memory_limit=0
+            n_workers=1, threads_per_worker=setup.workers, processes=False, dashboard_address=LOOPBACK, memory_limit=0
         )
-        return Cluster(Client(local, set_as_default=False), crew, local)
-    if not ADDRESS.fullmatch(crew.scheduler):
-        raise ConfigError(f"scheduler: expected tcp://HOST:PORT, got {crew.scheduler!r}")
+        return Cluster(Client(local, set_as_default=False), setup, local)
+    if not ADDRESS.fullmatch(setup.scheduler):
+        raise ConfigError(f"scheduler: expected tcp://HOST:PORT, got {setup.scheduler!r}")
     try:
-        client = Client(crew.scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
+        client = Client(setup.scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError, RuntimeError) as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
-        raise RunError(f"{crew.scheduler}: no Dask scheduler answers there ({reason})") from None
+        raise RunError(f"{setup.scheduler}: no Dask scheduler answers there ({reason})") from None
     try:
         workers = client.run(software, on_error="return")
         if not workers:
-            logging.getLogger(__name__).warning("%s: has no worker yet; waiting for some", crew.scheduler)
+            logging.getLogger(__name__).warning("%s: has no worker yet; waiting for some", setup.scheduler)
         check_workers(workers)
-        return Cluster(client, crew)
+        return Cluster(client, setup)
     except BaseException:
         client.close()
         raise
@@ -131,14 +128,14 @@ class Cluster(Executor):
 
     Args:
         client: Is connected to the scheduler; closed at the end.
-        crew: What the workers need.
+        setup: What the workers need.
         local: The cluster to close at the end; None if it is somebody else's.
     """
 
-    def __init__(self, client: Client, crew: Crew, local: LocalCluster | None = None) -> None:
+    def __init__(self, client: Client, setup: WorkerSetup, local: LocalCluster | None = None) -> None:
         self._client, self._local = client, local
         self._plugin = f"mapbench-{uuid.uuid4().hex}"
-        client.register_plugin(KeepsProcesses(crew, software()), name=self._plugin)
+        client.register_plugin(KeepsProcesses(setup, software()), name=self._plugin)
         self._executor = client.get_executor(pure=False, retries=RETRIES)
         self._calls: queue.SimpleQueue[Call | None] = queue.SimpleQueue()
         self._seconds_per_call = CHUNK_SECONDS
@@ -243,11 +240,11 @@ class KeepsProcesses(WorkerPlugin):  # type: ignore[misc]
     """Keeps the processes that drive on a Dask worker, and turns a worker away that came with other software.
 
     Args:
-        crew: What the processes need.
+        worker_setup: What the processes need.
         versions: The versions of the software in use where the jobs come from.
     """
 
-    crew: Crew
+    worker_setup: WorkerSetup
     versions: dict[str, str]
     processes: Processes | None = None
 
@@ -256,9 +253,7 @@ class KeepsProcesses(WorkerPlugin):  # type: ignore[misc]
         if other := difference(self.versions, software()):
             worker.loop.add_callback(partial(worker.close, reason=f"refused: {other}"))
             raise RunError(f"refused: {other}")
-        may_have_children()
-        threads, context = worker.state.nthreads, worker_context(self.crew.modules)
-        self.processes = Processes(threads, self.crew.timeout_s, self.crew.prepare, context)
+        self.processes = Processes(worker.state.nthreads, self.worker_setup.timeout_s, self.worker_setup.prepare)
         self.processes.get_ready()
 
     def teardown(self, worker: Worker) -> None:

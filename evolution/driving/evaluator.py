@@ -15,14 +15,24 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from types import TracebackType
 from typing import Self
 
 from evolution.driving.executors import EXECUTORS
 from evolution.driving.jobs import Job, JobPlan, RunResult, SetResults
-from evolution.driving.pool.processes import Processes, WorkerDiedError
-from evolution.driving.pool.worker_loop import NotStartedError
-from evolution.driving.pool.worker_setup import Crew, RunJob, WarmUp, attempt, error_result, one_line
+from evolution.driving.pool import (
+    NotStartedError,
+    Processes,
+    RunJob,
+    WarmUp,
+    WorkerDiedError,
+    WorkerSetup,
+    attempt,
+    error_result,
+    one_line,
+    prepare_worker,
+)
 from evolution.driving.store import ResultStore
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.world.scenario import MapSet
@@ -201,8 +211,8 @@ class Evaluator:
     def _running(self) -> Executor:
         if self._executor is None:
             with EXECUTORS.blamed(self.executor):
-                crew = Crew.of(self.workers, self.timeout_s, self.run_job, self.warm_up, self.scheduler)
-                self._executor = self._make(crew)
+                prepare = partial(prepare_worker, self.warm_up)
+                self._executor = self._make(WorkerSetup(self.workers, self.timeout_s, prepare, self.scheduler))
         return self._executor
 
 

@@ -14,21 +14,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 
-from evolution.driving.pool.process_start import worker_context
-from evolution.driving.pool.processes import Processes
-from evolution.driving.pool.worker_setup import Crew
+from evolution.driving.pool import Processes, WorkerSetup
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.registry import Registry, must_be_callable
 
 
-def _processes(crew: Crew) -> Executor:
+def _processes(setup: WorkerSetup) -> Executor:
     """Make worker processes of this machine."""
-    if crew.scheduler:
-        raise ConfigError(f"executor 'processes': takes no scheduler, got {crew.scheduler!r}; 'dask' does")
-    return Processes(crew.workers, crew.timeout_s, crew.prepare, worker_context(crew.modules))
+    if setup.scheduler:
+        raise ConfigError(f"executor 'processes': takes no scheduler, got {setup.scheduler!r}; 'dask' does")
+    return Processes(setup.workers, setup.timeout_s, setup.prepare)
 
 
-def _dask(crew: Crew) -> Executor:
+def _dask(setup: WorkerSetup) -> Executor:
     """Connect to a Dask cluster, or start one on this machine."""
     try:
         import distributed  # noqa: F401
@@ -39,10 +37,10 @@ def _dask(crew: Crew) -> Executor:
         ) from None
     from evolution.driving.cluster import connect
 
-    return connect(crew)
+    return connect(setup)
 
 
-EXECUTORS: Registry[Callable[[Crew], Executor]] = Registry(
+EXECUTORS: Registry[Callable[[WorkerSetup], Executor]] = Registry(
     "executor", "executors", {"processes": _processes, "dask": _dask}, check=must_be_callable
 )
-"""Factories that make an executor for a :class:`Crew`, by name."""
+"""Factories that make an executor for a :class:`WorkerSetup`, by name."""

@@ -1,8 +1,7 @@
-"""Job: one controller, one scenario, one repeat; and the result of driving it.
+"""Job: one controller, one scenario, one repeat; and its result.
 
-A job is plain, frozen data, so that it can be sent to a worker, looked up in a store and driven
-again on another machine. :class:`JobPlan` makes jobs; a callable ``run_job(job) -> RunResult`` drives
-them.
+A job is plain, frozen data, so that it can be sent to a worker, looked up in a store and repeated on another machine.
+:class:`JobPlan` makes jobs; a callable ``run_job(job) -> RunResult`` runs them.
 """
 
 from __future__ import annotations
@@ -12,17 +11,17 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Protocol
+from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, ConfigDict, Field, JsonValue, TypeAdapter
 
 from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
+from evolution.driving.settings import DriveSettings
 from evolution.files import PACKAGE_VERSION
 from gym_mapbench.errors import ConfigError, unknown_name, visible
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.metrics.episode import Outcome
 from gym_mapbench.settings import Settings
-from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Scenario
 
 TIME = "time"
@@ -57,27 +56,9 @@ class ControllerSpec(Settings):
         return self.kind or self.name
 
 
-class RunSettings(Protocol):
-    """What a run needs besides scenario and controller: a frozen ``Settings`` that knows its time limit."""
-
-    @property
-    def time_limit(self) -> float:
-        """Simulated seconds after which a run is a timeout."""
-        ...
-
-    @property
-    def robot(self) -> RobotSpec:
-        """The robot that drives; families draw maps that it can solve."""
-        ...
-
-    def model_dump(self, *, mode: str = ...) -> dict[str, Any]:
-        """Return all options as JSON-able values (pydantic's own method)."""
-        ...
-
-
 @dataclass(frozen=True)
 class RunResult:
-    """What is kept of one driven run; the trajectory comes back by driving the job again with its seed.
+    """The stored result of one run; repeating the job with its seed gives the trajectory.
 
     Args:
         outcome: How the run ended; ``error`` if the controller raised, hung, or killed its worker.
@@ -136,22 +117,22 @@ SetResults = tuple[tuple[tuple[RunResult, ...], ...], ...]
 
 @dataclass(frozen=True)
 class Job:
-    """One run to be driven; made by :class:`JobPlan`.
+    """One run to do; made by :class:`JobPlan`.
 
     Args:
         scenario: Map, start and goal.
-        controller: Who drives.
+        controller: The controller.
         settings: World and robot.
         repeat: Number of the repetition, from 0.
         seed: Seed of the controller's randomness; different for every controller.
         noise_seed: Seed of the world's noise; the same for all controllers (common random numbers).
-        metrics: What is measured besides the project's own metrics.
+        metrics: Further metrics, besides the project's own.
         key: Digest of all of the above and of this package's version: the identity of the run.
     """
 
     scenario: Scenario
     controller: ControllerSpec
-    settings: RunSettings
+    settings: DriveSettings
     repeat: int
     seed: int
     noise_seed: int
@@ -164,18 +145,18 @@ class JobPlan:
     """Which runs a scenario needs: every controller, every repeat.
 
     Args:
-        controllers: Who is compared.
+        controllers: The compared controllers.
         settings: World and robot of every run.
         root_seed: Seed of the whole experiment.
         repeats: Runs of each controller on each map.
-        metrics: What is measured on every run besides the project's own metrics.
+        metrics: Further metrics of every run, besides the project's own.
 
     Raises:
         ConfigError: If there is no controller, a name occurs twice, there is no repeat, or a metric is unknown.
     """
 
     controllers: tuple[ControllerSpec, ...]
-    settings: RunSettings
+    settings: DriveSettings
     root_seed: int = 0
     repeats: int = 1
     metrics: tuple[str, ...] = ()
@@ -218,8 +199,8 @@ class JobPlan:
             repeat: Number of the repetition, from 0; it may be beyond :attr:`repeats`.
         """
         spec, setup = self.controllers[number], self._setups[number]
-        seed = derive_seed(self.root_seed, scenario.map.digest, spec.name, repeat)
-        noise_seed = derive_seed(self.root_seed, scenario.map.digest, ALL_CONTROLLERS, repeat)
+        seed = derive_seed(self.root_seed, scenario.world_digest, spec.name, repeat)
+        noise_seed = derive_seed(self.root_seed, scenario.world_digest, ALL_CONTROLLERS, repeat)
         key = digest_of([setup, scenario.digest, seed, noise_seed, repeat])
         return Job(scenario, spec, self.settings, repeat, seed, noise_seed, self.metrics, key)
 
@@ -238,7 +219,7 @@ def check_metric(name: str) -> str:
 
 
 def asked_for(names: Iterable[str]) -> tuple[str, ...]:
-    """Return those of the named metrics that are not measured on every run anyway, each once.
+    """Return those of the named metrics that are not the project's own, each once.
 
     Raises:
         ConfigError: If a metric is unknown, or workers cannot find it.

@@ -1,4 +1,4 @@
-"""run_episode: one controller drives one scenario, and everything that happened is recorded."""
+"""run_episode: one run of one controller on one scenario, recorded."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def run_episode(
     noise_seed: int | None = None,
     watch: Callable[[Controller], object] | None = None,
 ) -> Episode:
-    """Drive ``scenario`` once, from reset to the end.
+    """Run a controller on ``scenario`` once, from reset to the end.
 
     Args:
         env: An env made by :func:`environment_for` for this controller.
@@ -110,7 +110,7 @@ def _drive(
     info: dict[str, Any],
     watch: Callable[[Controller], object] | None,
 ) -> tuple[_Log, dict[str, Any]]:
-    """Drive from what a reset returned to the end, and return what happened and the last step's information."""
+    """Run from the observation of a reset to the end; return the log and the information of the last step."""
     log = _Log(info)
     while info["outcome"] == "running":
         began = time.perf_counter()
@@ -147,12 +147,12 @@ def _without_path(env: MapBenchEnv, scenario: Scenario, name: str, seed: int, re
 
 
 def _explanation(controller: Controller) -> str:
-    """Return what a controller itself says about its run."""
+    """Return the controller's own explanation of its run."""
     return controller.explain() if isinstance(controller, Navigator) else ""
 
 
 def context_of(config: EnvConfig, scenario: Scenario, seed: int) -> Context:
-    """Return what a controller is told before a run."""
+    """Return the context that a controller gets before a run."""
     return Context(
         robot=config.robot,
         grid=scenario.map,
@@ -165,19 +165,19 @@ def context_of(config: EnvConfig, scenario: Scenario, seed: int) -> Context:
 
 
 class _Log:
-    """What is written down while a run goes on."""
+    """The log of a run."""
 
     def __init__(self, info: dict[str, Any]) -> None:
         self.poses: list[Floats] = [info["pose"]]
         self.velocities: list[Floats] = [info["velocity"]]
         self.commands: list[Floats] = []
-        self.contacts: list[float] = []
+        self.contacts: list[tuple[float, str]] = []
         self.touching = False
         self.controller_seconds = 0.0
 
     @property
     def first_contact_time(self) -> float | None:
-        return self.contacts[0] if self.contacts else None
+        return self.contacts[0][0] if self.contacts else None
 
     @property
     def trajectory(self) -> Floats:
@@ -188,7 +188,7 @@ class _Log:
         self.poses.append(info["pose"])
         self.velocities.append(info["velocity"])
         if info["contact"] and not self.touching:
-            self.contacts.append(float(info["time"]))
+            self.contacts.append((float(info["time"]), info["touched"]))
         self.touching = bool(info["contact"])
 
 
@@ -198,7 +198,7 @@ def _rows(recorded: list[Floats], width: int) -> Floats:
 
 
 def _outcome(controller: Controller, info: dict[str, Any]) -> tuple[Outcome, str]:
-    """Return how the run ended, as the env says or a controller that decides by itself."""
+    """Return outcome and reason, as the env or a controller with its own goal checker decides."""
     status = getattr(controller, "status", "running")
     if status == "succeeded":
         return "goal", ""
@@ -206,10 +206,14 @@ def _outcome(controller: Controller, info: dict[str, Any]) -> tuple[Outcome, str
         kind: Outcome = getattr(controller, "failure_kind", "controller_failure")
         return kind, str(getattr(controller, "failure_reason", ""))
     outcome: Outcome = info["outcome"]
-    reasons = {"goal": "", "collision": "the robot touched a wall", "timeout": "the time limit was reached"}
+    reasons = {
+        "goal": "",
+        "collision": f"the robot touched a {info['touched']}",
+        "timeout": "the time limit was reached",
+    }
     return outcome, reasons[outcome]
 
 
 def _events(controller: Controller, log: _Log) -> tuple[Event, ...]:
-    contacts = [Event(t, "contact") for t in log.contacts]
+    contacts = [Event(time, "contact", "" if touched == "wall" else touched) for time, touched in log.contacts]
     return tuple(sorted([*getattr(controller, "events", ()), *contacts], key=lambda event: event.time))

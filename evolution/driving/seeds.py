@@ -15,7 +15,7 @@ def derive_seed(root_seed: int, map_digest: str, controller: str, repeat: int) -
 
     Args:
         root_seed: Seed of the whole experiment.
-        map_digest: :attr:`gym_mapbench.world.gridmap.GridMap.digest` of the map.
+        map_digest: :attr:`~gym_mapbench.world.scenario.Scenario.world_digest` of the scenario.
         controller: Name of the controller, or :data:`ALL_CONTROLLERS`.
         repeat: Number of the repetition, from 0.
     """

@@ -1,4 +1,4 @@
-"""ResultStore: the results of all driven runs, by the key of their job.
+"""ResultStore: the results of all runs, by the key of their job.
 
 One SQLite file (table ``results``: ``key``, ``result`` as JSON, whose last member is a checksum of key and result, so
 that a damaged row is never taken for another result; rows of earlier versions have none). SQLite's write-ahead log
@@ -71,7 +71,7 @@ class ResultStore:
             raise RunError(f"{self.path or 'result store'}: {reason} ({error})") from None
 
     def _locked(self, path: Path) -> str:
-        """Say who has locked the file."""
+        """Return in words which process has locked the file."""
         files = [path.with_name(path.name + end) for end in ("", "-shm", "-wal")]
         return f"{path}: locked by {locked_by(files, self._wait_s)}"
 
@@ -86,11 +86,11 @@ class ResultStore:
         self._database.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
     def get(self, key: str) -> RunResult | None:
-        """Return one result, None if the job was never driven."""
+        """Return one result; None if the job has none."""
         return self.get_many([key]).get(key)
 
     def get_many(self, keys: Iterable[str]) -> dict[str, RunResult]:
-        """Return what is known of these keys."""
+        """Return the known results of these keys."""
         wanted = list(dict.fromkeys(keys))
         found: dict[str, RunResult] = {}
         for start in range(0, len(wanted), KEYS_PER_QUERY):
@@ -107,10 +107,10 @@ class ResultStore:
         except (ValueError, TypeError, RecursionError) as error:
             where = f"{self.path or 'result store'}: row {key!r:.80}: expected a run's result"
             reason = " ".join(str(error).split())[:160]
-            raise RunError(f"{where}, got something else ({reason}); delete the file to drive again") from None
+            raise RunError(f"{where}, got something else ({reason}); delete the file to repeat all runs") from None
 
     def put(self, key: str, result: RunResult) -> None:
-        """Keep a result; the first one of a key stays, so that all readers see the same result."""
+        """Store a result; the first result of a key stays, so that all readers get the same."""
         with self._errors("cannot be written"):
             row = (key, _with_checksum(key, result.to_json()))
             self._database.execute("INSERT OR IGNORE INTO results VALUES (?, ?)", row)

@@ -1,7 +1,7 @@
-"""Driving without the map: costmaps that only the robot's own sensors fill.
+"""Runs without the map: costmaps that only the robot's own sensors fill.
 
-Nav2 is set up in the same way where no map is known: without a static layer, so that a costmap has an origin and a size
-of its own, and with a planner whose paths may lead through cells that were not seen yet.
+Nav2 without a map has the same set-up: no static layer, so a costmap has an origin and a size of its own, and a planner
+whose paths may cross unknown cells.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What a new worker does before its first job: load the kernels, so that no run is charged for that.
+"""Warm-up of a new worker: it loads the kernels before its first job, so that no run is charged for that.
 
-On a machine where nothing is compiled yet, to load is to compile. Workers that start together share this work: one
-worker at a time does a drill, and the others then find in numba's cache what it has compiled.
+On a machine without compiled kernels, loading compiles them. Workers that start together share this work: one worker
+at a time does a drill, and the others then load its kernels from numba's cache.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from controllers.registry import FOLLOWERS
 from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec
 from evolution.driving.one_run import context_of, environment_for, run_episode
-from evolution.driving.worker import DriveSettings, build_controller
+from evolution.driving.settings import DriveSettings
+from evolution.driving.worker import build_controller
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.task import distance_to_goal
@@ -43,13 +44,13 @@ ROOM = ("#" * 50, *["#" + "." * 48 + "#"] * 48, "#" * 50)
 TASK = Pose(0.6, 0.6), Pose(1.9, 1.9)
 WORLD, MEASURES = "world", "measures"
 BY_COST = ("mppi", "dwb", WORLD, MEASURES, "graceful", "rpp")
-"""What takes longest to compile comes first, so that two workers are done at about the same time."""
+"""Drills by compile time, the longest first, so that two workers end at about the same time."""
 PRESET_OF: dict[Release, str] = {"humble": "thesis", "jazzy": "jazzy"}
 PAUSE_SECONDS = 0.05
 
 
 def preparation(controllers: Iterable[ControllerSpec], settings: DriveSettings) -> Callable[[], None]:
-    """Return a warm-up, to be sent to workers, that loads what these controllers need and nothing else."""
+    """Return a warm-up for workers that loads the kernels of these controllers and no others."""
     navigation = settings.navigation
     names = [spec.registered_name for spec in controllers]
     kinds = {navigation.controller(name).kind for name in names if name in FOLLOWERS or name in navigation.controllers}
@@ -93,9 +94,9 @@ def _share(drills: dict[str, Callable[[], None]]) -> None:
 
 @contextmanager
 def _claim(name: str) -> Iterator[bool]:
-    """Whether nobody else on this machine does the drill; nobody else does it while the ``with`` block lasts.
+    """Whether no other process on this machine does the drill; none begins it while the ``with`` block lasts.
 
-    The system ends the claim of a process that dies. Where nothing can be locked, every drill is free.
+    The lock of a process ends with the process. Where files cannot be locked, every drill is free.
     """
     try:
         lock = (Path(tempfile.gettempdir()) / f"mapbench-{Path.home().name}-{name}.lock").open("w")
@@ -126,7 +127,7 @@ def _drive(settings: DriveSettings, scenario: Scenario) -> None:
 
 
 def _measure(settings: DriveSettings, scenario: Scenario) -> None:
-    """Measure what a run is compared with: the shortest way, and how near the walls are."""
+    """Compute the map metrics: the shortest path and the clearance."""
     robot = settings.environment.robot
     distance_to_goal(scenario, robot).at(scenario.start.x, scenario.start.y)
     measure_clearance(scenario.map, robot, scenario.start)

@@ -1,10 +1,10 @@
-"""Directories of results: how each kind is created, recognised and opened, and when it may be continued."""
+"""Directories of results: how each kind is begun, recognised, opened and continued."""
 
 from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,17 +16,19 @@ from gym_mapbench.trust import refuse_code
 
 LOG = logging.getLogger(__name__)
 
+Options = Callable[[Mapping[str, Any]], object]
+
 
 @dataclass(frozen=True)
 class DirectoryKind:
-    """A kind of directory, recognised by the JSON file that says what it was begun with.
+    """A kind of directory of results, recognised by the JSON file that holds the options it was begun with.
 
     Args:
-        what: What it holds, in one word.
+        what: Content of the directory, in one word.
         mark: Name of that file.
         format_version: Version of its format.
-        to_drive: Places in that file, keys joined by dots, that matter only where something is driven: what they say
-            may name code, which whoever drives must refuse.
+        to_drive: Places in that file, keys joined by dots, that are used by runs only. They may name code, which
+            :meth:`open` does not refuse: the caller refuses it before a run.
     """
 
     what: str
@@ -43,18 +45,18 @@ class DirectoryKind:
         """Whether a path is a directory of this kind."""
         return (Path(path) / self.mark).is_file()
 
-    def create(self, path: Path, document: Mapping[str, Any]) -> dict[str, Any]:
-        """Create a directory.
+    def begin(self, path: Path, document: Mapping[str, Any]) -> dict[str, Any]:
+        """Make a directory of this kind.
 
         Args:
             path: The directory; it must be new or empty.
-            document: What it is begun with, JSON-able.
+            document: The options it is begun with, JSON-able.
 
         Returns:
-            The content of its file: the document, and the versions of the software.
+            The content of its file: the document and the versions of the software.
 
         Raises:
-            ConfigError: If there is anything there already; nothing is changed.
+            ConfigError: If the directory is not empty; nothing is changed.
             RunError: If it cannot be made.
         """
         if self.holds(path):
@@ -67,7 +69,7 @@ class DirectoryKind:
         return config
 
     def open(self, path: Path) -> dict[str, Any]:
-        """Read what a directory was begun with.
+        """Return the content of its file.
 
         Raises:
             RunError: If it is not of this kind, or of another format.
@@ -86,28 +88,37 @@ class DirectoryKind:
     def check_there(self, path: Path) -> None:
         """Raise ``WriteError`` if a directory was deleted or moved since it was created or opened."""
         if not self.holds(path):
-            raise WriteError(f"{path}: was deleted or moved while it was being filled")
+            raise WriteError(f"{path}: was deleted or moved while results were written")
 
-    def check_same(self, path: Path, config: Mapping[str, Any], was: object, wanted: object) -> None:
+    def resume(self, path: Path, document: Mapping[str, Any], options: Options = dict) -> dict[str, Any]:
+        """Open a directory that is continued; arguments and errors as for :meth:`open` and :meth:`check_resumed`."""
+        config = self.open(path)
+        self.check_resumed(path, config, document, options)
+        return config
+
+    def check_resumed(
+        self, path: Path, config: Mapping[str, Any], document: Mapping[str, Any], options: Options = dict
+    ) -> None:
         """Refuse to continue a directory with options other than those it was begun with.
 
         Args:
             path: The directory.
             config: The content of its file.
-            was: The options it was begun with.
-            wanted: The options it is to be continued with.
+            document: The document that it would be begun with now.
+            options: Returns the options of a document, as errors name them.
 
         Raises:
             ConfigError: If an option differs, naming it.
             RunError: If another version of this package wrote the directory.
         """
         refuse_version(config, path)
-        for name, before, now in differences(was, json.loads(json.dumps(wanted))):
+        begun = {key: config.get(key) for key in document}
+        for name, before, now in differences(options(begun), options(json.loads(json.dumps(document)))):
             raise ConfigError(f"{path}: {name} was {before!r} when the {self.what} began, got {now!r}")
 
 
 def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, Any]]:
-    """Name every leaf in which two JSON documents differ, with its two values."""
+    """Yield the name and the two values of every leaf in which two JSON documents differ."""
     if isinstance(was, dict) and isinstance(now, dict):
         for key in {**was, **now}:
             yield from differences(was.get(key), now.get(key), f"{name}.{key}" if name else key)
@@ -116,7 +127,7 @@ def differences(was: Any, now: Any, name: str = "") -> Iterable[tuple[str, Any, 
 
 
 def new_directory(path: Path) -> None:
-    """Make a directory, or accept an empty one; hidden files, such as half-written ones, are ignored.
+    """Make a directory, or accept an empty one. Hidden files, such as half-written ones, are ignored.
 
     Raises:
         ConfigError: If it holds anything; nothing is changed.

@@ -1,6 +1,6 @@
-"""Checks what a file holds: documents and tables are described by models, and checked when they are read.
+"""Models of documents and tables, checked when a file is read.
 
-Only what is used is required; a file may hold more.
+A model requires the keys that are used; a file may hold more.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def check(model: type[Document], document: object, where: str | Path) -> None:
 
     Args:
         model: Describes what it must hold.
-        document: What was read.
+        document: The content of a file.
         where: Its file, or a part of it; the message begins with it.
 
     Raises:

@@ -1,6 +1,6 @@
-"""Locks on files: one process at a time fills a directory, and whoever comes second is told who does.
+"""Locks on files: one process at a time writes to a directory; the error for a second process names the first.
 
-Linux tells who holds a lock; elsewhere nobody is named. A lock ends with its process, however that ends.
+Only Linux names the holder of a lock. A lock ends with its process, however the process ends.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def is_free(path: Path) -> bool:
 
 
 def locked_by(files: Iterable[Path], wait_s: float) -> str:
-    """Say who has locked some files, and what to do."""
+    """Return in words which process has locked some files, and what to do."""
     holders = ", ".join(holders_of(files)) or "another process"
     return f"{holders}; try again when it has ended" + (
         f", or wait longer than {wait_s:g} s with --wait" * (wait_s > 0)

@@ -61,7 +61,7 @@ def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
 
 
 def append_line(path: Path, text: str) -> None:
-    """Add a line to a text file; one that was not written to its end stays a line of its own.
+    """Append a line to a text file; an incomplete last line stays a line of its own.
 
     Raises:
         WriteError: If it cannot be written.

@@ -27,7 +27,7 @@ class Table(Sequence[Row]):
 
     Args:
         rows: The rows.
-        title: What the table shows, in a few words.
+        title: Content of the table, in a few words.
     """
 
     def __init__(self, rows: Iterable[Row], title: str = "") -> None:
@@ -110,7 +110,7 @@ class Tabled(ABC):
         return self.table(name).to_pandas()
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the HTML of the first table, for a notebook."""
         return self.table()._repr_html_()
 
 

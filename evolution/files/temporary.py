@@ -22,7 +22,7 @@ NEW_SECONDS = 60.0
 def temporary_directory() -> Path:
     """Return this process's directory for temporary files; it is removed when the process ends.
 
-    Those of processes that were killed are removed now: nobody holds their locks.
+    Directories of killed processes are removed now: no process holds their locks.
     """
     for old in Path(tempfile.gettempdir()).glob(f"{PREFIX}*{SUFFIX}"):
         with contextlib.suppress(OSError):

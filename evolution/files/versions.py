@@ -37,10 +37,10 @@ def version_lines() -> list[str]:
 
 
 def refuse_version(config: Mapping[str, Any], path: Path) -> None:
-    """Refuse to continue what another version of this package began.
+    """Refuse to continue a directory that another version of this package began.
 
     Raises:
-        RunError: If another version did.
+        RunError: If the versions differ.
     """
     came = config.get("version")
     if came != PACKAGE_VERSION:
@@ -48,7 +48,7 @@ def refuse_version(config: Mapping[str, Any], path: Path) -> None:
 
 
 def written_elsewhere(config: Mapping[str, Any]) -> list[str]:
-    """Report the versions that differ between writing and reading a file; returns one line, or none.
+    """Return a line about the versions that differ between writing and reading a file; no line if none differs.
 
     Args:
         config: Content of ``config.json`` or ``study.json``.

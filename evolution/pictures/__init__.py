@@ -1,4 +1,4 @@
-"""Pictures: figures and films of driven runs.
+"""Pictures: figures and films of recorded runs.
 
 In: recorded episodes and the tables of a run. Out: Matplotlib figures, PNG, SVG, GIF and MP4 files; equal data give
 equal bytes.
@@ -7,32 +7,27 @@ equal bytes.
 from __future__ import annotations
 
 from evolution.pictures.animation import Frame, check_display, check_film, frames, save_animation, show_animation
-from evolution.pictures.map_table import maps_figure
+from evolution.pictures.comparison_film import save_comparison
+from evolution.pictures.map_figures import DrivenMap, draw_map, map_set_figure, maps_figure
 from evolution.pictures.plots import (
-    FORMATS,
     box_figure,
-    colour_of,
     critical_difference_figure,
     curse_figure,
-    draw_map,
     effects_figure,
     learning_figure,
     lorenz_figure,
-    map_set_figure,
-    new_figure,
-    save_figure,
     spread_figure,
     times_figure,
 )
 from evolution.pictures.run_figures import (
     FIGURES,
-    DrivenMap,
     best_maps_figure,
     drive_best,
     recorded_maps,
     solved_lorenz_figure,
     write_run_figures,
 )
+from evolution.pictures.style import FORMATS, colour_of, new_figure, save_figure
 
 __all__ = [
     "FIGURES",
@@ -57,6 +52,7 @@ __all__ = [
     "new_figure",
     "recorded_maps",
     "save_animation",
+    "save_comparison",
     "save_figure",
     "show_animation",
     "solved_lorenz_figure",

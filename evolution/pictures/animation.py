@@ -1,4 +1,4 @@
-"""Films of a recorded run, made of frames that the env's own renderer draws."""
+"""Films of one recorded run, from frames of the env's renderer."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from PIL import Image
 from gym_mapbench.env.render import SeenCostmap, Snapshot, Window, draw
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.bodies import place_bodies
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose
 
@@ -33,27 +34,29 @@ def frames(episode: Episode, robot: RobotSpec, size: int = 480, seen: Seen = ())
 
     Args:
         episode: The recorded run.
-        robot: The robot that drove it.
+        robot: The robot of the run.
         size: Length of the longer side, pixels.
         seen: A costmap for every control step, to lay over the map; none if empty.
     """
     path = episode.path if len(episode.path) else None
+    times = np.arange(len(episode.trajectory), dtype=np.float64) * episode.control_period
+    bodies = place_bodies(episode.scenario.bodies, times)
     for row in frame_rows(len(episode.trajectory)):
         pose = Pose(*episode.trajectory[row, :3].tolist())
         overlay = seen[min(row, len(seen) - 1)] if seen else None
         trail = episode.trajectory[: row + 1, :2]
-        yield draw(Snapshot(episode.scenario, robot, pose, trail, path, seen=overlay), size)
+        yield draw(Snapshot(episode.scenario, robot, pose, trail, path, seen=overlay, bodies=bodies[row]), size)
 
 
 def frame_rows(count: int) -> list[int]:
-    """Return the rows of the trajectory that are drawn: all, or every n-th of a long run, and the last."""
+    """Return the rows of the trajectory to draw: all, or every n-th of a long run, and the last."""
     every = -(-count // MAX_FRAMES)
     rows = list(range(0, count, every))
     return rows if rows[-1] == count - 1 else [*rows, count - 1]
 
 
 def check_film(path: Path) -> None:
-    """Refuse a film that could not be written, before anything is driven.
+    """Refuse a film that cannot be written, before anything runs.
 
     Raises:
         ConfigError: If the ending is neither ``.gif`` nor ``.mp4``, the file exists, or its directory cannot be
@@ -71,7 +74,7 @@ def check_film(path: Path) -> None:
 
 
 def check_display() -> None:
-    """Refuse to show a run where matplotlib has no window, before anything is driven.
+    """Refuse to show a run if matplotlib has no window, before anything runs.
 
     Raises:
         ConfigError: If there is no display.
@@ -102,8 +105,22 @@ def show_animation(episode: Episode, robot: RobotSpec, seen: Seen = ()) -> None:
 
 
 def _save_gif(episode: Episode, robot: RobotSpec, path: Path, seen: Seen) -> None:
-    pictures = [Image.fromarray(frame).quantize(GIF_COLOURS) for frame in frames(episode, robot, 360, seen)]
-    durations = [1000 // FRAMES_PER_SECOND] * (len(pictures) - 1) + [1500]
+    write_gif(list(frames(episode, robot, 360, seen)), path, 1000 // FRAMES_PER_SECOND, 1500)
+
+
+def write_gif(frames: Sequence[Frame], path: Path, milliseconds: int, last: int) -> None:
+    """Write frames as a GIF in one palette of :data:`GIF_COLOURS` colours, from the first, middle and last frame.
+
+    Args:
+        frames: The frames, of one size.
+        path: The file.
+        milliseconds: Shown time of a frame.
+        last: Shown time of the last frame, ms.
+    """
+    typical = np.vstack([frames[0], frames[len(frames) // 2], frames[-1]])
+    palette = Image.fromarray(typical).quantize(GIF_COLOURS)
+    pictures = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    durations = [milliseconds] * (len(pictures) - 1) + [last]
     pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=durations, loop=0, optimize=True)
 
 

@@ -1,130 +1,22 @@
-"""Figures, drawn from plain data as PNG and SVG; equal data give equal bytes.
+"""Figures of the numbers of runs, searches and studies, drawn from plain data.
 
-The types of figures are those of the thesis, figures 4.3 and 5.1 to 5.5, and some more.
+The types of figures are those of the thesis, figures 4.3 and 5.1, 5.2 and 5.4, and some more.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode
-from gym_mapbench.world.scenario import Scenario
+from evolution.pictures.style import COLOURS, HATCHES, MARKERS, RING, colour_of, new_figure, round_of
+from evolution.runs import OUTLIER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-# Okabe and Ito's palette, which colour-blind readers can tell apart, without its yellow, which is too pale in print.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-MARKERS = ("o", "s", "D", "P", "X")
-DASHES: tuple[Any, ...] = ("-", (0, (4, 2.5)), (0, (1.2, 1.6)))
-WIDTHS = (4.2, 2.8, 1.8)
-"""Lines of trajectories: a later one is thinner and has gaps, so that one that lies below it can be seen."""
-FORMATS = ("png", "svg")
-MAP_SIGNS = "Lines: driven paths. Circle: start. Star: goal. Crosses: recoveries. Grey: obstacles."
-HATCHES = ("", "///", "xxx", "...", "|||")
-"""Fillings of bars; like :data:`MARKERS` for points, they tell names of one colour apart if there are many names."""
-
-
-def colour_of(names: Sequence[str], name: str) -> str:
-    """Colour of one name among ``names``: by position, so that it is the same in every figure."""
-    return COLOURS[list(names).index(name) % len(COLOURS)]
-
-
-def round_of(names: Sequence[str], name: str) -> int:
-    """Return how often the palette was used up before a name, as an index of :data:`MARKERS` and :data:`HATCHES`."""
-    return list(names).index(name) // len(COLOURS) % len(MARKERS)
-
-
-def new_figure(
-    columns: int = 1, width: float = 6.4, height: float = 4.2, sharey: bool = False, rows: int = 1
-) -> tuple[Figure, NDArray[Any]]:
-    """Make a figure of ``rows`` times ``columns`` axes without touching pyplot's global state."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, np.atleast_1d(figure.subplots(rows, columns, sharey=sharey))
-
-
-def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
-    """Write a figure in some formats, without dates or random ids, so that equal figures are equal bytes."""
-    import matplotlib as mpl
-
-    stem.parent.mkdir(parents=True, exist_ok=True)
-    written = []
-    with mpl.rc_context({"svg.hashsalt": stem.name, "savefig.dpi": 150}):
-        for extension in formats:
-            path = stem.with_suffix(f".{extension}")
-            figure.savefig(path, bbox_inches="tight", metadata={"Date": None} if extension == "svg" else None)
-            written.append(path)
-    return written
-
-
-def draw_map(axes: Axes, scenario: Scenario) -> None:
-    """Draw walls, start (circle) and goal (star) of a scenario, axes in m."""
-    x0, y0, x1, y1 = scenario.map.bounds
-    axes.imshow(scenario.map.occupancy, cmap="Greys", origin="lower", extent=(x0, x1, y0, y1), vmax=1.4)
-    axes.plot(scenario.start.x, scenario.start.y, "o", color="#444444", markersize=7, zorder=4)
-    axes.plot(scenario.goal.x, scenario.goal.y, "*", color="#444444", markersize=12, zorder=4)
-    axes.set_aspect("equal")
-    axes.set_xlabel("x, m")
-    axes.set_ylabel("y, m")
-
-
-def draw_trajectories(
-    axes: Axes, episodes: Sequence[Episode], names: Sequence[str], spreads: Mapping[str, str] | None = None
-) -> None:
-    """Draw the driven paths of several controllers, each with its own dashes; crosses mark recoveries.
-
-    Args:
-        axes: Where to draw.
-        episodes: What was driven.
-        names: All controllers, which fixes their colours.
-        spreads: By controller, words about its other runs.
-    """
-    for episode in episodes:
-        colour = colour_of(names, episode.controller)
-        label = f"{episode.controller}: {episode.time:.1f} s"
-        label += "" if episode.success else f" ({episode.outcome})"
-        label += f" ({spreads[episode.controller]})" if spreads and episode.controller in spreads else ""
-        place = list(names).index(episode.controller) % len(DASHES)
-        line = {"color": colour, "linestyle": DASHES[place], "linewidth": WIDTHS[place]}
-        axes.plot(*episode.trajectory[:, :2].T, **line, label=label, zorder=3)
-        steps = [round(event.time / episode.control_period) for event in episode.events if event.kind in RECOVERY_KINDS]
-        where = episode.trajectory[np.minimum(steps, len(episode.trajectory) - 1).astype(int), :2]
-        axes.plot(*where.T, "x", color=colour, markersize=6, zorder=5)
-
-
-def map_set_figure(
-    groups: Sequence[Sequence[Episode]],
-    titles: Sequence[str],
-    names: Sequence[str],
-    spreads: Sequence[Mapping[str, str]] = (),
-) -> Figure:
-    """Figures 5.3 and 5.5: the maps of one set side by side, every controller's trajectory on them.
-
-    Args:
-        groups: For each map the episodes on it (all of the same scenario).
-        titles: One title per map, with its reading.
-        names: All controllers, which fixes their colours.
-        spreads: For each map, by controller, words about its other runs.
-    """
-    shapes = [episodes[0].scenario.map.shape for episodes in groups]
-    tallest = max(rows / cols for rows, cols in shapes)
-    figure, columns = new_figure(len(groups), width=4.6 * len(groups), height=0.9 + 4.0 * tallest + 0.22 * len(names))
-    for axes, episodes, title, spread in zip(columns, groups, titles, spreads or [{}] * len(groups), strict=True):
-        draw_map(axes, episodes[0].scenario)
-        draw_trajectories(axes, episodes, names, spread)
-        axes.set_title(title, fontsize=10)
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=8, frameon=False)
-    # Just below what the layout fills, legends included; pictures are saved with all that is drawn around it.
-    figure.text(0.5, -0.02, MAP_SIGNS, ha="center", va="top", fontsize=8, color="#555555")
-    return figure
 
 
 def convergence_figure(series: Mapping[str, tuple[ArrayLike, ArrayLike]], xlabel: str = "evaluations") -> Figure:
@@ -296,10 +188,10 @@ def box_figure(
 def curse_figure(
     groups: Mapping[str, tuple[ArrayLike, ArrayLike]], highest: float = np.inf, names: Sequence[str] = ()
 ) -> Figure:
-    """Fitness on fresh seeds over the fitness the search saw; above the line: worse than the search saw.
+    """Held-out fitness over the reported fitness; above the line: worse than reported.
 
     Args:
-        groups: By name, the ``(runs,)`` fitness seen and that on fresh seeds.
+        groups: By name, the ``(runs,)`` reported fitness and the held-out fitness.
         highest: Runs with a value of this or more are drawn as triangles at the edge and counted in the legend.
         names: All names, which fixes their colours; those of ``groups`` if empty.
     """
@@ -316,8 +208,8 @@ def curse_figure(
         for marker, beyond in (("^", off[:, 1] >= highest), (">", off[:, 1] < highest)):
             axes.plot(*np.minimum(off[beyond], edge).T, linestyle="", color=look["color"], marker=marker, alpha=0.75)
     axes.plot([low, high], [low, high], color="#888888", linewidth=1, linestyle="--")
-    axes.set_xlabel("fitness the search saw")
-    axes.set_ylabel("median fitness on fresh seeds")
+    axes.set_xlabel("reported fitness (seeds of the search)")
+    axes.set_ylabel("median held-out fitness")
     axes.grid(alpha=0.3)
     _legend_below(figure)
     return figure
@@ -376,7 +268,7 @@ def lorenz_figure(times: Sequence[ArrayLike], titles: Sequence[str]) -> Figure:
 
 
 def times_figure(times: Mapping[str, Sequence[ArrayLike]], maps: Sequence[str]) -> Figure:
-    """Travel times per map and controller: every run a dot, the mean a bar."""
+    """Travel times per map and controller: every run a dot, the median a bar, every outlier in a ring."""
     names = list(times)
     figure, (axes,) = new_figure(width=max(1.9, 0.3 * len(names)) * len(maps) + 2.2)
     width = 0.8 / len(names)
@@ -385,9 +277,11 @@ def times_figure(times: Mapping[str, Sequence[ArrayLike]], maps: Sequence[str]) 
             runs = np.asarray(values, dtype=float)
             if len(runs) == 0:
                 continue
-            x = column + (position - (len(names) - 1) / 2) * width
-            axes.bar(x, runs.mean(), width * 0.9, **_filling(names, name))
+            x, median = column + (position - (len(names) - 1) / 2) * width, np.median(runs)
+            axes.bar(x, median, width * 0.9, **_filling(names, name))
             axes.plot(np.full(len(runs), x), runs, ".", color="#222222", markersize=4)
+            outliers = runs[runs > OUTLIER * median]
+            axes.plot(np.full(len(outliers), x), outliers, **RING)
     axes.set_xticks(range(len(maps)), maps)
     axes.set_ylabel("travel time, s")
     _legend_below(figure, handles=[_patch(names, name) for name in names])

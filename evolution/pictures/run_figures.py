@@ -2,96 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from evolution.driving import Job, drive
-from evolution.pictures.plots import (
-    FORMATS,
-    convergence_figure,
-    lorenz_figure,
-    map_set_figure,
-    save_figure,
-    times_figure,
-)
-from evolution.runs import LoadedRun, experiment_in, typical_repeat
-from evolution.search import FITNESSES, Experiment, experiment_of
-from gym_mapbench.metrics.episode import Episode
+from evolution.driving import drive
+from evolution.pictures.map_figures import DrivenMap, map_set_figure
+from evolution.pictures.plots import convergence_figure, lorenz_figure, times_figure
+from evolution.pictures.style import FORMATS, save_figure
+from evolution.runs import LoadedRun, experiment_in, summary_of_map, typical_repeat
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FIGURES = "figures"
-MOST = (10, 90)
-"""Percentiles between which the times of most runs lie."""
 
 
-@dataclass(frozen=True)
-class DrivenMap:
-    """One map of the best set, driven again exactly as the search saw it.
+def drive_best(run: LoadedRun) -> list[DrivenMap]:
+    """Re-run one repeat of the best map set with the seeds of the search, and record it.
 
-    Args:
-        name: Name of the map.
-        reading: Its reading, in words.
-        spreads: By controller, between which times its runs on the map took, in words; none if it drove only once.
-        episodes: One repeat of every controller, the one nearest to their median times; none if none was driven.
-    """
-
-    name: str
-    reading: str
-    episodes: tuple[Episode, ...]
-    spreads: Mapping[str, str] = field(default_factory=dict)
-
-
-def drive_best(
-    run: LoadedRun,
-    read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of,
-    drive: Callable[[Job], Episode] = drive,
-) -> list[DrivenMap]:
-    """Drive the best map set again with the seeds of the search: the same trajectories, now recorded.
-
-    Runs that ended in an ``error`` are left out: they have no trajectory.
-
-    Args:
-        run: The run whose best map set is driven.
-        read_experiment: Builds the run's experiment from its configuration.
-        drive: Drives a job and records everything.
+    The repeat is the one nearest to the median times. Runs that ended in an ``error`` have no trajectory and are left
+    out.
 
     Raises:
         UntrustedError: If the run's experiment names code.
     """
-    plan = experiment_in(run, read_experiment).plan
+    plan = experiment_in(run).plan
     driven = []
-    for scenario, entry in zip(run.best, run.best_results["maps"], strict=True):
+    for scenario, entry, recorded in zip(run.best, run.best_results["maps"], recorded_maps(run), strict=True):
         failed = {name for name, runs in entry["runs"].items() if not runs or runs[0]["outcome"] == "error"}
-        repeat = typical_repeat(entry)
-        jobs = [plan.job(scenario, number, repeat) for number, name in enumerate(plan.names) if name not in failed]
-        driven.append(replace(_recorded(run, entry), episodes=tuple(drive(job) for job in jobs)))
+        numbers = [number for number, name in enumerate(plan.names) if name not in failed]
+        jobs = [plan.job(scenario, number, recorded.repeat) for number in numbers]
+        driven.append(replace(recorded, episodes=tuple(drive(job) for job in jobs)))
     return driven
 
 
 def recorded_maps(run: LoadedRun) -> list[DrivenMap]:
-    """Return the best map set as the search recorded it, without driving it again."""
-    return [_recorded(run, entry) for entry in run.best_results["maps"]]
-
-
-def _recorded(run: LoadedRun, entry: Mapping[str, Any]) -> DrivenMap:
-    spreads = {name: _spread(runs) for name, runs in entry["runs"].items() if len(runs) > 1}
-    return DrivenMap(entry["name"], _reading(run, entry["reading"]), (), spreads)
-
-
-def _spread(runs: Sequence[Mapping[str, Any]]) -> str:
-    """Say between which times most runs took, and how many did not reach the goal."""
-    times = [one["time_s"] for one in runs if one["outcome"] == "goal"]
-    failed = f"{len(runs) - len(times)} of {len(runs)} failed" if len(times) < len(runs) else ""
-    if not times:
-        return failed
-    low, high = np.percentile(times, MOST)
-    return f"{low:.0f} to {high:.0f} s in {len(runs)} drives" + (f", {failed}" if failed else "")
+    """Return the best map set as the search recorded it, without trajectories."""
+    return [
+        DrivenMap(summary_of_map(entry["name"], entry["runs"]), typical_repeat(entry))
+        for entry in run.best_results["maps"]
+    ]
 
 
 def write_run_figures(
@@ -119,11 +71,9 @@ def _convergence(run: LoadedRun) -> dict[str, tuple[list[float], list[float]]]:
 
 
 def best_maps_figure(maps: Sequence[DrivenMap], controllers: Sequence[str]) -> Figure | None:
-    """Draw the maps of a set with all trajectories; None if nothing was driven."""
+    """Draw the maps of a set with all trajectories; None if no run was recorded."""
     shown = [driven for driven in maps if driven.episodes]
-    titles = [f"{driven.name}: {driven.reading}" for driven in shown]
-    spreads = [driven.spreads for driven in shown]
-    return map_set_figure([driven.episodes for driven in shown], titles, controllers, spreads) if shown else None
+    return map_set_figure(shown, controllers) if shown else None
 
 
 def solved_lorenz_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
@@ -134,7 +84,7 @@ def solved_lorenz_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
     """
     solved = [entry for entry in entries if entry["values"] is not None]
     curves = [list(entry["values"].values()) for entry in solved]
-    return lorenz_figure(curves, [f"{entry['name']} ({entry['reading']:.3f})" for entry in solved]) if solved else None
+    return lorenz_figure(curves, [f"{entry['name']} ({entry['score']:.3f})" for entry in solved]) if solved else None
 
 
 def _times(run: LoadedRun) -> dict[str, list[list[float]]]:
@@ -146,8 +96,3 @@ def _times(run: LoadedRun) -> dict[str, list[list[float]]]:
         ]
         for name in run.controllers
     }
-
-
-def _reading(run: LoadedRun, value: float | None) -> str:
-    name = FITNESSES.get(run.config["search"]["fitness"]).reading_name
-    return "not solved by all" if value is None else f"{name} {value:.3f}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from evolution.report.benchmark_page import verdict_of_benchmark, write_benchmark_report
 from evolution.report.page import Attachment, Section, Table, picture
-from evolution.report.run_page import changed_replays
+from evolution.report.run_page import changed_replays, replay_page
 from evolution.report.sections import SECTIONS
 from evolution.report.writing import REPORT, new_page, write_report
 
@@ -21,6 +21,7 @@ __all__ = [
     "changed_replays",
     "new_page",
     "picture",
+    "replay_page",
     "verdict_of_benchmark",
     "write_benchmark_report",
     "write_report",

@@ -1,4 +1,4 @@
-"""The page of a benchmark: who reaches the goal how often and how fast, with intervals, replays and every run."""
+"""The page of a benchmark: success and times of every controller with intervals, replays and every run."""
 
 from __future__ import annotations
 
@@ -22,18 +22,19 @@ from evolution.files import Row, Table, write_text
 from evolution.report.page import Attachment, Report, Section, render_page
 from evolution.report.page import Table as PageTable
 from evolution.report.replays import ReplayedMap
+from evolution.runs import summary_of_map
 from evolution.statistics import FEWEST_FOR_INTERVAL
 from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Episode
 from gym_mapbench.world.scenario import Scenario
 
 MOST_REPLAYS = 24
-"""Maps with replays on one page; more would make it too large to open."""
+"""Largest number of maps with replays on one page; more would make the page too large to open."""
 
 INTERVALS = (
-    "Intervals are of 95 %: Wilson's for shares of runs, bootstrap for means and for differences, over "
-    f"maps where there are {FEWEST_FOR_INTERVAL} or more, else over runs; there is none for fewer than "
-    f"{FEWEST_FOR_INTERVAL}."
+    "Intervals are 95 % intervals: Wilson intervals for shares of runs, bootstrap intervals for means and "
+    f"differences. The bootstrap resamples maps if there are {FEWEST_FOR_INTERVAL} or more, else runs; with fewer than "
+    f"{FEWEST_FOR_INTERVAL} runs there is no interval."
 )
 
 
@@ -44,27 +45,27 @@ def write_benchmark_report(
     notes: Sequence[str] = (),
     drive: Callable[[Job], Episode] = drive,
 ) -> None:
-    """Write the page of a benchmark; one run of each controller on each map is driven again for its replay.
+    """Write the page of a benchmark; one run of each controller on each map is re-run for its replay.
 
     Args:
         result: The benchmark, as :func:`evolution.bench` returned it.
         page: The file; see :func:`evolution.report.writing.new_page`.
-        arguments: What stood on the command line after ``mapbench``; empty if nothing did.
-        notes: What else is to be said below the verdict.
-        drive: Drives a job and records everything.
+        arguments: The command line after ``mapbench``; empty if the benchmark was started from Python.
+        notes: Further paragraphs below the verdict.
+        drive: Runs a job and records everything.
 
     Raises:
         RunError: If the benchmark was read from a file, which does not hold its maps, or the page cannot be written.
     """
     if result.plan is None:
-        raise RunError(f"{page}: expected a benchmark that was just driven; a file of results does not hold its maps")
+        raise RunError(f"{page}: expected a benchmark that was just run; a file of results does not hold its maps")
     write_text(page, render_page(report_of_benchmark(result, result.plan, arguments, notes, drive)))
 
 
 def report_of_benchmark(
     result: Benchmark, plan: JobPlan, arguments: Sequence[str], notes: Sequence[str], drive: Callable[[Job], Episode]
 ) -> Report:
-    """Collect the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
+    """Return the page of a benchmark; the arguments are those of :func:`write_benchmark_report`."""
     driven = [_driven(result, plan, scenario, drive) for scenario in result.scenarios[:MOST_REPLAYS]]
     radius = float(plan.settings.robot.radius)
     count = f"{len(result.scenarios)} maps, {plan.repeats} runs of each controller on each"
@@ -74,7 +75,7 @@ def report_of_benchmark(
         verdict=[*verdict_of_benchmark(result.rows, plan.names), *notes],
         command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.bench(...), see the configuration",
         configuration=yaml.safe_dump(benchmark_document(result.scenarios, plan), sort_keys=False),
-        maps=[ReplayedMap(episodes[0].scenario.name, episodes, radius) for episodes in driven if episodes],
+        maps=[_replayed_map(result, plan.names, episodes, radius) for episodes in driven if episodes],
         sections=[Section("Tables", [INTERVALS], _tables(result, plan.names), id="tables")],
         downloads=[
             Attachment("bench.json", "application/json", result.to_json().encode()),
@@ -86,11 +87,11 @@ def report_of_benchmark(
 
 
 def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> list[str]:
-    """Say how often each controller reaches the goal and how long it takes, then which differences are certain.
+    """Return success and time of each controller, then the difference of each pair, one sentence each.
 
     Args:
         rows: The runs.
-        controllers: Who drove, in order.
+        controllers: Names of the controllers, in order.
     """
     ordered = sorted(score_rows(rows, controllers), key=lambda row: (-row["success"], row["mean s"] or np.inf))
     pairs = [sentence for pair in pair_rows(rows, [row["controller"] for row in ordered]) for sentence in _faster(pair)]
@@ -98,7 +99,7 @@ def verdict_of_benchmark(rows: Sequence[Row], controllers: Sequence[str]) -> lis
 
 
 def _sentence(row: Row) -> str:
-    """Say what one controller reached."""
+    """Return success and mean time of one controller in words."""
     low, high = (f"{100 * row[f'success {end}']:.0f}" for end in ("from", "to"))
     text = (
         f"{row['controller']} reaches the goal in {row['goals']} of {row['runs']} runs "
@@ -111,7 +112,7 @@ def _sentence(row: Row) -> str:
 
 
 def _faster(pair: Row) -> Iterator[str]:
-    """Say which of two controllers is faster where both reached the goal; nothing if there are too few such runs."""
+    """Say which of two controllers is faster if both reach the goal; nothing if there are too few such runs."""
     mean, low, high = (pair[name] for name in ("faster s", "faster s from", "faster s to"))
     if low is None:
         return
@@ -126,7 +127,7 @@ def _faster(pair: Row) -> Iterator[str]:
 
 
 def _driven(result: Benchmark, plan: JobPlan, scenario: Scenario, drive: Callable[[Job], Episode]) -> list[Episode]:
-    """Drive the run of each controller on a map again whose time is the median; errors have no trajectory."""
+    """Re-run the run of each controller on a map whose time is the median; runs that ended in an error are left out."""
     episodes = []
     for number, name in enumerate(plan.names):
         rows = [row for row in _rows_of(result, scenario.name, name) if row["outcome"] != "error"]
@@ -136,12 +137,20 @@ def _driven(result: Benchmark, plan: JobPlan, scenario: Scenario, drive: Callabl
     return episodes
 
 
+def _replayed_map(result: Benchmark, names: Sequence[str], episodes: Sequence[Episode], radius: float) -> ReplayedMap:
+    """Return the replay of a map, with the difference between the controllers in its title."""
+    name = episodes[0].scenario.name
+    summary = summary_of_map(name, {controller: _rows_of(result, name, controller) for controller in names})
+    sample = f"Title: {summary.sample}. Replay: the run of each controller with its median time."
+    return ReplayedMap(f"{name}: {summary.difference}", episodes, radius, sample=sample)
+
+
 def _rows_of(result: Benchmark, name: str, controller: str) -> list[Row]:
     return [row for row in result.rows if (row["map"], row["controller"]) == (name, controller)]
 
 
 def _changed(result: Benchmark, episodes: Sequence[Episode]) -> Iterator[str]:
-    """Report replays that end as none of the runs did."""
+    """Report replays whose outcome and time no recorded run has."""
     for episode in episodes:
         rows = _rows_of(result, episode.scenario.name, episode.controller)
         if (episode.outcome, episode.time) not in {(row["outcome"], row["time_s"]) for row in rows}:
@@ -152,7 +161,7 @@ def _changed(result: Benchmark, episodes: Sequence[Episode]) -> Iterator[str]:
 
 
 def _missing(result: Benchmark) -> list[str]:
-    """Say which maps have no replay."""
+    """Say how many maps have no replay."""
     left = len(result.scenarios) - MOST_REPLAYS
     return [f"Replays of the first {MOST_REPLAYS} maps only; {left} more are in the tables."] if left > 0 else []
 
@@ -167,13 +176,13 @@ def _tables(result: Benchmark, controllers: Sequence[str]) -> list[PageTable]:
 
 
 def _long_last(row: Row) -> Row:
-    """Return a run with its seed and its reason at the end, where they push nothing off a narrow page."""
+    """Return a run with its seed and its reason as the last columns, which a narrow page may cut off."""
     ends = ("seed", "reason")
     return {name: row[name] for name in (*(one for one in row if one not in ends), *ends)}
 
 
 def _page_table(caption: str, table: Table) -> PageTable:
-    """Show a table on the page; what has no value becomes a dash."""
+    """Return a table of the page; missing values become dashes."""
     nothing = {name: float("nan") if table.numeric(name) else "" for name in table.filled}
     rows = [[nothing[name] if row.get(name) is None else row[name] for name in nothing] for row in table]
     return PageTable(caption, table.filled, rows, table.title)

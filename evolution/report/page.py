@@ -27,7 +27,7 @@ PNG = b"\x89PNG"
 
 @dataclass(frozen=True)
 class Table:
-    """A sortable table; the numbers of a column have equally many decimals, and what is not finite is a dash."""
+    """A sortable table; the numbers of a column have equally many decimals; not finite numbers show as dashes."""
 
     caption: str
     columns: Sequence[str]
@@ -120,16 +120,16 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """Everything one page says.
+    """The content of one page; parts without content are left out.
 
     Args:
         title: Heading.
         subtitle: One line below it.
-        verdict: The paragraphs that come first.
-        command: The command that repeats it.
+        verdict: The first paragraphs.
+        command: The command that repeats the experiment.
         configuration: The options as used, as text.
         maps: Replays.
-        sections: What else is shown, in order; empty ones are left out.
+        sections: Further sections, in order; empty sections are left out.
         downloads: Files inside the page.
         missing: What a partial report lacks, one line each.
         changed: Replays that differ from what was recorded, one line each.

@@ -72,7 +72,10 @@
     canvas.setAttribute("aria-label", map.title + ", replay of " + runs.map((run) => run.controller).join(", "));
     const list = document.createElement("ul");
     runs.forEach((run) => list.append(summary(run)));
-    board.append(title, canvas, list);
+    const sample = document.createElement("p");
+    sample.className = "hint";
+    sample.textContent = map.sample;
+    board.append(title, sample, canvas, list);
     boards.append(board);
     return { map, runs, canvas, scale: WIDTH / map.width, walls: document.createElement("canvas") };
   }
@@ -119,6 +122,7 @@
       const pen = panel.canvas.getContext("2d");
       pen.clearRect(0, 0, panel.canvas.width, panel.canvas.height);
       pen.drawImage(panel.walls, 0, 0);
+      (panel.map.bodies || []).forEach((body) => drawBody(pen, panel, body));
       panel.runs.forEach((run) => drawRun(pen, panel, run));
     });
     clock.textContent = now.toFixed(1) + " s";
@@ -129,6 +133,16 @@
     pen.beginPath();
     pen.arc(x, y, radius, 0, 2 * Math.PI);
     pen.stroke();
+  }
+
+  /* Where a body was: the same in all runs, as nothing stops a body. */
+  function drawBody(pen, panel, body) {
+    const index = Math.min(body.x.length - 1, Math.round(now / panel.map.period));
+    const [x, y] = place(panel, body.x[index], body.y[index]);
+    pen.fillStyle = css("--soft");
+    pen.beginPath();
+    pen.arc(x, y, body.radius * panel.scale, 0, 2 * Math.PI);
+    pen.fill();
   }
 
   function drawRun(pen, panel, run) {

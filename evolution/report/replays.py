@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from evolution.pictures import colour_of
 from gym_mapbench.kernels.rectangles import merge_rectangles
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode, Event
+from gym_mapbench.world.bodies import place_bodies
 
 REPLAY_PERIOD = 0.1
 MARKED_KINDS = RECOVERY_KINDS | {"contact"}
@@ -28,13 +29,15 @@ class ReplayedMap:
         title: Shown above the map.
         episodes: Runs on this map, all of one scenario.
         robot_radius: Drawn size of the robot, m.
-        group: Maps of one group are shown together; the reader chooses which.
+        group: Maps of one group are shown together; the reader selects the group.
+        sample: Which of all runs title and replay show, in words; shown below the title.
     """
 
     title: str
     episodes: Sequence[Episode]
     robot_radius: float
     group: str = ""
+    sample: str = ""
 
 
 def replays_of(maps: Sequence[ReplayedMap]) -> dict[str, Any]:
@@ -49,7 +52,7 @@ def replays_of(maps: Sequence[ReplayedMap]) -> dict[str, Any]:
 
 
 def stuck_spots(states: NDArray[np.float64], period: float) -> list[tuple[float, float, float, float]]:
-    """Find where a robot was stuck: ``(x, y, from, until)`` in m and s, in order of time.
+    """Return where a robot was stuck: ``(x, y, from, until)`` in m and s, in order of time.
 
     Args:
         states: ``(n, >= 2)`` x, y, ... at equal intervals.
@@ -75,6 +78,7 @@ def _replayed_map(shown: ReplayedMap) -> dict[str, Any]:
     rectangles = merge_rectangles(scenario.map.occupancy)
     return {
         "title": shown.title,
+        "sample": shown.sample,
         "group": shown.group,
         "x": x0,
         "y": y0,
@@ -86,7 +90,19 @@ def _replayed_map(shown: ReplayedMap) -> dict[str, Any]:
         "goal": list(scenario.goal),
         "robot": shown.robot_radius,
         "runs": [_run(episode) for episode in shown.episodes],
+        **_bodies(shown.episodes),
     }
+
+
+def _bodies(episodes: Sequence[Episode]) -> dict[str, Any]:
+    """Return where the bodies of a scenario are until the end of its longest run; nothing where there are none."""
+    bodies = episodes[0].scenario.bodies
+    if not bodies:
+        return {}
+    times = np.arange(0.0, max(episode.time for episode in episodes) + REPLAY_PERIOD, REPLAY_PERIOD)
+    x, y, _ = np.round(place_bodies(bodies, times), 3).T.tolist()
+    courses = zip(bodies, x, y, strict=True)
+    return {"period": REPLAY_PERIOD, "bodies": [{"radius": one.shape.radius, "x": x, "y": y} for one, x, y in courses]}
 
 
 def _run(episode: Episode) -> dict[str, Any]:

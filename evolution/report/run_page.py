@@ -3,38 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
-import numpy as np
 import yaml
 
 from evolution.files import written_elsewhere
 from evolution.pictures import DrivenMap
-from evolution.report.page import Attachment, Report
+from evolution.report.page import Attachment, Report, render_page
 from evolution.report.replays import ReplayedMap
 from evolution.report.sections import sections_of
-from evolution.runs import LoadedRun, confirmed_sentence, errors_in, results_in, typical_repeat
+from evolution.runs import LoadedRun, errors_in, results_in, summary_of_map, validation_sentence
 from evolution.search import SECTIONS
-from gym_mapbench.mapio.bundle import BEST_MAP_SET
+from gym_mapbench.mapio.map_set_file import BEST_MAP_SET
 
 
 def report_of_run(
     run: LoadedRun, driven: Sequence[DrivenMap], sections: Iterable[str] = (), missing: Iterable[str] = ()
 ) -> Report:
-    """Collect the report of one evolution run.
+    """Return the report of one evolution run.
 
     Args:
-        run: The run, as far as it has come.
-        driven: Its best maps, driven again for the replays (:func:`evolution.pictures.run_figures.drive_best`).
+        run: The run, finished or not.
+        driven: Its best maps with the runs of the replays, from :func:`evolution.pictures.drive_best`.
         sections: Names of sections to show in addition to those on every page.
-        missing: What could not be done, and why.
+        missing: What the report lacks and why, one line each.
     """
     search = run.config["search"]
     made, failed = sections_of(run, sections)
     return Report(
         title=f"Evolved maps: {run.path.name}",
         subtitle=(
-            f"{search['fitness']} fitness, population {search['pop_size']}, "
+            f"{search['judging']['fitness']} fitness, population {search['ga']['pop_size']}, "
             f"{run.checkpoint['evaluations']} evaluations, seed {search['seed']}, "
             f"controllers {', '.join(run.controllers)}"
         ),
@@ -55,7 +53,7 @@ def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
     lines = []
     for one in driven:
         for episode in one.episodes:
-            was = recorded[one.name]["runs"][episode.controller][typical_repeat(recorded[one.name])]
+            was = recorded[one.name]["runs"][episode.controller][one.repeat]
             if (episode.outcome, episode.time) != (was["outcome"], was["time_s"]):
                 lines.append(
                     f"The replay of {episode.controller} on {one.name} ends with {episode.outcome} after "
@@ -65,9 +63,23 @@ def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
 
 
 def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap], group: str = "") -> list[ReplayedMap]:
-    """The best maps that were driven again, with their runs; ``group`` is the heading under which they stand."""
-    shown = [one for one in driven if one.episodes]
-    return [ReplayedMap(f"{one.name} ({one.reading})", one.episodes, _radius(run), group) for one in shown]
+    """Return the replays of the maps that have recorded runs; ``group`` is the heading under which they stand."""
+    radius = _radius(run)
+    return [
+        ReplayedMap(f"{one.name}: {one.summary.difference}", one.episodes, radius, group, _samples(one))
+        for one in driven
+        if one.episodes
+    ]
+
+
+def replay_page(run: LoadedRun, driven: Sequence[DrivenMap]) -> str:
+    """Return a page with the replays of the best maps and nothing else, to be shown inside another page."""
+    return render_page(Report(f"Replays: {run.path.name}", "", [], "", "", replayed_maps(run, driven)))
+
+
+def _samples(driven: DrivenMap) -> str:
+    """Say which runs the title and the replay of a map show."""
+    return f"Title: {driven.summary.sample}. Replay: {driven.recorded_sample}."
 
 
 def _radius(run: LoadedRun) -> float:
@@ -75,17 +87,19 @@ def _radius(run: LoadedRun) -> float:
 
 
 def _verdict(run: LoadedRun) -> list[str]:
-    """Say in words what fitness was reached, and what each map shows."""
-    maps = [_map_sentence(entry) for entry in _by_reading(run)]
-    if run.best_results.get("confirmation"):
-        return [*confirmed_sentence(run.best_results, run.config["search"]), *maps]
+    """Say what fitness the best set has, and by how much the controllers differ on each map."""
+    maps = [summary_of_map(entry["name"], entry["runs"]).in_words for entry in run.best_results["maps"]]
+    if run.best_results.get("validation"):
+        return [*validation_sentence(run.best_results, run.config["search"]), *maps]
     return [_outcome(run), *_held(run), *maps]
 
 
 def _outcome(run: LoadedRun) -> str:
-    """Say how good the best set is, and what the search gained where fitnesses of all generations can be compared."""
+    """Say how good the best set is, and by how much the search improved it if generations are comparable."""
     first, last = run.generations[0]["best"], run.generations[-1]["best"]
-    if run.config["search"].get("archive"):  # sets are judged anew when their maps are driven again
+    if (
+        run.config["search"].get("archive", {}).get("elite")
+    ):  # the fitness of a set changes when its maps are re-evaluated
         return f"The best set {'' if run.finished else 'so far '}has fitness {last:.2f} (lower is better)."
     improved = f"improved the best fitness from {first:.2f} to {last:.2f}"
     if first > 0 >= last:  # a fitness above 0 is made of penalties
@@ -95,28 +109,10 @@ def _outcome(run: LoadedRun) -> str:
 
 
 def _held(run: LoadedRun) -> list[str]:
-    """Say whether the best set was confirmed, where that was asked for."""
-    if run.config["search"].get("confirmation") and not run.finished:
-        return ["It is not confirmed yet: that comes at the end of the search."]
-    return confirmed_sentence(run.best_results, run.config["search"])
-
-
-def _by_reading(run: LoadedRun) -> list[dict[str, Any]]:
-    """Maps from the most alike to the most different; maps without a reading last."""
-    return sorted(run.best_results["maps"], key=lambda entry: np.inf if entry["reading"] is None else entry["reading"])
-
-
-def _map_sentence(entry: dict[str, Any]) -> str:
-    if entry["values"] is None:
-        failed = [name for name, runs in entry["runs"].items() if any(one["outcome"] != "goal" for one in runs)]
-        return f"{entry['name']}: {', '.join(failed)} did not reach the goal, so the map counts as unsolved."
-    ordered = sorted(entry["values"].items(), key=lambda item: item[1])
-    (fast, least), (slow, most) = ordered[0], ordered[-1]
-    ratio = most / least if least > 0 else np.inf
-    if ratio < 1.1:
-        times = f"{least:.1f} s" if f"{least:.1f}" == f"{most:.1f}" else f"{least:.1f} to {most:.1f} s"
-        return f"{entry['name']}: all controllers take about the same ({times})."
-    return f"{entry['name']}: {fast} is fastest ({least:.1f} s), {slow} takes {ratio:.1f} times as long ({most:.1f} s)."
+    """Say whether the best set is validated; nothing if the search has no validation stage."""
+    if run.config["search"].get("validation") and not run.finished:
+        return ["The set is not validated yet: validation is the last stage of the search."]
+    return validation_sentence(run.best_results, run.config["search"])
 
 
 def _configuration(run: LoadedRun) -> str:

@@ -1,31 +1,39 @@
 """Sections of the page about a run, by name: the built-in ones, then third-party ones.
 
-A third-party section is made by a function of the :class:`~evolution.runs.LoadedRun` that returns a
-:class:`~evolution.report.page.Section`, or None where it has nothing to say.
+A third-party section is a function that takes the :class:`~evolution.runs.LoadedRun` and returns a
+:class:`~evolution.report.page.Section`, or None for no section.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
 from evolution.pictures import FIGURES
 from evolution.report.page import Attachment, Section, Table, picture
-from evolution.runs import LoadedRun
+from evolution.runs import OUTLIER, LoadedRun, summary_of_map
 from gym_mapbench.errors import MapBenchError, PluginError
 from gym_mapbench.registry import Registry, must_be_callable
 
 CAPTIONS = {
-    "best_maps": "The best maps with all trajectories; crosses mark recoveries",
+    "best_maps": "The best maps: one run of each controller, and the times of all runs",
     "convergence": "Best fitness over the evaluations",
-    "times": "Travel times per map and controller; dots are single runs",
-    "lorenz": "Lorenz curves: the further from the diagonal, the less alike the controllers' times",
+    "times": "Travel times per map and controller: bars are medians, dots single runs, rings outliers",
+    "lorenz": "Lorenz curves of the times that chose the set: far from the diagonal, the times differ more",
 }
 
 FITNESS_NOTE = (
-    "Of the population after each generation. Lower is better; a fitness above 0 is made of penalties, for runs that "
-    "failed or maps that do not differ as wanted."
+    "Fitness of the population after each generation; lower is better. A fitness above 0 is a sum of penalties for "
+    "failed runs or for maps without the wanted differences."
+)
+
+TIMES = ("map", "score", "controller", "runs", "median s", "min s", "max s", "outliers", "recoveries", "outcome")
+TIMES_NOTE = (
+    "Times of all recorded runs that reached the goal: runs on the seeds of the search and, after a validation, on "
+    f"held-out seeds. An outlier takes more than {OUTLIER:g} times the median. The search chose the map by the score, "
+    "which does not contain the held-out runs."
 )
 
 
@@ -49,7 +57,7 @@ SECTIONS: Registry[Callable[[LoadedRun], Section | None]] = Registry(
 
 
 def sections_of(run: LoadedRun, also: Iterable[str] = ()) -> tuple[list[Section], list[str]]:
-    """Make the sections about a run.
+    """Return the sections about a run.
 
     Args:
         run: The run.
@@ -88,22 +96,29 @@ def figures_of(run: LoadedRun) -> list[Attachment]:
 
 
 def _how_to_read(name: str, run: LoadedRun) -> str:
-    """Say what else a reader must know of a figure of this run."""
-    if name == "convergence" and run.config["search"].get("archive"):
-        return "; it rises where the maps of a set are driven again with further seeds and do not hold"
+    """Return what else a reader must know of a figure of this run."""
+    if name == "convergence" and run.config["search"].get("archive", {}).get("elite"):
+        return "; it rises where a re-evaluation with further seeds gives a set a worse fitness"
     return ""
 
 
 def _times_table(run: LoadedRun) -> Table:
+    rows = [row for entry in run.best_results["maps"] for row in _times_rows(entry)]
+    return Table("The best map set", TIMES, rows, TIMES_NOTE)
+
+
+def _times_rows(entry: Mapping[str, Any]) -> list[list[str | float | int]]:
+    """Return a row for each controller on a map."""
+    score = float("nan") if entry["score"] is None else entry["score"]
     rows: list[list[str | float | int]] = []
-    for entry in run.best_results["maps"]:
-        for name, results in entry["runs"].items():
-            times = [one["time_s"] for one in results if one["outcome"] == "goal"]
-            spread = [float(np.mean(times)), min(times), max(times)] if times else [float("nan")] * 3
-            outcomes = ", ".join(sorted({one["outcome"] for one in results}))
-            recoveries = float(np.mean([one["metrics"].get("n_recoveries", np.nan) for one in results]))
-            rows.append([entry["name"], name, *spread, recoveries, outcomes])
-    return Table("The best map set", ("map", "controller", "mean s", "min s", "max s", "recoveries", "outcome"), rows)
+    for one in summary_of_map(entry["name"], entry["runs"]).controllers:
+        results = entry["runs"][one.controller]
+        ends = [min(one.times), max(one.times)] if one.times else [float("nan")] * 2
+        recoveries = float(np.mean([result["metrics"].get("n_recoveries", np.nan) for result in results]))
+        outcomes = ", ".join(sorted({result["outcome"] for result in results}))
+        counts = [one.runs, one.median, *ends, len(one.outliers), recoveries]
+        rows.append([entry["name"], score, one.controller, *counts, outcomes])
+    return rows
 
 
 def _generations_table(run: LoadedRun) -> Table:

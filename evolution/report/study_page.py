@@ -21,19 +21,19 @@ from evolution.studies import (
     StudyResults,
     StudyRun,
     analyse,
-    fresh_rows,
+    held_out_rows,
     load_study,
     map_rows,
     measure_rows,
     pair_rows,
-    promise_rows,
     rank_rows,
+    reported_fitness_rows,
     study_names,
     summary_rows,
     test_rows,
     verdict_of,
 )
-from gym_mapbench.mapio.bundle import BEST_MAP_SET
+from gym_mapbench.mapio.map_set_file import BEST_MAP_SET
 
 ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 """The oldest date a zip file can hold: equal content gives equal bytes."""
@@ -68,58 +68,61 @@ TESTS = {
     "effect_name": "which",
     "n": "n",
 }
-FRESH = {
+HELD_OUT = {
     "configuration": "configuration",
     "repeats": "repeats in the search",
     "n": "n",
-    "seen": "seen (median)",
-    "fresh": "fresh (median)",
-    "winners_curse": "fresh minus seen (median)",
-    "solved": "seeds with all maps solved",
-    "order_kept": "order kept on these",
-    "fresh_success_rate": "success on fresh seeds",
+    "reported_fitness": "reported (median)",
+    "held_out_fitness": "held-out (median)",
+    "selection_bias": "held-out minus reported (median)",
+    "solved": "held-out seeds with all maps solved",
+    "rank_agreement": "rank agreement on these",
+    "held_out_success_rate": "success on held-out seeds",
 }
-PROMISES = {
+REPORTED = {
     "configuration": "configuration",
     "n": "n",
-    "claimed": "claimed (median)",
-    "fresh": "fresh (median)",
-    "fresh_low": "from",
-    "fresh_high": "to",
-    "off": "off by (median)",
-    "kept": "off by 0.5 at most",
-    "goals": "goals",
-    "order": "order kept",
+    "reported_fitness": "reported (median)",
+    "held_out_fitness": "held-out (median)",
+    "held_out_low": "from",
+    "held_out_high": "to",
+    "absolute_error": "difference (median)",
+    "within_half": "difference of 0.5 at most",
+    "held_out_success_rate": "success on held-out seeds",
+    "rank_agreement": "rank agreement",
     "roles": "all roles filled",
-    "against": "against",
+    "against": "compared with",
     "a12": "A12",
     "p_holm": "p (Holm)",
 }
 MAPS = {
     "map": "map",
-    "reading": "reading",
+    "score": "score",
     "controller": "controller",
-    "seen_s": "search saw, s",
+    "searched_s": "in the search, s",
     "mean_s": "mean s",
     "min_s": "min s",
     "max_s": "max s",
     "std_s": "std s",
     "goals": "goals",
     "runs": "runs",
-    "otherwise": "otherwise",
+    "otherwise": "other outcomes",
 }
+HELD_OUT_TIMES = (
+    "Times of the runs on held-out seeds that reached the goal. Replays and figures of maps show runs of the search."
+)
 RUNS = {
     "configuration": "configuration",
     "seed": "seed",
     "pop_size": "population",
     "evaluations": "evaluations",
     "cluster_scale": "cluster scale",
-    "fitness": "fitness seen",
-    "fresh_fitness": "on fresh seeds",
-    "winners_curse": "fresh minus seen",
-    "fresh_success_rate": "success on fresh seeds",
-    "driven": "newly driven runs",
-    "seconds": "seconds for these",
+    "fitness": "reported fitness",
+    "held_out_fitness": "held-out fitness",
+    "selection_bias": "held-out minus reported",
+    "held_out_success_rate": "success on held-out seeds",
+    "driven": "new runs",
+    "seconds": "seconds for these runs",
 }
 
 
@@ -129,7 +132,7 @@ def report_of_study(
     figures: Sequence[StudyFigure] = (),
     analysis: StudyAnalysis | None = None,
 ) -> Report:
-    """Collect the report of a study, as far as it has come.
+    """Return the report of a study, finished or not.
 
     Args:
         results: The study.
@@ -138,7 +141,7 @@ def report_of_study(
         analysis: The study's comparisons, if they are there already.
     """
     settings, analysis = results.settings, analysis or analyse(results)
-    controllers = dict.fromkeys(name for run in results.runs for name in run.experiment.plan.names)
+    controllers = dict.fromkeys(name for run in results.runs for name in run.experiment.names)
     return Report(
         title=f"Study: {settings.name}",
         subtitle=(
@@ -168,27 +171,27 @@ def table_of(caption: str, columns: Mapping[str, str], rows: Sequence[Row], note
 def _tables(analysis: StudyAnalysis, best_sets: Sequence[BestSet]) -> list[Table]:
     results = analysis.results
     tables = [table for one in analysis.comparisons for table in _comparison_tables(one)]
-    if rows := fresh_rows(results):
+    if rows := held_out_rows(results):
         note = (
-            "Fitness on fresh seeds minus the fitness the search saw: the luck of the selection, and the noise of the "
-            "new runs where the search had none. path_length selected nothing by driven runs. The order is that of "
-            "the maps' readings, on the seeds on which all controllers solved all maps."
+            "Held-out fitness minus reported fitness: the selection bias (winner's curse), and the noise of the "
+            "held-out runs if the search had no noise. path_length selects without runs. Rank agreement is the share "
+            "of the held-out seeds with all maps solved on which the maps keep the ranks of their scores."
         )
-        tables.append(table_of("Fresh minus seen", FRESH, rows, note))
-    if rows := promise_rows(results):
+        tables.append(table_of("Held-out minus reported fitness", HELD_OUT, rows, note))
+    if rows := reported_fitness_rows(results):
         note = (
-            "What the searches said of their best sets, and their median fitness on fresh seeds with the 95 % interval "
-            "of the median over runs. The order counts over all fresh drives. Roles are filled if one map has all "
-            "controllers within a factor of 1.2, one two groups further apart than that, and so on. A12 and p "
+            "Reported and held-out fitness of the best sets; the interval is the 95 % interval of the median over "
+            "runs. Rank agreement counts over all held-out trials. All roles are filled if on one map all controllers "
+            "are within a factor of 1.2, on another two groups are further apart than that, and so on. A12 and p "
             "(corrected by Holm over these rows) compare with the first configuration of the same fitness, navigation "
-            "and fresh noise."
+            "and held-out noise."
         )
-        tables.append(table_of("Promised and kept", PROMISES, rows, note))
-    tables += [table for best in best_sets if best.run.fresh is not None for table in _best_set_tables(best.run)]
+        tables.append(table_of("Reported and held-out fitness", REPORTED, rows, note))
+    tables += [table for best in best_sets if best.run.reevaluation is not None for table in _best_set_tables(best.run)]
     if results.runs:
         note = (
-            "All runs of a study share one store of results: what an earlier run had driven is not driven again, so "
-            "the last two columns depend on the order of the runs."
+            "All runs of a study share one store of results. A run reuses the results of earlier runs, so the last two "
+            "columns depend on the order of the runs."
         )
         tables.append(table_of("Every run", RUNS, results.rows(), note))
     return tables
@@ -208,51 +211,51 @@ def _comparison_tables(comparison: Comparison) -> list[Table]:
     if ranking := comparison.ranking:
         columns = {"configuration": "configuration", "mean_rank": "mean rank"}
         note = (
-            f"Over {len(ranking.seeds)} seeds, 1 is best; ranks less than {ranking.critical_difference:.2f} apart "
-            f"cannot be told apart (Nemenyi, 0.05).{_nested_ranks(comparison)}"
+            f"Over {len(ranking.seeds)} seeds; rank 1 is best. Ranks less than {ranking.critical_difference:.2f} apart "
+            f"do not differ significantly (Nemenyi, 0.05).{_nested_ranks(comparison)}"
         )
         tables.append(table_of(f"Ranks: {title}", columns, rank_rows(comparison), note))
     return tables
 
 
 def _pairs_note(comparison: Comparison) -> str:
-    """How to read the table of pairs."""
+    """Return the note of the table of pairs."""
     note = (
-        "The first has the better median. Mann-Whitney U, corrected by Holm. A12 is the share of pairs of runs in "
-        "which the first is better, ties half (0.5: no effect). Runs with one seed share their first population; the "
-        "tests treat them as independent, which positive dependence makes conservative."
+        "The first configuration has the better median. p: Mann-Whitney U test, corrected by Holm. A12 is the share of "
+        "pairs of runs in which the first is better; ties count half (0.5: no effect). Runs with one seed share their "
+        "first population. The tests treat runs as independent, which is conservative under positive dependence."
     )
     if not comparison.by_construction:
         return note
     return (
-        f"{note} Pairs by construction are not tested: the first chose afterwards among all maps that the second had "
-        "driven, so it cannot be worse in any run as the search saw it."
+        f"{note} Pairs by construction are not tested: the first configuration selects among all maps that the second "
+        "evaluated, so its reported fitness is never worse."
     )
 
 
 def _nested_ranks(comparison: Comparison) -> str:
-    """Name the ranks that follow from how a configuration chooses, and so say nothing."""
+    """Name the ranks that follow from how a configuration selects, and so are no evidence."""
     fixed = [f"{best} never ranks behind {parent}" for best, parent in comparison.by_construction]
     return f" By construction {', '.join(fixed)}." if fixed else ""
 
 
 def refused_replays(best_sets: Sequence[BestSet]) -> list[str]:
-    """Say in one line which best sets were not driven again because they name code."""
+    """Say in one line which best sets were not re-run because they name code."""
     refused = {best.run.configuration.name: best.refused for best in best_sets if best.refused}
     return [f"There are no replays of {', '.join(refused)}: {next(iter(refused.values()))}"] if refused else []
 
 
 def _not_shown(results: StudyResults, best_sets: Sequence[BestSet]) -> list[str]:
-    """Name the configurations of which no set is shown, or not the best one."""
+    """Name the configurations without a replay, or with the replay of another than the best set."""
     shown = {best.run.configuration.name: best.run for best in best_sets}
     lines = []
     for name, runs in results.by_configuration.items():
         best = min(runs, key=lambda run: run.fitness)
         if name not in shown:
-            lines.append(f"{name}: no replay, none of its best sets could be loaded and driven again")
+            lines.append(f"{name}: no replay, none of its best sets could be loaded and re-run")
         elif shown[name] is not best:
             lines.append(
-                f"{name}: the best run (seed {best.seed}) could not be loaded and driven again; seed "
+                f"{name}: the best run (seed {best.seed}) could not be loaded and re-run; seed "
                 f"{shown[name].seed} is shown"
             )
     return lines
@@ -260,12 +263,12 @@ def _not_shown(results: StudyResults, best_sets: Sequence[BestSet]) -> list[str]
 
 def _best_set_tables(run: StudyRun) -> list[Table]:
     """Times and other measures of the best set of a configuration."""
-    what = f"Best set of {run.configuration.name} (seed {run.seed}) on fresh seeds"
+    what = f"Best set of {run.configuration.name} (seed {run.seed}) on held-out seeds"
     measures = measure_rows(run)
     names = dict.fromkeys(name for row in measures for name in row if name not in ("configuration", "seed"))
     rows = [{name: row.get(name) for name in names} for row in measures]
     return [
-        table_of(f"{what} (thesis, Tables 5.3 and 5.4)", MAPS, map_rows(run), "Of the runs that reached the goal."),
+        table_of(f"{what} (thesis, Tables 5.3 and 5.4)", MAPS, map_rows(run), HELD_OUT_TIMES),
         table_of(
             f"{what}: other measures", {name: name for name in names}, rows, "Means over the same runs; SI units."
         ),
@@ -273,8 +276,8 @@ def _best_set_tables(run: StudyRun) -> list[Table]:
 
 
 def _replayed(best: BestSet) -> list[ReplayedMap]:
-    """The best set of one configuration with its recorded runs."""
-    group = f"{best.run.configuration.name} (seed {best.run.seed}, fitness {best.run.fitness:.2f})"
+    """Return the replays of the best set of one configuration."""
+    group = f"{best.run.configuration.name} (seed {best.run.seed}, reported fitness {best.run.fitness:.2f})"
     return replayed_maps(best.loaded, best.maps, group)
 
 

@@ -1,4 +1,4 @@
-"""Writes the report of a directory: draws figures and tables anew, and drives the best maps again for the replays."""
+"""Writes the report of a directory: draws its figures and tables, and re-runs the best maps for the replays."""
 
 from __future__ import annotations
 
@@ -10,35 +10,33 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from evolution.benchmark import BENCHMARK
-from evolution.files import temporary_directory, write_text
+from evolution.files import DirectoryKind, temporary_directory, write_text
 from evolution.pictures import FIGURES, FORMATS, drive_best, recorded_maps, write_run_figures
 from evolution.report.page import Report, render_page
 from evolution.report.run_page import report_of_run
 from evolution.report.sections import SECTIONS
 from evolution.report.study_page import refused_replays, report_of_study
-from evolution.runs import CONFIG, load_run
+from evolution.results import kind_of
+from evolution.runs import RUN, load_run
 from evolution.studies import (
-    NAV2,
     STUDY,
-    Engine,
+    SWEEP,
     StudyAnalysis,
     analyse,
     drive_best_sets,
-    is_study,
     load_results,
     write_study_figures,
     write_tables,
 )
+from evolution.training import TRAINING
 from gym_mapbench.errors import ConfigError, RunError, UntrustedError
 
 REPORT = "report.html"
-HINT = "; the page of a benchmark is written by its own command, with --resume --html FILE"
 
 
 def write_report(
     path: str | Path,
     out: str | Path | None = None,
-    engine: Engine = NAV2,
     *,
     analysis: StudyAnalysis | None = None,
     sections: Sequence[str] = (),
@@ -48,9 +46,8 @@ def write_report(
 
     Args:
         path: Directory of a run or of a study, finished or not.
-        out: The file; nothing is then written into the directory. If None, ``report.html`` in the directory, which is
-            written anew every time, like the figures and tables beside it.
-        engine: How the best maps are driven again.
+        out: The file; nothing is then written into the directory. If None, ``report.html`` in the directory, which
+            replaces an earlier one, like the figures and tables beside it.
         analysis: For a study, its comparisons, if they are there already.
         sections: For a run, names of sections to show in addition to those on every page.
         on_step: Called before each long step, with a line that describes it.
@@ -64,20 +61,18 @@ def write_report(
         RunError: If the directory is neither, has nothing to report, or the file cannot be written.
     """
     path = Path(path)
-    if not is_study(path) and not (path / CONFIG).is_file():
-        raise RunError(f"{path}: neither a run nor a study (no {CONFIG}, no {STUDY}){HINT * BENCHMARK.holds(path)}")
-    if sections and is_study(path):
+    kind = kind_of(path).directory
+    if kind not in PAGES:
+        raise RunError(f"{path}: expected a run or a study; {NO_PAGE[kind]}")
+    if sections and kind != RUN:
         raise ConfigError(f"sections: expected only of a run, got {path}")
     for name in sections:
         SECTIONS.get(name)
     own = path / REPORT
     target = new_page(own if out is None else out, own)
     with nullcontext(path) if out is None else TemporaryDirectory(dir=temporary_directory()) as folder:
-        drawn = _Drawn(Path(folder), FORMATS if out is None else ("png",))
-        if is_study(path):
-            report = _study_report(analysis or analyse(load_results(path, engine)), drawn, engine, on_step)
-        else:
-            report = _run_report(path, drawn, engine, sections, on_step)
+        formats = FORMATS if out is None else ("png",)
+        report = PAGES[kind](_Request(path, Path(folder), formats, on_step, sections, analysis))
     write_text(target, render_page(report))
     return target
 
@@ -87,10 +82,10 @@ def new_page(path: str | Path, own: Path | None = None) -> Path:
 
     Args:
         path: The file.
-        own: The one that may be written anew.
+        own: The page that may be replaced.
 
     Raises:
-        ConfigError: If it exists and is not ``own``, or its directory does not exist or cannot be written.
+        ConfigError: If the file exists and is not ``own``, or its directory does not exist or cannot be written.
     """
     target = Path(path)
     if target.is_dir() or (target.exists() and (own is None or target.resolve() != own.resolve())):
@@ -103,35 +98,57 @@ def new_page(path: str | Path, own: Path | None = None) -> Path:
 
 
 @dataclass(frozen=True)
-class _Drawn:
-    """Where figures and tables are written, and in which formats the figures."""
+class _Request:
+    """What a page is made from.
+
+    Args:
+        path: Directory of the results.
+        folder: Directory of the figures and tables that are written.
+        formats: Formats of the figures, PNG first.
+        on_step: Called before each long step.
+        sections: For a run, names of further sections.
+        analysis: For a study, its comparisons if they are known.
+    """
 
     path: Path
+    folder: Path
     formats: Sequence[str]
+    on_step: Callable[[str], object]
+    sections: Sequence[str]
+    analysis: StudyAnalysis | None
 
 
-def _run_report(
-    path: Path, drawn: _Drawn, engine: Engine, sections: Sequence[str], on_step: Callable[[str], object]
-) -> Report:
-    run = replace(load_run(path), figures=drawn.path / FIGURES)
-    on_step("driving the best map set again for the replays")
+def _run_report(request: _Request) -> Report:
+    run = replace(load_run(request.path), figures=request.folder / FIGURES)
+    request.on_step("re-running the best map set for the replays")
     missing = []
     try:
-        driven = drive_best(run, engine.read_experiment, engine.drive)
+        driven = drive_best(run)
     except UntrustedError as error:
         driven, missing = recorded_maps(run), [f"There are no replays: {error}"]
-        on_step(missing[0])
-    write_run_figures(run, driven, drawn.formats)
-    return report_of_run(run, driven, sections, missing)
+        request.on_step(missing[0])
+    write_run_figures(run, driven, request.formats)
+    return report_of_run(run, driven, request.sections, missing)
 
 
-def _study_report(analysis: StudyAnalysis, drawn: _Drawn, engine: Engine, on_step: Callable[[str], object]) -> Report:
+def _study_report(request: _Request) -> Report:
+    analysis = request.analysis or analyse(load_results(request.path))
     results = analysis.results
-    elsewhere = replace(results, path=drawn.path)
+    elsewhere = replace(results, path=request.folder)
     write_tables(elsewhere, analysis)
-    on_step(f"driving the best map set of {len(results.by_configuration)} configurations again for the replays")
-    best_sets = drive_best_sets(results, engine)
+    request.on_step(f"re-running the best map set of {len(results.by_configuration)} configurations for the replays")
+    best_sets = drive_best_sets(results)
     for line in refused_replays(best_sets):
-        on_step(line)
-    figures = write_study_figures(elsewhere, best_sets, analysis, drawn.formats)
+        request.on_step(line)
+    figures = write_study_figures(elsewhere, best_sets, analysis, request.formats)
     return report_of_study(results, best_sets, figures, analysis)
+
+
+PAGES: dict[DirectoryKind, Callable[[_Request], Report]] = {RUN: _run_report, STUDY: _study_report}
+"""By kind of directory, the function that makes its page."""
+NO_PAGE = {
+    BENCHMARK: "the page of a benchmark is written by its own command, with --resume --html FILE",
+    SWEEP: "effects.csv and figures/ show a sweep",
+    TRAINING: "curve.csv and figures/ show a training",
+}
+"""By kind of directory without a page, where its results are shown."""

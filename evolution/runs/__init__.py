@@ -8,42 +8,48 @@ from __future__ import annotations
 
 from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
-from evolution.runs.exclusive_store import filling
+from evolution.runs.exclusive_store import exclusive_store
+from evolution.runs.former_names import present_results
 from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, load_run, reached_maps
-from evolution.runs.recorded_world import recorded_experiment
-from evolution.runs.reevaluation import DrivenAgain, driven_again, fitness_of, judge
+from evolution.runs.map_summary import OUTLIER, ControllerTimes, MapSummary, summary_of_map
+from evolution.runs.recorded_experiment import RecordedExperiment
+from evolution.runs.reevaluation import Reevaluation, judge, reevaluation_of
 from evolution.runs.results import (
     chosen_by,
-    confirmation_in,
-    confirmed_sentence,
     errors_in,
     results_document,
     results_in,
     typical_repeat,
+    validation_in,
+    validation_sentence,
 )
 
 __all__ = [
     "CONFIG",
+    "OUTLIER",
     "RUN",
     "STORE",
-    "DrivenAgain",
+    "ControllerTimes",
     "LoadedRun",
+    "MapSummary",
+    "RecordedExperiment",
+    "Reevaluation",
     "RunDir",
     "check_results",
     "chosen_by",
-    "confirmation_in",
-    "confirmed_sentence",
-    "driven_again",
     "driven_maps",
     "errors_in",
+    "exclusive_store",
     "experiment_in",
-    "filling",
-    "fitness_of",
     "judge",
     "load_run",
+    "present_results",
     "reached_maps",
-    "recorded_experiment",
+    "reevaluation_of",
     "results_document",
     "results_in",
+    "summary_of_map",
     "typical_repeat",
+    "validation_in",
+    "validation_sentence",
 ]

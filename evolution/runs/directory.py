@@ -41,10 +41,11 @@ from evolution.runs.documents import (
     check_driven,
     check_results,
 )
+from evolution.runs.former_names import present_config, present_results, present_row
 from evolution.runs.results import named, results_document
-from evolution.search import Confirmation, Evaluation, Experiment, Record
+from evolution.search import Evaluation, Experiment, Record, ValidationResult
 from gym_mapbench.errors import MapBenchError, RunError
-from gym_mapbench.mapio.bundle import BEST_MAP_SET, bundle_document, read_bundle
+from gym_mapbench.mapio.map_set_file import BEST_MAP_SET, map_set_document, read_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.world.scenario import MapSet
 
@@ -63,11 +64,11 @@ runs.csv            one line per driven run, at its first use: map, controller, 
 maps/NNNN.npz       maps first seen in generation NNNN, by digest: boolean arrays [row, col],
                     True where there is a wall, row 0 at the bottom (numpy.load)
 best_map_set.json   the best map set so far, as text
-best_results.json   its fitness, and every run on it; once it is confirmed, what it is worth on new seeds
+best_results.json   its fitness, and every run on it; after the validation stage, its held-out fitness
 checkpoint.json     where the search stands
-figures/            the best maps with what was driven on them, the best fitness over the search, travel times, and
-                    Lorenz curves (the further from the diagonal, the less alike the controllers are)
-timing.jsonl        wall-clock seconds of each generation, and of the confirmation
+figures/            the best maps with all trajectories, the best fitness over the search, travel times, and Lorenz
+                    curves (the further from the diagonal, the larger the differences between controllers)
+timing.jsonl        wall-clock seconds of each generation, and of the validation stage
 results.sqlite      every result by the key of its run (SQLite, table "results")
 
 All but the last two are the same whenever the same experiment is run.
@@ -80,7 +81,7 @@ class RunDir:
 
     Args:
         path: The directory.
-        config: What ``config.json`` says.
+        config: Content of ``config.json``.
     """
 
     path: Path
@@ -98,7 +99,7 @@ class RunDir:
             RunError: If it cannot be made.
         """
         path = Path(path)
-        return cls(path, RUN.create(path, experiment.document()))
+        return cls(path, RUN.begin(path, experiment.document()))
 
     @classmethod
     def open(cls, path: str | Path) -> RunDir:
@@ -108,7 +109,7 @@ class RunDir:
             RunError: If it is not a run directory, of another format, or damaged.
         """
         path = Path(path)
-        config = RUN.open(path)
+        config = present_config(RUN.open(path), str(path / CONFIG))
         check(RunConfig, config, path / CONFIG)
         return cls(path, config)
 
@@ -119,7 +120,7 @@ class RunDir:
 
     @property
     def checkpoint(self) -> Mapping[str, Any] | None:
-        """What ``checkpoint.json`` says, None before the end of the first generation."""
+        """Content of ``checkpoint.json``; None before the end of the first generation."""
         path = self.path / CHECKPOINT
         if not path.is_file():
             return None
@@ -146,7 +147,8 @@ class RunDir:
     def repeats(self) -> int | None:
         """Runs of every controller on every map; None where the search drives some maps more or less often."""
         search = self.config["search"]
-        uneven = search.get("drive_last") or search.get("archive") or search.get("confirmation")
+        archive = search.get("archive", {})
+        uneven = archive.get("drive_last") or archive.get("elite") or search.get("validation")
         return None if uneven else int(search["repeats"])
 
     def check_files(self) -> None:
@@ -165,7 +167,7 @@ class RunDir:
 
     def read_individuals(self) -> list[Row]:
         """Read ``individuals.csv``; raises ``RunError`` if it is missing, damaged, or ends before the checkpoint."""
-        rows = self._read_table(INDIVIDUALS, IndividualRow)
+        rows = [present_row(row) for row in self._read_table(INDIVIDUALS, IndividualRow)]
         for number, row in enumerate(rows, start=1):
             for name in self._maps:
                 if not isinstance(row.get(name), str):
@@ -195,7 +197,7 @@ class RunDir:
     def read_best_results(self) -> Mapping[str, Any]:
         """Read ``best_results.json``; raises ``RunError`` if it is missing or damaged."""
         path, search = self.path / BEST_RESULTS, self.config["search"]
-        results = read_json(path)
+        results = present_results(read_json(path))
         check_results(results, path, self.controllers, search["maps_per_set"], self.repeats)
         return results
 
@@ -210,7 +212,7 @@ class RunDir:
         """
         path = self.path / BEST_MAP_SET
         try:
-            best = MapSet(tuple(scenario for tasked in read_bundle(path) for scenario in tasked.scenarios()))
+            best = MapSet(tuple(scenario for tasked in read_map_set(path) for scenario in tasked.scenarios()))
         except MapBenchError as error:
             raise RunError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
         if best.digest != digest:
@@ -239,17 +241,16 @@ class RunDir:
             ConfigError: If an option differs, naming it.
             RunError: If another version of this package wrote the directory.
         """
-        wanted = experiment.document()
-        RUN.check_same(self.path, self.config, {key: self.config.get(key) for key in wanted}, wanted)
+        RUN.check_resumed(self.path, self.config, experiment.document())
 
     def write_generation(
         self,
         record: Record,
         best: Evaluation,
         checkpoint: Mapping[str, Any],
-        confirmation: Confirmation | None = None,
+        validation: ValidationResult | None = None,
     ) -> None:
-        """Write everything known after a generation, or after the confirmation; the checkpoint last."""
+        """Write everything known after a generation, or after the validation stage; the checkpoint last."""
         RUN.check_there(self.path)
         generation = int(checkpoint["generation"])
         make_directory(self.path / MAPS)
@@ -258,8 +259,8 @@ class RunDir:
         self._write_table(GENERATIONS, record.generations)
         self._write_table(INDIVIDUALS, record.individuals)
         self._write_table(RUNS, list(record.runs.values()))
-        write_json(self.path / BEST_MAP_SET, bundle_document(group_scenarios(named(best.map_set))))
-        results = results_document(best, record.plan.names, checkpoint["cluster_scale"], confirmation)
+        write_json(self.path / BEST_MAP_SET, map_set_document(group_scenarios(named(best.map_set))))
+        results = results_document(best, record.plan.names, checkpoint["cluster_scale"], validation)
         write_json(self.path / BEST_RESULTS, results)
         self.write_checkpoint(checkpoint)
 

@@ -1,4 +1,4 @@
-"""What the files of a run must hold, checked when they are read."""
+"""Models of the files of a run, checked when a file is read."""
 
 from __future__ import annotations
 
@@ -13,9 +13,7 @@ from evolution.files import Document, Row, Versions, check
 from evolution.search import FitnessName
 from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Outcome
-
-Count = Annotated[int, Field(ge=1)]
-
+from gym_mapbench.quantities import Count
 
 Bounds = Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)]
 
@@ -26,16 +24,29 @@ class ShapeOptions(Document):
     resolution: Annotated[FiniteFloat, Field(gt=0)]
 
 
+class GaOptions(Document):
+    """The options of the algorithm that are used."""
+
+    pop_size: Count
+
+
+class JudgingOptions(Document):
+    """The option of judging that is used."""
+
+    fitness: FitnessName
+
+
 class SearchOptions(Document):
     """The options of a search that are needed to read its files."""
 
-    fitness: FitnessName
-    pop_size: Count
+    ga: GaOptions
+    judging: JudgingOptions
     evaluations: Count
     maps_per_set: Count
     repeats: Count
     seed: int
     shapes: ShapeOptions
+    archive: dict[str, Any] = Field(default_factory=dict)
 
 
 class Named(Document):
@@ -80,13 +91,13 @@ class MapEntry(Document):
 
     name: str
     map: str
-    reading: FiniteFloat | None
+    score: FiniteFloat | None
     values: dict[str, FiniteFloat] | None
     runs: dict[str, list[RecordedRun]]
 
 
-class ConfirmedResults(Document):
-    """What a confirmed set is worth on new seeds: the fields of :class:`~evolution.search.Confirmation`."""
+class HeldOutResults(Document):
+    """The held-out fitness of a set: the fields of :class:`~evolution.search.ValidationResult`."""
 
     seeds: Count
     fitness: FiniteFloat
@@ -107,7 +118,7 @@ class MapSetResults(Document):
     success_rate: FiniteFloat
     cluster_scale: FiniteFloat | None
     maps: list[MapEntry]
-    confirmation: ConfirmedResults | None = None
+    validation: HeldOutResults | None = None
 
 
 class GenerationRow(Document):
@@ -182,7 +193,7 @@ def check_results(
     """Refuse results of a map set that are incomplete.
 
     Args:
-        document: What was read.
+        document: Content of the file.
         path: The file it was read from.
         controllers: Names of the controllers that drove.
         maps: Number of maps.

@@ -1,4 +1,4 @@
-"""Filling a directory with results: nobody else does so meanwhile, and nothing is lost if it vanishes."""
+"""The store of a directory of results, opened by one process at a time; nothing is lost if the directory vanishes."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from gym_mapbench.errors import MapBenchError, RunError
 
 
 @contextmanager
-def filling(kind: DirectoryKind, path: Path, wait_s: float = WAIT_SECONDS) -> Iterator[ResultStore]:
-    """Open the results of a directory that is filled inside the ``with`` block, by this process alone.
+def exclusive_store(kind: DirectoryKind, path: Path, wait_s: float = WAIT_SECONDS) -> Iterator[ResultStore]:
+    """Open the store of a directory for this process alone, inside the ``with`` block.
 
-    All results are kept if the directory is deleted or moved meanwhile. What it was begun with and the results of its
-    runs are all that is needed to continue it: everything else follows from them.
+    If the directory is deleted or moved meanwhile, its options and all results are written to a new directory, which
+    ``--resume`` continues: everything else follows from them.
 
     Args:
-        kind: What the directory holds.
+        kind: Kind of the directory.
         path: The directory.
-        wait_s: How long to wait for another process that fills it or has locked its results, s.
+        wait_s: Longest wait for another process that has locked the directory or its store, s.
 
     Raises:
-        RunError: If another process goes on filling it, its results cannot be read, or it is gone: then with the place
-            where the results are.
+        RunError: If another process keeps the lock, the store cannot be read, or the directory is gone; then the
+            message names the new directory.
     """
     with (
         locked(path / kind.mark, wait_s),
@@ -40,7 +40,7 @@ def filling(kind: DirectoryKind, path: Path, wait_s: float = WAIT_SECONDS) -> It
 
 @contextmanager
 def _rescued(kind: DirectoryKind, path: Path, store: ResultStore) -> Iterator[None]:
-    """Keep all results elsewhere if a directory vanishes."""
+    """Write all results to a new directory if the directory vanishes."""
     begun_with = (path / kind.mark).read_bytes()
     try:
         yield
@@ -50,12 +50,12 @@ def _rescued(kind: DirectoryKind, path: Path, store: ResultStore) -> Iterator[No
         place = _elsewhere(path)
         write_bytes(place / kind.mark, begun_with)
         store.copy_to(place / STORE)
-        what = f"was deleted or moved while it was being filled ({error})"
+        what = f"was deleted or moved while results were written ({error})"
         raise RunError(f"{path}: {what}; all results so far are in {place}: continue with --resume there") from None
 
 
 def _elsewhere(path: Path) -> Path:
-    """Make a new directory beside a vanished one, or where temporary files are kept."""
+    """Make a directory beside the vanished one, or among the temporary files, and return its path."""
     place = path.with_name(f"{path.name}-rescued-{os.getpid()}")
     try:
         make_directory(place)

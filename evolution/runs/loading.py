@@ -1,8 +1,8 @@
-"""Reads a recorded run back, with the results of all maps it drove."""
+"""Reads a run back, with the results of all its maps."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,7 +25,7 @@ MOST_MAP_BYTES = 2_000_000_000
 
 @dataclass(frozen=True)
 class LoadedRun(Tabled):
-    """A run read back, as far as it has come; tables are lists of rows in which numbers are numbers.
+    """A run read back, finished or not; tables are lists of rows in which numbers are numbers.
 
     Args:
         path: Its directory.
@@ -55,7 +55,7 @@ class LoadedRun(Tabled):
         """Return a table.
 
         Args:
-            name: ``best`` (the best map set: one row per map, with every controller's median time in s and the reading
+            name: ``best`` (the best map set: one row per map, with every controller's median time in s and the score
                 of the map), ``generations``, ``individuals`` or ``runs`` (the files of these names).
 
         Raises:
@@ -73,7 +73,7 @@ class LoadedRun(Tabled):
             {
                 "map": entry["name"],
                 **{f"{name}, s": _time_or_outcome(entry["runs"][name]) for name in self.controllers},
-                "reading": entry["reading"],
+                "score": entry["score"],
             }
             for entry in self.best_results["maps"]
         ]
@@ -90,7 +90,7 @@ class LoadedRun(Tabled):
 
     @cached_property
     def maps(self) -> Mapping[str, GridMap]:
-        """All maps that were driven, by digest; read when first asked for.
+        """All maps of the runs, by digest; read at first use.
 
         Raises:
             RunError: If a file is damaged, or a map is missing.
@@ -130,21 +130,15 @@ def load_run(path: str | Path) -> LoadedRun:
     )
 
 
-def experiment_in(
-    run: LoadedRun | RunDir, read_experiment: Callable[[Mapping[str, Any], str], Experiment] = experiment_of
-) -> Experiment:
-    """Build the experiment that a run was begun with.
-
-    Args:
-        run: The run.
-        read_experiment: Builds an experiment from a document and the beginning of its error messages.
+def experiment_in(run: LoadedRun | RunDir) -> Experiment:
+    """Return the experiment that a run was begun with, ready to be driven.
 
     Raises:
         ConfigError: If it cannot be used.
         UntrustedError: If it names code.
     """
     refuse_code(run.config, run.path / CONFIG)
-    return read_experiment(run.config, str(run.path / CONFIG))
+    return experiment_of(run.config, str(run.path / CONFIG))
 
 
 def driven_maps(run: LoadedRun, until: int | None = None) -> dict[str, MapResults]:
@@ -179,7 +173,7 @@ def _result(row: Mapping[str, Any]) -> RunResult:
 def _time_or_outcome(runs: Sequence[Mapping[str, Any]]) -> float | str:
     """Return the median time of one controller's runs to the goal, s, and how many failed; or how they all failed."""
     if not runs:
-        return "not driven"
+        return "no run"
     times = [run["time_s"] for run in runs if run["outcome"] == "goal"]
     if not times:
         return str(runs[0]["outcome"])

@@ -1,7 +1,7 @@
-"""A map set driven again, with seeds that the search did not use: what became of its fitness and its order.
+"""Re-evaluation of a map set on held-out seeds: its held-out fitness, and the rank agreement of its maps.
 
-A search keeps the set whose runs went best, luck included, so the fitness it saw is better than that of
-the same set when driven again: the winner's curse. It is stated as a number: fresh minus seen.
+A search reports the fitness of the best of many sets, so the reported fitness is biased by the selection (winner's
+curse). The selection bias is the held-out fitness minus the reported fitness.
 """
 
 from __future__ import annotations
@@ -12,77 +12,71 @@ from statistics import fmean, median
 from typing import Any
 
 from evolution.driving import SetResults
-from evolution.search import Experiment, Fitness, FitnessBreakdown, order_of
+from evolution.runs.recorded_experiment import RecordedExperiment
+from evolution.search import Fitness, Judgement, order_of
 
 
 @dataclass(frozen=True)
-class DrivenAgain:
-    """A map set on fresh seeds, judged.
+class Reevaluation:
+    """A map set judged on held-out seeds.
 
     Args:
         results: ``results[map][controller][seed]``.
-        singles: The fitness with each fresh seed alone, as one more drive of the set would show it.
-        as_searched: The fitness from as many repeats at a time as the search used.
-        readings: The reading of each map in the search.
+        trials: The judgement of each held-out seed alone: one run of each controller on each map.
+        as_searched: The judgements of as many repeats at a time as the search had.
+        scores: The score of each map in the search.
     """
 
     results: SetResults
-    singles: tuple[FitnessBreakdown, ...]
-    as_searched: tuple[FitnessBreakdown, ...]
-    readings: tuple[float | None, ...]
+    trials: tuple[Judgement, ...]
+    as_searched: tuple[Judgement, ...]
+    scores: tuple[float | None, ...]
 
     @property
     def fitness(self) -> float:
-        """Median fitness over the fresh seeds, one run of each controller on each map at a time."""
-        return median(one.total for one in self.singles)
+        """Held-out fitness: the median over the trials."""
+        return median(one.fitness for one in self.trials)
 
     @property
     def fitness_as_searched(self) -> float:
-        """Median fitness over the fresh seeds, from as many repeats at a time as the search used."""
-        return median(one.total for one in self.as_searched)
+        """Held-out fitness with as many repeats as the search had: the median over :attr:`as_searched`."""
+        return median(one.fitness for one in self.as_searched)
 
     @property
     def success_rate(self) -> float:
-        """Share of runs that reached the goal."""
-        return fmean(one.success_rate for one in self.singles)
+        """Fraction of runs that reached the goal."""
+        return fmean(one.success_rate for one in self.trials)
 
     @property
-    def orders(self) -> tuple[bool, ...]:
-        """For each fresh seed on which all maps have a reading, whether these are in the order the search saw.
+    def ranks_kept(self) -> tuple[bool, ...]:
+        """For each trial in which all maps have a score, whether the maps have the same ranks as in the search.
 
-        Empty if a map had no reading in the search.
+        Empty if a map had no score in the search.
         """
-        seen = order_of(self.readings)
-        found = [order_of(one.readings) for one in self.singles] if seen is not None else []
-        return tuple(order == seen for order in found if order is not None)
+        searched = order_of(self.scores)
+        found = [order_of(one.scores) for one in self.trials] if searched is not None else []
+        return tuple(order == searched for order in found if order is not None)
 
     @property
-    def order_kept(self) -> float:
-        """Share of the seeds in :attr:`orders` on which the order is kept; NaN if there are none."""
-        return fmean(self.orders) if self.orders else float("nan")
+    def rank_agreement(self) -> float:
+        """Fraction of :attr:`ranks_kept` that is true; NaN if it is empty."""
+        return fmean(self.ranks_kept) if self.ranks_kept else float("nan")
 
 
-def driven_again(results: SetResults, seen: Mapping[str, Any], experiment: Experiment) -> DrivenAgain:
-    """Judge a set that was driven again as its search would have.
+def reevaluation_of(results: SetResults, reported: Mapping[str, Any], experiment: RecordedExperiment) -> Reevaluation:
+    """Return the re-evaluation of a set, judged by the fitness of its search.
 
     Args:
         results: ``results[map][controller][seed]``.
-        seen: ``best_results.json`` of the run.
-        experiment: What the search was run with.
+        reported: ``best_results.json`` of the run.
+        experiment: The experiment of the run.
     """
-    fitness = fitness_of(experiment, seen["cluster_scale"])
-    readings = tuple(entry["reading"] for entry in seen["maps"])
-    return DrivenAgain(
-        results, judge(results, fitness, 1), judge(results, fitness, experiment.search.repeats), readings
-    )
+    fitness = experiment.fitness(reported["cluster_scale"])
+    scores = tuple(entry["score"] for entry in reported["maps"])
+    return Reevaluation(results, judge(results, fitness, 1), judge(results, fitness, experiment.search.repeats), scores)
 
 
-def fitness_of(experiment: Experiment, cluster_scale: float | None) -> Fitness:
-    """Return the fitness a search used, with the scale it ended with."""
-    return Fitness(experiment.search, experiment.run.time_limit, cluster_scale)
-
-
-def judge(results: SetResults, fitness: Fitness, repeats: int) -> tuple[FitnessBreakdown, ...]:
+def judge(results: SetResults, fitness: Fitness, repeats: int) -> tuple[Judgement, ...]:
     """Judge a set once for every ``repeats`` of its runs; a shorter rest is left out, unless there is nothing else."""
     count = len(results[0][0])
     starts = range(0, max(count - repeats, 0) + 1, repeats)

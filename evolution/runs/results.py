@@ -10,7 +10,7 @@ import numpy as np
 
 from evolution.driving import RunResult
 from evolution.files import Row
-from evolution.search import Confirmation, Evaluation, MapResults, result_fields
+from evolution.search import Evaluation, MapResults, ValidationResult, result_fields
 from gym_mapbench.world.scenario import MapSet
 
 
@@ -23,31 +23,31 @@ def results_document(
     evaluation: Evaluation,
     controllers: Sequence[str],
     cluster_scale: float | None,
-    confirmation: Confirmation | None = None,
+    validation: ValidationResult | None = None,
 ) -> Row:
     """Return the JSON-able results of a map set: its fitness, and per map and controller every run.
 
-    The fitness of a confirmed set is the one on new seeds; readings and values are those it was chosen by.
+    The fitness of a validated set is its held-out fitness; scores and values are those of its selection.
     """
-    fitness = evaluation.fitness
-    columns = zip(evaluation.map_set, fitness.readings, fitness.values, evaluation.results, strict=True)
+    judgement = evaluation.judgement
+    columns = zip(evaluation.map_set, judgement.scores, judgement.values, evaluation.results, strict=True)
     return {
         "map_set": evaluation.map_set.digest,
-        "fitness": fitness.total if confirmation is None else confirmation.fitness,
-        "success_rate": fitness.success_rate,
-        "timeouts": fitness.timeouts,
-        "pattern": fitness.pattern,
+        "fitness": judgement.fitness if validation is None else validation.fitness,
+        "success_rate": judgement.success_rate,
+        "timeouts": judgement.timeouts,
+        "pattern": judgement.pattern,
         "cluster_scale": cluster_scale,
-        **({} if confirmation is None else {"confirmation": asdict(confirmation)}),
+        **({} if validation is None else {"validation": asdict(validation)}),
         "maps": [
             {
                 "name": f"map_{number}",
                 "map": scenario.map.digest,
-                "reading": reading,
+                "score": score,
                 "values": None if values is None else dict(zip(controllers, values, strict=True)),
                 "runs": _runs_of_map(of_map, controllers),
             }
-            for number, (scenario, reading, values, of_map) in enumerate(columns, start=1)
+            for number, (scenario, score, values, of_map) in enumerate(columns, start=1)
         ],
     }
 
@@ -59,42 +59,41 @@ def _runs_of_map(of_map: Sequence[Sequence[RunResult]], controllers: Sequence[st
     }
 
 
-def confirmation_in(results: Mapping[str, Any]) -> Confirmation | None:
-    """Return what ``best_results.json`` says of the confirmation; None if it says nothing."""
-    found = results.get("confirmation")
+def validation_in(results: Mapping[str, Any]) -> ValidationResult | None:
+    """Return the held-out fitness in ``best_results.json``; None if there is none."""
+    found = results.get("validation")
     if found is None:
         return None
     bounds = {name: tuple(found[name]) for name in ("interval", "goals_interval")}
-    return Confirmation(**{**found, **bounds})
+    return ValidationResult(**{**found, **bounds})
 
 
 def chosen_by(results: Mapping[str, Any], controllers: Sequence[str]) -> dict[str, Any]:
-    """Return the readings and the values in ``best_results.json``: those by which the set was chosen."""
+    """Return the scores and the values in ``best_results.json``: those by which the set was selected."""
     values = [entry["values"] for entry in results["maps"]]
     return {
-        "readings": tuple(entry["reading"] for entry in results["maps"]),
+        "scores": tuple(entry["score"] for entry in results["maps"]),
         "values": tuple(None if one is None else tuple(one[name] for name in controllers) for one in values),
     }
 
 
-def confirmed_sentence(results: Mapping[str, Any], search: Mapping[str, Any]) -> list[str]:
-    """Say what a confirmed set is worth, or that none could be confirmed; nothing if that was not asked for.
+def validation_sentence(results: Mapping[str, Any], search: Mapping[str, Any]) -> list[str]:
+    """Return the held-out fitness of a set in words; nothing if the search has no validation stage.
 
     Args:
         results: ``best_results.json``.
         search: Options of the search.
     """
-    if not search.get("confirmation"):
+    if not search.get("validation"):
         return []
-    found = results.get("confirmation")
+    found = results.get("validation")
     if found is None:
-        return ["No set is confirmed." if results["success_rate"] == 1.0 else "No set was solved by all controllers."]
+        return ["No set is validated." if results["success_rate"] == 1.0 else "No set was solved by all controllers."]
     (low, high), (least, most) = found["interval"], found["goals_interval"]
     return [
-        f"Driven with {found['seeds']} new seeds that chose nothing, the set has fitness {found['fitness']:.2f} "
-        f"(95 % of single drives {low:.2f} to {high:.2f}); its maps keep their order in "
-        f"{100 * found['order_kept']:.0f} % of the drives, and {found['goals']} of {found['runs']} runs reach the goal "
-        f"({100 * least:.0f} to {100 * most:.0f} %)."
+        f"Held-out fitness {found['fitness']:.2f} ({found['seeds']} seeds; 95 % of trials between {low:.2f} and "
+        f"{high:.2f}). The maps keep their rank in {100 * found['order_kept']:.0f} % of trials. {found['goals']} of "
+        f"{found['runs']} runs reach the goal ({100 * least:.0f} to {100 * most:.0f} %)."
     ]
 
 
@@ -122,12 +121,12 @@ def results_in(document: Mapping[str, Any], controllers: tuple[str, ...]) -> tup
 
 
 def errors_in(results: Sequence[MapResults], controllers: Sequence[str], when: str) -> list[str]:
-    """Say how many runs on a map set ended in an error, and why the first did; returns one line, or none.
+    """Return one line about the runs on a map set that ended in an error; no line if there is none.
 
     Args:
         results: Results of its maps.
         controllers: Names of the controllers that drove, in order.
-        when: When the set was driven, in words.
+        when: The time of the runs, in words.
     """
     runs = [(name, one) for of_map in results for name, some in zip(controllers, of_map, strict=True) for one in some]
     failed = [(name, one) for name, one in runs if one.outcome == "error"]

@@ -2,11 +2,21 @@
 
 In: an :class:`Experiment` (options, controllers, world) and an evaluator that drives map sets. Out: an
 :class:`EvolveResult`, and every generation to a :class:`Recorder`, if there is one.
+
+====================  ==========================================================================
+``judging``           how good a map set is: patterns, failure policies, Eq. 4.5
+``algorithms``        how map sets are searched: ga, random
+``operators``         how new map sets are made: sampling, crossover, mutation
+``loop``              the search itself; ``archive``, ``elite`` and ``budget`` serve it
+``validation_stage``  the best maps on held-out seeds
+``settings``          the options; ``option_names`` lists short and former names
+====================  ==========================================================================
 """
 
 from __future__ import annotations
 
-from evolution.search.algorithms.problem import Evaluation
+from evolution.search.algorithms import ALGORITHMS, Algorithm, Evaluation, GaSettings
+from evolution.search.experiment import Experiment
 from evolution.search.experiments import (
     DEFAULT_CONTROLLERS,
     DEFAULT_PRESET,
@@ -19,41 +29,65 @@ from evolution.search.experiments import (
     preset_names,
     read_document,
 )
-from evolution.search.judging.exact import MAX_MAPS, best_set
-from evolution.search.judging.fitness import Fitness, FitnessBreakdown, MapResults, calibrate_scale, order_of
-from evolution.search.judging.patterns import FITNESSES, Pattern, gini
-from evolution.search.loop import EvolveResult, Progress, Recorder, evolve
-from evolution.search.operators.changes import OPERATORS
-from evolution.search.operators.edits import Edit, Operator
-from evolution.search.operators.sampling import scenario_on
+from evolution.search.judging import (
+    FAILURES,
+    FITNESSES,
+    MAX_MAPS,
+    FailurePolicy,
+    Fitness,
+    FitnessName,
+    Judgement,
+    JudgingSettings,
+    MapResults,
+    Parts,
+    Pattern,
+    best_set,
+    calibrate_scale,
+    gini,
+    order_of,
+)
+from evolution.search.loop import EvolveResult, Progress, evolve
+from evolution.search.operators import OPERATORS, Edit, MutationSettings, Operator, scenario_on
+from evolution.search.option_names import nested, nested_document, short_names
 from evolution.search.record import Record, result_fields, runs_on
-from evolution.search.settings import METRIC_NAMES, EvolveSettings, Experiment, FitnessName, MutationSettings
-from evolution.search.validation_stage import Confirmation
+from evolution.search.recorder import Recorder
+from evolution.search.sections import ArchiveSettings, ValidationSettings
+from evolution.search.settings import METRIC_NAMES, EvolveSettings
+from evolution.search.validation_stage import ValidationResult
 
 __all__ = [
+    "ALGORITHMS",
     "DEFAULT_CONTROLLERS",
     "DEFAULT_PRESET",
+    "FAILURES",
     "FITNESSES",
     "MAX_MAPS",
     "METRIC_NAMES",
     "OPERATORS",
     "SECTIONS",
-    "Confirmation",
+    "Algorithm",
+    "ArchiveSettings",
     "Edit",
     "Evaluation",
     "EvolveResult",
     "EvolveSettings",
     "Experiment",
+    "FailurePolicy",
     "Fitness",
-    "FitnessBreakdown",
     "FitnessName",
+    "GaSettings",
+    "Judgement",
+    "JudgingSettings",
     "MapResults",
     "MutationSettings",
     "Operator",
+    "Parts",
     "Pattern",
     "Progress",
     "Record",
     "Recorder",
+    "ValidationResult",
+    "ValidationSettings",
     "best_set",
     "calibrate_scale",
     "check_experiment",
@@ -63,10 +97,13 @@ __all__ = [
     "experiment_of",
     "gini",
     "load_preset",
+    "nested",
+    "nested_document",
     "order_of",
     "preset_names",
     "read_document",
     "result_fields",
     "runs_on",
     "scenario_on",
+    "short_names",
 ]

@@ -1,34 +1,44 @@
-"""The archive of a search: every map that was driven, with all its runs.
+"""The archive of a search: every evaluated map with all its runs.
 
-It stands between the search and the evaluator: it knows which runs a map still lacks, drives costly controllers only
-where they can still matter, and finds the best set of everything driven so far.
+It stands between the search and the evaluator. It asks for the runs that a map still lacks, runs costly controllers
+only where the others have reached the goal, and finds the best set of all evaluated maps.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import product
+from typing import Any
 
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult, SetResults
-from evolution.search.judging.exact import MAX_MAPS, JudgedMap, Names, best_of_judged, judge_map
-from evolution.search.judging.fitness import Fitness, MapResults, is_solved
+from evolution.search.judging import (
+    MAX_MAPS,
+    Fitness,
+    JudgedMap,
+    MapResults,
+    Names,
+    best_of_judged,
+    is_solved,
+    judge_map,
+    repeats_of,
+)
 from gym_mapbench.world.scenario import MapSet, Scenario
 
 MAX_EXCHANGES = 100
 
 
 class Archive:
-    """All driven maps by their digest.
+    """All evaluated maps by their digest.
 
     Args:
         evaluator: Drives the runs.
         plan: Which runs a map needs.
-        drive_last: Kinds of controllers that drive a map only where all others have reached the goal.
-        on_run: Called after each driven run (see :meth:`Evaluator.run`).
+        drive_last: Kinds of controllers that run on a map only where all others have reached the goal.
+        on_run: Called after each run (see :meth:`Evaluator.run`).
 
     Attributes:
         scenarios: The maps with their task, in order of first use.
-        count: Different runs asked for so far, driven or answered by the store.
+        count: Different runs so far, driven or answered by the store.
     """
 
     def __init__(
@@ -48,7 +58,7 @@ class Archive:
         self._stages = [stage for stage in stages if stage]
 
     def evaluate(self, map_sets: Sequence[MapSet]) -> list[SetResults]:
-        """Drive what is new in these sets as often as the plan says, and return their results."""
+        """Return the results of these sets; new maps are driven with the repeats of the plan."""
         scenarios = {scenario.map.digest: scenario for map_set in map_sets for scenario in map_set}
         for digest, scenario in scenarios.items():
             self.scenarios.setdefault(digest, scenario)
@@ -57,18 +67,18 @@ class Archive:
         return [self.results_of(map_set) for map_set in map_sets]
 
     def drive(self, repeats: Mapping[str, int], *, everyone: bool = False) -> None:
-        """Drive known maps until each controller has so many runs on them; runs it has already are kept.
+        """Drive known maps until each controller has a number of runs on them; earlier runs count.
 
         Args:
             repeats: For each map, by digest, the number of runs.
-            everyone: Whether the costly controllers drive whatever the others did.
+            everyone: Whether costly controllers drive even where the others failed.
         """
         for number, stage in enumerate([range(len(self.plan.controllers))] if everyone else self._stages):
             driven = [digest for digest in repeats if number == 0 or self._solved_by(self._stages[0], digest)]
             self._drive([job for digest in driven for job in self._missing(digest, stage, repeats[digest])])
 
     def drive_while_solved(self, repeats: Mapping[str, int]) -> None:
-        """Drive known maps, one seed after the other, until each has so many runs or was not solved once.
+        """Drive known maps, one seed after the other, until each has a number of runs or one failed run.
 
         Args:
             repeats: For each map, by digest, the number of runs.
@@ -81,7 +91,7 @@ class Archive:
             self.drive(left)
 
     def take_new(self) -> list[tuple[Job, RunResult]]:
-        """Return the runs since the last call, in the order in which they were asked for."""
+        """Return the runs since the last call, in their order."""
         new, self._new = self._new, []
         return new
 
@@ -90,12 +100,12 @@ class Archive:
         return tuple(map(tuple, self._runs[digest]))
 
     def results_of(self, map_set: MapSet) -> SetResults:
-        """Return the results of a set whose maps have all been driven."""
+        """Return the results of a set of evaluated maps."""
         return tuple(self.results(scenario.map.digest) for scenario in map_set)
 
     def repeats_of(self, digest: str) -> int:
-        """Return how often a map was driven."""
-        return max(map(len, self._runs[digest]))
+        """Return the number of repeats of a map."""
+        return repeats_of(self._runs[digest])
 
     def solved(self, without: Collection[str] = ()) -> dict[str, MapResults]:
         """Return the maps on which every controller always reached the goal, except for some."""
@@ -103,7 +113,7 @@ class Archive:
         return {digest: self.results(digest) for digest in digests}
 
     def judged(self, digest: str, fitness: Fitness) -> JudgedMap:
-        """Return a map as a fitness judges it; what is known is kept until the map is driven again."""
+        """Return a map as a fitness judges it; the answer is kept until the map gets further runs."""
         if fitness is not self._judge:
             self._judge, self._judged = fitness, {}
         if digest not in self._judged:
@@ -117,15 +127,16 @@ class Archive:
     def best(self, fitness: Fitness, size: int, without: Collection[str] = ()) -> Names:
         """Return the best set of solved maps; empty if there are fewer than ``size``.
 
-        It is exact for up to three maps and a fitness that knows how, else no single exchange improves it.
+        It is the exact best set if the fitness allows that and a set has up to three maps; else no single exchange
+        improves it.
         """
         maps = self.solved(without)
         if len(maps) < size:
             return ()
-        if size <= MAX_MAPS and fitness.kind.exact:
+        if size <= MAX_MAPS and fitness.exact:
             return best_of_judged({name: self.judged(name, fitness) for name in maps}, fitness, size)
         return best_by_exchange(
-            tuple(maps)[:size], maps, lambda names: fitness(tuple(maps[name] for name in names)).total
+            tuple(maps)[:size], maps, lambda names: fitness(tuple(maps[name] for name in names)).rank_key
         )
 
     def _drive(self, jobs: Sequence[Job]) -> None:
@@ -146,13 +157,13 @@ class Archive:
         return all(run.success for number in stage for run in self._runs[digest][number])
 
 
-def best_by_exchange(names: Names, maps: Collection[str], value: Callable[[Names], float]) -> Names:
+def best_by_exchange(names: Names, maps: Collection[str], value: Callable[[Names], Any]) -> Names:
     """Return a set that no exchange of a single map improves.
 
     Args:
         names: The set to begin with.
         maps: Names of the maps that may come in.
-        value: What a set is worth; less is better.
+        value: Returns the sort key of a set; less is better.
     """
     least = value(names)
     for _ in range(MAX_EXCHANGES):

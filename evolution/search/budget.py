@@ -1,4 +1,4 @@
-"""The budget of a search: how many map sets it may still evaluate, and how many runs it may still ask for."""
+"""The budget of a search: the map sets and the runs that are left."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ NO_LIMIT = 2**62
 
 
 class Budget:
-    """What is left of the evaluations and runs of a search.
+    """The evaluations and runs that a search has left.
 
     Args:
         settings: Options of the search.
@@ -24,28 +24,28 @@ class Budget:
         self.controllers = len(archive.plan.controllers)
 
     def sets(self, evaluated: int, first: bool) -> int:
-        """Return how many map sets may be evaluated next.
+        """Return the number of map sets that may be evaluated next.
 
         Args:
             evaluated: Sets evaluated so far.
             first: Whether they are the first population, all maps of which are new.
         """
         options = self.settings
-        one_map = not first and options.algorithm == "ga" and options.mutation.maps == "one"
+        one_map = not first and options.ga.kind.varies and options.ga.mutation.maps == "one"
         runs = self.controllers * options.repeats * (1 if one_map else options.maps_per_set)
         return min(options.evaluations - evaluated, self.runs // runs)
 
     @property
     def runs(self) -> int:
-        """Runs that may still be asked for, without those that are kept back for the confirmation."""
-        return self.runs_to_confirm - self.settings.runs_to_confirm(self.controllers)
+        """Runs that are left for the search, without those reserved for the validation stage."""
+        return self.all_runs - self.settings.validation_runs(self.controllers)
 
     @property
-    def runs_to_confirm(self) -> int:
-        """Runs that may still be asked for."""
+    def all_runs(self) -> int:
+        """Runs that are left."""
         return NO_LIMIT if self.settings.runs is None else self.settings.runs - self.archive.count
 
     def cost_of(self, repeats: Mapping[str, int]) -> int:
-        """Return how many runs it takes until maps of the archive were driven so often, by digest."""
+        """Return the number of runs until maps of the archive, by digest, have so many repeats."""
         missing = (wanted - self.archive.repeats_of(digest) for digest, wanted in repeats.items())
         return self.controllers * sum(max(number, 0) for number in missing)

@@ -1,4 +1,4 @@
-"""Experiments from files: presets that come with the package, a user's YAML, and recorded runs."""
+"""Experiments from files: the presets of the package, the YAML of a user, and recorded runs."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from controllers.nav2_params.presets import overlay
-from evolution.driving import ControllerSpec, DriveSettings, check_room, try_controllers
-from evolution.search.operators.sampling import scenario_on
-from evolution.search.settings import Experiment, RunSettingsModel
+from evolution.driving import ControllerSpec, check_room, try_controllers
+from evolution.search.experiment import Experiment
+from evolution.search.operators import scenario_on
+from evolution.search.option_names import nested_document
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import ShapeSettings, clear_and_border, draw_from
@@ -22,7 +23,7 @@ from gym_mapbench.world.scenario import Scenario
 
 SECTIONS = ("search", "controllers", "run")
 DEFAULT_PRESET = "robust"
-"""The search that is begun where nobody names another: it confirms what it finds."""
+"""The default preset."""
 
 DEFAULT_CONTROLLERS = ("dwb", "mppi", "rpp")
 
@@ -34,7 +35,7 @@ def preset_names() -> tuple[str, ...]:
 
 
 def load_preset(name: str) -> dict[str, Any]:
-    """Return the document of a preset, over the one that it names as its ``base``.
+    """Return the document of a preset, laid over the preset that it names as its ``base``.
 
     Raises:
         ConfigError: If there is no such preset.
@@ -48,7 +49,7 @@ def load_preset(name: str) -> dict[str, Any]:
 
 
 def read_document(path: str | Path) -> dict[str, Any]:
-    """Read an experiment's YAML: sections ``search``, ``controllers``, ``run``, each of them optional.
+    """Return an experiment read from YAML: sections ``search``, ``controllers``, ``run``, each of them optional.
 
     Raises:
         ConfigError: If the file or a section cannot be used, or it names code.
@@ -62,18 +63,15 @@ def read_document(path: str | Path) -> dict[str, Any]:
     refuse_code(document, path)
     for name in ("search", "run"):
         _section(document, name, str(path))
-    return dict(document)
+    return nested_document(document, str(path))
 
 
-def experiment_of(
-    document: Mapping[str, Any], where: str = "experiment", run_type: type[RunSettingsModel] = DriveSettings
-) -> Experiment:
+def experiment_of(document: Mapping[str, Any], where: str = "experiment") -> Experiment:
     """Build an experiment from a document, as in a file or as :meth:`Experiment.document` returns it.
 
     Args:
         document: Sections ``search``, ``controllers`` and ``run``, each of them optional.
         where: Beginning of every error message.
-        run_type: What ``run`` is read as.
 
     Raises:
         ConfigError: Naming the section and key that cannot be used.
@@ -84,7 +82,7 @@ def experiment_of(
         "controllers": controllers,
         "run": {"navigation": "thesis", **_section(document, "run", where)},
     }
-    return Experiment.from_document(whole, run_type, where)
+    return Experiment.from_document(whole, where)
 
 
 def _section(document: Mapping[str, Any], name: str, where: str) -> Mapping[str, Any]:
@@ -112,20 +110,17 @@ def _controller(entry: object) -> ControllerSpec:
 
 
 def check_experiment(experiment: Experiment) -> None:
-    """Refuse an experiment that could only fail, before anything is driven.
+    """Refuse an experiment that could only fail, before the first run.
 
     Raises:
         ConfigError: If there are fewer than two controllers, one cannot drive in this world, the robot does not
             fit on a map without obstacles, or a family has no map for it.
     """
     check_several(experiment)
-    settings = experiment.run
-    if not isinstance(settings, DriveSettings):
-        raise TypeError(f"expected DriveSettings, got {type(settings).__name__}")
-    try_controllers(experiment.controllers, settings)
-    check_room([_emptiest(experiment.search.shapes)], settings)
+    try_controllers(experiment.controllers, experiment.run)
+    check_room([_emptiest(experiment.search.shapes)], experiment.run)
     for family in experiment.search.families:
-        draw_from(np.random.default_rng(0), [family], experiment.search.shapes, settings.robot)
+        draw_from(np.random.default_rng(0), [family], experiment.search.shapes, experiment.run.robot)
 
 
 def check_several(experiment: Experiment) -> None:
@@ -136,10 +131,10 @@ def check_several(experiment: Experiment) -> None:
     """
     names = experiment.plan.names
     if len(names) < 2:
-        raise ConfigError(f"controllers: expected two or more to tell apart, got {names[0]} alone")
+        raise ConfigError(f"controllers: expected two or more to compare, got {names[0]} alone")
 
 
 def _emptiest(shapes: ShapeSettings) -> Scenario:
-    """Return the generated map without obstacles; a robot that does not fit there fits nowhere."""
+    """Return the generated map without obstacles: if a robot does not fit there, it fits on no map."""
     cells = clear_and_border(np.zeros((shapes.size, shapes.size), dtype=np.bool_), shapes)
     return replace(scenario_on(cells, shapes), name="generated maps")

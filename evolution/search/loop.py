@@ -1,9 +1,9 @@
 """The search loop: ask, evaluate, tell, record and write a checkpoint, generation by generation.
 
-A search is a function of its experiment and of the results of its runs. A run that was
-interrupted is therefore continued by *replaying* it: the finished runs come from the store, which
-takes a fraction of a second per generation, and the checkpoint says what the replay must arrive
-at. Nothing is unpickled, and results that were driven after the last checkpoint are not lost.
+A search is a function of its experiment and of the results of its runs. An interrupted search is continued by
+*replaying* it: the store answers the finished runs, which takes a fraction of a second per generation, and the
+checkpoint says what the replay must arrive at. Nothing is unpickled, and results after the last checkpoint are not
+lost.
 """
 
 from __future__ import annotations
@@ -12,27 +12,24 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.individual import Individual
 
 from evolution.driving import Evaluator, OnRun
 from evolution.files import Row
-from evolution.search.algorithms.problem import Evaluation, MapSetProblem, ask, make_algorithm, rejudge
+from evolution.search.algorithms import Evaluation, MapSetProblem, ask, judge_again, make_algorithm
 from evolution.search.archive import Archive
 from evolution.search.budget import Budget
 from evolution.search.elite import find_elite
-from evolution.search.judging.fitness import Fitness
-from evolution.search.operators.adaptive import Trial
-from evolution.search.operators.mutation import MapMutation, Mutator
-from evolution.search.operators.sampling import DrawMap
-from evolution.search.record import Record, best_of
-from evolution.search.settings import Experiment
-from evolution.search.validation_stage import Confirmation, confirm
-from gym_mapbench.errors import RunError
+from evolution.search.experiment import Experiment
+from evolution.search.judging import Fitness, Judgement, best_of
+from evolution.search.operators import DrawMap, MapMutation, MapSampling, Mutator, Trial
+from evolution.search.record import Record
+from evolution.search.recorder import Journal, Recorder
+from evolution.search.validation_stage import ValidationResult, validate
 from gym_mapbench.generator import draw_map as draw_from_families
 from gym_mapbench.generator import sample_map
 from gym_mapbench.world.scenario import MapSet
@@ -48,8 +45,8 @@ class Progress:
         driven: Runs driven in this generation.
         reused: Runs answered by the store.
         seconds: Wall-clock seconds of the generation.
-        evaluate_seconds: How many of these were spent on driving.
-        replayed: Whether a resumed run went through this generation again.
+        evaluate_seconds: Seconds of these spent on evaluation.
+        replayed: Whether the generation was replayed.
     """
 
     row: Row
@@ -61,40 +58,7 @@ class Progress:
     replayed: bool
 
 
-class Recorder(Protocol):
-    """Keeps a search, so that it can be read and continued; a run directory is one."""
-
-    @property
-    def path(self) -> Path:
-        """Where it is kept; error messages begin with it."""
-        ...
-
-    @property
-    def checkpoint(self) -> Mapping[str, Any] | None:
-        """The checkpoint written last; None for a search that is only beginning."""
-        ...
-
-    def check_experiment(self, experiment: Experiment) -> None:
-        """Raise ``ConfigError`` if another experiment was begun here."""
-        ...
-
-    def write_generation(
-        self,
-        record: Record,
-        best: Evaluation,
-        checkpoint: Mapping[str, Any],
-        confirmation: Confirmation | None = None,
-    ) -> None:
-        """Write everything known after a generation, or after the confirmation."""
-        ...
-
-    def write_checkpoint(self, checkpoint: Mapping[str, Any]) -> None:
-        """Replace the checkpoint."""
-        ...
-
-    def append_timing(self, row: Mapping[str, Any]) -> None:
-        """Add the wall-clock seconds of a generation, or of the confirmation."""
-        ...
+OnGeneration = Callable[[Progress], None]
 
 
 @dataclass(frozen=True)
@@ -102,11 +66,11 @@ class EvolveResult:
     """Where a search ended.
 
     Args:
-        best: The best map set, its results and its fitness.
-        population: The last population, as selection left it.
+        best: The best map set, its results and its judgement.
+        population: The last population after selection.
         fitness: The fitness as used, with its cluster scale.
         record: All generations, individuals and runs.
-        confirmation: What the best map set is worth on new seeds; None if that was not asked for, or too few maps were
+        validation: Held-out fitness of the best map set; None without a validation stage, or if too few maps were
             solved by all controllers.
     """
 
@@ -114,7 +78,7 @@ class EvolveResult:
     population: tuple[Evaluation, ...]
     fitness: Fitness
     record: Record
-    confirmation: Confirmation | None = None
+    validation: ValidationResult | None = None
 
 
 def evolve(
@@ -122,7 +86,7 @@ def evolve(
     evaluator: Evaluator,
     recorder: Recorder | None = None,
     *,
-    on_generation: Callable[[Progress], None] | None = None,
+    on_generation: OnGeneration | None = None,
     on_run: OnRun | None = None,
     fitness: Fitness | None = None,
     draw_map: DrawMap | None = None,
@@ -134,24 +98,48 @@ def evolve(
         evaluator: Drives the runs.
         recorder: Records the search, and continues one that was begun there; nothing is recorded if None.
         on_generation: Called after each generation.
-        on_run: Called after each driven run (see :meth:`Evaluator.run`).
-        fitness: Judges map sets; if None, the one that ``experiment`` names.
-        draw_map: How sampling draws one map; if None, from the families of ``experiment``.
+        on_run: Called after each run (see :meth:`Evaluator.run`).
+        fitness: Judges map sets; if None, the fitness that ``experiment`` names.
+        draw_map: Samples one map; if None, of the families of ``experiment``.
 
     Raises:
         ConfigError: If ``recorder`` was made for another experiment.
         RunError: If the cluster scale cannot be calibrated, no worker starts, or a replay differs from the checkpoint.
     """
-    search = _Search(experiment, evaluator, recorder, on_run, fitness, draw_map)
+    journal = Journal(recorder, experiment)
+    if journal.is_new:
+        evaluator.get_ready()
+    search = _Search(experiment, evaluator, journal, on_run, fitness, draw_map)
     while search.step(on_generation):
         pass
     return search.result()
 
 
-def _drawer(experiment: Experiment) -> DrawMap:
-    """Return the function that draws maps for a search: random shapes, or maps of its families for its robot."""
+def _sampler(experiment: Experiment) -> DrawMap:
+    """Return the function that samples maps: random shapes, or maps of the search's families for its robot."""
     families = experiment.search.families
     return partial(draw_from_families, families=families, robot=experiment.run.robot) if families else sample_map
+
+
+class _Clock:
+    """Wall-clock seconds and runs since it was made."""
+
+    def __init__(self, evaluator: Evaluator) -> None:
+        self.evaluator = evaluator
+        self.began = time.perf_counter()
+        self.driven, self.reused = evaluator.driven, evaluator.reused
+
+    def row(self, generation: int, evaluate_seconds: float | None = None) -> dict[str, Any]:
+        """Return a line of ``timing.jsonl``; all seconds are those of evaluation if there are no others."""
+        seconds = time.perf_counter() - self.began
+        return {
+            "generation": generation,
+            "seconds": seconds,
+            "evaluate_seconds": seconds if evaluate_seconds is None else evaluate_seconds,
+            "driven": self.evaluator.driven - self.driven,
+            "reused": self.evaluator.reused - self.reused,
+            "workers": self.evaluator.workers,
+        }
 
 
 class _Search:
@@ -161,75 +149,52 @@ class _Search:
         self,
         experiment: Experiment,
         evaluator: Evaluator,
-        recorder: Recorder | None,
+        journal: Journal,
         on_run: OnRun | None,
         fitness: Fitness | None,
         draw_map: DrawMap | None,
     ) -> None:
-        if recorder is not None:
-            recorder.check_experiment(experiment)
-        self.settings = experiment.search
+        self.settings = settings = experiment.search
         self.evaluator = evaluator
-        self.recorder = recorder
-        self.expected = None if recorder is None else recorder.checkpoint
-        if self.expected is None:
-            evaluator.get_ready()
-        self.archive = Archive(evaluator, experiment.plan, experiment.search.drive_last, on_run)
-        self.budget = Budget(experiment.search, self.archive)
-        self.problem = MapSetProblem(
-            self.archive.evaluate, fitness or Fitness.of(experiment.search, experiment.run.time_limit)
+        self.journal = journal
+        self.archive = Archive(evaluator, experiment.plan, settings.archive.drive_last, on_run)
+        self.budget = Budget(settings, self.archive)
+        self.problem = MapSetProblem(self.archive.evaluate, fitness or experiment.fitness)
+        self.rng = np.random.default_rng(settings.seed)
+        mutator = Mutator(settings.shapes, settings.ga.mutation, settings.families, experiment.run.robot)
+        self.mutation = MapMutation(mutator, self._role_of if settings.ga.mutation.adaptive else None)
+        sampling = MapSampling(settings.maps_per_set, settings.shapes, draw_map or _sampler(experiment))
+        self.algorithm: GeneticAlgorithm = make_algorithm(
+            settings.ga, self.problem, sampling, self.mutation, self.rng, settings.evaluations
         )
-        self.rng = np.random.default_rng(experiment.search.seed)
-        self.mutation = MapMutation(
-            Mutator(self.settings.shapes, self.settings.mutation, self.settings.families, experiment.run.robot),
-            self._role_of if self.settings.mutation.adaptive else None,
-        )
-        self.algorithm: GA = make_algorithm(
-            experiment.search, self.problem, self.rng, self.mutation, draw_map or _drawer(experiment)
-        )
-        self.record = Record(experiment.plan)
+        self.record = Record(experiment.plan, self.problem.fitness.objectives, self.problem.fitness.constraints)
         self.generation = 0
-        self.confirmed: Evaluation | None = None
-        self.confirmation: Confirmation | None = None
+        self.validated: Evaluation | None = None
+        self.validation: ValidationResult | None = None
 
-    def step(self, on_generation: Callable[[Progress], None] | None) -> bool:
-        """Go through one generation; False if there is nothing left to do."""
-        began, driven, reused = time.perf_counter(), self.evaluator.driven, self.evaluator.reused
+    def step(self, on_generation: OnGeneration | None) -> bool:
+        """Run one generation; False if there is nothing left to do."""
+        clock = _Clock(self.evaluator)
         most = self.budget.sets(self.algorithm.evaluator.n_eval, first=self.generation == 0)
         if not self.algorithm.has_next() or (offspring := ask(self.algorithm, most)) is None:
-            self._finish()
-            if self.settings.confirmation is not None and not (self.expected and self.expected["finished"]):
-                seconds = time.perf_counter() - began
-                self._note_time(seconds, seconds, self.evaluator.driven - driven, self.evaluator.reused - reused)
+            self._finish(clock)
             return False
         asked = time.perf_counter()
-        self.algorithm.evaluator.eval(self.problem, offspring)
-        self.algorithm.tell(infills=offspring)
-        self.mutation.judge(partial(self._gain, {one.X[0].digest: one for one in self.algorithm.pop}))
-        if self.settings.archive:
-            elite = find_elite(self.archive, self.problem.fitness, self.settings, self.budget)
-            rejudge(self.algorithm, [self.archive.map_set(elite)] if elite else [])
+        self._evaluate(offspring)
         evaluated = time.perf_counter()
         self.generation += 1
         self.record.add(self.generation, offspring.get("evaluation"), self.population, self.archive.take_new())
-        replayed = self._save()
-        progress = Progress(
-            row=self.record.generations[-1],
-            best=best_of(self.population),
-            driven=self.evaluator.driven - driven,
-            reused=self.evaluator.reused - reused,
-            seconds=time.perf_counter() - began,
-            evaluate_seconds=evaluated - asked,
-            replayed=replayed,
-        )
+        replayed = self.journal.write(self.record, self.best, self._checkpoint(finished=False))
+        timing = clock.row(self.generation, evaluated - asked)
         if not replayed:
-            self._note_time(progress.seconds, progress.evaluate_seconds, progress.driven, progress.reused)
+            self.journal.write_timing(timing)
         if on_generation is not None:
-            on_generation(progress)
+            times = {name: timing[name] for name in ("driven", "reused", "seconds", "evaluate_seconds")}
+            on_generation(Progress(self.record.generations[-1], best_of(self.population), replayed=replayed, **times))
         return True
 
     def result(self) -> EvolveResult:
-        return EvolveResult(self.best, self.population, self.problem.fitness, self.record, self.confirmation)
+        return EvolveResult(self.best, self.population, self.problem.fitness, self.record, self.validation)
 
     @property
     def population(self) -> tuple[Evaluation, ...]:
@@ -237,89 +202,64 @@ class _Search:
 
     @property
     def best(self) -> Evaluation:
-        """The confirmed set once there is one, else the fittest of the population."""
-        return self.confirmed or best_of(self.population)
+        """The validated set if there is one, else the best of the population."""
+        return self.validated or best_of(self.population)
+
+    def _evaluate(self, offspring: Any) -> None:
+        """Evaluate the offspring, select the next population, and let the best set of the archive join it."""
+        self.algorithm.evaluator.eval(self.problem, offspring)
+        self.algorithm.tell(infills=offspring)
+        self.mutation.credit_trials(partial(self._gain, {one.X[0].digest: one for one in self.algorithm.pop}))
+        if self.settings.archive.elite:
+            elite = find_elite(self.archive, self.problem.fitness, self.settings, self.budget)
+            judge_again(self.algorithm, [self.archive.map_set(elite)] if elite else [])
 
     def _gain(self, population: Mapping[str, Individual], trial: Trial) -> float:
-        """Return by how much a mutation made its set fitter, by what is known now; a whole pattern at most."""
+        """Return by how much a mutation improved its set, by all results so far; at most the weight of a pattern."""
         after = population.get(trial.after)
         if after is None:  # duplicates are not evaluated, and the worst offspring do not survive
             return 0.0
         before = self.problem.fitness(self.archive.results_of(trial.before))
-        return min(before.total - float(after.get("evaluation").fitness.total), self.settings.pattern_weight)
+        judgement: Judgement = after.get("evaluation").judgement
+        return min(judgement.gain_over(before), self.settings.judging.pattern_weight)
 
     def _role_of(self, map_set: MapSet, place: int) -> int:
-        """Return the rank of a map's reading in its set; maps without one come last."""
-        found = [self.archive.judged(one.map.digest, self.problem.fitness).reading for one in map_set]
-        readings = [np.inf if reading is None else reading for reading in found]
-        return sorted(range(len(readings)), key=readings.__getitem__).index(place)
-
-    def _save(self) -> bool:
-        """Write the generation; in a replay, check it against the checkpoint instead and return True."""
-        if self.recorder is None:
-            return False
-        if self.expected is not None and self.generation <= self.expected["generation"]:
-            if self.generation == self.expected["generation"]:
-                self._check_replay(self.expected)
-            return True
-        self.recorder.write_generation(self.record, self.best, self._checkpoint(finished=False))
-        return False
+        """Return the rank of a map's score in its set; maps without a score come last."""
+        found = [self.archive.judged(one.map.digest, self.problem.fitness).score for one in map_set]
+        scores = [np.inf if score is None else score for score in found]
+        return sorted(range(len(scores)), key=scores.__getitem__).index(place)
 
     def _checkpoint(self, finished: bool) -> dict[str, Any]:
+        best = best_of(self.population)
         return {
             "generation": self.generation,
             "evaluations": len(self.record.individuals),
             "finished": finished,
             "cluster_scale": self.problem.fitness.cluster_scale,
-            "best": best_of(self.population).map_set.digest,
-            "best_fitness": best_of(self.population).fitness.total,
+            "best": best.map_set.digest,
+            "best_fitness": best.judgement.fitness,
             "population": [one.map_set.digest for one in self.population],
             "rng": self.rng.bit_generator.state,
         }
 
-    def _check_replay(self, expected: Mapping[str, Any]) -> None:
-        reached = self._checkpoint(finished=bool(expected["finished"]))
-        astray = [name for name in reached if reached[name] != expected.get(name)]
-        if astray:
-            where = self.recorder.path if self.recorder else ""
-            raise RunError(
-                f"{where}: generation {self.generation} cannot be repeated ({astray[0]} differs): "
-                "the code, its libraries or the result store have changed since"
-            )
-
-    def _finish(self) -> None:
-        """Confirm the best set, if that is asked for, and write what there is."""
-        if self.settings.confirmation is not None:
-            self._confirm()
+    def _finish(self, clock: _Clock) -> None:
+        """Run the validation stage, if there is one, and write the end of the search."""
+        stage = self.settings.validation is not None
+        if stage:
+            self._validate()
             self.record.add_runs(self.generation, self.archive.take_new())
-            if self.recorder is not None:
-                checkpoint = self._checkpoint(finished=True)
-                self.recorder.write_generation(self.record, self.best, checkpoint, self.confirmation)
-        elif self.recorder is not None:
-            self.recorder.write_checkpoint(self._checkpoint(finished=True))
+        self.journal.write_end(self.record, self.best, self._checkpoint(finished=True), self.validation, stage)
+        if stage and not self.journal.was_finished:
+            self.journal.write_timing(clock.row(self.generation))
 
-    def _confirm(self) -> None:
-        """Let new seeds decide which set is the best, and what it is worth."""
+    def _validate(self) -> None:
+        """Let held-out seeds select the best set, and measure its held-out fitness."""
+        assert self.settings.validation is not None
         fitness = self.problem.fitness
-        found = confirm(self.archive, fitness, self.settings, self.budget)
+        found = validate(self.archive, fitness, self.settings, self.settings.validation, self.budget)
         if found is not None:
             results = self.archive.results_of(found.map_set)
-            # Readings are those that the set was chosen by: one failure with a later seed does not make a map unread.
-            judged = replace(fitness(results), readings=found.judged.readings, values=found.judged.values)
-            self.confirmed = Evaluation(found.map_set, results, judged)
-            self.confirmation = found.claim
-
-    def _note_time(self, seconds: float, evaluate_seconds: float, driven: int, reused: int) -> None:
-        """Add a line about a generation, or about the confirmation, which counts with the last one."""
-        if self.recorder is None:
-            return
-        self.recorder.append_timing(
-            {
-                "generation": self.generation,
-                "seconds": seconds,
-                "evaluate_seconds": evaluate_seconds,
-                "driven": driven,
-                "reused": reused,
-                "workers": self.evaluator.workers,
-            }
-        )
+            # Scores are those of the selection: one failure on a later seed does not remove the score of a map.
+            judged = replace(fitness(results), scores=found.judged.scores, values=found.judged.values)
+            self.validated = Evaluation(found.map_set, results, judged)
+            self.validation = found.result

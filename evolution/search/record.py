@@ -1,7 +1,7 @@
-"""What is recorded about a search: rows of tables and documents, in an order that depends on nothing but the seed.
+"""The record of a search: rows of tables, in an order that depends on nothing but the seed.
 
-There are no wall-clock values and nothing about the store or the workers, so the same experiment
-gives the same records.
+A record holds no wall-clock values and nothing about the store or the workers, so the same experiment gives the same
+record.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ import numpy as np
 
 from evolution.driving import RESULT_FIELDS, Job, JobPlan, RunResult
 from evolution.files import Row
-from evolution.search.algorithms.problem import Evaluation
+from evolution.search.algorithms import Evaluation
+from evolution.search.judging import Judgement, best_of
 from gym_mapbench.world.gridmap import GridMap
 
 DrivenRun = tuple[Job, RunResult]
@@ -25,9 +26,13 @@ class Record:
 
     Args:
         plan: Which runs a scenario needs.
+        objectives: Names of the objectives.
+        constraints: Names of the constraints.
     """
 
     plan: JobPlan
+    objectives: tuple[str, ...] = ("fitness",)
+    constraints: tuple[str, ...] = ()
     generations: list[Row] = field(default_factory=list)
     individuals: list[Row] = field(default_factory=list)
     runs: dict[str, Row] = field(default_factory=dict)
@@ -42,10 +47,14 @@ class Record:
         population: Sequence[Evaluation],
         runs: Iterable[DrivenRun],
     ) -> None:
-        """Record one generation: the individuals evaluated, the population after selection, and what was driven."""
+        """Record one generation: the individuals evaluated, the population after selection, and the runs."""
         start = len(self.individuals)
-        self.individuals += [individual_row(generation, start + i, one) for i, one in enumerate(evaluated)]
-        self.generations.append(generation_row(generation, len(self.individuals), population))
+        self.individuals += [
+            individual_row(generation, start + i, one) | self._further(one.judgement) for i, one in enumerate(evaluated)
+        ]
+        row = generation_row(generation, len(self.individuals), population)
+        further = self._further(best_of(population).judgement)
+        self.generations.append(row | {f"best_{name}": value for name, value in further.items()})
         self.maps = {scenario.map.digest: scenario.map for one in evaluated for scenario in one.map_set}
         self.maps = {digest: grid for digest, grid in self.maps.items() if digest not in self._known_maps}
         self._known_maps |= set(self.maps)
@@ -56,9 +65,14 @@ class Record:
         for job, result in runs:
             self.runs.setdefault(job.key, run_row(generation, job, result))
 
+    def _further(self, judgement: Judgement) -> Row:
+        """Return the objectives after the first, which is the fitness, and the constraints."""
+        values = (*judgement.objectives[1:], *judgement.constraints)
+        return dict(zip((*self.objectives[1:], *self.constraints), values, strict=True))
+
 
 def runs_on(plan: JobPlan, evaluation: Evaluation) -> list[DrivenRun]:
-    """Return the runs that a map set was judged by."""
+    """Return the runs by which a map set was judged."""
     return [
         (plan.job(scenario, number, repeat), result)
         for scenario, of_map in zip(evaluation.map_set, evaluation.results, strict=True)
@@ -68,41 +82,41 @@ def runs_on(plan: JobPlan, evaluation: Evaluation) -> list[DrivenRun]:
 
 
 def generation_row(generation: int, evaluations: int, population: Sequence[Evaluation]) -> Row:
-    """One line of ``generations.csv``: the fitness in the population after selection; smaller is better."""
-    totals = np.array([one.fitness.total for one in population])
+    """Return a line of ``generations.csv``: the fitness in the population after selection; smaller is better."""
+    fitness = np.array([one.judgement.fitness for one in population])
     best = best_of(population)
     return {
         "generation": generation,
         "evaluations": evaluations,
-        "best": best.fitness.total,
-        "mean": float(totals.mean()),
-        "median": float(np.median(totals)),
-        "std": float(totals.std()),
-        "worst": float(totals.max()),
-        "mean_success_rate": float(np.mean([one.fitness.success_rate for one in population])),
+        "best": best.judgement.fitness,
+        "mean": float(fitness.mean()),
+        "median": float(np.median(fitness)),
+        "std": float(fitness.std()),
+        "worst": float(fitness.max()),
+        "mean_success_rate": float(np.mean([one.judgement.success_rate for one in population])),
         "best_map_set": best.map_set.digest,
     }
 
 
 def individual_row(generation: int, individual: int, evaluation: Evaluation) -> Row:
-    """One line of ``individuals.csv``: an evaluated map set, its fitness and its parts."""
-    fitness = evaluation.fitness
+    """Return a line of ``individuals.csv``: an evaluated map set, its fitness and the parts of it."""
+    judgement = evaluation.judgement
     row: Row = {
         "generation": generation,
         "individual": individual,
         "map_set": evaluation.map_set.digest,
-        "fitness": fitness.total,
-        "success_rate": fitness.success_rate,
-        "timeouts": fitness.timeouts,
-        "pattern": fitness.pattern,
+        "fitness": judgement.fitness,
+        "success_rate": judgement.success_rate,
+        "timeouts": judgement.timeouts,
+        "pattern": judgement.pattern,
     }
-    for number, (scenario, reading) in enumerate(zip(evaluation.map_set, fitness.readings, strict=True), start=1):
-        row |= {f"map_{number}": scenario.map.digest, f"reading_{number}": reading}
+    for number, (scenario, score) in enumerate(zip(evaluation.map_set, judgement.scores, strict=True), start=1):
+        row |= {f"map_{number}": scenario.map.digest, f"score_{number}": score}
     return row
 
 
 def run_row(generation: int, job: Job, result: RunResult) -> Row:
-    """One line of ``runs.csv``: a driven run, at its first use."""
+    """Return a line of ``runs.csv``: a run, at its first use."""
     return {
         "generation": generation,
         "map": job.scenario.map.digest,
@@ -118,8 +132,3 @@ def run_row(generation: int, job: Job, result: RunResult) -> Row:
 def result_fields(result: RunResult) -> Row:
     """Return the reproducible fields of a result, without metrics and seed."""
     return {name: getattr(result, name) for name in RESULT_FIELDS}
-
-
-def best_of(evaluations: Sequence[Evaluation]) -> Evaluation:
-    """Return the fittest; of equals, the first."""
-    return min(evaluations, key=lambda one: one.fitness.total)

@@ -1,4 +1,4 @@
-"""Studies: several configurations, each run with several seeds, with baselines, re-evaluation and statistics.
+"""Studies: several configurations with several seeds each, with baselines, re-evaluation and statistics.
 
 In: :class:`StudySettings`, from a file or by the name of a study of the package. Out: a directory of runs, and
 :class:`StudyResults` with tables, tests and figures.
@@ -9,16 +9,16 @@ In: :class:`StudySettings`, from a file or by the name of a study of the package
 
     results = run_study(load_study("quick"), "runs/quick", workers=2)
     results.to_pandas()                # one row per run; needs pandas
-    results.rows("reevaluation")       # one row for every run on fresh seeds, without pandas
+    results.rows("reevaluation")       # one row for every run on held-out seeds, without pandas
 """
 
 from __future__ import annotations
 
 from evolution.studies.analysis.comparisons import Comparison, StudyAnalysis, analyse
 from evolution.studies.analysis.figures import BestSet, StudyFigure, drive_best_sets, write_study_figures
-from evolution.studies.analysis.held_out import fresh_rows
+from evolution.studies.analysis.held_out import held_out_rows
 from evolution.studies.analysis.loading import load_results
-from evolution.studies.analysis.reported_fitness import promise_rows
+from evolution.studies.analysis.reported_fitness import reported_fitness_rows
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.analysis.tables import (
     map_rows,
@@ -30,8 +30,7 @@ from evolution.studies.analysis.tables import (
     write_tables,
 )
 from evolution.studies.analysis.verdict import verdict_of
-from evolution.studies.directory import STUDY, StudyDir, is_study
-from evolution.studies.engine import NAV2, Engine
+from evolution.studies.directory import STUDY, StudyDir
 from evolution.studies.kinds import AnyStudy, load_definition, study_in
 from evolution.studies.running import StudyProgress, run_study
 from evolution.studies.settings import Configuration, ReevaluationSettings, StudySettings, load_study, study_names
@@ -39,14 +38,12 @@ from evolution.studies.sweep.running import SWEEP, SweepResults, load_sweep, run
 from evolution.studies.sweep.settings import SweepSettings
 
 __all__ = [
-    "NAV2",
     "STUDY",
     "SWEEP",
     "AnyStudy",
     "BestSet",
     "Comparison",
     "Configuration",
-    "Engine",
     "ReevaluationSettings",
     "StudyAnalysis",
     "StudyDir",
@@ -59,8 +56,7 @@ __all__ = [
     "SweepSettings",
     "analyse",
     "drive_best_sets",
-    "fresh_rows",
-    "is_study",
+    "held_out_rows",
     "load_definition",
     "load_results",
     "load_study",
@@ -68,8 +64,8 @@ __all__ = [
     "map_rows",
     "measure_rows",
     "pair_rows",
-    "promise_rows",
     "rank_rows",
+    "reported_fitness_rows",
     "run_study",
     "run_sweep",
     "study_in",

@@ -3,11 +3,11 @@
 ::
 
     study.json                            the settings, and the versions they are run with
-    resolved.json                         what configurations took from earlier ones
-    results.sqlite                        every driven run, shared by all
+    resolved.json                         options that configurations take from earlier ones
+    results.sqlite                        every run, shared by all
     runs/CONFIGURATION/seed-0003/         run directories, as those of mapbench evolve
-    searches/CONFIGURATION/seed-0003/     searches in which no controller drove (path_length)
-    reevaluation/CONFIGURATION/seed-0003.json     the best set on fresh seeds
+    searches/CONFIGURATION/seed-0003/     searches over planned paths (path_length)
+    reevaluation/CONFIGURATION/seed-0003.json     the best set on held-out seeds
     tables/  figures/  report.html        made from the above
 """
 
@@ -26,7 +26,7 @@ from evolution.studies.settings import StudySettings
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.trust import refuse_code
 
-STUDY, RESOLVED = "study.json", "resolved.json"
+RESOLVED = "resolved.json"
 TO_DRIVE = tuple(
     f"study.{place}"
     for place in (
@@ -35,13 +35,13 @@ TO_DRIVE = tuple(
         "reevaluation.noise",
     )
 )
-"""What of a study's settings matters only where something is driven."""
+"""Places in a study's settings that are used by runs only."""
 
-KIND = DirectoryKind("study", STUDY, format_version=1, to_drive=TO_DRIVE)
+STUDY = DirectoryKind("study", "study.json", format_version=1, to_drive=TO_DRIVE)
 
 
 class Taken(Document):
-    """An entry of ``resolved.json``: what a configuration took from earlier ones, and from which seeds."""
+    """An entry of ``resolved.json``: options taken from earlier configurations, and the seeds of these."""
 
     search: dict[str, FiniteFloat]
     seeds: list[int]
@@ -54,7 +54,7 @@ class StudyDir:
     Args:
         path: The directory.
         settings: The study.
-        config: What ``study.json`` says.
+        config: Content of ``study.json``.
     """
 
     path: Path
@@ -70,7 +70,7 @@ class StudyDir:
             RunError: If it cannot be made.
         """
         path = Path(path)
-        return cls(path, settings, KIND.create(path, {"study": settings.model_dump(mode="json")}))
+        return cls(path, settings, STUDY.begin(path, _document(settings)))
 
     @classmethod
     def open(cls, path: str | Path) -> StudyDir:
@@ -80,9 +80,9 @@ class StudyDir:
             RunError: If it is not a study directory, or of another format.
         """
         path = Path(path)
-        config = KIND.open(path)
+        config = STUDY.open(path)
         try:
-            settings = StudySettings.from_mapping(config.get("study"), str(path / STUDY))
+            settings = StudySettings.from_mapping(config.get("study"), str(path / STUDY.mark))
         except ConfigError as error:
             raise RunError(str(error)) from None
         return cls(path, settings, config)
@@ -96,7 +96,7 @@ class StudyDir:
             UntrustedError: If its study names code.
         """
         directory = cls.open(path)
-        refuse_code(directory.config, directory.path / STUDY)
+        refuse_code(directory.config, directory.path / STUDY.mark)
         return directory
 
     def check(self, settings: StudySettings) -> None:
@@ -106,7 +106,7 @@ class StudyDir:
             ConfigError: If an option differs, naming it.
             RunError: If another version of this package wrote the directory, or ``resolved.json`` is damaged.
         """
-        KIND.check_same(self.path, self.config, _by_name(self.settings), _by_name(settings))
+        STUDY.check_resumed(self.path, {**self.config, **_document(self.settings)}, _document(settings), _by_name)
         self.read_resolved()
 
     @property
@@ -153,16 +153,16 @@ class StudyDir:
         return entries
 
     def write_resolved(self, configuration: str, resolved: Mapping[str, Any]) -> None:
-        """Record what a configuration took from earlier ones."""
+        """Record the options that a configuration takes from earlier ones."""
         write_json(self.path / RESOLVED, {**self.read_resolved(), configuration: dict(resolved)})
 
 
-def _by_name(settings: StudySettings) -> dict[str, Any]:
-    """All options of a study, the configurations by name instead of by position."""
-    document = settings.model_dump(mode="json")
-    return {**document, "configurations": {one["name"]: one for one in document["configurations"]}}
+def _document(settings: StudySettings) -> dict[str, Any]:
+    """Return the document that a study is begun with."""
+    return {"study": settings.model_dump(mode="json")}
 
 
-def is_study(path: str | Path) -> bool:
-    """Whether a path is the directory of a study."""
-    return KIND.holds(path)
+def _by_name(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a study, the configurations by name instead of by position."""
+    study = document["study"]
+    return {**study, "configurations": {one["name"]: one for one in study["configurations"]}}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from evolution.studies.directory import StudyDir, is_study
+from evolution.studies.directory import STUDY, StudyDir
 from evolution.studies.settings import StudySettings, read_definition
 from evolution.studies.sweep.running import SWEEP, read_sweep
 from evolution.studies.sweep.settings import SweepSettings
@@ -28,7 +28,7 @@ def load_definition(name_or_file: str | Path) -> AnyStudy:
 def study_in(
     settings: str | Path | AnyStudy, out: str | Path | None = None, *, resume: bool = False
 ) -> tuple[AnyStudy, Path]:
-    """Return a study and its directory; a directory that is to be resumed says which study it holds.
+    """Return a study and its directory; a directory to be resumed holds its study.
 
     Raises:
         ConfigError: If there is no such study, or two directories are given.
@@ -36,10 +36,10 @@ def study_in(
     """
     if isinstance(settings, AnyStudy):
         wanted = settings
-    elif resume and (is_study(settings) or SWEEP.holds(settings)):
+    elif resume and (STUDY.holds(settings) or SWEEP.holds(settings)):
         if out is not None:
             raise ConfigError(f"out: expected none beside the study directory {settings}")
-        found = StudyDir.open_to_drive(settings).settings if is_study(settings) else read_sweep(settings)
+        found = StudyDir.open_to_drive(settings).settings if STUDY.holds(settings) else read_sweep(settings)
         return found, Path(settings)
     else:
         wanted = load_definition(settings)

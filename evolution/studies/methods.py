@@ -1,4 +1,4 @@
-"""The methods of a study: each writes a finished run directory with a best map set that was driven."""
+"""The methods of a study: each writes a finished run directory with a best map set and its runs."""
 
 from __future__ import annotations
 
@@ -12,19 +12,18 @@ from evolution.runs import (
     LoadedRun,
     RunDir,
     chosen_by,
-    confirmation_in,
     driven_maps,
-    fitness_of,
     load_run,
     results_in,
+    validation_in,
 )
 from evolution.search import (
-    Confirmation,
     Evaluation,
     Experiment,
     Fitness,
     Progress,
     Record,
+    ValidationResult,
     best_set,
     evolve,
     runs_on,
@@ -39,12 +38,12 @@ OnGeneration = Callable[[Progress], None]
 
 
 def run_task(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
-    """Run one task to its end; do nothing if that was done before.
+    """Run one task to its end; a finished task is left as it is.
 
     Args:
-        task: What is run.
+        task: The task.
         directory: Directory of the study; earlier runs are looked up there.
-        evaluator: Drives the runs, or plans where only a path is asked for.
+        evaluator: Evaluates jobs: runs, or planned paths.
         on_generation: Called after each generation of a search.
 
     Raises:
@@ -75,14 +74,14 @@ def search(
 
 
 def choose_best_triple(task: Task, directory: StudyDir) -> None:
-    """Record, for each generation of another run, the exact best set of the maps it had driven by then."""
+    """Record, for each generation of another run, the exact best set of all its maps so far."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
     if rundir.finished:
         return
     parent = load_run(directory.run_path(str(task.configuration.of), task.seed))
     search, results = task.experiment.search, driven_maps(parent)
     first = driven_maps(parent, until=1)
-    fitness = Fitness.of(search, task.experiment.run.time_limit).calibrated([(one,) for one in first.values()])
+    fitness = task.experiment.fitness.calibrated([(one,) for one in first.values()])
     chosen = []
     for row in parent.generations:
         names = best_set(driven_maps(parent, until=row["generation"]), fitness, search.maps_per_set)
@@ -92,34 +91,34 @@ def choose_best_triple(task: Task, directory: StudyDir) -> None:
 
 
 def take_best(task: Task, directory: StudyDir) -> None:
-    """Record the best set that another run found, with what its confirmation claims if it is judged alike."""
+    """Record the best set of another run, with its held-out fitness if the fitness is the same."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
     if rundir.finished:
         return
     parent = load_run(directory.run_path(str(task.configuration.of), task.seed))
     scale = parent.checkpoint["cluster_scale"]
     results = results_in(parent.best_results, parent.controllers)
-    judged = fitness_of(task.experiment, scale)(results)
-    claim = confirmation_in(parent.best_results) if task.experiment.search.confirmation else None
-    if claim is not None:
-        judged = replace(judged, total=claim.fitness, **chosen_by(parent.best_results, parent.controllers))
+    judged = replace(task.experiment.fitness, cluster_scale=scale)(results)
+    validation = validation_in(parent.best_results) if task.experiment.search.validation else None
+    if validation is not None:
+        judged = replace(judged, objectives=(validation.fitness,), **chosen_by(parent.best_results, parent.controllers))
     best = Evaluation(parent.best, results, judged)
-    record_sets(rundir, task.experiment, [(parent.checkpoint["evaluations"], best)], scale, claim)
+    record_sets(rundir, task.experiment, [(parent.checkpoint["evaluations"], best)], scale, validation)
 
 
 def search_by_path_length(task: Task, directory: StudyDir, evaluator: Evaluator, on_generation: OnGeneration) -> None:
-    """Search for long paths, then drive the best set with all controllers, once."""
+    """Search for long paths, then run all controllers on the best set."""
     rundir = opened(directory.run_path(task.configuration.name, task.seed), task.experiment)
     if rundir.finished:
         return
     path, without = directory.search_path(task.configuration.name, task.seed), planned(task.experiment)
-    time_limit = task.experiment.run.time_limit
-    search(path, without, evaluator, on_generation, fitness=PathLengthFitness.of(without.search, time_limit))
+    fitness = PathLengthFitness.of(without.search.judging, without.run.time_limit)
+    search(path, without, evaluator, on_generation, fitness=fitness)
     found = load_run(path)
     (results,) = evaluator.evaluate([found.best], task.experiment.plan)
-    fitness = Fitness.of(task.experiment.search, time_limit)
-    chosen = [(found.checkpoint["evaluations"], Evaluation(found.best, results, fitness(results)))]
-    record_sets(rundir, task.experiment, chosen, fitness.cluster_scale)
+    judge = task.experiment.fitness
+    chosen = [(found.checkpoint["evaluations"], Evaluation(found.best, results, judge(results)))]
+    record_sets(rundir, task.experiment, chosen, judge.cluster_scale)
 
 
 def opened(path: Path, experiment: Experiment) -> RunDir:
@@ -141,16 +140,16 @@ def record_sets(
     experiment: Experiment,
     chosen: Iterable[tuple[int, Evaluation]],
     cluster_scale: float | None,
-    claim: Confirmation | None = None,
+    validation: ValidationResult | None = None,
 ) -> None:
     """Write a run directory of map sets that were not found by a search, one per generation.
 
     Args:
         rundir: The run directory.
-        experiment: The experiment that the sets were driven with.
+        experiment: The experiment of the sets.
         chosen: For each generation, the number of map sets evaluated by then and the best set.
         cluster_scale: Scale of their fitness; None if it has none.
-        claim: What a confirmation said of the only set.
+        validation: Held-out fitness of the only set.
     """
     record = Record(experiment.plan)
     for generation, (evaluations, best) in enumerate(chosen, start=1):
@@ -162,10 +161,10 @@ def record_sets(
             "finished": False,
             "cluster_scale": cluster_scale,
             "best": best.map_set.digest,
-            "best_fitness": best.fitness.total,
+            "best_fitness": best.judgement.fitness,
             "population": [best.map_set.digest],
         }
-        rundir.write_generation(record, best, checkpoint, claim)
+        rundir.write_generation(record, best, checkpoint, validation)
     rundir.write_checkpoint({**checkpoint, "finished": True})
 
 

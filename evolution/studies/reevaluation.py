@@ -1,19 +1,21 @@
-"""Re-evaluation: the best set of a run, driven again with seeds that no search used (thesis, Tables 5.3 and 5.4)."""
+"""Re-evaluation of the best set of a run on held-out seeds (thesis, Tables 5.3 and 5.4)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from evolution.driving import Evaluator, OnRun
 from evolution.files import make_directory, read_json, write_json
 from evolution.runs import (
-    DrivenAgain,
     LoadedRun,
+    RecordedExperiment,
+    Reevaluation,
     check_results,
-    driven_again,
-    fitness_of,
+    present_results,
+    reevaluation_of,
     results_document,
     results_in,
 )
@@ -24,17 +26,17 @@ from gym_mapbench.errors import RunError
 def reevaluate(
     run: LoadedRun, experiment: Experiment, fresh: Experiment, evaluator: Evaluator, on_run: OnRun | None = None
 ) -> dict[str, Any]:
-    """Drive the best set of a run again; returns a document like ``best_results.json``.
+    """Run the best set of a run on held-out seeds; return a document like ``best_results.json``.
 
     Args:
         run: A finished run.
-        experiment: What it was run with.
+        experiment: The experiment of the run.
         fresh: World and seeds of the re-evaluation.
         evaluator: Drives the runs.
-        on_run: Called after each driven run.
+        on_run: Called after each run.
     """
     (results,) = evaluator.evaluate([run.best], fresh.plan, on_run)
-    fitness = fitness_of(experiment, run.checkpoint["cluster_scale"])
+    fitness = replace(experiment.fitness, cluster_scale=run.checkpoint["cluster_scale"])
     evaluation = Evaluation(run.best, results, fitness(results))
     noise = fresh.document()["run"]["environment"]["noise"]
     return {"noise": noise, **results_document(evaluation, fresh.plan.names, fitness.cluster_scale)}
@@ -46,20 +48,22 @@ def write_reevaluation(path: Path, document: Mapping[str, Any]) -> None:
     write_json(path, document)
 
 
-def read_reevaluation(path: Path, seen: Mapping[str, Any], experiment: Experiment, seeds: int) -> DrivenAgain:
-    """Read a re-evaluation and judge it as the search would have.
+def read_reevaluation(
+    path: Path, reported: Mapping[str, Any], experiment: RecordedExperiment, seeds: int
+) -> Reevaluation:
+    """Read a re-evaluation, and judge it by the fitness of the search.
 
     Args:
         path: Its file.
-        seen: ``best_results.json`` of the run.
-        experiment: What the search was run with.
+        reported: ``best_results.json`` of the run.
+        experiment: The experiment of the run.
         seeds: Runs of every controller on every map.
 
     Raises:
         RunError: If the file is missing or damaged, or belongs to another map set.
     """
-    document, names = read_json(path), experiment.plan.names
-    check_results(document, path, names, len(seen["maps"]), seeds)
-    if document["map_set"] != seen["map_set"]:
+    document, names = present_results(read_json(path)), experiment.names
+    check_results(document, path, names, len(reported["maps"]), seeds)
+    if document["map_set"] != reported["map_set"]:
         raise RunError(f"{path}: belongs to another map set than the best one of the run")
-    return driven_again(results_in(document, names), seen, experiment)
+    return reevaluation_of(results_in(document, names), reported, experiment)

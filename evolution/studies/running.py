@@ -1,4 +1,4 @@
-"""run_study(): run every configuration with every seed; what was done before is not done again."""
+"""run_study(): run every configuration with every seed; finished runs are not repeated."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from evolution.driving import WAIT_SECONDS, Evaluator, Job, OnRun, RunResult
+from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, OnRun, Resources, RunResult, warm_up
 from evolution.files import WriteError
-from evolution.runs import filling, load_run
+from evolution.runs import RecordedExperiment, exclusive_store, load_run
 from evolution.search import Progress
 from evolution.studies.analysis.loading import load_results
 from evolution.studies.analysis.results import StudyResults
-from evolution.studies.directory import KIND, StudyDir
-from evolution.studies.engine import NAV2, Engine
+from evolution.studies.directory import STUDY, StudyDir
 from evolution.studies.methods import opened, run_task
 from evolution.studies.reevaluation import read_reevaluation, reevaluate, write_reevaluation
 from evolution.studies.settings import LATER, Configuration, StudySettings
+from evolution.studies.study_job import run_study_job
 from evolution.studies.tasks import Task, check_study, make_task, take_from_earlier
 from gym_mapbench.errors import MapBenchError, RunError
 
 PLAN_COST = 0.01
-"""Work of planning one path, as a share of the work of one driven run."""
+"""Work of planning one path, as a fraction of the work of one run."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class StudyProgress:
         best: Best fitness of this run so far.
         fraction: Share of the work that is done, 0 to 1.
         seconds_left: Estimate from the work done so far; None if nothing was done yet.
-        runs_per_second: Driven runs per second so far.
+        runs_per_second: Runs per second so far.
     """
 
     configuration: str
@@ -60,9 +60,7 @@ def run_study(
     resume: bool = False,
     only: Sequence[str] | None = None,
     runs: int | None = None,
-    workers: int = 1,
-    wait_s: float = WAIT_SECONDS,
-    engine: Engine = NAV2,
+    resources: Resources = DEFAULT_RESOURCES,
     on_progress: OnProgress | None = None,
 ) -> StudyResults:
     """Run or continue a study.
@@ -77,9 +75,7 @@ def run_study(
         resume: Whether to continue a study that was begun there.
         only: Names of the configurations to run now; all if None. The others are missing until they are run.
         runs: Number of seeds to run now; all if None.
-        workers: Number of worker processes.
-        wait_s: How long to wait for another process that has locked the results, s.
-        engine: How runs are driven.
+        resources: Workers, executor and time limits of the runs.
         on_progress: Called after every generation and every run.
 
     Raises:
@@ -88,16 +84,16 @@ def run_study(
             or nothing can be written.
     """
     begun = StudyDir.open_to_drive(path) if resume else None  # before what it names is looked up
-    tasks = check_study(settings, engine)
+    tasks = check_study(settings)
     chosen = _chosen(settings, tasks, only)
     seeds = settings.seeds[: settings.runs if runs is None else runs]
     directory = _directory(path, settings, begun)
     with (
-        filling(KIND, directory.path, wait_s) as store,
-        engine.evaluator(store, workers, _StudyEvaluator) as evaluator,
+        exclusive_store(STUDY, directory.path, resources.wait_s) as store,
+        resources.evaluator(run_study_job, store, warm_up, _StudyEvaluator) as evaluator,
     ):
         work = sum(work_of(first) * len(_of(settings, first, seeds)) for first in chosen)
-        study = _Study(directory, engine, evaluator, _Meter(evaluator, work, on_progress))
+        study = _Study(directory, evaluator, _Meter(evaluator, work, on_progress))
         for first in chosen:
             study.run(first, _of(settings, first, seeds))
     return study.results()
@@ -123,7 +119,7 @@ def _directory(path: str | Path, settings: StudySettings, begun: StudyDir | None
 
 
 class _StudyStoppedError(RunError):
-    """Nothing can be driven any more, so it is of no use to go on with other runs."""
+    """No run is possible any more, so the study stops."""
 
 
 class _StudyEvaluator(Evaluator):
@@ -139,10 +135,9 @@ class _StudyEvaluator(Evaluator):
 
 @dataclass
 class _Study:
-    """A study being run; ``failed`` counts the runs that failed, and ``reasons`` says why."""
+    """A study being run; ``failed`` is the number of failed runs, and ``reasons`` holds their errors."""
 
     directory: StudyDir
-    engine: Engine
     evaluator: Evaluator
     meter: _Meter
     reasons: list[str] = field(default_factory=list)
@@ -159,8 +154,8 @@ class _Study:
                 self._run(task)
 
     def results(self) -> StudyResults:
-        """Return what is finished by now, with the reasons for what failed; none is given twice."""
-        results = load_results(self.directory.path, self.engine)
+        """Return the finished runs, and each reason of a failure once."""
+        results = load_results(self.directory.path)
         reasons = [one for one in self.reasons if not any(line.startswith(one) for line in results.missing)]
         return replace(results, missing=(*reasons, *results.missing), failed=self.failed)
 
@@ -177,17 +172,17 @@ class _Study:
             self.meter.skip(task, runs)
 
     def _tasks(self, configuration: Configuration, seeds: Sequence[int]) -> list[Task]:
-        """Return one task per seed, with what is taken from earlier runs."""
+        """Return one task per seed, with the options taken from earlier runs."""
         if configuration.pop_size_from or configuration.cluster_scale_from:
-            take_from_earlier(configuration, self.directory, seeds, self.engine)
+            take_from_earlier(configuration, self.directory, seeds)
         taken = {name: entry["search"] for name, entry in self.directory.read_resolved().items()}
         settings = self.directory.settings
-        return [make_task(settings, configuration, seed, taken, self.engine) for seed in seeds]
+        return [make_task(settings, configuration, seed, taken) for seed in seeds]
 
     def _run(self, task: Task) -> None:
-        """Run one task and re-evaluate what it found."""
+        """Run one task and re-evaluate its best set."""
         name, seed = task.configuration.name, task.seed
-        KIND.check_there(self.directory.path)
+        STUDY.check_there(self.directory.path)
         self._check_parent(task)
         if self.directory.is_finished(name, seed) and self._is_reevaluated(task):
             self.meter.skip(task)
@@ -200,14 +195,14 @@ class _Study:
         self.meter.done(task, run.best_results["fitness"])
 
     def _is_reevaluated(self, task: Task) -> bool:
-        """Whether the best set of a finished run was driven again; refuses a run of another experiment."""
+        """Whether the best set of a finished run is re-evaluated; refuses a run of another experiment."""
         name, seed = task.configuration.name, task.seed
         rundir = opened(self.directory.run_path(name, seed), task.experiment)
         if task.fresh is None:
             return True
-        path, seen = self.directory.reevaluation_path(name, seed), rundir.read_best_results()
+        path, reported = self.directory.reevaluation_path(name, seed), rundir.read_best_results()
         try:
-            read_reevaluation(path, seen, task.experiment, task.fresh.search.repeats)
+            read_reevaluation(path, reported, RecordedExperiment.of(task.experiment), task.fresh.search.repeats)
         except RunError:
             return False
         return True
@@ -219,7 +214,7 @@ class _Study:
 
 
 class _Meter:
-    """Measures progress and speed; work is counted as the number of runs that have to be driven at most."""
+    """Measures progress and speed; the unit of work is one run, and the total is an upper bound."""
 
     def __init__(self, evaluator: Evaluator, total: float, on_progress: OnProgress | None) -> None:
         self.evaluator = evaluator
@@ -269,14 +264,14 @@ class _Meter:
 
 
 def work_of(task: Task) -> float:
-    """Return how many runs a task drives at most, including its re-evaluation."""
+    """Return the largest number of runs of a task, including its re-evaluation."""
     search = task.experiment.search
     fresh = 0 if task.fresh is None else task.fresh.search.repeats
     return search_work(task) + search.maps_per_set * len(task.experiment.controllers) * fresh
 
 
 def search_work(task: Task) -> float:
-    """Return how many runs the search of a task drives at most; a planned path counts as :data:`PLAN_COST`."""
+    """Return the largest number of runs in the search of a task; a planned path counts as :data:`PLAN_COST`."""
     search, controllers = task.experiment.search, len(task.experiment.controllers)
     if task.configuration.method in LATER:
         return 0.0

@@ -1,4 +1,4 @@
-"""A study as data: its configurations, seeds and budget, read from YAML."""
+"""Settings of a study: its configurations, seeds and budget, read from YAML."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, JsonValue, field_validator, model_validator
 
 from controllers.nav2_params.presets import overlay
-from evolution.search import SECTIONS
+from evolution.search import SECTIONS, nested, nested_document, short_names
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import Cellular
+from gym_mapbench.quantities import Count, Few
 from gym_mapbench.settings import Settings
 from gym_mapbench.trust import refuse_code
 
@@ -31,10 +32,10 @@ Method = Literal["ga", "random", "cellular", "path_length", "best_triple", "agai
 Document = dict[str, JsonValue]
 
 LATER = ("best_triple", "again")
-"""Methods that drive nothing in a search: they look at what another configuration found."""
+"""Methods without a search: they select from the results of another configuration."""
 
 SEARCHES = ("ga", "random", "cellular")
-"""Methods that drive all the maps they draw."""
+"""Methods that run the controllers on all sampled maps."""
 JUDGES = (
     "fitness",
     "metric",
@@ -49,7 +50,7 @@ JUDGES = (
     "epsilon",
     "timeout_outcomes",
 )
-"""Options of a search that decide what a fitness value means."""
+"""Options of a search that define its fitness."""
 MAX_SEED = 2**31
 
 
@@ -61,11 +62,11 @@ class Configuration(Settings):
         method: ``ga``: the search of the thesis; ``random``: sampling only; ``cellular``: maps of the family
             ``cellular``, BARN's automaton (sampling only, unless ``experiment.search.algorithm`` is ``ga``);
             ``path_length``: a GA whose fitness is the length of the global path; ``best_triple``: the exact best set
-            of all maps that the configuration ``of`` drove; ``again``: the best set of the configuration ``of``, to
-            drive it again in another world.
+            of all maps of the configuration ``of``; ``again``: the best set of the configuration ``of``, to re-evaluate
+            it in another world.
         runs: Seeds it is run with, the first of the study's; all of them if None.
-        experiment: What differs from the study's experiment: sections ``search``, ``controllers``, ``run``.
-        of: Configuration whose maps ``best_triple`` chooses from, or whose best set is driven ``again``.
+        experiment: Differences from the study's experiment: sections ``search``, ``controllers``, ``run``.
+        of: Configuration from whose maps ``best_triple`` selects, or whose best set ``again`` re-evaluates.
         fresh_noise: Noise of the re-evaluation; if None, that of the study's.
         pop_size_from: Earlier configurations; the population size of the one with the best mean fitness is used.
         cluster_scale_from: Earlier configurations; the cluster scale is the median gap over their driven maps.
@@ -74,7 +75,7 @@ class Configuration(Settings):
 
     name: Name
     method: Method = "ga"
-    runs: Annotated[int, Field(ge=1)] | None = None
+    runs: Count | None = None
     experiment: Document = Field(default_factory=dict)
     of: str | None = None
     fresh_noise: str | Document | None = None
@@ -94,18 +95,16 @@ class Configuration(Settings):
         if self.method in LATER:
             self._check_judging_only()
         if self.method in ("ga", "random") and "algorithm" in search_of(self.experiment):
-            raise ConfigError(f"experiment.search.algorithm: expected none beside method {self.method}")
+            raise ConfigError(f"experiment.search.ga.algorithm: expected none beside method {self.method}")
         return self
 
     def _check_judging_only(self) -> None:
-        """Refuse options beyond the fitness: driven maps can be judged anew, but not driven differently."""
+        """Refuse options beyond the fitness: recorded runs can be judged by another fitness, but not repeated."""
         other = [name for name in self.experiment if name != "search"]
         other += [f"search.{name}" for name in search_of(self.experiment) if name not in JUDGES]
         if other or self.pop_size_from:
             what = f"experiment.{other[0]}" if other else "pop_size_from"
-            raise ConfigError(
-                f"{what}: {self.method} judges maps that were driven before; expected only {', '.join(JUDGES)}"
-            )
+            raise ConfigError(f"{what}: {self.method} judges recorded runs; expected only {', '.join(JUDGES)}")
 
     @property
     def sampled(self) -> Document:
@@ -116,9 +115,9 @@ class Configuration(Settings):
 
     @property
     def fixed(self) -> Document:
-        """Options of the search that nothing else can set: a set that was chosen or judged anew is not confirmed."""
+        """Options of the search that nothing else can set: a set that is selected or judged again is not validated."""
         anew = self.method == "again" and (search_of(self.experiment) or self.cluster_scale_from)
-        return {"confirmation": None} if anew or self.method in ("path_length", "best_triple") else {}
+        return {"validation": None} if anew or self.method in ("path_length", "best_triple") else {}
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -128,7 +127,7 @@ class Configuration(Settings):
 
 
 class ReevaluationSettings(Settings):
-    """How the best set of every run is driven again.
+    """Re-evaluation of the best set of every run.
 
     Args:
         seeds: Runs of every controller on every map, each with a seed that no search used; 0 for no re-evaluation.
@@ -149,13 +148,13 @@ class StudySettings(Settings):
         budget: Map sets evaluated in each run, unless a configuration says otherwise.
         experiment: Options that all configurations share: sections ``search``, ``controllers``, ``run``.
         configurations: The configurations that are compared, in order; each may build on those before it.
-        reevaluation: How the best sets are driven again.
+        reevaluation: Re-evaluation of the best sets.
     """
 
     name: Name
-    runs: Annotated[int, Field(ge=1, le=10_000)] = 24
+    runs: Few = 24
     first_seed: Annotated[int, Field(ge=0, lt=MAX_SEED - 10_000)] = 0
-    budget: Annotated[int, Field(ge=1)] = 600
+    budget: Count = 600
     experiment: Document = Field(default_factory=dict)
     configurations: tuple[Configuration, ...]
     reevaluation: ReevaluationSettings = ReevaluationSettings()
@@ -193,7 +192,7 @@ class StudySettings(Settings):
         return tuple(configuration.name for configuration in self.configurations)
 
     def reevaluation_noise(self, configuration: Configuration) -> str | Document | None:
-        """Return the noise with which best sets of a configuration are driven again; None for that of the search."""
+        """Return the noise of the re-evaluation of a configuration; None for the noise of the search."""
         return self.reevaluation.noise if configuration.fresh_noise is None else configuration.fresh_noise
 
     def configuration(self, name: str) -> Configuration:
@@ -217,11 +216,11 @@ class StudySettings(Settings):
         """
         if configuration.of is None:
             algorithm = "random" if configuration.method in ("random", "cellular") else "ga"
-            sampled = {"evaluations": self.budget, "algorithm": algorithm, **configuration.sampled}
+            sampled = nested({"evaluations": self.budget, "algorithm": algorithm, **configuration.sampled})
             below = overlay(self.experiment, {"search": sampled})
         else:
             below = self.document(self.configuration(configuration.of), seed, taken)
-        search = {**taken.get(configuration.name, {}), **configuration.fixed, "seed": seed}
+        search = nested({**taken.get(configuration.name, {}), **configuration.fixed, "seed": seed})
         return overlay(overlay(below, configuration.experiment), {"search": search})
 
 
@@ -234,11 +233,11 @@ def checked_sections(document: Document) -> Document:
         raise ConfigError(f"run: expected a mapping of options, got {type(run).__name__}")
     if "seed" in search_of(document):
         raise ConfigError("search.seed: expected none; first_seed and runs of the study say which seeds are used")
-    return document
+    return nested_document(document)
 
 
 def search_of(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the section ``search``, empty if there is none.
+    """Return the options of the section ``search`` by their short names, empty if there is none.
 
     Raises:
         ConfigError: If it is not a mapping.
@@ -246,7 +245,7 @@ def search_of(document: Mapping[str, Any]) -> Mapping[str, Any]:
     search = document.get("search", {})
     if not isinstance(search, Mapping):
         raise ConfigError(f"search: expected a mapping of options, got {type(search).__name__}")
-    return search
+    return short_names(nested(search))
 
 
 def _check_runs(configuration: Configuration, earlier: Mapping[str, Configuration]) -> None:
@@ -261,14 +260,14 @@ def _check_runs(configuration: Configuration, earlier: Mapping[str, Configuratio
 
 
 def _check_needs(configuration: Configuration, earlier: Mapping[str, Configuration]) -> None:
-    """Refuse a configuration that builds on later ones, or on one that drives no maps."""
+    """Refuse a configuration that builds on later ones, or on one without maps of its own."""
     for name in configuration.needs:
         if name not in earlier:
             raise ConfigError(f"{configuration.name}: {unknown_name('earlier configuration', name, earlier)}")
     driven = configuration.cluster_scale_from + (() if configuration.of is None else (configuration.of,))
     for name in driven:
         if earlier[name].method not in SEARCHES:
-            raise ConfigError(f"{configuration.name}: {name} drives no maps of its own")
+            raise ConfigError(f"{configuration.name}: {name} has no maps of its own")
 
 
 def study_names() -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Tasks: a task is one run of one configuration, with its complete experiment and what it takes from earlier runs."""
+"""Tasks: a task is one run of one configuration, with its complete experiment."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from statistics import fmean
 from typing import Any
 
 from controllers.nav2_params.presets import overlay
+from evolution.driving import try_controllers
 from evolution.runs import RunDir, driven_maps, experiment_in, load_run
-from evolution.search import FITNESSES, MAX_MAPS, Experiment, Fitness, calibrate_scale, check_several
+from evolution.search import FITNESSES, MAX_MAPS, Experiment, calibrate_scale, check_several, experiment_of
 from evolution.studies.directory import StudyDir
-from evolution.studies.engine import Engine
 from evolution.studies.settings import MAX_SEED, Configuration, StudySettings
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.world.noise import read_noise
@@ -40,7 +40,6 @@ def make_task(
     configuration: Configuration,
     seed: int,
     taken: Mapping[str, dict[str, Any]],
-    engine: Engine,
 ) -> Task:
     """Build one run's experiment.
 
@@ -49,19 +48,18 @@ def make_task(
         configuration: One of its configurations.
         seed: Seed of the run.
         taken: By configuration, the options of its search that were taken from earlier ones.
-        engine: Reads experiments.
 
     Raises:
         ConfigError: If an option cannot be used, naming the configuration.
     """
     where = _where(settings, configuration)
-    experiment = engine.read_experiment(settings.document(configuration, seed, taken), where)
+    experiment = experiment_of(settings.document(configuration, seed, taken), where)
     _check(configuration, experiment, where)
-    return Task(configuration, seed, experiment, _fresh(settings, configuration, experiment, engine, where))
+    return Task(configuration, seed, experiment, _fresh(settings, configuration, experiment, where))
 
 
-def check_study(settings: StudySettings, engine: Engine) -> list[Task]:
-    """Build every experiment once, so that what cannot be used is reported before anything is driven.
+def check_study(settings: StudySettings) -> list[Task]:
+    """Build every experiment once, so that errors are reported before the first run.
 
     Returns:
         The first task of every configuration; one that takes its population size from others has that of their first.
@@ -74,10 +72,10 @@ def check_study(settings: StudySettings, engine: Engine) -> list[Task]:
     for configuration in settings.configurations:
         if configuration.pop_size_from:
             (first,) = [one for one in tasks if one.configuration.name == configuration.pop_size_from[0]]
-            taken[configuration.name] = {"pop_size": first.experiment.search.pop_size}
-        tasks.append(make_task(settings, configuration, settings.first_seed, taken, engine))
+            taken[configuration.name] = {"pop_size": first.experiment.search.ga.pop_size}
+        tasks.append(make_task(settings, configuration, settings.first_seed, taken))
         try:
-            engine.check_experiment(tasks[-1].experiment)
+            try_controllers(tasks[-1].experiment.controllers, tasks[-1].experiment.run)
             check_several(tasks[-1].experiment)
         except ConfigError as error:
             raise ConfigError(f"{_where(settings, configuration)}: {error}") from None
@@ -94,16 +92,18 @@ def _check(configuration: Configuration, experiment: Experiment, where: str) -> 
     search = experiment.search
     if configuration.method == "best_triple" and search.maps_per_set > MAX_MAPS:
         raise ConfigError(f"{where}: best_triple: expected maps_per_set up to {MAX_MAPS}, got {search.maps_per_set}")
-    pattern = FITNESSES.get(search.fitness)
+    pattern = FITNESSES.get(search.judging.fitness)
     if configuration.method == "best_triple" and not pattern.exact:
-        raise ConfigError(f"{where}: best_triple: how to find the exact best set of {search.fitness} is not known")
-    unscaled = pattern.needs_scale and search.cluster_scale is None and not configuration.cluster_scale_from
+        raise ConfigError(
+            f"{where}: best_triple: how to find the exact best set of {search.judging.fitness} is not known"
+        )
+    unscaled = pattern.needs_scale and search.judging.cluster_scale is None and not configuration.cluster_scale_from
     if configuration.method == "path_length" and unscaled:
-        raise ConfigError(f"{where}: path_length drives no maps to calibrate from; expected cluster_scale_from")
+        raise ConfigError(f"{where}: path_length has no runs to calibrate from; expected cluster_scale_from")
 
 
 def _fresh(
-    settings: StudySettings, configuration: Configuration, experiment: Experiment, engine: Engine, where: str
+    settings: StudySettings, configuration: Configuration, experiment: Experiment, where: str
 ) -> Experiment | None:
     """Return the experiment of the re-evaluation: its noise, and seeds that no search used, the same for all runs."""
     options, noise = settings.reevaluation, settings.reevaluation_noise(configuration)
@@ -112,8 +112,8 @@ def _fresh(
     document = experiment.document()
     if noise is not None:
         document = overlay(document, {"run": {"environment": {"noise": _complete(noise, where)}}})
-    fresh = engine.read_experiment(document, f"{where}: reevaluation")
-    every_run = {"drive_last": (), "archive": False, "elite_seeds": 0, "confirmation": None, "runs": None}
+    fresh = experiment_of(document, f"{where}: reevaluation")
+    every_run = {"drive_last": (), "archive": False, "elite_seeds": 0, "validation": None, "runs": None}
     return replace(fresh, search=fresh.search.replace(seed=MAX_SEED, repeats=options.seeds, **every_run))
 
 
@@ -124,10 +124,8 @@ def _complete(noise: str | dict[str, Any], where: str) -> str | dict[str, Any]:
     return read_noise(noise, f"{where}: reevaluation.noise").model_dump(mode="json")
 
 
-def take_from_earlier(
-    configuration: Configuration, directory: StudyDir, seeds: Iterable[int], engine: Engine
-) -> dict[str, Any]:
-    """Decide once what a configuration takes from earlier ones; the decision is recorded in the study's directory.
+def take_from_earlier(configuration: Configuration, directory: StudyDir, seeds: Iterable[int]) -> dict[str, Any]:
+    """Return the options that a configuration takes from earlier ones; they are recorded in the study's directory.
 
     Returns:
         Options of its search.
@@ -139,7 +137,7 @@ def take_from_earlier(
     if kept is None:
         seeds = list(seeds)
         _need_finished(configuration, directory, seeds)
-        kept = {"search": _taken(configuration, directory, seeds, engine), "seeds": seeds}
+        kept = {"search": _taken(configuration, directory, seeds), "seeds": seeds}
         if kept["search"]:
             directory.write_resolved(configuration.name, kept)
     search: dict[str, Any] = kept["search"]
@@ -153,14 +151,14 @@ def _need_finished(configuration: Configuration, directory: StudyDir, seeds: Seq
             raise RunError(f"builds on {name}, of which {len(missing)} of {len(seeds)} runs are not finished")
 
 
-def _taken(configuration: Configuration, directory: StudyDir, seeds: Sequence[int], engine: Engine) -> dict[str, Any]:
+def _taken(configuration: Configuration, directory: StudyDir, seeds: Sequence[int]) -> dict[str, Any]:
     taken: dict[str, Any] = {}
     if configuration.pop_size_from:
         best = min(configuration.pop_size_from, key=lambda name: _mean_fitness(directory, name, seeds))
-        taken["pop_size"] = load_run(directory.run_path(best, seeds[0])).config["search"]["pop_size"]
+        taken["pop_size"] = load_run(directory.run_path(best, seeds[0])).config["search"]["ga"]["pop_size"]
     if configuration.cluster_scale_from:
         paths = [directory.run_path(name, seed) for name in configuration.cluster_scale_from for seed in seeds]
-        taken["cluster_scale"] = calibrate_scale([times for path in paths for times in _times(path, engine)])
+        taken["cluster_scale"] = calibrate_scale([times for path in paths for times in _times(path)])
     return taken
 
 
@@ -169,10 +167,9 @@ def _mean_fitness(directory: StudyDir, name: str, seeds: Sequence[int]) -> float
     return fmean(run.read_best_results()["fitness"] for run in runs)
 
 
-def _times(path: Path, engine: Engine) -> list[tuple[float, ...]]:
+def _times(path: Path) -> list[tuple[float, ...]]:
     """Return the values of all controllers on each map of a run that has values."""
     run = load_run(path)
-    experiment = experiment_in(run, engine.read_experiment)
-    fitness = Fitness.of(experiment.search, experiment.run.time_limit)
+    fitness = experiment_in(run).fitness
     values = [fitness.values_of(results) for results in driven_maps(run).values()]
     return [times for times in values if times is not None]

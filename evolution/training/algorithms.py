@@ -53,7 +53,7 @@ def stable_baselines3() -> Any:
 
 
 class Blank(gymnasium.Env[Any, Any]):
-    """Nothing but the spaces of a training.
+    """An env with the spaces of a training and nothing else.
 
     Args:
         settings: The training.
@@ -66,7 +66,7 @@ class Blank(gymnasium.Env[Any, Any]):
 
 
 def check_model(settings: TrainSettings) -> None:
-    """Make a model for nothing, so that what cannot be used is reported before a directory is made.
+    """Make a model once, so that errors are reported before a directory is made.
 
     Raises:
         ConfigError: If a hyperparameter cannot be used, or Stable-Baselines3 is not installed.
@@ -93,7 +93,7 @@ def make_model(settings: TrainSettings, worlds: Any, logs: Path | None) -> Any:
 
     Args:
         settings: Algorithm, networks and hyperparameters.
-        worlds: What it learns in, a VecEnv.
+        worlds: The VecEnv of the training.
         logs: Where TensorBoard's files go; None for none.
 
     Raises:
@@ -130,8 +130,8 @@ def save_model(model: Any, path: Path, card: ModelCard, *, to_drive: bool = Fals
         model: The model.
         path: The file.
         card: Its card.
-        to_drive: Whether to leave out what only learning needs, most of the file: what the optimizers have gathered,
-            and the latest observations.
+        to_drive: Whether to leave out the state that only learning needs, which is most of the file: the state of the
+            optimizers and the latest observations.
     """
     partial = path.with_name(f".{path.name}")
     with _forgetful(model) if to_drive else nullcontext():
@@ -145,7 +145,7 @@ def card_of(settings: TrainSettings, statistics: Any, **training: Any) -> ModelC
     """Return the card of a model.
 
     Args:
-        settings: What it is trained with.
+        settings: Settings of the training.
         statistics: The VecNormalize whose statistics its input is normalised by; None if it is not.
         training: For readers: steps, success...
     """
@@ -186,7 +186,7 @@ def tensorboard_is_installed() -> bool:
 
 @contextmanager
 def _forgetful(model: Any) -> Iterator[None]:
-    """Hide what a model's optimizers have gathered while the ``with`` block lasts."""
+    """Hide the state of a model's optimizers while the ``with`` block lasts."""
     names = [name for name in model.get_parameters() if name.endswith("optimizer")]
     optimizers = [attrgetter(name)(model) for name in names]
     gathered = [optimizer.state for optimizer in optimizers]

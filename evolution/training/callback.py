@@ -1,4 +1,4 @@
-"""What happens besides learning: evaluations, checkpoints, progress, and stopping when asked to."""
+"""The callback of a training: evaluations, checkpoints, progress, and the end at Ctrl-C."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Companion(BaseCallback):
 
     Args:
         settings: The training.
-        worlds: What it learns in.
+        worlds: The VecEnv of the training.
         recorder: Writes its directory.
         judge: Drives the model on every group of held-out maps.
         interruption: Whether to stop.
@@ -96,7 +96,7 @@ class Companion(BaseCallback):
         return not self._interruption.asked
 
     def evaluate(self) -> None:
-        """Judge the model and write everything down."""
+        """Evaluate the model and record the result."""
         found = self._judge(self.model)
         for name, judgement in found.items():
             self.logger.record(f"held_out/{name}", judgement.success)

@@ -1,7 +1,7 @@
-"""What a training is continued from: weights, statistics and experience, kept as numbers.
+"""The saved state of a training: weights, statistics and experience, as numbers.
 
-Stable-Baselines3 would unpickle its files, and so run whatever a directory that came from somebody else holds. Of its
-model file only the weights are read, and the counters that are plain JSON; everything else follows from the settings.
+Stable-Baselines3 would unpickle its files, and so run code of a directory from another person. Of its model file only
+the weights and the counters (plain JSON) are read; everything else follows from the settings.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ SLACK = 1_000_000
 
 
 def continued_model(settings: TrainSettings, path: Path, worlds: Any, logs: Path | None) -> Any:
-    """Make a model that goes on where another was saved.
+    """Return a model that continues a saved one.
 
     Args:
-        settings: What it is trained with.
+        settings: Settings of the training.
         path: The saved model.
-        worlds: What it learns in, a VecEnv.
+        worlds: The VecEnv of the training.
         logs: Where TensorBoard's files go; None for none.
 
     Raises:
@@ -58,7 +58,7 @@ def continued_model(settings: TrainSettings, path: Path, worlds: Any, logs: Path
 
 
 def save_statistics(statistics: Any, path: Path) -> None:
-    """Write what a VecNormalize has measured."""
+    """Write the running statistics of a VecNormalize."""
     found = _moments(statistics)
     write_arrays(
         path, {f"{name}.{part}": np.asarray(getattr(one, part)) for name, one in found.items() for part in MOMENTS}
@@ -66,7 +66,7 @@ def save_statistics(statistics: Any, path: Path) -> None:
 
 
 def load_statistics(statistics: Any, path: Path) -> None:
-    """Let a VecNormalize go on from what another has measured; raises ``RunError`` if the file is damaged."""
+    """Load running statistics into a VecNormalize; raises ``RunError`` if the file is damaged."""
     arrays = read_arrays(path, SLACK)
     for name, one in _moments(statistics).items():
         for part in MOMENTS:
@@ -75,7 +75,7 @@ def load_statistics(statistics: Any, path: Path) -> None:
 
 
 def save_experience(buffer: Any, path: Path) -> None:
-    """Write what a replay buffer holds."""
+    """Write the content of a replay buffer."""
     write_arrays(
         path,
         {name: array[: buffer.size()] for name, array in _arrays(buffer).items()} | {"pos": np.asarray(buffer.pos)},

@@ -23,7 +23,7 @@ from evolution.files import (
 )
 from evolution.training.settings import TrainSettings
 from gym_mapbench.errors import RunError, unknown_name
-from gym_mapbench.mapio.bundle import bundle_document, parse_bundle
+from gym_mapbench.mapio.map_set_file import map_set_document, parse_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.world.scenario import Scenario
 
@@ -56,7 +56,7 @@ numbers only, and runs nothing that is in here.
 
 
 class State(Document):
-    """What ``state.json`` must hold."""
+    """``state.json``."""
 
     steps: int
     seconds: float
@@ -94,7 +94,7 @@ class Training(Tabled):
         """Return the learning curve, the only table.
 
         Raises:
-            ConfigError: If another one is asked for.
+            ConfigError: If there is no such table.
         """
         if name not in ("", "curve"):
             raise unknown_name("table", name, ["curve"])
@@ -107,7 +107,7 @@ class TrainingDir:
 
     Args:
         path: The directory.
-        config: What ``training.json`` says.
+        config: Content of ``training.json``.
     """
 
     path: Path
@@ -121,7 +121,7 @@ class TrainingDir:
 
         Args:
             path: New or empty.
-            settings: What it is begun with.
+            settings: Settings of the training.
             maps: The maps to train on; empty for random ones.
             curriculum: The curriculum's levels; empty for none.
 
@@ -129,12 +129,12 @@ class TrainingDir:
             ConfigError: If there is anything there already; nothing is changed.
             RunError: If it cannot be made.
         """
-        config = TRAINING.create(path, settings.model_dump(mode="json"))
+        config = TRAINING.begin(path, settings.model_dump(mode="json"))
         for name in (CHECKPOINTS, FIGURES):
             make_directory(path / name)
         for name, scenarios in ((MAPS, maps), (CURRICULUM, curriculum)):
             if scenarios:
-                write_json(path / name, bundle_document(group_scenarios(scenarios)))
+                write_json(path / name, map_set_document(group_scenarios(scenarios)))
         write_text(path / README, README_TEXT)
         return cls(path, config)
 
@@ -149,7 +149,7 @@ class TrainingDir:
 
     @property
     def settings(self) -> TrainSettings:
-        """What the training was begun with."""
+        """Settings of the training."""
         fields = {name: value for name, value in self.config.items() if name in TrainSettings.model_fields}
         return TrainSettings.from_mapping(fields, str(self.path / CONFIG))
 
@@ -161,7 +161,7 @@ class TrainingDir:
 
     @property
     def state(self) -> dict[str, Any] | None:
-        """What ``state.json`` says, None before the first checkpoint."""
+        """Content of ``state.json``; None before the first checkpoint."""
         path = self.path / STATE
         if not path.is_file():
             return None
@@ -198,4 +198,4 @@ def load_training(path: str | Path) -> Training:
 
 def _scenarios(path: Path) -> Iterator[Scenario]:
     """Read the maps of a map-set file, in order."""
-    return (scenario for tasked in parse_bundle(read_json(path), str(path)) for scenario in tasked.scenarios())
+    return (scenario for tasked in parse_map_set(read_json(path), str(path)) for scenario in tasked.scenarios())

@@ -1,4 +1,4 @@
-"""How well a policy drives: on given maps, without exploration."""
+"""Evaluation of a policy: on given maps, without exploration."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ Act = Callable[[Features], NDArray[Any]]
 
 @dataclass(frozen=True)
 class Judgement:
-    """How a policy drove on some maps.
+    """Outcomes of a policy on some maps.
 
     Args:
-        outcomes: How many episodes ended how.
+        outcomes: Number of episodes by outcome.
         time: Median time of those that reached the goal, s; None if none did.
     """
 
@@ -54,12 +54,12 @@ class Judgement:
 def judge(
     act: Act, world: EnvConfig, encoding: EncodingSettings, scenarios: Sequence[Scenario], seed: int
 ) -> Judgement:
-    """Drive once on every map.
+    """Evaluate a policy with one episode on every map.
 
     Args:
         act: The policy, without exploration.
         world: The world, with the time limit that counts.
-        encoding: What the policy sees.
+        encoding: Encoding of the policy's observations.
         scenarios: One or more maps.
         seed: Seed of the world's noise.
     """

@@ -98,7 +98,7 @@ def _go_on(directory: TrainingDir, on_progress: Callable[[TrainProgress], None] 
     from evolution.training.vec_env import TrainingWorlds
 
     settings, state = directory.settings, directory.state
-    TRAINING.check_same(directory.path, directory.config, {}, {})
+    TRAINING.check_resumed(directory.path, directory.config, {})
     maps, curriculum = directory.read_maps()
     worlds = TrainingWorlds(settings, make_levels(settings, maps, curriculum, 0 if state is None else state["steps"]))
     lessons, statistics = _normalized(settings, worlds, directory.path if state else None)
@@ -158,7 +158,7 @@ def _random_groups(settings: TrainSettings) -> dict[str, list[Scenario]]:
 def _judge_all(
     settings: TrainSettings, groups: Mapping[str, Sequence[Scenario]], statistics: Any, model: Any
 ) -> dict[str, Judgement]:
-    """Drive the model, without exploration, on every group of maps."""
+    """Evaluate the model, without exploration, on every group of maps."""
 
     def act(features: Features) -> NDArray[Any]:
         seen = statistics.normalize_obs(features) if settings.normalize_observations else features
@@ -170,7 +170,7 @@ def _judge_all(
 
 
 def _normalized(settings: TrainSettings, worlds: Any, resumed: Path | None) -> tuple[Any, Any]:
-    """Return the worlds, wrapped in VecNormalize where it is asked for, and that wrapper."""
+    """Return the worlds, in a VecNormalize if the settings want one, and that VecNormalize."""
     if not (settings.normalize_rewards or settings.normalize_observations):
         return worlds, None
     from stable_baselines3.common.vec_env import VecNormalize

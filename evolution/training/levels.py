@@ -1,4 +1,4 @@
-"""Which map an episode is driven on: new random ones, given ones, or those on which there is most to learn."""
+"""The map of an episode: a new random map, a given map, or a replayed level."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gym_mapbench.world.scenario import Scenario
 POOL = 3000
 """Random maps that are kept for further episodes."""
 FIRST_MAPS = 200
-"""Random maps that are drawn before one is used again."""
+"""Random maps that are sampled before a map is reused."""
 
 
 class Levels(Protocol):
@@ -56,10 +56,10 @@ class GivenLevels:
 class RandomLevels:
     """Random maps with a number of obstacles that changes as the training goes on.
 
-    Drawing a map and preparing it costs as much as dozens of steps, so that each is used for several episodes.
+    Sampling a map costs as much as dozens of steps, so each map is used for several episodes.
 
     Args:
-        world: What the maps are like apart from the number of obstacles.
+        world: Options of the maps, apart from the number of obstacles.
         stages: How many obstacles, when.
         anywhere: Share of the maps with start and goal anywhere.
         reuse: Episodes on a map, on average.
@@ -84,7 +84,7 @@ class RandomLevels:
         return round(float(fewest)), round(float(most))
 
     def next(self, progress: float) -> Scenario:
-        """Return a new map, or one of those drawn lately."""
+        """Return a new map, or a recently sampled one."""
         if len(self._pool) < FIRST_MAPS or self._rng.random() * self._reuse < 1.0:
             self._pool.append(self._draw(progress))
             return self._pool[-1]
@@ -103,11 +103,11 @@ class RandomLevels:
 
 
 class ReplayedLevels:
-    """Replays levels by how much is still to be learned on them, among new random ones.
+    """Prioritized level replay, among new random maps.
 
-    What is to be learned on a level is the variance of its success, p (1 - p): nothing where the policy always
-    succeeds or never does (Rutherford et al., No Regrets, 2024). Levels are drawn by the rank of this score and by how
-    long ago they were played (Jiang et al., Prioritized Level Replay, 2021). A random map is kept once it was driven.
+    The score of a level is its learnability, the variance p (1 - p) of its success (Rutherford et al., No Regrets,
+    2024). Levels are sampled by the rank of their score and by staleness (Jiang et al., Prioritized Level Replay,
+    2021). A random map joins the levels after its first episode.
 
     Args:
         settings: How often, and which.
@@ -141,7 +141,7 @@ class ReplayedLevels:
         return self._levels[number]
 
     def ended(self, scenario: Scenario, success: bool) -> None:
-        """Note how an episode ended; a map that is not kept yet takes the place of the one with the least to learn."""
+        """Record the outcome of an episode; a new map replaces the level with the lowest score."""
         number = self._index.get(scenario.digest)
         if number is None:
             number = self._room_for(scenario)
@@ -149,7 +149,7 @@ class ReplayedLevels:
             self._outcomes[number].append(success)
 
     def scores(self) -> NDArray[np.float64]:
-        """Return what is to be learned on every kept level, 0 to 1/4, as if it had one success and one failure more."""
+        """Return the learnability of every level, 0 to 1/4, with one success and one failure added to its outcomes."""
         counts = np.array([(sum(outcomes), len(outcomes)) for outcomes in self._outcomes], dtype=np.float64)
         success = (counts[:, 0] + 1.0) / (counts[:, 1] + 2.0)
         return np.asarray(success * (1.0 - success))
@@ -168,7 +168,7 @@ class ReplayedLevels:
         return deque(maxlen=self._settings.memory)
 
     def _room_for(self, scenario: Scenario) -> int | None:
-        """Return the place of a new map, None where every kept one has more to learn."""
+        """Return the place of a new map; None if there is no room."""
         if len(self._levels) < self._capacity:
             self._levels.append(scenario)
             self._outcomes.append(self._nothing())

@@ -1,4 +1,4 @@
-"""Writes down how a training goes: the learning curve, checkpoints, the best model."""
+"""Recorder of a training: the learning curve, checkpoints, the best model."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ NO_SCORE = -1.0
 
 @dataclass(frozen=True)
 class TrainProgress:
-    """How far a training is.
+    """Progress of a training.
 
     Args:
         steps: Steps done.
@@ -58,7 +58,7 @@ class Recorder:
         settings: The training.
         statistics: Its VecNormalize, None without one.
         rows: The learning curve so far.
-        state: What ``state.json`` said; None at the beginning.
+        state: Content of ``state.json``; None at the beginning.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class Recorder:
         return self._seconds + time.perf_counter() - self._began
 
     def evaluated(self, model: Any, found: Mapping[str, Judgement], success: float | None) -> None:
-        """Note an evaluation; keep the model if it is the best so far."""
+        """Record an evaluation; save the model if it is the best so far."""
         score = float(np.mean([judgement.success for judgement in found.values()]))
         self.rows.append(_row(model.num_timesteps, self.seconds, score, found, success))
         path = self._directory.path
@@ -96,7 +96,7 @@ class Recorder:
         self.keep(model)
 
     def keep(self, model: Any, *, with_buffer: bool = False) -> None:
-        """Write the latest model, and where the training stands.
+        """Write the latest model and the state of the training.
 
         Args:
             model: The model.

@@ -1,4 +1,4 @@
-"""What a training is told: the algorithm and its hyperparameters, the world, the maps, and the evaluation."""
+"""Settings of a training: the algorithm and its hyperparameters, the world, the maps, and the evaluation."""
 
 from __future__ import annotations
 
@@ -10,15 +10,13 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, JsonValue, field_validator, model_validator
 
 from controllers.learned import EncodingSettings
-from controllers.parameters import overlay
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
+from gym_mapbench.quantities import Count, Fraction, Natural, NonNegative, Positive
+from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.trust import refuse_code
-
-Count = Annotated[int, Field(ge=1)]
-Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Stage(Settings):
@@ -30,52 +28,51 @@ class Stage(Settings):
         most: Most obstacles on a map.
     """
 
-    after: Share
-    fewest: Annotated[int, Field(ge=0)]
-    most: Annotated[int, Field(ge=0)]
+    after: Fraction
+    fewest: Natural
+    most: Natural
 
 
 class ShapingSettings(Settings):
-    """What training adds to the env's own reward and ends; the evaluation does without.
+    """Reward shaping and early ends of episodes in training; the evaluation has neither.
 
     Args:
-        proximity: Taken off per second where the robot touches a wall, in proportion less further away.
-        reach: Distance between the robot's outline and the nearest wall in the scan from which on nothing is taken off,
-            m.
-        stall_time: Seconds without coming closer to the goal after which an episode ends; 0 for never. A policy that
-            has learned to stand still before obstacles learns nothing more there.
-        stall: Taken off when an episode ends so.
-        reverse: Taken off per metre driven backwards. With a scanner that sees all around, a policy may else learn to
-            drive backwards all the time, at the lower speed that the robot has there.
+        proximity: Penalty per second at contact with a wall; it decreases linearly with the distance.
+        reach: Distance between the robot's outline and the nearest wall in the scan at which the penalty is 0, m.
+        stall_time: Seconds without progress to the goal after which an episode ends; 0 for never. A policy that stands
+            still in front of obstacles learns nothing more there.
+        stall: Penalty of such an end.
+        reverse: Penalty per metre of reverse motion. With a scanner that covers 360 degrees, a policy may otherwise
+            learn to drive in reverse, at a lower speed.
     """
 
-    proximity: Annotated[float, Field(ge=0)] = 0.0
-    reach: Annotated[float, Field(gt=0)] = 0.3
-    stall_time: Annotated[float, Field(ge=0)] = 0.0
-    stall: Annotated[float, Field(ge=0)] = 0.0
-    reverse: Annotated[float, Field(ge=0)] = 0.0
+    proximity: NonNegative = 0.0
+    reach: Positive = 0.3
+    stall_time: NonNegative = 0.0
+    stall: NonNegative = 0.0
+    reverse: NonNegative = 0.0
 
 
 class ReplaySettings(Settings):
-    """How the levels of a curriculum are replayed (Jiang et al., Prioritized Level Replay, 2021).
+    """Replay of the levels of a curriculum (Jiang et al., Prioritized Level Replay, 2021).
 
     Args:
-        probability: Share of the episodes that replay a level; the others are on new random maps.
-        capacity: Most levels that are kept; the one with the least to learn makes room.
-        temperature: Small values replay the best levels only, large ones all levels alike.
-        staleness: Weight of how long a level has not been played, beside what is to be learned on it.
-        memory: Outcomes of a level that count, the latest.
+        probability: Fraction of the episodes that replay a level; the others are on new random maps.
+        capacity: Largest number of levels; the level with the lowest score makes room.
+        temperature: Temperature of the ranks: small values replay the best levels only, large ones all equally.
+        staleness: Weight of the staleness of a level, beside its score.
+        memory: Number of latest outcomes of a level that count.
     """
 
-    probability: Share = 0.5
+    probability: Fraction = 0.5
     capacity: Count = 1000
-    temperature: Annotated[float, Field(gt=0)] = 0.3
-    staleness: Share = 0.2
+    temperature: Positive = 0.3
+    staleness: Fraction = 0.2
     memory: Count = 8
 
 
 class EvaluationSettings(Settings):
-    """How the policy is judged while it learns: on maps that are never trained on, without exploration.
+    """Evaluation of the policy during training: on held-out maps, without exploration.
 
     Args:
         every: Steps between two evaluations; each also writes a checkpoint.
@@ -86,8 +83,8 @@ class EvaluationSettings(Settings):
 
     every: Count = 500_000
     maps: Count = 100
-    obstacles: tuple[Annotated[int, Field(ge=0)], ...] = (15, 30)
-    time_limit: Annotated[float, Field(gt=0)] = 100.0
+    obstacles: tuple[Natural, ...] = (15, 30)
+    time_limit: Positive = 100.0
 
 
 class NetworkSettings(Settings):
@@ -116,8 +113,8 @@ class TrainSettings(Settings):
         encoding: How observations become the input of the networks.
         obstacles: Curriculum of the random maps; the first stage begins at 0.
         anywhere: Share of the random maps with start and goal anywhere, and not where the world's tasks have them.
-        reuse: Episodes for which a random map is drawn once, on average.
-        shaping: What is taken off the reward besides.
+        reuse: Episodes per random map, on average.
+        shaping: Reward shaping.
         network: The networks.
         learning_rate: At the beginning and at the end; in between it changes linearly.
         action_noise: Deviation of the noise on actions by which SAC and TD3 explore; TD3 does not explore without it.
@@ -125,23 +122,23 @@ class TrainSettings(Settings):
         normalize_observations: Whether the encoded observations are normalised by running statistics, too.
         hyperparameters: Further arguments of the algorithm in Stable-Baselines3, under its names.
         policy: Further arguments of its policy class, under its names.
-        evaluation: How the policy is judged meanwhile.
-        replay: How the levels of a curriculum are replayed.
+        evaluation: Evaluation during training.
+        replay: Replay of the levels of a curriculum.
     """
 
     algorithm: Literal["ppo", "sac", "td3"]
     steps: Count
     envs: Count = 64
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Natural = 0
     threads: Count = 1
     world: EnvConfig = EnvConfig()
     encoding: EncodingSettings = EncodingSettings()
     obstacles: tuple[Stage, ...] = (Stage(after=0.0, fewest=15, most=40),)
-    anywhere: Share = 0.0
+    anywhere: Fraction = 0.0
     reuse: Annotated[float, Field(ge=1)] = 6.0
     shaping: ShapingSettings = ShapingSettings()
     network: NetworkSettings = NetworkSettings()
-    learning_rate: tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]] = (3e-4, 3e-4)
+    learning_rate: tuple[Positive, Positive] = (3e-4, 3e-4)
     action_noise: Annotated[float, Field(ge=0, le=2)] = 0.0
     normalize_rewards: bool = False
     normalize_observations: bool = False
@@ -188,7 +185,7 @@ class TrainSettings(Settings):
     @model_validator(mode="after")
     def _explores_by_itself(self) -> Self:
         if self.action_noise and self.algorithm == "ppo":
-            raise ConfigError(f"action_noise: expected 0, as ppo draws its actions, got {self.action_noise:g}")
+            raise ConfigError(f"action_noise: expected 0, as ppo samples its actions, got {self.action_noise:g}")
         return self
 
     @property
@@ -204,7 +201,7 @@ def algorithm_names() -> tuple[str, ...]:
 
 
 def load_algorithm(name: str) -> dict[str, Any]:
-    """Return the settings of an algorithm as the package has them: what is common to all, overlaid by its own.
+    """Return the package's settings of an algorithm: the common settings, overlaid by its own.
 
     Raises:
         ConfigError: If there is no such algorithm.

@@ -1,4 +1,4 @@
-"""What training adds to the env's own reward and ends: keeping away from walls, and not standing still for good."""
+"""Reward shaping in training: penalties for proximity and reverse motion, and the end of stalled episodes."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ CLOSER = 0.1
 
 
 class Shaping:
-    """Watches worlds that are stepped together.
+    """Reward shaping of worlds that are stepped together.
 
     Args:
-        settings: What is taken off, and when an episode ends.
-        world: What the worlds are like.
+        settings: Penalties, and the time until an episode counts as stalled.
+        world: Options of the worlds.
         count: How many there are.
     """
 
@@ -37,7 +37,7 @@ class Shaping:
             values[which] = 0
 
     def taken_off(self, observation: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
-        """Return what this step costs: walls nearby, the whole where the robot touches one, and driving backwards."""
+        """Return the penalties of this step for proximity to walls and for reverse motion."""
         settings, seconds = self._settings, 1.0 / self._world.control_hz
         costs = np.zeros(len(self._gained))
         if settings.proximity:
@@ -48,7 +48,7 @@ class Shaping:
         return costs
 
     def stalled(self, progress: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which robots have come no closer to the goal for too long.
+        """Return which robots have had no progress to the goal for too long.
 
         Args:
             progress: ``(count,)`` term of the reward for progress of this step.

@@ -61,7 +61,7 @@ class TrainingWorlds(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> tuple[Features, NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
-        """Drive all worlds for one decision; those that have ended begin anew."""
+        """Step all worlds by one decision; ended episodes are followed by new ones."""
         step = self._worlds.step(self._actions)
         self._returns += step.rewards
         self._lengths += 1

@@ -1,4 +1,4 @@
-"""Worlds stepped together, as a network sees them: whatever has ended begins anew on the next level."""
+"""Worlds stepped together with encoded observations: after an end, an episode begins on the next level."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ UNSHAPED = ShapingSettings()
 
 @dataclass(frozen=True)
 class Step:
-    """What one step of all worlds gave.
+    """The result of one step of all worlds.
 
     Args:
         features: ``(worlds, inputs)`` the networks' input at the end of the step, before any new episode.
@@ -46,11 +46,11 @@ class EncodedWorlds:
 
     Args:
         count: Number of worlds.
-        world: What they are like.
+        world: Options of the worlds.
         encoding: How observations become the networks' input.
         next_level: Called for the map of every new episode.
         seed: Root of the worlds' own randomness, such as noise.
-        shaping: What is added to the env's rewards and ends.
+        shaping: Reward shaping and early ends.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Validation: compares our costmaps, their layers, planner and controllers with recorded results of Nav2's own code.
+"""Validation: compares ours with recorded results of Nav2's own code, and our plant with Gazebo Fortress.
 
 In: a directory of recorded results. Out: a list of :class:`Measure`, each with its target, the number of cases and the
 worst of them.
@@ -11,12 +11,14 @@ from evolution.validation.layers import LayersOracle, layer_measures
 from evolution.validation.measures import Measure
 from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
+from evolution.validation.plant import PlantOracle, plant_measures
 from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
 
 __all__ = [
     "LayersOracle",
     "Measure",
     "Oracle",
+    "PlantOracle",
     "closed_loop_measures",
     "costmap_measures",
     "disagreements",
@@ -26,5 +28,6 @@ __all__ = [
     "mppi_measures",
     "navfn_measures",
     "other_measures",
+    "plant_measures",
     "rpp_measures",
 ]

@@ -37,7 +37,7 @@ TIME_TARGETS = {**dict.fromkeys(KINDS, SAME_TIMES), "MPPI": ("<= 0.005", "")}
 
 @dataclass(frozen=True)
 class RunTask:
-    """One recorded run to be driven again."""
+    """One recorded run to be re-run."""
 
     directory: Path
     preset: str

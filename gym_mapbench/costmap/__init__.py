@@ -1,10 +1,11 @@
 """Costmaps as in Nav2: cost values on a grid, and the layers that write them.
 
-What comes in is parameters, the static map, laser scans and the robot's pose; what goes out is a
-:class:`Costmap`. ``params`` holds the options, ``scan`` turns a scan into points, every layer has a module of
-its own, and ``layered_costmap`` lets them write in their order.
+A :class:`LayeredCostmap` takes parameters, the static map, laser scans and the robot's pose, and returns a
+:class:`Costmap`. Every layer has a module of its own with its options, its code and its names in Nav2; ``layers`` is
+the registry of the layers, ``params`` holds the options, and ``scan`` turns a scan into points.
 """
 
+from gym_mapbench.costmap.denoise_layer import DenoiseLayer
 from gym_mapbench.costmap.grid import (
     FREE_SPACE,
     INSCRIBED_INFLATED_OBSTACLE,
@@ -12,33 +13,37 @@ from gym_mapbench.costmap.grid import (
     NO_INFORMATION,
     Costmap,
 )
-from gym_mapbench.costmap.inflation_layer import inflation_costs
+from gym_mapbench.costmap.inflation_layer import InflationLayer, inflation_costs
+from gym_mapbench.costmap.layer import Layer, LayerContext, LayerEntry, Window
 from gym_mapbench.costmap.layered_costmap import LayeredCostmap, build_static_costmap
-from gym_mapbench.costmap.params import (
-    CostmapParams,
-    InflationLayer,
-    ObservationSource,
-    ObstacleLayer,
-    StaticLayer,
-    VoxelLayer,
-)
+from gym_mapbench.costmap.layers import LAYERS
+from gym_mapbench.costmap.obstacle_layer import OBSERVATION_SOURCE, ObservationSource, ObstacleLayer
+from gym_mapbench.costmap.params import CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
-from gym_mapbench.costmap.static_layer import static_costs
+from gym_mapbench.costmap.static_layer import StaticLayer, static_costs
+from gym_mapbench.costmap.voxel_layer import VoxelLayer
 
 __all__ = [
     "FREE_SPACE",
     "INSCRIBED_INFLATED_OBSTACLE",
+    "LAYERS",
     "LETHAL_OBSTACLE",
     "NO_INFORMATION",
+    "OBSERVATION_SOURCE",
     "Costmap",
     "CostmapParams",
+    "DenoiseLayer",
     "InflationLayer",
     "LaserScan",
+    "Layer",
+    "LayerContext",
+    "LayerEntry",
     "LayeredCostmap",
     "ObservationSource",
     "ObstacleLayer",
     "StaticLayer",
     "VoxelLayer",
+    "Window",
     "build_static_costmap",
     "inflation_costs",
     "static_costs",

@@ -12,15 +12,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.costmap.grid import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE
-from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
-from gym_mapbench.costmap.params import CostmapParams, InflationLayer
+from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, LayerContext, LayerEntry, Window
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.inflation import inflate, widen
-from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.quantities import NonNegative
+from gym_mapbench.ros_params import Keys, RosPlugin, in_every_release
+from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
 
 MAX_REACH_CELLS = 2000
 EVERYWHERE = -math.inf, -math.inf, math.inf, math.inf
+
+
+class InflationLayer(Settings):
+    """Nav2's ``InflationLayer``: cost around obstacles.
+
+    Args:
+        enabled: Whether the layer writes at all.
+        inflation_radius: Reach, m, rounded up to whole cells.
+        cost_scaling_factor: Decay of the cost, 1/m.
+        inflate_unknown: Whether any cost replaces "unknown", not only an inscribed obstacle's.
+        inflate_around_unknown: Whether unknown cells are inflated like obstacles.
+    """
+
+    enabled: bool = True
+    inflation_radius: NonNegative = 0.55
+    cost_scaling_factor: NonNegative = 10.0
+    inflate_unknown: bool = False
+    inflate_around_unknown: bool = False
 
 
 @functools.lru_cache(maxsize=64)
@@ -36,24 +55,23 @@ def inflation_costs(layer: InflationLayer, reach: int, resolution: float, inscri
 
 
 class Inflation(Layer):
-    """Inflates what the layers before it wrote.
+    """Inflates the obstacles that the layers before it wrote.
 
     Args:
-        params: The layer's options, and the release.
-        resolution: Side of a cell, m.
-        footprint: Gives the inscribed radius.
+        options: The layer's options.
+        context: Gives the side of a cell, the inscribed radius and the release.
 
     Raises:
         ConfigError: If the inflation radius is more than 2000 cells.
     """
 
-    def __init__(self, params: CostmapParams, resolution: float, footprint: Footprint) -> None:
-        self._params = params.inflation_layer
-        self._reach = math.ceil(self._params.inflation_radius / resolution)
+    def __init__(self, options: InflationLayer, context: LayerContext) -> None:
+        self._options = options
+        self._reach = math.ceil(options.inflation_radius / context.resolution)
         if self._reach > MAX_REACH_CELLS:
             raise ConfigError(f"inflation_radius: expected at most {MAX_REACH_CELLS} cells, got {self._reach}")
-        self._cost_of = inflation_costs(self._params, self._reach, resolution, footprint.inscribed_radius)
-        self._reset_is_news = params.release == "jazzy"
+        self._cost_of = inflation_costs(options, self._reach, context.resolution, context.footprint.inscribed_radius)
+        self._reset_is_news = context.costmap.release == "jazzy"
         self._all_is_news = True
         self._last = np.array(EVERYWHERE)
 
@@ -63,14 +81,34 @@ class Inflation(Layer):
 
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
         """Widen the box by that of the last update, and by the inflation radius."""
-        widen(box, self._last, self._params.inflation_radius)
+        widen(box, self._last, self._options.inflation_radius)
         if self._all_is_news:
             box[:] = EVERYWHERE
         self._all_is_news = False
 
     def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
         """Inflate these cells; obstacles outside them count as far as they reach."""
-        if not self._params.enabled or self._reach == 0:
+        if not self._options.enabled or self._reach == 0:
             return
-        options = self._params.inflate_unknown, self._params.inflate_around_unknown
-        inflate(master, self._reach, self._cost_of, *options, *cells)
+        unknown = self._options.inflate_unknown, self._options.inflate_around_unknown
+        inflate(master, self._reach, self._cost_of, *unknown, *cells)
+
+
+INFLATION_LAYER = LayerEntry(
+    InflationLayer,
+    Inflation,
+    widens_when_disabled=True,
+    nav2=RosPlugin(
+        in_every_release("nav2_costmap_2d::InflationLayer"),
+        "the inflation layer",
+        InflationLayer,
+        Keys(
+            ros_only=frozenset({"plugin"}),
+            elsewhere={
+                "cost_scaling_factor_left": "newer releases only",
+                "cost_scaling_factor_right": "newer releases only",
+                "num_threads": "it changes the computing time only",
+            },
+        ),
+    ),
+)

@@ -1,4 +1,4 @@
-"""What a layer is: it says where it has something new, and writes it into the master grid.
+"""The interface of a costmap layer: it reports where the costmap changes, and writes its cells there.
 
 Source: nav2_costmap_2d/include/nav2_costmap_2d/layer.hpp, costmap_2d.hpp.
 """
@@ -6,13 +6,22 @@ Source: nav2_costmap_2d/include/nav2_costmap_2d/layer.hpp, costmap_2d.hpp.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_mapbench.costmap.options import CostmapOptions
+from gym_mapbench.costmap.scan import LaserScan
 from gym_mapbench.kernels.layers import cells_in
+from gym_mapbench.releases import Release
+from gym_mapbench.ros_params import RosPlugin
+from gym_mapbench.settings import Settings
+from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.frames import IDENTITY
+from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose
 
 Costs = NDArray[np.uint8]
@@ -67,18 +76,40 @@ class Window:
         return cells
 
 
+@dataclass(frozen=True)
+class LayerContext:
+    """The costmap of a layer, as the layer is told when it is made.
+
+    Args:
+        costmap: Options of the costmap.
+        grid: The static map.
+        shape: ``(rows, cols)`` of the costmap.
+        resolution: Side of its cells, m.
+        footprint: The padded footprint of the robot.
+    """
+
+    costmap: CostmapOptions
+    grid: GridMap
+    shape: tuple[int, int]
+    resolution: float
+    footprint: Footprint
+
+
 class Layer(ABC):
-    """One of the plugins of a costmap. It covers the cells of a window, which the caller moves."""
+    """A plugin of a costmap. It covers the cells of a window, which the caller moves."""
 
     def reset(self) -> None:  # noqa: B027 - most layers have nothing to forget
-        """Forget what was observed."""
+        """Forget all observations."""
 
     def roll(self, d_row: int, d_col: int) -> None:  # noqa: B027 - nor anything to move
         """Follow the window, which has moved by this many cells."""
 
+    def observe(self, scan: LaserScan, sensor: Pose, height: float) -> None:  # noqa: B027 - nor a sensor
+        """Take a new scan from a sensor at a pose in the costmap's frame, ``height`` m above the ground."""
+
     @abstractmethod
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
-        """Take in what is new and widen ``box`` to hold it.
+        """Take in new observations and widen ``box`` to hold the cells that they change.
 
         Args:
             window: Where the costmap's cells lie now.
@@ -95,3 +126,29 @@ class Layer(ABC):
             master: ``(rows, cols)`` uint8.
             cells: Which of them to write.
         """
+
+
+def _any_release(options: Any, release: Release) -> None:
+    """Accept all options in every release."""
+
+
+@dataclass(frozen=True)
+class LayerEntry:
+    """A kind of costmap layer, as the registry holds it.
+
+    Args:
+        params: The class of its options. A layer whose options have ``enabled`` set to False does not write.
+        make: Makes the layer from its options and the :class:`LayerContext`.
+        observes: Whether it takes scans. A costmap of the whole map without such a layer is built once.
+        widens_when_disabled: Whether the layer widens the box of an update even if it is disabled.
+        check: Given options and a release, raises ``ConfigError`` if the release does not have such options; the
+            message begins with the name of the option.
+        nav2: How parameter files of Nav2 name and hold the layer; None if Nav2 has no such layer.
+    """
+
+    params: type[Settings]
+    make: Callable[[Any, LayerContext], Layer]
+    observes: bool = False
+    widens_when_disabled: bool = False
+    check: Callable[[Any, Release], None] = _any_release
+    nav2: RosPlugin | None = None

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from gym_mapbench.costmap.grid import FREE_SPACE, NO_INFORMATION, Costmap
+from gym_mapbench.costmap.grid import Costmap
 from gym_mapbench.costmap.inflation_layer import Inflation
-from gym_mapbench.costmap.layer import Costs, Layer, Window
-from gym_mapbench.costmap.obstacle_layer import ObstacleGrid, VoxelGrid
+from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, LayerContext, Window
+from gym_mapbench.costmap.layers import LAYERS
 from gym_mapbench.costmap.params import CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
-from gym_mapbench.costmap.static_layer import StaticMap, static_costs
+from gym_mapbench.costmap.static_layer import static_costs
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.layers import shifted
 from gym_mapbench.world.footprint import Footprint
@@ -33,11 +33,12 @@ def build_static_costmap(grid: GridMap, params: CostmapParams, footprint: Footpr
     Raises:
         ConfigError: If the inflation radius is more than 2000 cells.
     """
-    empty = np.full(grid.shape, _default(params), np.uint8)
+    empty = np.full(grid.shape, params.default_cost, np.uint8)
     costs = static_costs(grid, params) if params.writes("static_layer") else empty
     if params.writes("inflation_layer"):
         window = Window(grid.shape, grid.resolution, *grid.origin)
-        Inflation(params, grid.resolution, footprint).update_costs(window, costs, (0, 0, *grid.shape))
+        context = LayerContext(params, grid, grid.shape, grid.resolution, footprint)
+        Inflation(params.inflation_layer, context).update_costs(window, costs, (0, 0, *grid.shape))
     return Costmap(costs, grid.resolution, *grid.origin, params.track_unknown_space)
 
 
@@ -60,7 +61,7 @@ class LayeredCostmap:
 
     def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint) -> None:
         self._params, self._grid, self._footprint = params, grid, footprint
-        self._default = _default(params)
+        self._default = params.default_cost
         self._never_changes = not (params.observes or params.rolling_window)
         self._start_over()
 
@@ -76,7 +77,7 @@ class LayeredCostmap:
             layer.reset()
 
     def observe(self, scan: LaserScan, sensor: Pose, height: float = 0.0) -> None:
-        """Give the obstacle layers a new scan; every update uses it until there is a newer one.
+        """Give the layers a new scan; every update uses it until there is a newer one.
 
         Args:
             scan: The scan.
@@ -84,8 +85,7 @@ class LayeredCostmap:
             height: Height of the lidar above the ground, m.
         """
         for layer in self._layers.values():
-            if isinstance(layer, ObstacleGrid):
-                layer.observe(scan, sensor, height)
+            layer.observe(scan, sensor, height)
 
     def update(self, pose: Pose, frame: Pose = IDENTITY) -> Costmap:
         """Run one update cycle and return the costmap; call it at ``update_frequency``.
@@ -113,18 +113,19 @@ class LayeredCostmap:
         return self._layers[name]
 
     def _start_over(self) -> None:
-        params, grid, footprint = self._params, self._grid, self._footprint
+        params, grid = self._params, self._grid
         self._window = _window(params, grid)
+        context = LayerContext(params, grid, self._window.shape, self._window.resolution, self._footprint)
         self._layers = {
-            name: _make_layer(name, params, grid, self._window, footprint)
+            name: _make_layer(name, params, context)
             for name in params.plugins
-            if params.writes(name) or name == "inflation_layer"
+            if params.writes(name) or LAYERS.get(name).widens_when_disabled
         }
         self._master = np.full(self._window.shape, self._default, np.uint8)
         self._unchanging = None
 
     def _roll(self, pose: Pose) -> None:
-        """Shift the window by whole cells to the robot; cells that stay keep what is in them."""
+        """Shift the window by whole cells to the robot; cells that stay keep their costs."""
         moved = self._window.roll(pose) if self._params.rolling_window else (0, 0)
         if moved != (0, 0):
             self._master = shifted(self._master, *moved, self._default)
@@ -132,7 +133,7 @@ class LayeredCostmap:
                 layer.roll(*moved)
 
     def _write_layers(self, pose: Pose) -> None:
-        """Collect what is new, then have all layers write it over the default, in the order of ``plugins``."""
+        """Collect the box of all changes, then let the layers write it in the order of ``plugins``."""
         box = np.array([np.inf, np.inf, -np.inf, -np.inf])
         for layer in self._layers.values():
             layer.update_bounds(self._window, pose, box)
@@ -142,10 +143,6 @@ class LayeredCostmap:
         self._master[row0:row1, col0:col1] = self._default
         for layer in self._layers.values():
             layer.update_costs(self._window, self._master, cells)
-
-
-def _default(params: CostmapParams) -> int:
-    return NO_INFORMATION if params.track_unknown_space else FREE_SPACE
 
 
 def _window(params: CostmapParams, grid: GridMap) -> Window:
@@ -158,11 +155,35 @@ def _window(params: CostmapParams, grid: GridMap) -> Window:
     return Window((rows, cols), params.resolution, params.origin_x, params.origin_y)
 
 
-def _make_layer(name: str, params: CostmapParams, grid: GridMap, window: Window, footprint: Footprint) -> Layer:
-    if name == "static_layer":
-        return StaticMap(params, grid)
-    if name == "inflation_layer":
-        return Inflation(params, window.resolution, footprint)
-    if name == "voxel_layer":
-        return VoxelGrid(params.voxel_layer, params, window.shape, footprint)
-    return ObstacleGrid(params.obstacle_layer, params, window.shape, footprint)
+def _make_layer(name: str, params: CostmapParams, context: LayerContext) -> Layer:
+    """Make a layer by its name in ``plugins``; that of a third party is guarded."""
+    with LAYERS.blamed(name):
+        layer = LAYERS.get(name).make(params.layers[name], context)
+    return layer if name in LAYERS.built_in else _GuardedLayer(name, layer)
+
+
+class _GuardedLayer(Layer):
+    """A third party's layer, whose errors are reported in one line with its name."""
+
+    def __init__(self, name: str, layer: Layer) -> None:
+        self._name, self._layer = name, layer
+
+    def reset(self) -> None:
+        with LAYERS.blamed(self._name):
+            self._layer.reset()
+
+    def roll(self, d_row: int, d_col: int) -> None:
+        with LAYERS.blamed(self._name):
+            self._layer.roll(d_row, d_col)
+
+    def observe(self, scan: LaserScan, sensor: Pose, height: float) -> None:
+        with LAYERS.blamed(self._name):
+            self._layer.observe(scan, sensor, height)
+
+    def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
+        with LAYERS.blamed(self._name):
+            self._layer.update_bounds(window, robot, box)
+
+    def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
+        with LAYERS.blamed(self._name):
+            self._layer.update_costs(window, master, cells)

@@ -1,23 +1,74 @@
-"""The obstacle layer and the voxel layer: what a lidar saw, cell by cell.
+"""The obstacle layer: the hits and the free space of a lidar, cell by cell.
 
-Source: nav2_costmap_2d/plugins/obstacle_layer.cpp, voxel_layer.cpp.
+Source: nav2_costmap_2d/plugins/obstacle_layer.cpp.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Mapping
+from typing import Any, Literal
 
-from gym_mapbench.costmap.grid import FREE_SPACE, NO_INFORMATION
-from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
-from gym_mapbench.costmap.params import CostmapParams, ObstacleLayer, VoxelLayer
+import numpy as np
+
+from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, LayerContext, LayerEntry, Window
 from gym_mapbench.costmap.scan import LaserScan, Observation
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.footprint import clear_polygon, touch_footprint
 from gym_mapbench.kernels.layers import combine, shifted
 from gym_mapbench.kernels.obstacle_layer import clear_rays, mark_hits
-from gym_mapbench.kernels.voxel_layer import HALF, UNKNOWN_COLUMN, clear_voxels, mark_voxels
-from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.quantities import NonNegative
+from gym_mapbench.releases import Release
+from gym_mapbench.ros_params import Keys, RosPlugin, Section, in_every_release
+from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
+
+SCAN = {"topic": "/scan", "data_type": "LaserScan"}
+
+
+class ObservationSource(Settings):
+    """A lidar as an obstacle layer uses it: an entry of its ``observation_sources``.
+
+    Args:
+        marking: Whether hits mark obstacles.
+        clearing: Whether rays clear the cells they pass.
+        obstacle_max_range: Farthest hit that is marked, m.
+        obstacle_min_range: Nearest hit that is marked, m.
+        raytrace_max_range: How far along a ray cells are cleared, m.
+        raytrace_min_range: Distance along a ray from which on cells are cleared, m.
+        min_obstacle_height: Lowest point that is used at all, m.
+        max_obstacle_height: Highest point that is used at all, m.
+        inf_is_valid: Whether a ray that hits nothing clears as if it ended just short of the sensor's range.
+    """
+
+    marking: bool = True
+    clearing: bool = False
+    obstacle_max_range: NonNegative = 2.5
+    obstacle_min_range: NonNegative = 0.0
+    raytrace_max_range: NonNegative = 3.0
+    raytrace_min_range: NonNegative = 0.0
+    min_obstacle_height: float = 0.0
+    max_obstacle_height: float = 0.0
+    inf_is_valid: bool = False
+
+
+class ObstacleLayer(Settings):
+    """Nav2's ``ObstacleLayer`` with one lidar.
+
+    Args:
+        enabled: Whether the layer writes at all.
+        footprint_clearing_enabled: Whether the cells under the robot are set free.
+        combination_method: 0 overwrites, 1 writes the greater cost, 2 (Jazzy) does so except over unknown cells.
+        min_obstacle_height: Lowest hit that is marked, m.
+        max_obstacle_height: Highest hit that is marked, m.
+        scan: The lidar.
+    """
+
+    enabled: bool = True
+    footprint_clearing_enabled: bool = True
+    combination_method: Literal[0, 1, 2] = 1
+    min_obstacle_height: float = 0.0
+    max_obstacle_height: float = 2.0
+    scan: ObservationSource = ObservationSource()
 
 
 class ObstacleGrid(Layer):
@@ -25,23 +76,19 @@ class ObstacleGrid(Layer):
 
     Args:
         layer: The layer's options.
-        params: Release, and whether cells never seen are unknown.
-        shape: ``(rows, cols)``.
-        footprint: What footprint clearing frees.
+        context: Size, release, the footprint to clear, and whether cells never seen are unknown.
 
     Attributes:
-        costs: ``(rows, cols)`` uint8, what the layer knows: 0 free, 254 occupied, 255 never seen.
+        costs: ``(rows, cols)`` uint8, the cells as observed: 0 free, 254 occupied, 255 never seen.
     """
 
-    def __init__(
-        self, layer: ObstacleLayer, params: CostmapParams, shape: tuple[int, int], footprint: Footprint
-    ) -> None:
+    def __init__(self, layer: ObstacleLayer, context: LayerContext) -> None:
         self.layer = layer
-        self._jazzy = params.release == "jazzy"
-        self._corners = footprint.corners
-        self._default = NO_INFORMATION if params.track_unknown_space else FREE_SPACE
+        self._jazzy = context.costmap.release == "jazzy"
+        self._corners = context.footprint.corners
+        self._default = context.costmap.default_cost
         self._observation: Observation | None = None
-        self.costs: Costs = np.full(shape, self._default, np.uint8)
+        self.costs: Costs = np.full(context.shape, self._default, np.uint8)
         self.reset()
 
     def observe(self, scan: LaserScan, sensor: Pose, height: float) -> None:
@@ -91,45 +138,60 @@ class ObstacleGrid(Layer):
         mark_hits(self.costs, *window.geometry, *seen.origin[:2], seen.points, *ranges, self._jazzy, box)
 
 
-class VoxelGrid(ObstacleGrid):
-    """The layer with a column of voxels over every cell; its rays stop two cells before what they hit.
+def check_combination(layer: ObstacleLayer, release: Release) -> None:
+    """Refuse a combination method that the release does not have.
 
-    Attributes:
-        columns: ``(rows, cols)`` int64, one column of voxels each, as :mod:`gym_mapbench.kernels.voxel_layer` has them.
+    Raises:
+        ConfigError: Beginning with the name of the option.
     """
+    if release == "humble" and layer.combination_method == 2:
+        raise ConfigError("combination_method: expected 0 or 1 (2 is new in Jazzy), got 2")
 
-    layer: VoxelLayer
-    columns: NDArray[np.int64]
 
-    def reset(self) -> None:
-        """Forget all cells and voxels."""
-        super().reset()
-        self.columns = np.full(self.costs.shape, UNKNOWN_COLUMN, np.int64)
+def lower_height(section: Section) -> None:
+    """Lower ``min_obstacle_height`` of a layer or a source to the plane of the lidar, so that no hit is too low."""
+    section.cap("min_obstacle_height", 0.0, "the robot's lidar lies in the plane of its base")
 
-    def roll(self, d_row: int, d_col: int) -> None:
-        """Keep the cells and voxels that stay in the window."""
-        super().roll(d_row, d_col)
-        self.columns = shifted(self.columns, d_row, d_col, UNKNOWN_COLUMN)
 
-    def _is_marked(self, z: float) -> bool:
-        # Humble's voxel layer does not look at min_obstacle_height.
-        return (not self._jazzy or z >= self.layer.min_obstacle_height) and z <= self.layer.max_obstacle_height
+def lidar_source(values: Mapping[str, Any], release: Release) -> dict[str, Any]:
+    """Return the keys of a written layer that name its lidar; the options of the lidar form a group of their own."""
+    return {"observation_sources": "scan", "scan": {**SCAN, **values["scan"]}}
 
-    def _clear(self, window: Window, seen: Observation, box: Box) -> None:
-        layer, source = self.layer, self.layer.scan
-        clear_voxels(
-            self.costs, self.columns, *window.geometry, layer.z_resolution, layer.origin_z, layer.z_voxels,
-            seen.origin, seen.points, seen.z, layer.mark_threshold, layer.unknown_threshold + HALF - layer.z_voxels,
-            source.raytrace_min_range, source.raytrace_max_range, self._jazzy, box,
-        )  # fmt: skip
 
-    def _mark(self, window: Window, seen: Observation, box: Box) -> None:
-        layer, source = self.layer, self.layer.scan
-        # A hit below the lowest voxel counts as a hit in it.
-        level = int((max(seen.z, layer.origin_z) - layer.origin_z) / layer.z_resolution)
-        if level < layer.z_voxels:
-            ranges = source.obstacle_min_range, source.obstacle_max_range
-            mark_voxels(
-                self.costs, self.columns, *window.geometry, seen.origin, seen.points, seen.z, level,
-                layer.mark_threshold, *ranges, box,
-            )  # fmt: skip
+OBSERVATION_SOURCE = RosPlugin(
+    {},
+    "an observation source",
+    ObservationSource,
+    Keys(
+        ros_only=frozenset(
+            {
+                "data_type",
+                "expected_update_rate",
+                "sensor_frame",
+                "topic",
+                "transport_type",
+            }
+        ),
+        renamed={"obstacle_range": "obstacle_max_range", "raytrace_range": "raytrace_max_range"},
+        left_out=frozenset({"observation_persistence"}),
+    ),
+    adapt=lower_height,
+)
+"""An entry of ``observation_sources``; the robots here have one lidar, whose beams lie in a horizontal plane."""
+OBSTACLE_KEYS = Keys(
+    ros_only=frozenset({"map_vis_z", "observation_sources", "plugin", "tf_filter_tolerance", "transform_tolerance"}),
+)
+OBSTACLE_LAYER = LayerEntry(
+    ObstacleLayer,
+    ObstacleGrid,
+    observes=True,
+    check=check_combination,
+    nav2=RosPlugin(
+        in_every_release("nav2_costmap_2d::ObstacleLayer"),
+        "the obstacle layer",
+        ObstacleLayer,
+        OBSTACLE_KEYS,
+        adapt=lower_height,
+        more_keys=lidar_source,
+    ),
+)

@@ -1,177 +1,45 @@
-"""Options of Nav2's costmaps and their layers, under Nav2's names.
-
-Source: nav2_costmap_2d (Humble).
-"""
+"""CostmapParams: all options of one costmap, with those of its layers."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from typing import Any, cast
 
-import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import SerializeAsAny, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from gym_mapbench.errors import ConfigError, unknown_name
-from gym_mapbench.files.documents import parse_yaml
-from gym_mapbench.releases import Release
+from gym_mapbench.costmap.inflation_layer import InflationLayer
+from gym_mapbench.costmap.layers import LAYERS
+from gym_mapbench.costmap.obstacle_layer import ObservationSource, ObstacleLayer
+from gym_mapbench.costmap.options import CostmapOptions
+from gym_mapbench.costmap.static_layer import StaticLayer
+from gym_mapbench.costmap.voxel_layer import VoxelLayer
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import refuse_missing
 from gym_mapbench.settings import Settings
-from gym_mapbench.world.footprint import Footprint
-from gym_mapbench.world.robot import RobotSpec
-
-MAX_CELLS = 25_000_000
-"""Largest costmap: 5000 x 5000 cells."""
-
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
-OBSTACLE_LAYERS = ("obstacle_layer", "voxel_layer")
-LAYERS = ("static_layer", *OBSTACLE_LAYERS, "inflation_layer")
-
-
-class StaticLayer(Settings):
-    """Nav2's ``StaticLayer``: writes the map.
-
-    Args:
-        enabled: Whether the layer writes.
-    """
-
-    enabled: bool = True
-
-
-class InflationLayer(Settings):
-    """Nav2's ``InflationLayer``: cost around obstacles.
-
-    Args:
-        enabled: Whether the layer writes at all.
-        inflation_radius: Reach, m, rounded up to whole cells.
-        cost_scaling_factor: Decay of the cost, 1/m.
-        inflate_unknown: Whether any cost replaces "unknown", not only an inscribed obstacle's.
-        inflate_around_unknown: Whether unknown cells are inflated like obstacles.
-    """
-
-    enabled: bool = True
-    inflation_radius: NonNegative = 0.55
-    cost_scaling_factor: NonNegative = 10.0
-    inflate_unknown: bool = False
-    inflate_around_unknown: bool = False
-
-
-class ObservationSource(Settings):
-    """A lidar as an obstacle layer uses it: an entry of its ``observation_sources``.
-
-    Args:
-        marking: Whether hits mark obstacles.
-        clearing: Whether rays clear the cells they pass.
-        obstacle_max_range: Farthest hit that is marked, m.
-        obstacle_min_range: Nearest hit that is marked, m.
-        raytrace_max_range: How far along a ray cells are cleared, m.
-        raytrace_min_range: Distance along a ray from which on cells are cleared, m.
-        min_obstacle_height: Lowest point that is used at all, m.
-        max_obstacle_height: Highest point that is used at all, m.
-        inf_is_valid: Whether a ray that hits nothing clears as if it ended just short of the sensor's range.
-    """
-
-    marking: bool = True
-    clearing: bool = False
-    obstacle_max_range: NonNegative = 2.5
-    obstacle_min_range: NonNegative = 0.0
-    raytrace_max_range: NonNegative = 3.0
-    raytrace_min_range: NonNegative = 0.0
-    min_obstacle_height: float = 0.0
-    max_obstacle_height: float = 0.0
-    inf_is_valid: bool = False
-
 
 BRINGUP_SCAN = ObservationSource(clearing=True, max_obstacle_height=2.0)
+ALWAYS_SAVED = ("static_layer", "obstacle_layer", "voxel_layer", "inflation_layer")
+"""Layers whose options are kept and saved even if ``plugins`` does not list them."""
 
 
-class ObstacleLayer(Settings):
-    """Nav2's ``ObstacleLayer`` with one lidar.
+class CostmapParams(CostmapOptions):
+    """Options of one costmap and of its layers, named and defaulted as in Nav2 Humble's code.
 
-    Args:
-        enabled: Whether the layer writes at all.
-        footprint_clearing_enabled: Whether the cells under the robot are set free.
-        combination_method: 0 overwrites, 1 writes the greater cost, 2 (Jazzy) does so except over unknown cells.
-        min_obstacle_height: Lowest hit that is marked, m.
-        max_obstacle_height: Highest hit that is marked, m.
-        scan: The lidar.
-    """
-
-    enabled: bool = True
-    footprint_clearing_enabled: bool = True
-    combination_method: Literal[0, 1, 2] = 1
-    min_obstacle_height: float = 0.0
-    max_obstacle_height: float = 2.0
-    scan: ObservationSource = ObservationSource()
-
-
-class VoxelLayer(ObstacleLayer):
-    """Nav2's ``VoxelLayer`` with one lidar: as ``ObstacleLayer``, and columns of voxels.
+    The options of a layer are given, and saved, under the layer's name beside the others:
+    ``CostmapParams(width=3, inflation_layer=InflationLayer(inflation_radius=0.4))``.
 
     Args:
-        z_voxels: Voxels in a column.
-        z_resolution: Height of a voxel, m.
-        origin_z: Height at which the lowest voxel begins, m.
-        mark_threshold: How many marked voxels a column may have and still not be an obstacle.
-        unknown_threshold: How many unknown voxels a cleared column may have and still be free; as in Nav2,
-            the voxels by which the column is shorter than 16 are not counted against it.
+        plugins: Names of the layers in the order in which they write: ``static_layer``, ``obstacle_layer``,
+            ``voxel_layer``, ``denoise_layer``, ``inflation_layer``, or a third party's (see
+            :mod:`gym_mapbench.costmap.layers`).
+        layers: Name of a layer -> its options.
     """
 
-    z_voxels: Annotated[int, Field(ge=1, le=16)] = 10
-    z_resolution: Positive = 0.2
-    origin_z: float = 0.0
-    mark_threshold: Annotated[int, Field(ge=0, le=16)] = 0
-    unknown_threshold: Annotated[int, Field(ge=0, le=16)] = 15
-
-
-class CostmapParams(Settings):
-    """Options of one costmap, named and defaulted as in Nav2 Humble's code.
-
-    Args:
-        robot_radius: Radius of the robot, m; None takes the robot's own. A ``footprint`` takes precedence.
-        footprint: Corners ``((x, y), ...)`` m, or Nav2's text form ``"[[x, y], ...]"``; None takes ``robot_radius``.
-        footprint_padding: How far every corner is moved away from both axes, m.
-        resolution: Side of a cell, m, of a costmap that does not take its size from the map.
-        width: Extent along x, m, of a costmap that does not take its size from the map.
-        height: Extent along y, m; likewise.
-        origin_x: World x of the first lower-left corner, m; a rolling window stays aligned to it.
-        origin_y: World y of the same corner, m.
-        rolling_window: Whether the costmap is a window that follows the robot.
-        update_frequency: Updates per second, Hz.
-        track_unknown_space: Whether unknown cells stay unknown (255) instead of free.
-        use_maximum: Whether the static layer writes the greater cost instead of overwriting.
-        lethal_cost_threshold: Map value, 0 to 100, from which on a cell is an obstacle.
-        unknown_cost_value: Map value, as an unsigned byte, that means unknown.
-        trinary_costmap: Whether map values below the threshold are free rather than scaled.
-        plugins: Names of the layers in the order in which they write.
-        static_layer: Options of the layer of this name, as in the next three.
-        obstacle_layer: Likewise.
-        voxel_layer: Likewise.
-        inflation_layer: Likewise.
-        release: Release of Nav2 whose layers these are; not a parameter of Nav2. Jazzy's voxel layer loses no ray that
-            leaves the window and obeys ``min_obstacle_height``, its obstacle layer also checks ranges in metres, its
-            inflation layer starts over after a reset, and ``combination_method`` may be 2.
-    """
-
-    robot_radius: Positive | None = None
-    footprint: tuple[tuple[float, float], ...] | None = None
-    footprint_padding: NonNegative = 0.01
-    resolution: Positive = 0.1
-    width: Annotated[int, Field(gt=0)] = 5
-    height: Annotated[int, Field(gt=0)] = 5
-    origin_x: float = 0.0
-    origin_y: float = 0.0
-    rolling_window: bool = False
-    update_frequency: Positive = 5.0
-    track_unknown_space: bool = False
-    use_maximum: bool = False
-    lethal_cost_threshold: Annotated[int, Field(ge=0, le=100)] = 100
-    unknown_cost_value: Annotated[int, Field(ge=0, le=255)] = 255
-    trinary_costmap: bool = True
     plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
-    static_layer: StaticLayer = StaticLayer()
-    obstacle_layer: ObstacleLayer = ObstacleLayer()
-    voxel_layer: VoxelLayer = VoxelLayer()
-    inflation_layer: InflationLayer = InflationLayer()
-    release: Release = "humble"
+    layers: dict[str, SerializeAsAny[Settings]] = {}  # noqa: RUF012, pydantic copies it
+
+    def __init__(self, **values: Any) -> None:
+        super().__init__(**values)
 
     @classmethod
     def example_local(cls, **changes: Any) -> CostmapParams:
@@ -199,59 +67,84 @@ class CostmapParams(Settings):
         }
         return cls(**{**example, **changes})
 
-    @field_validator("footprint", mode="before")
-    @classmethod
-    def _read_footprint(cls, value: object) -> object:
-        """Read Nav2's text form; an empty list means none."""
-        corners = value
-        if isinstance(value, str):
-            try:
-                corners, _ = parse_yaml(value, "footprint")
-            except ConfigError:
-                raise ConfigError(f"expected corners '[[x, y], ...]' in m, got {value[:80]!r}") from None
-        return None if corners in (None, [], ()) else corners
+    @property
+    def static_layer(self) -> StaticLayer:
+        """Options of the static layer."""
+        return cast(StaticLayer, self.layers["static_layer"])
 
-    @field_validator("footprint")
-    @classmethod
-    def _at_least_three(cls, value: tuple[tuple[float, float], ...] | None) -> tuple[tuple[float, float], ...] | None:
-        if value is not None and len(set(value)) < 3:
-            raise ConfigError(f"expected at least 3 different corners, got {len(set(value))}")
-        return value
+    @property
+    def obstacle_layer(self) -> ObstacleLayer:
+        """Options of the obstacle layer."""
+        return cast(ObstacleLayer, self.layers["obstacle_layer"])
 
-    @field_validator("plugins")
-    @classmethod
-    def _known_layers(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        for name in value:
-            if name not in LAYERS:
-                raise unknown_name("costmap layer", name, LAYERS)
-        return value
+    @property
+    def voxel_layer(self) -> VoxelLayer:
+        """Options of the voxel layer."""
+        return cast(VoxelLayer, self.layers["voxel_layer"])
 
-    @model_validator(mode="after")
-    def _of_a_size(self) -> CostmapParams:
-        cells = self.width / self.resolution * self.height / self.resolution
-        if cells > MAX_CELLS:
-            raise ConfigError(f"width, height and resolution: expected at most {MAX_CELLS} cells, got {cells:.3g}")
-        return self
-
-    @model_validator(mode="after")
-    def _known_combinations(self) -> CostmapParams:
-        for name in OBSTACLE_LAYERS:
-            if self.release == "humble" and self.writes(name) and getattr(self, name).combination_method == 2:
-                raise ConfigError(f"{name}.combination_method: expected 0 or 1 (2 is new in Jazzy), got 2")
-        return self
-
-    def writes(self, layer: str) -> bool:
-        """Whether a layer of this name is among the plugins and enabled."""
-        return layer in self.plugins and bool(getattr(self, layer).enabled)
+    @property
+    def inflation_layer(self) -> InflationLayer:
+        """Options of the inflation layer."""
+        return cast(InflationLayer, self.layers["inflation_layer"])
 
     @property
     def observes(self) -> bool:
         """Whether a layer looks at scans."""
-        return any(self.writes(name) for name in OBSTACLE_LAYERS)
+        return any(self.writes(name) and LAYERS.get(name).observes for name in self.plugins)
 
-    def make_footprint(self, robot: RobotSpec) -> Footprint:
-        """Return the padded footprint: that of these options where they give one, else that of the robot."""
-        corners = self.footprint if self.footprint or self.robot_radius else robot.footprint
-        if corners:
-            return Footprint.from_corners(np.array(corners), self.footprint_padding)
-        return Footprint.from_radius(self.robot_radius or robot.radius, self.footprint_padding)
+    def writes(self, layer: str) -> bool:
+        """Whether a layer of this name is among the plugins and enabled."""
+        return layer in self.plugins and bool(getattr(self.layers[layer], "enabled", True))
+
+    @classmethod
+    def option_names(cls) -> list[str]:
+        """Names of all options, those of the layers included."""
+        return [*(name for name in super().option_names() if name != "layers"), *LAYERS.built_in]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _collect_layers(cls, values: Any) -> Any:
+        """Move the options of the layers, which stand beside the others, into ``layers``; fill in the defaults."""
+        if not isinstance(values, Mapping):
+            return values
+        plugins, held = values.get("plugins", cls.model_fields["plugins"].default), values.get("layers", {})
+        if not isinstance(plugins, list | tuple) or not isinstance(held, Mapping):
+            return values
+        given = {**held, **{name: options for name, options in values.items() if name not in cls.model_fields}}
+        listed = [name for name in plugins if isinstance(name, str)]
+        known = dict.fromkeys([*ALWAYS_SAVED, *(name for name in LAYERS.built_in if name in given), *listed])
+        layers = {name: _options(name, given.get(name, {})) for name in known}
+        return {**{key: value for key, value in values.items() if key not in layers}, "layers": layers}
+
+    @model_serializer(mode="wrap")
+    def _beside_the_others(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Save the options of the layers beside the others, and the release last."""
+        saved = serialize(self)
+        layers, release = saved.pop("layers"), saved.pop("release")
+        return {**saved, **layers, "release": release}
+
+    @model_validator(mode="after")
+    def _known_in_release(self) -> CostmapParams:
+        """Refuse layers, and options of layers, that the release does not have."""
+        for name in filter(self.writes, self.plugins):
+            entry = LAYERS.get(name)
+            if entry.nav2 is not None:
+                refuse_missing(entry.nav2.names, self.release, name)
+            try:
+                entry.check(self.layers[name], self.release)
+            except ConfigError as error:
+                raise ConfigError(f"{name}.{error}") from None
+        return self
+
+
+def _options(name: str, given: object) -> Settings:
+    """Return the options of a layer; a mapping is checked.
+
+    Raises:
+        ConfigError: If ``plugins`` lists a layer that does not exist, or an option is wrong.
+    """
+    try:
+        options = LAYERS.get(name).params
+    except ConfigError as error:
+        raise ConfigError(f"plugins: {error}") from None
+    return given if isinstance(given, options) else options.from_mapping(given, name)

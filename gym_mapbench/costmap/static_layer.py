@@ -9,15 +9,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.costmap.grid import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
-from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, Window
-from gym_mapbench.costmap.params import CostmapParams
+from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, LayerContext, LayerEntry, Window
+from gym_mapbench.costmap.options import CostmapOptions
 from gym_mapbench.kernels.layers import MAX, TRUE_OVERWRITE, combine, write_map
 from gym_mapbench.kernels.raytrace import touch
+from gym_mapbench.ros_params import Keys, RosPlugin, in_every_release
+from gym_mapbench.settings import Settings
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose
 
 
-def static_costs(grid: GridMap, params: CostmapParams) -> NDArray[np.uint8]:
+class StaticLayer(Settings):
+    """Nav2's ``StaticLayer``: writes the map.
+
+    Args:
+        enabled: Whether the layer writes.
+    """
+
+    enabled: bool = True
+
+
+def static_costs(grid: GridMap, params: CostmapOptions) -> NDArray[np.uint8]:
     """Cost values ``(rows, cols)`` uint8 of the map's free, occupied and unknown cells (``interpretValue``)."""
     costs = np.where(grid.occupancy, _static_cost(100, params), _static_cost(0, params))
     if grid.unknown is not None:
@@ -25,7 +37,7 @@ def static_costs(grid: GridMap, params: CostmapParams) -> NDArray[np.uint8]:
     return costs
 
 
-def _static_cost(value: int, params: CostmapParams) -> np.uint8:
+def _static_cost(value: int, params: CostmapOptions) -> np.uint8:
     """Cost of one map value: 0 free, 100 occupied, 255 unknown."""
     if value == params.unknown_cost_value:
         return np.uint8(NO_INFORMATION if params.track_unknown_space else FREE_SPACE)
@@ -39,13 +51,14 @@ class StaticMap(Layer):
     """Writes the map: once into a costmap of the whole map, at every update into a rolling window.
 
     Args:
-        params: How the map is read, and whether the window rolls.
-        grid: The map.
+        options: The layer's options.
+        context: The map, how it is read, and whether the window rolls.
     """
 
-    def __init__(self, params: CostmapParams, grid: GridMap) -> None:
-        self._rolling, self._use_maximum = params.rolling_window, params.use_maximum
-        self._costs = static_costs(grid, params)
+    def __init__(self, options: StaticLayer, context: LayerContext) -> None:
+        costmap, grid = context.costmap, context.grid
+        self._rolling, self._use_maximum = costmap.rolling_window, costmap.use_maximum
+        self._costs = static_costs(grid, costmap)
         self._geometry = grid.resolution, *grid.origin
         self.reset()
 
@@ -71,3 +84,23 @@ class StaticMap(Layer):
             return
         at = *self._geometry, *window.frame
         write_map(master, *window.geometry, self._costs, *at, *cells, self._use_maximum)
+
+
+STATIC_LAYER = LayerEntry(
+    StaticLayer,
+    StaticMap,
+    nav2=RosPlugin(
+        in_every_release("nav2_costmap_2d::StaticLayer"),
+        "the static layer",
+        StaticLayer,
+        Keys(
+            ros_only=frozenset(
+                {"map_subscribe_transient_local", "map_topic", "plugin", "subscribe_to_updates", "transform_tolerance"}
+            ),
+            elsewhere={
+                "footprint_clearing_enabled": "the static layer does not clear the footprint here",
+                "restore_cleared_footprint": "the static layer does not clear the footprint here",
+            },
+        ),
+    ),
+)

@@ -1,4 +1,4 @@
-"""Actions: their space, and the command that an action stands for."""
+"""Actions: their space, and their conversion to commands."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def to_commands(actions: ArrayLike, config: EnvConfig, wanted: NDArray[np.bool_]
     Args:
         actions: ``(n, 2)``.
         config: Of all worlds.
-        wanted: ``(n,)`` whose actions count; the others' may be anything.
+        wanted: ``(n,)`` worlds that are stepped; the actions of the others are not checked.
 
     Raises:
         ConfigError: If the actions are not two finite numbers for every world.

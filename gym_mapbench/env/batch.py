@@ -1,7 +1,7 @@
-"""Many worlds driven, judged and observed together: one kernel for all of them, wherever no world needs its own care.
+"""Many worlds driven, judged and observed together, by one kernel for all of them.
 
-What is written here is what the single env does, by the same kernels. Where something is drawn, or Box2D is needed, the
-objects of the single env do it, world by world.
+The kernels are those of the single env. Where noise is sampled or Box2D is needed, the objects of the single env do it,
+world by world.
 """
 
 from __future__ import annotations
@@ -15,16 +15,18 @@ from numpy.typing import NDArray
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.observation import CONTENTS, Moment, report_scan
 from gym_mapbench.env.single import MapBenchEnv, Observation
-from gym_mapbench.env.task import OUTCOMES, REWARD_TERMS, rules_of
-from gym_mapbench.kernels.motion import drive_bodies
-from gym_mapbench.kernels.observation import read_bodies, scan_worlds, see_goals
+from gym_mapbench.env.task import OUTCOMES, REWARD_TERMS, TOUCHED, rules_of
+from gym_mapbench.env.traffic import Mask, Traffic
+from gym_mapbench.kernels.motion import drive_robots
+from gym_mapbench.kernels.observation import read_robots, scan_worlds, see_goals
 from gym_mapbench.kernels.task import judge_worlds
 from gym_mapbench.world.lidar import directions
 from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.state import Worlds, drive_of
+from gym_mapbench.world.world import World
 
-Mask = NDArray[np.bool_]
-OUTCOME_NAMES = np.array(OUTCOMES, dtype=object)
+OUTCOME_NAMES, TOUCHED_NAMES = np.array(OUTCOMES, dtype=object), np.array(TOUCHED, dtype=object)
+Touched = NDArray[np.int64]
 
 
 class Batch:
@@ -38,8 +40,8 @@ class Batch:
     def __init__(self, config: EnvConfig, worlds: Worlds) -> None:
         self._config = config
         self._worlds = worlds
-        self._count = len(worlds.bodies)
-        self._drive = drive_of(config.robot, config.physics_hz)
+        self._count = len(worlds.robots)
+        self._drive = drive_of(config.robot, config.physics_hz, config.plant)
         self._rules = rules_of(config)
         self._lidar = lidar = config.mounted_lidar
         self._scanner = np.array(lidar.place), directions(lidar), lidar.range_max
@@ -48,14 +50,16 @@ class Batch:
         self._prompt_ticks = config.ticks - config.late_ticks
         self._walls = np.ones((self._count, 0), np.bool_)
         self._fields = np.zeros((self._count, 0))
+        self._traffic = Traffic(self._count)
         self.envs: Sequence[MapBenchEnv] = ()
 
-    def settle(self, index: int, framed: NDArray[np.bool_], field: NDArray[np.float64]) -> None:
-        """Take over the map of a world, framed, and its distances to the goal, in cells."""
-        self._walls = put_row(self._walls, index, framed)
+    def settle(self, index: int, world: World, field: NDArray[np.float64]) -> None:
+        """Take over a world whose episode begins, and its distances to the goal, in cells."""
+        self._walls = put_row(self._walls, index, world.grid.framed)
         self._fields = put_row(self._fields, index, field)
+        self._traffic.settle(index, world)
 
-    def drive(self, commands: NDArray[np.float64], running: Mask) -> Mask:
+    def drive(self, commands: NDArray[np.float64], running: Mask) -> Touched:
         """Drive for one control period, at first still by the previous command.
 
         Args:
@@ -63,7 +67,7 @@ class Batch:
             running: ``(count,)`` which worlds to step, here and below.
 
         Returns:
-            ``(count,)`` whether a wall was touched.
+            ``(count,)`` what was touched: 0, or a sum of ``WALL`` and ``BODY``.
         """
         if self._config.noise.actuates_wrongly:
             for i in np.flatnonzero(running).tolist():
@@ -74,22 +78,33 @@ class Batch:
             return self._advance(commands, self._prompt_ticks, running)
         return self._advance(before, self._late_ticks, running) | self._advance(commands, self._prompt_ticks, running)
 
-    def _advance(self, commands: NDArray[np.float64], ticks: int, running: Mask) -> Mask:
-        """Advance by some ticks: with Box2D where a wall is within reach."""
-        waiting, contacts = running.copy(), np.zeros(self._count, np.bool_)
-        worlds = self._worlds
+    def _advance(self, commands: NDArray[np.float64], ticks: int, running: Mask) -> Touched:
+        """Advance by some ticks: with Box2D where a wall or body is within reach."""
+        waiting, touched = running.copy(), np.zeros(self._count, np.int64)
         if self._config.physics_may_rest:
-            walls = _frozen(self._walls)
-            drive_bodies(worlds.bodies, worlds.boxes, commands, waiting, ticks, self._drive, worlds.grounds, walls)
+            self._drive_free(commands, ticks, waiting)
         for i in np.flatnonzero(waiting).tolist():
             v, w = commands[i].tolist()
-            contacts[i] = self.envs[i].simulation.advance_among_walls(v, w, ticks)
-        return contacts
+            touched[i] = self.envs[i].simulation.advance_in_box2d(v, w, ticks)
+        if self._traffic:
+            self._traffic.advance(ticks, running)
+        return touched
 
-    def judge(self, contacts: Mask, running: Mask) -> None:
+    def _drive_free(self, commands: NDArray[np.float64], ticks: int, waiting: Mask) -> None:
+        """Drive the waiting robots that nothing is near; the others still wait afterwards."""
+        worlds, near = self._worlds, None
+        if self._traffic:
+            near = waiting & self._traffic.near(worlds.robots, self._drive, ticks)
+            waiting &= ~near
+        walls = _frozen(self._walls)
+        drive_robots(worlds.robots, worlds.boxes, commands, waiting, ticks, self._drive, worlds.grounds, walls)
+        if near is not None:
+            waiting |= near
+
+    def judge(self, touched: Touched, running: Mask) -> None:
         """Judge the step that was driven."""
         worlds = self._worlds
-        judge_worlds(worlds.tasks, running, self._rules, worlds.bodies, contacts, worlds.grounds, self._fields)
+        judge_worlds(worlds.tasks, running, self._rules, worlds.robots, touched, worlds.grounds, self._fields)
 
     def observe(self, observations: Observation, running: Mask) -> None:
         """Write the observation of every running world into its row of every array."""
@@ -113,11 +128,13 @@ class Batch:
 
     def _scan(self, ranges: NDArray[np.float32], running: Mask) -> None:
         worlds = self._worlds
-        scan_worlds(worlds.bodies, running, worlds.grounds, _frozen(self._walls), *self._scanner, ranges)
+        scan_worlds(worlds.robots, running, worlds.grounds, _frozen(self._walls), *self._scanner, ranges)
+        if self._traffic:
+            self._traffic.scan(worlds.robots, running, self._scanner, ranges)
         if not self._scans_exactly and running.any():
             chosen = np.flatnonzero(running)
-            drawn = zip(*(self.envs[i].observer.draw_scan_noise() for i in chosen.tolist()), strict=True)
-            normals, lost = (None if rows[0] is None else np.stack(rows) for rows in drawn)
+            sampled = zip(*(self.envs[i].observer.sample_scan_noise() for i in chosen.tolist()), strict=True)
+            normals, lost = (None if rows[0] is None else np.stack(rows) for rows in sampled)
             ranges[chosen] = report_scan(self._config.noise, self._lidar, ranges[chosen], normals, lost)
 
     def _look(self, key: str, rows: NDArray[Any], running: Mask, states: tuple[NDArray[np.float64], ...]) -> None:
@@ -130,17 +147,18 @@ class Batch:
     def states(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the true poses ``(count, 3)`` and velocities ``(count, 2)``."""
         poses, velocities = np.empty((self._count, 3)), np.empty((self._count, 2))
-        read_bodies(self._worlds.bodies, poses, velocities)
+        read_robots(self._worlds.robots, poses, velocities)
         return poses, velocities
 
     def infos(self) -> dict[str, Any]:
-        """Return what ``info`` holds of every world, by key."""
+        """Return the ``info`` of every world, by key."""
         poses, velocities = self.states()
         tasks = self._worlds.tasks
         return {
             "time": tasks["steps"] / self._config.control_hz,
             "outcome": OUTCOME_NAMES[tasks["outcome"]],
-            "contact": tasks["touching"].copy(),
+            "contact": tasks["touched"] > 0,
+            "touched": TOUCHED_NAMES[tasks["touched"]],
             "pose": poses,
             "velocity": velocities,
             "reward_terms": {name: tasks[name].copy() for name in REWARD_TERMS},
@@ -148,7 +166,7 @@ class Batch:
 
 
 def put_row(rows: NDArray[Any], index: int, cells: NDArray[Any]) -> NDArray[Any]:
-    """Write ``cells`` flat into a row; return the rows, which are new ones where it would not fit."""
+    """Write ``cells`` flat into a row; return the rows, in a new array where the cells need more room."""
     if cells.size > rows.shape[1]:
         rows = np.pad(rows, ((0, 0), (0, cells.size - rows.shape[1])))
     rows[index, : cells.size] = cells.reshape(-1)
@@ -156,7 +174,7 @@ def put_row(rows: NDArray[Any], index: int, cells: NDArray[Any]) -> NDArray[Any]
 
 
 def _frozen(rows: NDArray[Any]) -> NDArray[Any]:
-    """Return a view that cannot be written, which is how kernels get the walls of a single map."""
+    """Return a read-only view: the type of array that kernels were compiled for with the walls of a single map."""
     view = rows.view()
     view.flags.writeable = False
     return view

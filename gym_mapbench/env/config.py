@@ -1,31 +1,32 @@
-"""EnvConfig: everything ``gymnasium.make("MapBench-v0", ...)`` takes."""
+"""EnvConfig: the options of ``gymnasium.make("MapBench-v0", ...)``."""
 
 from __future__ import annotations
 
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
 from gym_mapbench.env.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, RewardSettings
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import FamilySpecs, ShapeSettings, default_task
+from gym_mapbench.kernels.motion import MAX_TICK_TRAVEL
+from gym_mapbench.quantities import Positive
 from gym_mapbench.settings import Settings
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import LidarSettings
 from gym_mapbench.world.noise import NoiseSettings, make_noise
+from gym_mapbench.world.plant import PlantName
 from gym_mapbench.world.robot import LidarMount, RobotSpec, make_robot
 from gym_mapbench.world.scenario import MapSet, Pose, Scenario
 
 ROW_CHARACTERS = frozenset("#.? ")
-MAX_TICK_TRAVEL = 0.05
-"""Longest distance driven in one physics step, m: Box2D moves no body by more than 2 of its units at once."""
-
 Rate = Annotated[float, Field(gt=0, le=10_000)]
 Rows = tuple[str, ...]
 Maps = str | Rows | tuple[Rows, ...] | dict[str, Any] | None
@@ -35,23 +36,25 @@ class EnvConfig(Settings):
     """One environment, as a frozen value that JSON and YAML can hold.
 
     Args:
-        maps: What to drive on. None: a new random map of the thesis at every reset, solvable for the robot.
+        maps: The maps. None: a new random map of the thesis at every reset, solvable for the robot.
             A file name or several: whatever :func:`gym_mapbench.mapio.load_scenarios` reads. Text rows (``#``
             occupied, ``.`` free, ``?`` unknown, first row at the top), as a list or as one text of several lines
             (indented or not), or several maps of them as lists. A mapping: the document of a map-set file.
         start: ``(x, y, yaw)`` m, rad; None takes the map's own, or the thesis'.
         goal: The same for the goal.
         resolution: Side of a cell of text rows, pictures and random maps, m; None means 0.05.
-        family: Draw maps of this family at every reset, e.g. ``"doors"``: a name of
+        family: Sample a map of this family at every reset, e.g. ``"doors"``: a name of
             :data:`gym_mapbench.generator.FAMILIES`, a mapping ``{name: doors, options: {gap: [0.6, 0.7]}}``, or
-            several of these, of which one is drawn each time. None: random shapes, as in the thesis.
-        shapes: Size and borders of drawn maps, and what random shapes are like.
+            several of these, of which one is sampled each time. None: random shapes, as in the thesis.
+        shapes: Size and borders of sampled maps, and kind and number of random shapes.
         robot: A preset's name or the options of a robot.
+        plant: How the robot follows a command: ``ideal`` (the plant of the recorded Nav2 runs), or ``fortress`` (Gazebo
+            Fortress: steps of 1 ms, and a command takes effect one step after it arrives).
         physics_hz: Physics steps per second.
         control_hz: Actions per second; ``physics_hz`` must be a multiple of it.
         time_limit: Simulated seconds until an episode is truncated.
         action: ``physical``: m/s and rad/s. ``normalized``: -1 to 1, where 1 is the robot's limit and 0 is rest.
-        collision_ends_episode: Whether the first touch of a wall ends the episode.
+        collision_ends_episode: Whether the first touch of a wall or body ends the episode.
         goal_ends_episode: Whether reaching the goal ends the episode.
         xy_goal_tolerance: Largest distance from the goal, m; once the robot has been this close, only its heading
             counts (Nav2's SimpleGoalChecker).
@@ -69,18 +72,19 @@ class EnvConfig(Settings):
     maps: Maps = None
     start: tuple[float, float, float] | None = None
     goal: tuple[float, float, float] | None = None
-    resolution: Annotated[float, Field(gt=0)] | None = None
+    resolution: Positive | None = None
     family: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()
     robot: RobotSpec = make_robot("turtlebot3_waffle")
+    plant: PlantName = "ideal"
     physics_hz: Rate = 100.0
     control_hz: Rate = 20.0
     time_limit: Annotated[float, Field(gt=0, le=1e6)] = 150.0
     action: Literal["physical", "normalized"] = "physical"
     collision_ends_episode: bool = True
     goal_ends_episode: bool = True
-    xy_goal_tolerance: Annotated[float, Field(gt=0)] = 0.25
-    yaw_goal_tolerance: Annotated[float, Field(gt=0)] = 0.25
+    xy_goal_tolerance: Positive = 0.25
+    yaw_goal_tolerance: Positive = 0.25
     observation: tuple[str, ...] = ("pose", "velocity", "goal", "scan")
     lidar: LidarSettings = LidarSettings()
     path: PathWindow = PathWindow()
@@ -102,6 +106,12 @@ class EnvConfig(Settings):
         if isinstance(config, EnvConfig):
             return config.replace(**options)
         return cls.from_mapping({} if config is None else config, "config").replace(**options)
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave ``plant`` out if it is ``ideal``, so that the identity of such a run does not depend on the option."""
+        values: dict[str, Any] = dump(self)
+        return {name: value for name, value in values.items() if name != "plant" or value != "ideal"}
 
     @field_validator("maps", mode="before")
     @classmethod
@@ -143,7 +153,7 @@ class EnvConfig(Settings):
     @model_validator(mode="after")
     def _consistent(self) -> EnvConfig:
         if self.family and self.maps is not None:
-            raise ConfigError("family: expected none beside maps, which say what to drive on")
+            raise ConfigError("family: expected none beside maps, which already name the maps")
         ticks = self.physics_hz / self.control_hz
         if abs(ticks - round(ticks)) > 1e-9 or ticks < 0.5:
             raise ConfigError(
@@ -192,13 +202,13 @@ class EnvConfig(Settings):
 
     def with_maps(self, map_set: MapSet) -> EnvConfig:
         """Return this configuration on the maps and tasks of a map set, still JSON-able."""
-        from gym_mapbench.mapio.bundle import bundle_document
+        from gym_mapbench.mapio.map_set_file import map_set_document
         from gym_mapbench.mapio.tasked_map import group_scenarios
 
-        return self.replace(maps=bundle_document(group_scenarios(map_set)), start=None, goal=None, family=())
+        return self.replace(maps=map_set_document(group_scenarios(map_set)), start=None, goal=None, family=())
 
     def load_scenarios(self) -> tuple[Scenario, ...] | None:
-        """Load the scenarios of ``maps``; None where every reset draws a random one.
+        """Load the scenarios of ``maps``; None where every reset samples a map.
 
         Raises:
             ConfigError: If a start or goal is missing, off the map or occupied.
@@ -237,13 +247,13 @@ class EnvConfig(Settings):
     def _with_own_task(self, scenario: Scenario) -> Scenario:
         start = scenario.start if self.start is None else Pose(*self.start)
         goal = scenario.goal if self.goal is None else Pose(*self.goal)
-        return Scenario(scenario.map, start, goal, scenario.name)
+        return replace(scenario, start=start, goal=goal)
 
 
 def _from_document(document: dict[str, Any]) -> list[Scenario]:
-    from gym_mapbench.mapio.bundle import parse_bundle
+    from gym_mapbench.mapio.map_set_file import parse_map_set
 
-    return [scenario for tasked in parse_bundle(document, "maps") for scenario in tasked.scenarios()]
+    return [scenario for tasked in parse_map_set(document, "maps") for scenario in tasked.scenarios()]
 
 
 def _is_text(item: object) -> bool:

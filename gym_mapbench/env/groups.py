@@ -1,4 +1,4 @@
-"""Groups of options of the env: what is observed, and what is rewarded."""
+"""Groups of options of the env: observed windows, and weights of the reward."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from typing import Annotated
 
 from pydantic import Field
 
+from gym_mapbench.quantities import Few, NonNegative, Positive
 from gym_mapbench.settings import Settings
 
 OBSERVATION_KEYS = ("pose", "odom", "velocity", "goal", "scan", "path", "costmap")
-Weight = Annotated[float, Field(ge=-1e6, le=1e6)]
+RewardWeight = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
 class PathWindow(Settings):
@@ -22,9 +23,9 @@ class PathWindow(Settings):
             alone, as in Nav2, a path may lead through a gap that leaves the robot 5 mm, although there is a wider way.
     """
 
-    points: Annotated[int, Field(ge=1, le=10_000)] = 20
-    spacing: Annotated[float, Field(gt=0)] = 0.1
-    rooms: Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(min_length=1)] = (0.0,)
+    points: Few = 20
+    spacing: Positive = 0.1
+    rooms: Annotated[tuple[NonNegative, ...], Field(min_length=1)] = (0.0,)
 
 
 class CostmapWindow(Settings):
@@ -37,8 +38,8 @@ class CostmapWindow(Settings):
     """
 
     cells: Annotated[int, Field(ge=1, le=4000)] = 60
-    inflation_radius: Annotated[float, Field(ge=0)] = 0.55
-    cost_scaling_factor: Annotated[float, Field(ge=0)] = 3.0
+    inflation_radius: NonNegative = 0.55
+    cost_scaling_factor: NonNegative = 3.0
 
 
 class RewardSettings(Settings):
@@ -49,14 +50,14 @@ class RewardSettings(Settings):
         time: Taken off per simulated second.
         collision: Taken off whenever a contact begins.
         goal: Given once, on reaching the goal.
-        caution: By how much more a metre along a wall counts than one in the open, in the distance whose shrinking is
-            progress. At 0 the shortest way is the best, which grazes corners.
+        caution: Additional weight of a metre along a wall, compared with a metre in the open, in the distance that
+            progress is measured with. At 0 the shortest path is the best, which grazes corners.
         caution_reach: Room around the robot at which a metre counts as in the open, m; the less room, the more.
     """
 
-    progress: Weight = 1.0
-    time: Weight = 0.05
-    collision: Weight = 10.0
-    goal: Weight = 10.0
+    progress: RewardWeight = 1.0
+    time: RewardWeight = 0.05
+    collision: RewardWeight = 10.0
+    goal: RewardWeight = 10.0
     caution: Annotated[float, Field(ge=0, le=100)] = 0.0
-    caution_reach: Annotated[float, Field(gt=0)] = 0.3
+    caution_reach: Positive = 0.3

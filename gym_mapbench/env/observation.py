@@ -1,4 +1,4 @@
-"""What the robot observes: for every key its space, and the values in it.
+"""Observations: the space of every key, and its values.
 
 ``pose``, ``odom`` and ``velocity`` are float64, because controllers that are compared with Nav2's to 1e-9 read
 them; the rest is float32. Every array of every observation is new.
@@ -27,6 +27,7 @@ from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.localisation import Localisation, Odometry
 from gym_mapbench.world.noise import NoiseSettings, Normals, Streams, disturb_ranges, disturb_velocity
 from gym_mapbench.world.scenario import Pose, Scenario
+from gym_mapbench.world.world import World
 
 FAR = 1e8
 """Bound of every coordinate, m; beyond what maps in UTM coordinates hold. The spaces must be finite."""
@@ -69,7 +70,7 @@ SPACES: dict[str, Callable[[EnvConfig], spaces.Box]] = {
 
 
 class Moment(NamedTuple):
-    """What is known of the robot in one control step.
+    """The robot's state in one control step, true and as it is estimated.
 
     Args:
         true: True pose.
@@ -90,8 +91,9 @@ class Observer:
     Args:
         config: Keys, sensors and noise.
         scenario: Map and task.
+        world: What the scanner sees.
         start: Where the robot truly starts.
-        streams: What the noise is drawn from.
+        streams: Generators of the noise.
 
     Attributes:
         path: The global path, ``(n, 3)`` x, y (m), yaw (rad); None where it is not observed.
@@ -100,7 +102,7 @@ class Observer:
         NoPathError: If ``path`` is observed and there is none.
     """
 
-    def __init__(self, config: EnvConfig, scenario: Scenario, start: Pose, streams: Streams) -> None:
+    def __init__(self, config: EnvConfig, scenario: Scenario, world: World, start: Pose, streams: Streams) -> None:
         self._config = config
         self._streams = streams
         self._velocity_normals = Normals(streams.velocity)
@@ -111,7 +113,7 @@ class Observer:
         self.path: NDArray[np.float64] | None = None
         if "scan" in self._keys:
             self._mounted = config.mounted_lidar
-            self._lidar = Lidar(self._mounted, scenario.map)
+            self._lidar = Lidar(self._mounted, world)
             rate = config.lidar.scan_rate
             self._observations_per_scan = 1 if rate is None else max(1, round(config.control_hz / rate))
             self._observations = 0
@@ -127,7 +129,7 @@ class Observer:
         return {key: CONTENTS[key](self, moment) for key in self._keys}
 
     def know(self, pose: Pose, velocity: tuple[float, float]) -> Moment:
-        """Return what odometry and localisation make of a true pose and velocity; call it once a control step."""
+        """Return the estimates of odometry and localisation for a true state; call it once a control step."""
         noise = self._config.noise
         odom = self._odometry.advance(pose)
         estimate = self._localisation.advance(pose, odom)
@@ -146,7 +148,7 @@ class Observer:
         return sensor, np.stack([sensor.yaw + self._mounted.angles, self._lidar.scan(pose)], axis=1)
 
     def scan_or_hold(self, pose: Pose) -> NDArray[np.float32]:
-        """Return a new scan if the scanner has one by now, or else the last one again, in a new array."""
+        """Return a new scan if one is due, or else the last scan again, in a new array."""
         if self._observations % self._observations_per_scan == 0:
             self._last_scan = self._scan(pose)
         self._observations += 1
@@ -154,10 +156,10 @@ class Observer:
 
     def _scan(self, pose: Pose) -> NDArray[np.float32]:
         """Measure: noise on every range, then the beams that are lost or too near."""
-        return report_scan(self._config.noise, self._mounted, self._lidar.scan(pose), *self.draw_scan_noise())
+        return report_scan(self._config.noise, self._mounted, self._lidar.scan(pose), *self.sample_scan_noise())
 
-    def draw_scan_noise(self) -> tuple[NDArray[np.float32] | None, NDArray[np.bool_] | None]:
-        """Draw ``(beams,)`` standard normal numbers, and which beams are lost; None where that noise is off."""
+    def sample_scan_noise(self) -> tuple[NDArray[np.float32] | None, NDArray[np.bool_] | None]:
+        """Sample ``(beams,)`` standard normal numbers, and which beams are lost; None where that noise is off."""
         noise, streams, beams = self._config.noise, self._streams, self._mounted.beams
         blurs = noise.scan or noise.scan_relative
         normals = streams.scan.standard_normal(beams, dtype=np.float32) if blurs else None
@@ -172,7 +174,7 @@ def report_scan(
     normals: NDArray[np.float32] | None,
     lost: NDArray[np.bool_] | None,
 ) -> NDArray[np.float32]:
-    """Return ``(..., beams)`` ranges as a scanner reports them, with what was drawn in ``draw_scan_noise``."""
+    """Return ``(..., beams)`` ranges as a scanner reports them, with the noise from ``sample_scan_noise``."""
     if normals is not None:
         ranges = disturb_ranges(ranges, noise.scan, noise.scan_relative, lidar.range_max, normals)
     return lidar.report(ranges, lost)
@@ -195,7 +197,7 @@ def in_robot_frame(goal: Pose, pose: Pose) -> NDArray[np.float32]:
 
 
 class PathView:
-    """Looks ahead along a path from where the robot is, and never back.
+    """The next points of a path from the robot on; the view never moves backwards along the path.
 
     Args:
         path: ``(n, 3)`` x, y (m), yaw (rad) from start to goal.
@@ -218,7 +220,7 @@ class PathView:
 
 
 class CostmapView:
-    """Cuts square windows out of a costmap; what lies off the map is 255, unknown.
+    """Square windows of a costmap; cells off the map are 255, unknown.
 
     Args:
         costmap: The whole map's.
@@ -242,7 +244,7 @@ class CostmapView:
 
 
 def plan_path(config: EnvConfig, scenario: Scenario) -> NDArray[np.float64]:
-    """Return the path that the env's observations show, ``(n, 3)`` x, y (m), yaw (rad).
+    """Return the global path of the env's observations, ``(n, 3)`` x, y (m), yaw (rad).
 
     Raises:
         NoPathError: If there is none.
@@ -255,7 +257,7 @@ def plan_path(config: EnvConfig, scenario: Scenario) -> NDArray[np.float64]:
 
 
 def has_path(config: EnvConfig, scenario: Scenario) -> bool:
-    """Whether the planner finds the path that the env's observations show."""
+    """Whether the planner finds the global path of the env's observations."""
     try:
         plan_path(config, scenario)
     except NoPathError:

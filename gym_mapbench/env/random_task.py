@@ -1,4 +1,4 @@
-"""Start and goal anywhere on a map, so that a policy learns to drive and not one route."""
+"""Random tasks: start and goal anywhere on a map."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MAX_GOALS = 20
 
 
 def draw_task(grid: GridMap, robot: RobotSpec, rng: np.random.Generator, name: str = "random") -> Scenario | None:
-    """Draw start and goal on a map, connected for the robot, at all distances alike, with any headings.
+    """Sample start and goal on a map, connected for the robot, with uniform distances and headings.
 
     Args:
         grid: The map.

@@ -1,4 +1,4 @@
-"""Pictures of a moment: map, path, trail, scan and robot, drawn into an array from a snapshot."""
+"""Pictures: map, path, trail, scan, bodies and robot of a snapshot, drawn into an array."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ START: Colour = np.array((129, 161, 106), np.float32)
 GOAL: Colour = np.array((191, 97, 106), np.float32)
 ROBOT: Colour = np.array((46, 91, 130), np.float32)
 NOSE: Colour = np.array((255, 255, 255), np.float32)
+BODY: Colour = np.array((208, 135, 112), np.float32)
 
 ESTIMATE: Colour = np.array((200, 80, 20), np.float32)
 LETHAL: Colour = np.array((196, 0, 196), np.float32)
@@ -57,7 +58,7 @@ class SeenCostmap:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What a picture shows.
+    """The content of a picture.
 
     Args:
         scenario: Map, start and goal.
@@ -68,6 +69,8 @@ class Snapshot:
         scan: ``(beams, 2)`` angle in the world (rad) and range (m) of every beam; None for none.
         sensor: Where the beams start; None for the robot's centre.
         seen: A costmap of the robot, and where the robot believes it is; None for none.
+        bodies: ``(n, 3)`` poses of the scenario's bodies, from :func:`~gym_mapbench.world.bodies.place_bodies`; None
+            for none.
     """
 
     scenario: Scenario
@@ -78,6 +81,7 @@ class Snapshot:
     scan: NDArray[np.float64] | None = None
     sensor: Pose | None = None
     seen: SeenCostmap | None = None
+    bodies: NDArray[np.float64] | None = None
 
 
 def draw(snapshot: Snapshot, size: int = DEFAULT_SIZE) -> Frame:
@@ -102,6 +106,8 @@ def draw(snapshot: Snapshot, size: int = DEFAULT_SIZE) -> Frame:
     for place, colour in ((snapshot.scenario.start, START), (snapshot.scenario.goal, GOAL)):
         canvas.ring(place, robot.circumscribed_radius, 2.0, colour)
         canvas.line(_heading(place, robot.circumscribed_radius), 2.0, colour)
+    if snapshot.bodies is not None:
+        _draw_bodies(canvas, snapshot.scenario, snapshot.bodies)
     if robot.footprint is None:
         canvas.disc(pose, robot.radius, ROBOT)
     else:
@@ -110,6 +116,14 @@ def draw(snapshot: Snapshot, size: int = DEFAULT_SIZE) -> Frame:
     if snapshot.seen is not None:
         canvas.ring(snapshot.seen.estimate, robot.circumscribed_radius, 1.5, ESTIMATE)
     return canvas.frame()
+
+
+def _draw_bodies(canvas: Canvas, scenario: Scenario, poses: NDArray[np.float64]) -> None:
+    """Draw every body as a disc, with a line in the direction of its heading."""
+    for body, place in zip(scenario.bodies, poses.tolist(), strict=True):
+        pose = Pose(*place)
+        canvas.disc(pose, body.shape.radius, BODY)
+        canvas.line(_heading(pose, body.shape.radius), 2.0, NOSE)
 
 
 class Canvas:

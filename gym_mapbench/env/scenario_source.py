@@ -1,8 +1,9 @@
-"""Which scenario an episode is driven on: what the reset's options say, one of the env's own, or a new random one."""
+"""The scenario of an episode: from the options of the reset, one of the env's scenarios, or a random one."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ class ScenarioSource:
             raise ConfigError("scenarios: expected at least one, got none")
 
     def choose(self, options: Mapping[str, Any], rng: np.random.Generator) -> Scenario:
-        """Return the scenario that ``options`` ask for; draw what they leave open.
+        """Return the scenario of ``options``; what they leave open is sampled.
 
         Args:
             options: ``scenario`` (an index or a Scenario) or ``map`` (a GridMap), ``start``, ``goal``.
@@ -56,15 +57,14 @@ class ScenarioSource:
         start, goal = options.get("start"), options.get("goal")
         if start is None and goal is None:
             return scenario
-        return Scenario(
-            scenario.map,
-            scenario.start if start is None else as_pose("start", start),
-            scenario.goal if goal is None else as_pose("goal", goal),
-            scenario.name,
+        return replace(
+            scenario,
+            start=scenario.start if start is None else as_pose("start", start),
+            goal=scenario.goal if goal is None else as_pose("goal", goal),
         )
 
     def _chosen(self, choice: object, rng: np.random.Generator) -> Scenario:
-        """Return a given scenario, the one of an index, or a drawn one."""
+        """Return a given scenario, the scenario of an index, or a random one."""
         if isinstance(choice, Scenario):
             return choice
         if choice is None:
@@ -89,9 +89,9 @@ class ScenarioSource:
 
 
 def draw_scenario(config: EnvConfig, rng: np.random.Generator) -> Scenario:
-    """Draw a map of the configured families, or else of the thesis, until the robot can drive from start to goal.
+    """Sample a map of the configured families, or else of the thesis, on which the robot can drive from start to goal.
 
-    Where the env's observations show a path, maps on which the planner finds none are not taken either.
+    Where ``path`` is observed, the planner must find a path, too.
 
     Raises:
         ConfigError: If none of 1000 maps can be solved, or a family has none for this robot.
@@ -101,11 +101,11 @@ def draw_scenario(config: EnvConfig, rng: np.random.Generator) -> Scenario:
         scenario = config.make_scenario(_draw_grid(config, shapes, rng), "random")
         if distance_to_goal(scenario, config.robot).solvable and is_planned(config, scenario):
             return scenario
-    raise ConfigError(f"shapes: expected maps that {config.robot.name} can solve, got none in {MAX_DRAWS} draws")
+    raise ConfigError(f"shapes: expected maps that {config.robot.name} can solve, got none in {MAX_DRAWS} samples")
 
 
 def is_planned(config: EnvConfig, scenario: Scenario) -> bool:
-    """Whether the planner finds the path that the env's observations show, if they show one."""
+    """Whether the planner finds a path, where ``path`` is observed."""
     return "path" not in config.observation or has_path(config, scenario)
 
 

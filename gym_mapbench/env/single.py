@@ -1,4 +1,4 @@
-"""MapBenchEnv: a differential-drive robot among the walls of a grid map, as a Gymnasium environment."""
+"""MapBenchEnv: a differential-drive robot among walls and moving bodies, as a Gymnasium environment."""
 
 from __future__ import annotations
 
@@ -16,29 +16,78 @@ from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.observation import Observer, observation_space
 from gym_mapbench.env.render import Snapshot, Window, draw
 from gym_mapbench.env.scenario_source import ScenarioSource
-from gym_mapbench.env.task import Standing, Task
+from gym_mapbench.env.task import TOUCHED, Standing, Task
 from gym_mapbench.errors import unknown_name
-from gym_mapbench.world.clearance import check_clearance, draw_start
+from gym_mapbench.world.clearance import check_clearance, sample_start
 from gym_mapbench.world.noise import Streams, Wander
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.simulation import Simulation
 from gym_mapbench.world.state import Worlds
+from gym_mapbench.world.world import World
 
 Observation = dict[str, NDArray[Any]]
 
 
 class MapBenchEnv(gymnasium.Env[Any, Any]):
-    """Drive from start to goal.
+    """A differential-drive robot drives from start to goal, among walls and moving bodies.
 
-    Action: ``(v m/s, omega rad/s)``, or -1 to 1 where ``action="normalized"``. Observation: see
-    :func:`gym_mapbench.env.observation.observation_space`. Reward: the weighted terms of
-    :class:`gym_mapbench.env.groups.RewardSettings`. An episode terminates at the goal or at the first touch of a wall
-    (``goal_ends_episode``, ``collision_ends_episode``), and is truncated after ``time_limit`` simulated seconds.
+    Numbers in the tables are the defaults: a TurtleBot3 Waffle, 20 actions per second. All options are fields of
+    :class:`~gym_mapbench.env.config.EnvConfig`.
 
-    ``info`` of every reset and step: ``time`` (s), ``outcome`` (running, goal, collision or timeout), ``contact``
-    (whether a wall was touched during the step), ``pose`` and ``velocity`` (true, ``(3,)`` and ``(2,)`` float64),
-    ``reward_terms``.
+    **Action space**: `Box((2,), float32)`. Values beyond the limits are clipped.
+
+    | index | action | lowest | highest | unit |
+    |---|---|---|---|---|
+    | 0 | forward speed | -0.35 | 0.5 | m/s |
+    | 1 | turn rate, counter-clockwise | -1.9 | 1.9 | rad/s |
+
+    With `action="normalized"` both run from -1 to 1: 1 is the robot's limit, 0 is rest.
+
+    **Observation space**: `Dict` of the keys in `observation`, by default `pose`, `velocity`, `goal` and `scan`.
+
+    | key | shape | type | lowest | highest | content |
+    |---|---|---|---|---|---|
+    | `pose` | (3,) | float64 | -1e8, -1e8, -pi | 1e8, 1e8, pi | x, y (m), yaw (rad) on the map, by localisation |
+    | `odom` | (3,) | float64 | -1e8, -1e8, -pi | 1e8, 1e8, pi | x, y (m), yaw (rad) in the odom frame, by the wheels |
+    | `velocity` | (2,) | float64 | -1000 | 1000 | measured forward speed (m/s) and turn rate (rad/s) |
+    | `goal` | (3,) | float32 | -1e8, -1e8, -pi | 1e8, 1e8, pi | x, y (m), yaw (rad) of the goal in the robot's frame |
+    | `scan` | (360,) | float32 | 0 | 3.5 | ranges of the lidar (m), counter-clockwise from straight ahead |
+    | `path` | (40,) | float32 | -1e8 | 1e8 | x, y (m) of the next 20 points of the global path, in the robot's frame |
+    | `costmap` | (1, 60, 60) | uint8 | 0 | 255 | Nav2's costs around the robot, row 0 at the bottom |
+
+    **Reward**: the sum of the terms, with the weights of `reward`.
+
+    | term | when | default |
+    |---|---|---|
+    | `progress` | every step | 1 per metre that the geodesic distance to the goal shrinks |
+    | `time` | every step | -0.05 per simulated second |
+    | `collision` | a contact begins | -10 |
+    | `goal` | the robot reaches the goal for the first time | 10 |
+
+    **Starting state**: the robot stands still at the start of a scenario, plus the error of `noise.start_xy` and
+    `noise.start_yaw`. The scenario is sampled from `maps` at every reset, or given in the options of `reset`. Without
+    `maps`, every reset samples a new map. Bodies are where their motion says at time 0.
+
+    **Episode end**
+
+    | outcome | signal | when | switched off by |
+    |---|---|---|---|
+    | `goal` | terminated | within 0.25 m of the goal, then within 0.25 rad of its heading | `goal_ends_episode` |
+    | `collision` | terminated | the robot touches a wall or a body | `collision_ends_episode` |
+    | `timeout` | truncated | after `time_limit`, 150 simulated seconds | |
+
+    **Info** of every reset and step, without noise:
+
+    | key | content |
+    |---|---|
+    | `time` | simulated seconds since the start |
+    | `outcome` | `running`, `goal`, `collision` or `timeout` |
+    | `contact` | whether the robot touched anything during the step |
+    | `touched` | `nothing`, `wall`, `body`, or `wall and body` |
+    | `pose` | (3,) float64, true x, y (m), yaw (rad) |
+    | `velocity` | (2,) float64, true forward speed (m/s) and turn rate (rad/s) |
+    | `reward_terms` | the terms of the reward by name |
 
     Args:
         config: An EnvConfig, a mapping, or the name of a YAML file.
@@ -48,7 +97,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
 
     Raises:
         ConfigError: On an unknown key, a bad value, or an impossible task.
-        MapFormatError: If a map file is not what it claims to be.
+        MapFormatError: If a map file is not in the format that its name states.
     """
 
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 20}  # noqa: RUF012, Gymnasium declares it so
@@ -85,12 +134,12 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         """Begin an episode.
 
         Args:
-            seed: Seeds the env's own generator, from which maps and noise are drawn.
+            seed: Seed of the env's generator, from which maps and noise are sampled.
             options: ``scenario`` (a Scenario, or the index of one of the env's), or ``map`` (GridMap); ``start`` and
-                ``goal`` poses. What is not given is drawn, or the map's own.
+                ``goal`` poses. What is not given is sampled, or taken from the map.
 
         Raises:
-            ConfigError: If start or goal is off the map, or the robot would touch a wall there.
+            ConfigError: If start or goal is off the map, or the robot would touch a wall or a body there.
             NoPathError: If ``path`` is observed and there is none.
         """
         super().reset(seed=seed)
@@ -99,17 +148,18 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         check_clearance(self.scenario, self.robot)
         config, noise = self.config, self.config.noise
         streams = Streams.spawn(self.np_random, noise)
-        start = draw_start(self.scenario, self.robot, noise, streams.start)
+        start = sample_start(self.scenario, self.robot, noise, streams.start)
+        world = World(self.scenario.map, self.scenario.bodies, config.physics_hz, config.ticks)
         self.simulation = Simulation(
-            self.scenario.map,
+            world,
             self.robot,
             start,
-            config.physics_hz,
+            plant=config.plant,
             rests=config.physics_may_rest,
             nearby=config.collision_ends_episode,
             worlds=self._worlds,
         )
-        self.observer = Observer(config, self.scenario, start, streams)
+        self.observer = Observer(config, self.scenario, world, start, streams)
         gains = noise.actuation_v, noise.actuation_w
         self._actuation = Wander(gains, noise.actuation_time_constant, 1.0 / config.control_hz, streams.actuation)
         self._worlds.commands[0] = 0.0
@@ -118,7 +168,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         if self.render_mode == "human":
             self.render()
         pose, velocity = self.simulation.state()
-        return self.observer.observe(pose, velocity), _info(self.task.standing(), False, pose, velocity)
+        return self.observer.observe(pose, velocity), _info(self.task.standing(), 0, pose, velocity)
 
     def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control period.
@@ -133,12 +183,12 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         task = self.task
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
-        contact = self._drive(*to_command(action, self.config))
+        touched = self._drive(*to_command(action, self.config))
         pose, velocity = self.simulation.state()
-        task.step(pose, contact)
+        task.step(pose, touched)
         self.picture()
         now = task.standing()
-        observation, info = self.observer.observe(pose, velocity), _info(now, contact, pose, velocity)
+        observation, info = self.observer.observe(pose, velocity), _info(now, touched, pose, velocity)
         return observation, now.reward, now.outcome in ("goal", "collision"), now.outcome == "timeout", info
 
     def picture(self) -> None:
@@ -166,7 +216,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         return None
 
     def snapshot(self) -> Snapshot:
-        """Return what a picture of the present state needs."""
+        """Return the content of a picture of the present state."""
         sensor, scan = self.observer.beams(self.simulation.pose) or (None, None)
         return Snapshot(
             scenario=self.scenario,
@@ -176,6 +226,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
             path=self.observer.path,
             scan=scan,
             sensor=sensor,
+            bodies=self.simulation.world.poses,
         )
 
     def close(self) -> None:
@@ -189,21 +240,22 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         gain_v, gain_w = self._actuation.advance()
         return v * (1 + gain_v), w * (1 + gain_w)
 
-    def _drive(self, v: float, w: float) -> bool:
-        """Drive for one control period, at first still by the previous command; return whether a wall was touched."""
+    def _drive(self, v: float, w: float) -> int:
+        """Drive for one control period, at first by the previous command; return what was touched."""
         command = self.carried_out(v, w)
         last = self._worlds.commands[0]
         before_v, before_w = last.tolist()
-        contact = self._late_ticks > 0 and self.simulation.advance(before_v, before_w, self._late_ticks)
+        touched = self.simulation.advance(before_v, before_w, self._late_ticks) if self._late_ticks else 0
         last[:] = command
-        return self.simulation.advance(*command, self._prompt_ticks) or contact
+        return self.simulation.advance(*command, self._prompt_ticks) | touched
 
 
-def _info(now: Standing, contact: bool, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
+def _info(now: Standing, touched: int, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
     return {
         "time": now.time,
         "outcome": now.outcome,
-        "contact": contact,
+        "contact": touched > 0,
+        "touched": TOUCHED[touched],
         "pose": np.array(pose),
         "velocity": np.array(velocity),
         "reward_terms": now.terms,

@@ -1,4 +1,4 @@
-"""The task: when an episode ends, and what a step is worth."""
+"""The task: when an episode ends, and the reward of a step."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ from gym_mapbench.world.state import Records, Worlds, ground_of
 StepOutcome = Literal["running", "goal", "collision", "timeout"]
 OUTCOMES: tuple[StepOutcome, ...] = ("running", "goal", "collision", "timeout")
 """How an episode stands, in the order of the numbers in :mod:`gym_mapbench.kernels.task`."""
+TOUCHED = ("nothing", "wall", "body", "wall and body")
+"""What the robot touched, in the order of the sums of :data:`~gym_mapbench.world.world.WALL` and ``BODY``."""
 REWARD_TERMS = ("progress", "time", "collision", "goal")
 FIELD = {name: index for index, name in enumerate(TASK.names or ())}
 FIRST_TERM = FIELD[REWARD_TERMS[0]]
@@ -69,7 +71,7 @@ def distance_to_goal(scenario: Scenario, robot: RobotSpec) -> DistanceToGoal:
 
 
 class CautiousDistance(DistanceToGoal):
-    """The same, but a metre counts more where there is little room: progress then leads through the middle of gaps.
+    """The same, but a metre near walls counts more: progress then leads through the middle of gaps.
 
     Args:
         scenario: Map and task.
@@ -92,7 +94,7 @@ class CautiousDistance(DistanceToGoal):
 
 @functools.lru_cache(maxsize=8)
 def progress_field(scenario: Scenario, robot: RobotSpec, caution: float, reach: float) -> DistanceToGoal:
-    """Return the distances whose shrinking is progress; see :class:`~gym_mapbench.env.groups.RewardSettings`."""
+    """Return the distances to the goal that progress is measured with."""
     return CautiousDistance(scenario, robot, caution, reach) if caution else distance_to_goal(scenario, robot)
 
 
@@ -141,7 +143,7 @@ class Task:
         config: Limits, tolerances and weights.
         scenario: Map, start and goal.
         start: Where the robot really starts.
-        worlds: The one world in which it is written how the episode stands; its own where None.
+        worlds: Holds the state of the episode, as its only world; None for a state of its own.
 
     Attributes:
         field: ``(rows, cols)`` distances to the goal, cells; empty where progress has no weight.
@@ -192,11 +194,11 @@ class Task:
         """Terms of it."""
         return self.standing().terms
 
-    def step(self, pose: Pose, contact: bool) -> None:
+    def step(self, pose: Pose, touched: int) -> None:
         """Judge one control step.
 
         Args:
             pose: True pose after the step.
-            contact: Whether a wall was touched during the step.
+            touched: What the robot touched during the step, 0 for nothing.
         """
-        judge(self._worlds.tasks, 0, self._rules, *pose, contact, self._worlds.grounds, self.field)
+        judge(self._worlds.tasks, 0, self._rules, *pose, touched, self._worlds.grounds, self.field)

@@ -14,9 +14,10 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.env.action import to_commands
-from gym_mapbench.env.batch import Batch, Mask
+from gym_mapbench.env.batch import Batch
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.single import MapBenchEnv, Observation
+from gym_mapbench.env.traffic import Mask
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.task import COLLISION, GOAL, RUNNING, TIMEOUT
 from gym_mapbench.world.scenario import Scenario
@@ -28,11 +29,10 @@ StepResult = tuple[Observation, NDArray[np.float64], Mask, Mask, dict[str, Any]]
 class MapBenchVectorEnv(SyncVectorEnv):
     """``num_envs`` worlds in one process, stepped together by compiled code.
 
-    World ``i`` of ``reset(seed=s)`` is the world of a single env's ``reset(seed=s + i)``, and all that happens in it
-    is, to the last bit, what happens there. Spaces, autoreset and the form of ``infos`` are those of Gymnasium's
-    SyncVectorEnv. Motion, reward, goal and scans of all worlds come from one kernel each. World by world come Box2D,
-    where walls are within reach or a polygon's episode goes on after a touch, what is drawn as noise, ``path``,
-    ``costmap``, and scans of a scanner with a ``scan_rate``.
+    World ``i`` after ``reset(seed=s)`` equals a single env after ``reset(seed=s + i)``, bit by bit. Spaces, autoreset
+    and the form of ``infos`` are those of Gymnasium's SyncVectorEnv. One kernel each computes motion, reward, goal
+    and scans of all worlds. World by world come Box2D, where walls or bodies are within reach or a polygon's episode
+    goes on after a touch, sampled noise, ``path``, ``costmap``, and scans of a scanner with a ``scan_rate``.
 
     Args:
         num_envs: Number of worlds.
@@ -112,8 +112,8 @@ class MapBenchVectorEnv(SyncVectorEnv):
         if not self._begun or (ended.any() and self.autoreset_mode is not AutoresetMode.NEXT_STEP):
             raise ResetNeeded("step: a world has no running episode; call reset first")
         running = ~ended
-        contacts = self._batch.drive(to_commands(actions, self.config, running), running)
-        self._batch.judge(contacts, running)
+        touched = self._batch.drive(to_commands(actions, self.config, running), running)
+        self._batch.judge(touched, running)
         spaces = cast(Dict, self.observation_space)
         observations = {key: np.empty(space.shape or (), space.dtype) for key, space in spaces.items()}
         self._batch.observe(observations, running)
@@ -166,7 +166,7 @@ class _World(MapBenchEnv):
             options = {**others, "scenario": options["scenarios"][self._index]}
         result = super().reset(seed=seed, options=options)
         if self.task is not None:
-            self._batch.settle(self._index, self.scenario.map.framed, self.task.field)
+            self._batch.settle(self._index, self.simulation.world, self.task.field)
         return result
 
 

@@ -1,1 +1,5 @@
-"""Reading files of strangers: bounded in size, refused in one line."""
+"""Bounded reading of untrusted files.
+
+In: a path. Out: bytes, text, arrays, or the document of a YAML or JSON file; or one line of error. Size, depth and kind
+of a file are checked first, so no file can fill the memory or run code.
+"""

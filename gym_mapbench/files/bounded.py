@@ -1,4 +1,4 @@
-"""Reading files that may be anything: what they are and how large they are is looked at before they are read."""
+"""Bounded reading of untrusted files: kind and size of a file are checked before it is read."""
 
 from __future__ import annotations
 
@@ -125,14 +125,14 @@ def read_arrays(path: str | Path, limit: int, raises: type[MapBenchError]) -> di
         raises: The error of this kind of file.
 
     Raises:
-        raises: If it is missing, larger, or holds something else, whatever its arrays claim to be.
+        raises: If it is missing, larger, or holds something else, whatever the headers of its arrays state.
     """
     with open_zip(path, limit, raises), np.load(path, allow_pickle=False) as arrays:
         return {name: _array(path, name, arrays, raises) for name in arrays.files}
 
 
 def _array(path: str | Path, name: str, arrays: Mapping[str, Any], raises: type[MapBenchError]) -> NDArray[Any]:
-    """Read one array; a member that is none comes as bytes, and one of empty items may claim any number of them."""
+    """Read one array; a member that is no array comes as bytes, and the header of empty items may state any length."""
     array = arrays[name]
     if not isinstance(array, np.ndarray) or (array.size and not array.dtype.itemsize):
         raise raises(f"{path}: {name!r:.80}: expected an array")

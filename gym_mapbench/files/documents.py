@@ -1,4 +1,4 @@
-"""Documents in YAML and JSON, from files that may be anything: each is refused in one line and soon, or read.
+"""Bounded reading of YAML and JSON from untrusted files: a document is read, or refused at once and in one line.
 
 Of YAML, the part is read that ROS reads: texts, numbers, true and false, null, lists and mappings with names as keys,
 and aliases as long as they unfold to something of reasonable size.

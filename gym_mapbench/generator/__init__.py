@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from gym_mapbench.generator.base import Family
 from gym_mapbench.generator.cellular import Cellular
-from gym_mapbench.generator.drawing import DrawnMap, draw_from, draw_map, draw_obstacle, is_drivable, plan_way
 from gym_mapbench.generator.families import FAMILIES, FamilySpec, FamilySpecs, make_family
+from gym_mapbench.generator.sampling import DrawnMap, draw_from, draw_map, draw_obstacle, is_drivable, plan_way
 from gym_mapbench.generator.shapes import (
     TASK_YAW,
     Cells,

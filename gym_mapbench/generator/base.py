@@ -1,4 +1,4 @@
-"""What a family of maps is, and what the built-in ones have in common."""
+"""The interface of a family of maps, and functions that the built-in families share."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gym_mapbench.settings import Settings
 
 
 class Family(Protocol):
-    """A kind of map: frozen options, most of them ranges, from which the genes of a map are drawn.
+    """A kind of map: frozen options, most of them ranges, from which the genes of a map are sampled.
 
     A map is a function of its genes and of the world's size, resolution, border and cleared areas. Genes are
     JSON-able, so that a map can be kept as its genes, and changed by changing one of them. Places are given as
@@ -26,7 +26,7 @@ class Family(Protocol):
     genes: ClassVar[type[Settings]]
 
     def draw_genes(self, rng: np.random.Generator) -> Settings:
-        """Draw the genes of one map."""
+        """Sample the genes of one map."""
         ...
 
     def build(self, genes: Any, shapes: ShapeSettings) -> Cells:
@@ -34,7 +34,7 @@ class Family(Protocol):
 
         Args:
             genes: What :meth:`draw_genes` returned, perhaps changed since.
-            shapes: Size, resolution, border and cleared areas; its shapes are not drawn.
+            shapes: Size, resolution, border and cleared areas; its shapes are not sampled.
 
         Raises:
             ConfigError: If the map is too small for the family.
@@ -53,7 +53,7 @@ def to_cells(length: float, shapes: ShapeSettings) -> int:
 
 
 def mirrored(cells: Cells) -> Cells:
-    """Mirror a map about the straight line from start to goal: what was below is now on the right, and so on."""
+    """Mirror a map about the straight line from start to goal: below becomes right, and so on."""
     return cells[::-1, ::-1].T
 
 

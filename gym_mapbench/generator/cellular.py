@@ -1,7 +1,7 @@
 """BARN's maps: scattered tiles, smoothed by a cellular automaton.
 
 Source: Perille, Truong, Xiao and Stone, "Benchmarking Metric Ground Navigation" (2020). The data set
-uses tiles of 0.15 m, fills of 15 to 30 % and 2 to 4 smoothing steps, a new draw of both for every map.
+uses tiles of 0.15 m, fills of 15 to 30 % and 2 to 4 smoothing steps, both sampled for every map.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ import numpy as np
 from pydantic import Field
 
 from gym_mapbench.generator.base import empty
-from gym_mapbench.generator.ranges import Seed, Share, draw_seed
+from gym_mapbench.generator.ranges import Seed, sample_seed
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border, interior
+from gym_mapbench.quantities import Count, Fraction, Natural
 from gym_mapbench.settings import Settings
 
-Neighbours = Annotated[int, Field(ge=0, le=9)]
-Steps = Annotated[int, Field(ge=0, le=1000)]
+Neighbours = Annotated[Natural, Field(le=9)]
+Steps = Annotated[Natural, Field(le=1000)]
 
 
 class CellularGenes(Settings):
@@ -29,7 +30,7 @@ class CellularGenes(Settings):
         layout: Seed of the tiles filled at first.
     """
 
-    fill_probability: Share
+    fill_probability: Fraction
     smoothing_iterations: Steps
     layout: Seed
 
@@ -50,8 +51,8 @@ class Cellular(Settings):
         ##################
 
     Args:
-        fill_probability: Share of tiles filled at first; one of these is drawn for every map.
-        smoothing_iterations: Steps of the automaton; one of these is drawn for every map.
+        fill_probability: Share of tiles filled at first; one of these is sampled for every map.
+        smoothing_iterations: Steps of the automaton; one of these is sampled for every map.
         fill_threshold: A tile with at least so many filled neighbours is filled.
         clear_threshold: A tile with at most so many is cleared.
         tile: Side of a tile, cells of the map; 3 of 0.05 m are BARN's 0.15 m.
@@ -59,18 +60,18 @@ class Cellular(Settings):
 
     genes: ClassVar[type[Settings]] = CellularGenes
 
-    fill_probability: Annotated[tuple[Share, ...], Field(min_length=1)] = (0.15, 0.20, 0.25, 0.30)
+    fill_probability: Annotated[tuple[Fraction, ...], Field(min_length=1)] = (0.15, 0.20, 0.25, 0.30)
     smoothing_iterations: Annotated[tuple[Steps, ...], Field(min_length=1)] = (2, 3, 4)
     fill_threshold: Neighbours = 5
     clear_threshold: Neighbours = 1
-    tile: Annotated[int, Field(ge=1)] = 3
+    tile: Count = 3
 
     def draw_genes(self, rng: np.random.Generator) -> CellularGenes:
-        """Draw the genes of one map."""
+        """Sample the genes of one map."""
         return CellularGenes(
             fill_probability=float(rng.choice(self.fill_probability)),
             smoothing_iterations=int(rng.choice(self.smoothing_iterations)),
-            layout=draw_seed(rng),
+            layout=sample_seed(rng),
         )
 
     def build(self, genes: CellularGenes, shapes: ShapeSettings) -> Cells:

@@ -12,11 +12,11 @@ from gym_mapbench.generator.ranges import (
     CountRange,
     Length,
     LengthRange,
-    Weight,
+    RelativeWeight,
     WeightRange,
-    draw,
-    draw_count,
-    draw_flag,
+    sample,
+    sample_count,
+    sample_flag,
 )
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border, task_cells
 from gym_mapbench.settings import Settings
@@ -30,8 +30,8 @@ class Flight(Settings):
         left: How far it then goes to the left, likewise.
     """
 
-    up: Weight
-    left: Weight
+    up: RelativeWeight
+    left: RelativeWeight
 
 
 class CorridorGenes(Settings):
@@ -77,14 +77,14 @@ class Corridors(Settings):
     weight: WeightRange = (0.3, 1.0)
 
     def draw_genes(self, rng: np.random.Generator) -> CorridorGenes:
-        """Draw the genes of one map."""
+        """Sample the genes of one map."""
         return CorridorGenes(
             flights=tuple(
-                Flight(up=draw(rng, self.weight), left=draw(rng, self.weight))
-                for _ in range(draw_count(rng, self.flights))
+                Flight(up=sample(rng, self.weight), left=sample(rng, self.weight))
+                for _ in range(sample_count(rng, self.flights))
             ),
-            width=draw(rng, self.width),
-            mirrored=draw_flag(rng),
+            width=sample(rng, self.width),
+            mirrored=sample_flag(rng),
         )
 
     def build(self, genes: CorridorGenes, shapes: ShapeSettings) -> Cells:

@@ -9,15 +9,15 @@ import numpy as np
 from gym_mapbench.generator.base import empty, mirrored, to_cells, wall_rows
 from gym_mapbench.generator.ranges import (
     CountRange,
+    FractionRange,
     Length,
     LengthRange,
-    Share,
-    ShareRange,
-    draw,
-    draw_count,
-    draw_flag,
+    sample,
+    sample_count,
+    sample_flag,
 )
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border
+from gym_mapbench.quantities import Fraction
 from gym_mapbench.settings import Settings
 
 
@@ -30,9 +30,9 @@ class Door(Settings):
         at: Where the gap is along the wall, 0 (left) to 1 (right).
     """
 
-    place: Share
+    place: Fraction
     gap: Length
-    at: Share
+    at: Fraction
 
 
 class DoorsGenes(Settings):
@@ -76,19 +76,19 @@ class Doors(Settings):
 
     walls: CountRange = (1, 3)
     gap: LengthRange = (0.5, 0.9)
-    at: ShareRange = (0.0, 1.0)
-    place: ShareRange = (0.25, 0.75)
+    at: FractionRange = (0.0, 1.0)
+    place: FractionRange = (0.25, 0.75)
     thickness: LengthRange = (0.05, 0.2)
 
     def draw_genes(self, rng: np.random.Generator) -> DoorsGenes:
-        """Draw the genes of one map."""
+        """Sample the genes of one map."""
         return DoorsGenes(
             doors=tuple(
-                Door(place=draw(rng, self.place), gap=draw(rng, self.gap), at=draw(rng, self.at))
-                for _ in range(draw_count(rng, self.walls))
+                Door(place=sample(rng, self.place), gap=sample(rng, self.gap), at=sample(rng, self.at))
+                for _ in range(sample_count(rng, self.walls))
             ),
-            thickness=draw(rng, self.thickness),
-            mirrored=draw_flag(rng),
+            thickness=sample(rng, self.thickness),
+            mirrored=sample_flag(rng),
         )
 
     def build(self, genes: DoorsGenes, shapes: ShapeSettings) -> Cells:

@@ -7,8 +7,9 @@ from typing import ClassVar
 import numpy as np
 
 from gym_mapbench.generator.base import empty, to_cells
-from gym_mapbench.generator.ranges import Length, LengthRange, Share, ShareRange, draw
+from gym_mapbench.generator.ranges import FractionRange, Length, LengthRange, sample
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border, stamp
+from gym_mapbench.quantities import Fraction
 from gym_mapbench.settings import Settings
 
 
@@ -25,9 +26,9 @@ class PillarGenes(Settings):
 
     pitch: Length
     side: Length
-    x: Share
-    y: Share
-    stagger: Share
+    x: Fraction
+    y: Fraction
+    stagger: Fraction
 
 
 class Pillars(Settings):
@@ -58,13 +59,13 @@ class Pillars(Settings):
 
     pitch: LengthRange = (0.8, 1.4)
     side: LengthRange = (0.15, 0.4)
-    x: ShareRange = (0.0, 1.0)
-    y: ShareRange = (0.0, 1.0)
-    stagger: ShareRange = (0.0, 0.5)
+    x: FractionRange = (0.0, 1.0)
+    y: FractionRange = (0.0, 1.0)
+    stagger: FractionRange = (0.0, 0.5)
 
     def draw_genes(self, rng: np.random.Generator) -> PillarGenes:
-        """Draw the genes of one map."""
-        return PillarGenes(**{name: draw(rng, getattr(self, name)) for name in PillarGenes.model_fields})
+        """Sample the genes of one map."""
+        return PillarGenes(**{name: sample(rng, getattr(self, name)) for name in PillarGenes.model_fields})
 
     def build(self, genes: PillarGenes, shapes: ShapeSettings) -> Cells:
         """Return the occupancy; see :meth:`Family.build`."""

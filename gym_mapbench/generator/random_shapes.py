@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gym_mapbench.generator.ranges import Seed, draw_seed
+from gym_mapbench.generator.ranges import Seed, sample_seed
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, sample_map
 from gym_mapbench.settings import Settings
 
@@ -40,8 +40,8 @@ class RandomShapes(Settings):
     genes: ClassVar[type[Settings]] = RandomShapesGenes
 
     def draw_genes(self, rng: np.random.Generator) -> RandomShapesGenes:
-        """Draw the genes of one map."""
-        return RandomShapesGenes(layout=draw_seed(rng))
+        """Sample the genes of one map."""
+        return RandomShapesGenes(layout=sample_seed(rng))
 
     def build(self, genes: RandomShapesGenes, shapes: ShapeSettings) -> Cells:
         """Return the occupancy; see :meth:`Family.build`."""

@@ -1,4 +1,4 @@
-"""Ranges, and draws from them; both ends belong to a range."""
+"""Ranges, and samples from them; both ends belong to a range."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import Count, Fraction, Natural, Positive, SignedFraction
 
 
 def _ordered(value: tuple[Any, Any]) -> tuple[Any, Any]:
@@ -17,41 +18,41 @@ def _ordered(value: tuple[Any, Any]) -> tuple[Any, Any]:
     return value
 
 
-Length = Annotated[float, Field(gt=0, le=1000)]
+Length = Annotated[Positive, Field(le=1000)]
 """m."""
-Weight = Annotated[float, Field(gt=0, le=1000)]
-Share = Annotated[float, Field(ge=0, le=1)]
-SignedShare = Annotated[float, Field(ge=-1, le=1)]
-Count = Annotated[int, Field(ge=1, le=1000)]
-Seed = Annotated[int, Field(ge=0, lt=2**32)]
-"""Seed of everything that is drawn while a map is built."""
+RelativeWeight = Annotated[Positive, Field(le=1000)]
+"""Compared with the weights of its neighbours."""
+Repeats = Annotated[Count, Field(le=1000)]
+"""How many times a motif is repeated."""
+Seed = Annotated[Natural, Field(lt=2**32)]
+"""Seed of everything that is sampled while a map is built."""
 
 LengthRange = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
-WeightRange = Annotated[tuple[Weight, Weight], AfterValidator(_ordered)]
-SignedShareRange = Annotated[tuple[SignedShare, SignedShare], AfterValidator(_ordered)]
-ShareRange = Annotated[tuple[Share, Share], AfterValidator(_ordered)]
-CountRange = Annotated[tuple[Count, Count], AfterValidator(_ordered)]
-Cells = Annotated[int, Field(ge=1, le=2000)]
-Number = Annotated[int, Field(ge=0, le=100_000)]
+WeightRange = Annotated[tuple[RelativeWeight, RelativeWeight], AfterValidator(_ordered)]
+SignedFractionRange = Annotated[tuple[SignedFraction, SignedFraction], AfterValidator(_ordered)]
+FractionRange = Annotated[tuple[Fraction, Fraction], AfterValidator(_ordered)]
+CountRange = Annotated[tuple[Repeats, Repeats], AfterValidator(_ordered)]
+Cells = Annotated[Count, Field(le=2000)]
+Number = Annotated[Natural, Field(le=100_000)]
 CellRange = Annotated[tuple[Cells, Cells], AfterValidator(_ordered)]
 NumberRange = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
 
 
-def draw(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
-    """Draw a number uniformly."""
+def sample(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
+    """Sample a number uniformly."""
     return float(rng.uniform(*bounds))
 
 
-def draw_count(rng: np.random.Generator, bounds: tuple[int, int]) -> int:
-    """Draw an integer uniformly."""
+def sample_count(rng: np.random.Generator, bounds: tuple[int, int]) -> int:
+    """Sample an integer uniformly."""
     return int(rng.integers(bounds[0], bounds[1], endpoint=True))
 
 
-def draw_flag(rng: np.random.Generator) -> bool:
-    """Toss a coin."""
+def sample_flag(rng: np.random.Generator) -> bool:
+    """Sample True or False with equal probability."""
     return bool(rng.integers(2))
 
 
-def draw_seed(rng: np.random.Generator) -> int:
-    """Draw the seed of a generator."""
+def sample_seed(rng: np.random.Generator) -> int:
+    """Sample the seed of a generator."""
     return int(rng.integers(2**32))

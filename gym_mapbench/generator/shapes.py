@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator.ranges import CellRange, NumberRange, draw_count
+from gym_mapbench.generator.ranges import CellRange, NumberRange, sample_count
 from gym_mapbench.kernels import shapes as kernels
 from gym_mapbench.kernels.jit import plain
 from gym_mapbench.kernels.shapes import occupy, scatter
+from gym_mapbench.quantities import Fraction, Natural, Positive
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose
 
 Cells = NDArray[np.bool_]
-Probability = Annotated[float, Field(ge=0, le=1)]
 
 _draw_shape, _draw_position = plain(kernels.draw_shape), plain(kernels.draw_position)
 TASK_YAW = 3 * math.pi / 4
@@ -50,18 +50,18 @@ class ShapeSettings(Settings):
     """
 
     size: Annotated[int, Field(ge=5, le=5000)] = 150
-    resolution: Annotated[float, Field(gt=0)] = 0.05
+    resolution: Positive = 0.05
     n_obstacles: NumberRange = (15, 40)
-    circle_probability: Probability = 0.2
-    square_probability: Probability = 0.3
-    wall_probability: Probability = 0.5
+    circle_probability: Fraction = 0.2
+    square_probability: Fraction = 0.3
+    wall_probability: Fraction = 0.5
     circle_radius: CellRange = (2, 10)
     square_side: CellRange = (4, 10)
     wall_length: CellRange = (10, 30)
     wall_thickness: CellRange = (1, 3)
-    border: Annotated[int, Field(ge=0)] = 1
-    task_distance: Annotated[int, Field(ge=0)] = 10
-    cleared_distance: Annotated[int, Field(ge=0)] = 10
+    border: Natural = 1
+    task_distance: Natural = 10
+    cleared_distance: Natural = 10
 
     @model_validator(mode="after")
     def _consistent(self) -> ShapeSettings:
@@ -84,7 +84,7 @@ class ShapeSettings(Settings):
 
 
 def draw_shape(rng: np.random.Generator, settings: ShapeSettings) -> Cells:
-    """Draw kind, size and orientation of one obstacle; return its ``(height, width)`` bool stamp."""
+    """Sample kind, size and orientation of one obstacle; return its ``(height, width)`` bool stamp."""
     height, width, is_round = _draw_shape(rng, settings.probabilities, settings.sizes)
     cells = np.zeros((height, width), dtype=np.bool_)
     occupy(cells, 0, 0, height, width, is_round)
@@ -100,7 +100,7 @@ def disc(radius: int) -> Cells:
 
 
 def draw_position(rng: np.random.Generator, shape: tuple[int, int], area: tuple[int, int]) -> tuple[int, int]:
-    """Draw ``(row, col)`` of a stamp's lower-left cell, uniformly over all places inside ``(rows, cols)``.
+    """Sample ``(row, col)`` of a stamp's lower-left cell, uniformly over all places inside ``(rows, cols)``.
 
     A stamp larger than the area is placed at 0 and sticks out.
     """
@@ -117,10 +117,10 @@ def stamp(cells: Cells, shape: Cells, row: int, col: int) -> None:
 
 
 def sample_map(rng: np.random.Generator, settings: ShapeSettings) -> Cells:
-    """Draw the ``(size, size)`` occupancy of one map, with its border, and start and goal areas cleared."""
+    """Sample the ``(size, size)`` occupancy of one map, with its border, and start and goal areas cleared."""
     cells = np.zeros((settings.size, settings.size), dtype=np.bool_)
     inside = interior(cells, settings.border)
-    scatter(rng, inside, draw_count(rng, settings.n_obstacles), settings.probabilities, settings.sizes)
+    scatter(rng, inside, sample_count(rng, settings.n_obstacles), settings.probabilities, settings.sizes)
     return clear_and_border(cells, settings)
 
 

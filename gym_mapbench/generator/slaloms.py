@@ -9,15 +9,15 @@ import numpy as np
 from gym_mapbench.generator.base import empty, mirrored, wall_rows
 from gym_mapbench.generator.ranges import (
     CountRange,
+    FractionRange,
     Length,
     LengthRange,
-    Share,
-    ShareRange,
-    draw,
-    draw_count,
-    draw_flag,
+    sample,
+    sample_count,
+    sample_flag,
 )
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border
+from gym_mapbench.quantities import Fraction
 from gym_mapbench.settings import Settings
 
 
@@ -29,8 +29,8 @@ class Baffle(Settings):
         reach: How far it reaches, share of the map's width; two neighbours overlap where these add up to more than 1.
     """
 
-    place: Share
-    reach: Share
+    place: Fraction
+    reach: Fraction
 
 
 class SlalomGenes(Settings):
@@ -76,20 +76,20 @@ class Slaloms(Settings):
     genes: ClassVar[type[Settings]] = SlalomGenes
 
     baffles: CountRange = (2, 4)
-    reach: ShareRange = (0.4, 0.7)
-    place: ShareRange = (0.25, 0.75)
+    reach: FractionRange = (0.4, 0.7)
+    place: FractionRange = (0.25, 0.75)
     thickness: LengthRange = (0.05, 0.2)
 
     def draw_genes(self, rng: np.random.Generator) -> SlalomGenes:
-        """Draw the genes of one map."""
+        """Sample the genes of one map."""
         return SlalomGenes(
             baffles=tuple(
-                Baffle(place=draw(rng, self.place), reach=draw(rng, self.reach))
-                for _ in range(draw_count(rng, self.baffles))
+                Baffle(place=sample(rng, self.place), reach=sample(rng, self.reach))
+                for _ in range(sample_count(rng, self.baffles))
             ),
-            left_first=draw_flag(rng),
-            thickness=draw(rng, self.thickness),
-            mirrored=draw_flag(rng),
+            left_first=sample_flag(rng),
+            thickness=sample(rng, self.thickness),
+            mirrored=sample_flag(rng),
         )
 
     def build(self, genes: SlalomGenes, shapes: ShapeSettings) -> Cells:

@@ -7,8 +7,9 @@ from typing import ClassVar
 import numpy as np
 
 from gym_mapbench.generator.base import empty, to_cells
-from gym_mapbench.generator.ranges import CountRange, Length, LengthRange, Share, draw, draw_count, draw_flag
+from gym_mapbench.generator.ranges import CountRange, Length, LengthRange, sample, sample_count, sample_flag
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border, disc, stamp
+from gym_mapbench.quantities import Fraction
 from gym_mapbench.settings import Settings
 
 
@@ -23,8 +24,8 @@ class Block(Settings):
         round: Whether it is a disc.
     """
 
-    x: Share
-    y: Share
+    x: Fraction
+    y: Fraction
     width: Length
     height: Length
     round: bool
@@ -66,12 +67,12 @@ class Sparse(Settings):
     side: LengthRange = (0.2, 1.0)
 
     def draw_genes(self, rng: np.random.Generator) -> SparseGenes:
-        """Draw the genes of one map."""
-        return SparseGenes(blocks=tuple(self._draw_block(rng) for _ in range(draw_count(rng, self.blocks))))
+        """Sample the genes of one map."""
+        return SparseGenes(blocks=tuple(self._draw_block(rng) for _ in range(sample_count(rng, self.blocks))))
 
     def _draw_block(self, rng: np.random.Generator) -> Block:
         x, y = rng.random(2).tolist()
-        return Block(x=x, y=y, width=draw(rng, self.side), height=draw(rng, self.side), round=draw_flag(rng))
+        return Block(x=x, y=y, width=sample(rng, self.side), height=sample(rng, self.side), round=sample_flag(rng))
 
     def build(self, genes: SparseGenes, shapes: ShapeSettings) -> Cells:
         """Return the occupancy; see :meth:`Family.build`."""

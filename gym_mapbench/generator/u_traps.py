@@ -10,17 +10,16 @@ import numpy as np
 from gym_mapbench.generator.base import empty, mirrored, to_cells
 from gym_mapbench.generator.ranges import (
     CountRange,
+    FractionRange,
     Length,
     LengthRange,
-    Share,
-    ShareRange,
-    SignedShare,
-    SignedShareRange,
-    draw,
-    draw_count,
-    draw_flag,
+    SignedFractionRange,
+    sample,
+    sample_count,
+    sample_flag,
 )
 from gym_mapbench.generator.shapes import Cells, ShapeSettings, clear_and_border, stamp, task_cells
+from gym_mapbench.quantities import Fraction, SignedFraction
 from gym_mapbench.settings import Settings
 
 ENDS = 0.1
@@ -38,8 +37,8 @@ class Trap(Settings):
         opens_right: Whether it opens to the right instead of downwards.
     """
 
-    place: Share
-    aside: SignedShare
+    place: Fraction
+    aside: SignedFraction
     width: Length
     depth: Length
     opens_right: bool
@@ -86,20 +85,20 @@ class UTraps(Settings):
     genes: ClassVar[type[Settings]] = UTrapGenes
 
     traps: CountRange = (1, 3)
-    place: ShareRange = (0.25, 0.75)
-    aside: SignedShareRange = (-0.4, 0.4)
+    place: FractionRange = (0.25, 0.75)
+    aside: SignedFractionRange = (-0.4, 0.4)
     width: LengthRange = (0.9, 2.2)
     depth: LengthRange = (0.6, 1.6)
     thickness: LengthRange = (0.05, 0.2)
 
     def draw_genes(self, rng: np.random.Generator) -> UTrapGenes:
-        """Draw the genes of one map."""
-        traps = tuple(self._draw_trap(rng) for _ in range(draw_count(rng, self.traps)))
-        return UTrapGenes(traps=traps, thickness=draw(rng, self.thickness))
+        """Sample the genes of one map."""
+        traps = tuple(self._draw_trap(rng) for _ in range(sample_count(rng, self.traps)))
+        return UTrapGenes(traps=traps, thickness=sample(rng, self.thickness))
 
     def _draw_trap(self, rng: np.random.Generator) -> Trap:
-        numbers = {name: draw(rng, getattr(self, name)) for name in ("place", "aside", "width", "depth")}
-        return Trap(**numbers, opens_right=draw_flag(rng))
+        numbers = {name: sample(rng, getattr(self, name)) for name in ("place", "aside", "width", "depth")}
+        return Trap(**numbers, opens_right=sample_flag(rng))
 
     def build(self, genes: UTrapGenes, shapes: ShapeSettings) -> Cells:
         """Return the occupancy; see :meth:`Family.build`."""

@@ -1,4 +1,4 @@
-"""What the robots of many worlds observe; rows of worlds that are not ``seen`` are left as they are."""
+"""Observations of the robots of many worlds; rows of worlds that are not ``seen`` keep their values."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from gym_mapbench.kernels.raycast import cast_rays
 
 
 @kernel
-def read_bodies(bodies, poses, velocities):
-    """Write the true poses ``(n, 3)`` m, rad, and velocities ``(n, 2)`` m/s, rad/s, of ``(n,)`` BODY."""
-    for i in range(len(bodies)):
-        body = bodies[i]
-        poses[i, 0], poses[i, 1], poses[i, 2] = body.x, body.y, body.yaw
-        velocities[i, 0], velocities[i, 1] = body.v, body.w
+def read_robots(robots, poses, velocities):
+    """Write the true poses ``(n, 3)`` m, rad, and velocities ``(n, 2)`` m/s, rad/s, of ``(n,)`` ROBOT."""
+    for i in range(len(robots)):
+        robot = robots[i]
+        poses[i, 0], poses[i, 1], poses[i, 2] = robot.x, robot.y, robot.yaw
+        velocities[i, 0], velocities[i, 1] = robot.v, robot.w
 
 
 @kernel
@@ -29,11 +29,11 @@ def see_goals(tasks, seen, poses, goals):
 
 
 @kernel
-def scan_worlds(bodies, seen, grounds, walls, place, beams, range_max, ranges):
+def scan_worlds(robots, seen, grounds, walls, place, beams, range_max, ranges):
     """Write the distances to the first walls.
 
     Args:
-        bodies: ``(n,)`` BODY.
+        robots: ``(n,)`` ROBOT.
         seen: ``(n,)`` bool.
         grounds: ``(n,)`` GROUND.
         walls: ``(n, cells)`` bool, each row the map in a frame of walls, flat.
@@ -43,10 +43,10 @@ def scan_worlds(bodies, seen, grounds, walls, place, beams, range_max, ranges):
         ranges: ``(n, beams)`` out, m.
     """
     centred = place[0] == 0.0 and place[1] == 0.0 and place[2] == 0.0
-    for i in range(len(bodies)):
+    for i in range(len(robots)):
         if seen[i]:
-            body, ground = bodies[i], grounds[i]
-            x, y, yaw = body.x, body.y, body.yaw
+            robot, ground = robots[i], grounds[i]
+            x, y, yaw = robot.x, robot.y, robot.yaw
             if not centred:
                 x, y, yaw = compose(x, y, yaw, place[0], place[1], place[2])
             rows, width = ground.rows + 2, ground.cols + 2

@@ -1,4 +1,4 @@
-"""Rays through a grid: how far a beam flies until it enters a wall.
+"""Ray casting: the distance from a scanner to the first wall along a beam.
 
 The traversal visits exactly the cells a ray passes (Amanatides and Woo, "A Fast Voxel Traversal
 Algorithm for Ray Tracing", 1987), so the distances are those of exact geometry.

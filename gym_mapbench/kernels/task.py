@@ -1,4 +1,4 @@
-"""The task of an episode: when it ends, and what a step is worth."""
+"""The task of an episode: when it ends, and the reward of a step."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ RUNNING, GOAL, COLLISION, TIMEOUT = range(4)
 
 TASK = np.dtype(
     [(name, np.float64) for name in ("goal_x", "goal_y", "goal_yaw", "distance")]
-    + [(name, np.int64) for name in ("steps", "outcome")]
-    + [(name, np.bool_) for name in ("near_goal", "touching", "arrived")]
+    + [(name, np.int64) for name in ("steps", "outcome", "touched")]
+    + [(name, np.bool_) for name in ("near_goal", "arrived")]
     + [(name, np.float64) for name in ("progress", "time", "collision", "goal", "reward")],
     align=True,
 )
-"""How an episode stands: the goal (m, rad); distance to it (m), control steps, and how it ended; whether the robot was
-near the goal, touched a wall in the last step, and reached the goal; the terms of the last reward, and their sum."""
+"""How an episode stands: the goal (m, rad); distance to it (m), control steps, how it ended, and what the robot touched
+in the last step (0 for nothing); whether the robot was near the goal, and reached it; the terms of the last reward, and
+their sum."""
 
 RULES = np.dtype(
     [(name, np.float64) for name in ("xy_tolerance", "yaw_tolerance", "period", "max_steps")]
@@ -31,18 +32,18 @@ the weights of the reward."""
 
 
 @kernel
-def judge_worlds(tasks, running, rules, bodies, contacts, grounds, fields):
+def judge_worlds(tasks, running, rules, robots, touched, grounds, fields):
     """Judge a control step of all worlds that are running; arguments as for :func:`judge`, fields flat."""
     for i in range(len(tasks)):
         if running[i]:
-            body, ground = bodies[i], grounds[i]
+            robot, ground = robots[i], grounds[i]
             rows, cols = (ground.rows, ground.cols) if rules[0].progress != 0.0 else (0, 0)
             field = fields[i, : rows * cols].reshape((rows, cols))
-            judge(tasks, i, rules, body.x, body.y, body.yaw, contacts[i], grounds, field)
+            judge(tasks, i, rules, robot.x, robot.y, robot.yaw, touched[i], grounds, field)
 
 
 @kernel
-def judge(tasks, i, rules, x, y, yaw, contact, grounds, field):
+def judge(tasks, i, rules, x, y, yaw, touched, grounds, field):
     """Judge one control step of one world.
 
     Args:
@@ -52,11 +53,12 @@ def judge(tasks, i, rules, x, y, yaw, contact, grounds, field):
         x: True position after the step, m.
         y: The same.
         yaw: True heading, rad.
-        contact: Whether a wall was touched during the step.
+        touched: What the robot touched during the step, 0 for nothing.
         grounds: ``(n,)`` GROUND.
         field: ``(rows, cols)`` distances to the goal, cells; not read where progress has no weight.
     """
     task, rule, ground = tasks[i], rules[0], grounds[i]
+    contact = touched != 0
     task.steps += 1
     at_goal = is_at_goal(task, rule, x, y, yaw)
     out_of_time = task.steps >= rule.max_steps
@@ -64,8 +66,8 @@ def judge(tasks, i, rules, x, y, yaw, contact, grounds, field):
     distance = 0.0
     if rule.progress != 0.0:
         distance = distance_at(field, ground.resolution, ground.origin_x, ground.origin_y, x, y)
-    reward(task, rule, task.distance - distance, contact and not task.touching, at_goal and not task.arrived)
-    task.distance, task.touching, task.arrived = distance, contact, at_goal or task.arrived
+    reward(task, rule, task.distance - distance, contact and task.touched == 0, at_goal and not task.arrived)
+    task.distance, task.touched, task.arrived = distance, touched, at_goal or task.arrived
 
 
 @kernel
@@ -79,7 +81,7 @@ def is_at_goal(task, rule, x, y, yaw):
 
 @kernel
 def decide_outcome(collision, goal, out_of_time):
-    """Return how the episode stands; touching a wall on the way into the goal is a collision."""
+    """Return how the episode stands; a touch on the way into the goal is a collision."""
     if collision:
         return COLLISION
     if goal:

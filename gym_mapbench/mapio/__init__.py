@@ -1,8 +1,8 @@
 """Maps in and out: one file per format, one way in (:func:`load_scenarios`), one way out (:func:`write_maps`)."""
 
-from gym_mapbench.mapio.bundle import save_map_set
 from gym_mapbench.mapio.conversion import write_map_file, write_maps
 from gym_mapbench.mapio.loading import PoseLike, load_map_set, load_maps, load_scenarios
+from gym_mapbench.mapio.map_set_file import save_map_set
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
 
 __all__ = [

@@ -197,7 +197,7 @@ def _load_cells(file: Path) -> NDArray[np.int64]:
     dtype, fortran, length = np.dtype(header[1].decode()), header[2] == b"True", int(header[3])
     body = data[header.end() :]
     if length < 1 or len(body) != 2 * length * dtype.itemsize:
-        raise MapFormatError(f"{file}: its header promises {length} cells, got {len(body)} bytes of data")
+        raise MapFormatError(f"{file}: its header announces {length} cells, got {len(body)} bytes of data")
     cells = np.frombuffer(body, dtype).reshape((length, 2), order="F" if fortran else "C").astype(np.int64)
     size = LATTICE_ROWS - CORRIDOR_ROWS
     if cells.min() < 0 or cells.max() >= size:

@@ -6,10 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.mapio.bundle import bundle_text
 from gym_mapbench.mapio.formats import FORMATS, WRITTEN
+from gym_mapbench.mapio.map_set_file import map_set_text
 from gym_mapbench.mapio.output import write_files, write_new_folder
-from gym_mapbench.mapio.tasked_map import TaskedMap
+from gym_mapbench.mapio.tasked_map import TaskedMap, refuse_bodies
+
+MAP_SET = "mapset"
+"""The format that holds moving bodies."""
 
 
 def write_maps(maps: Sequence[TaskedMap], out_dir: str | Path, format: str) -> list[Path]:
@@ -30,6 +33,8 @@ def write_maps(maps: Sequence[TaskedMap], out_dir: str | Path, format: str) -> l
     write = FORMATS.get(format).write
     if write is None:
         raise ConfigError(f"map format {format!r}: is only read (expected one of: {', '.join(WRITTEN)})")
+    if format != MAP_SET:
+        refuse_bodies(f"map format {format!r}", (task for tasked in maps for task in tasked.tasks))
     with FORMATS.blamed(format):
         files = write(maps)
     return write_new_folder(files, Path(out_dir))
@@ -53,11 +58,12 @@ def write_map_file(maps: Sequence[TaskedMap], target: str | Path) -> list[Path]:
     if target.suffix not in forms:
         raise ConfigError(f"{target}: expected a name that ends in one of {', '.join(forms)}")
     form = forms[target.suffix]
-    if form == "mapset":
-        return write_files({target.name: bundle_text(maps)}, target.parent)
+    if form == MAP_SET:
+        return write_files({target.name: map_set_text(maps)}, target.parent)
     if len(maps) != 1 or (form == "map_server" and len(maps[0].tasks) > 1):
         tasks = sum(len(tasked.tasks) for tasked in maps)
         raise ConfigError(f"{target}: holds one map, got {len(maps)} with {tasks} tasks; name a folder or a .json file")
+    refuse_bodies(str(target), maps[0].tasks)
     write = FORMATS.get(form).write
     assert write is not None
     return write_files(write([maps[0].renamed(target.stem)]), target.parent)

@@ -13,9 +13,9 @@ from typing import Any
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.barn import read_barn, world_files
-from gym_mapbench.mapio.bundle import BEST_MAP_SET, MAP_SET_FILE, bundle_text, read_bundle
 from gym_mapbench.mapio.image import IMAGE_SUFFIXES, image_files, read_image
 from gym_mapbench.mapio.map_server import find_map_files, map_server_files, read_map_server
+from gym_mapbench.mapio.map_set_file import BEST_MAP_SET, MAP_SET_FILE, map_set_text, read_map_set
 from gym_mapbench.mapio.movingai import movingai_files, read_movingai
 from gym_mapbench.mapio.mrpb import MAP as MRPB_MAP
 from gym_mapbench.mapio.mrpb import TASKS as MRPB_TASKS
@@ -86,7 +86,7 @@ FORMATS: Registry[MapFormat] = Registry(
     "map_formats",
     {
         "mapset": MapFormat(
-            read_bundle, (".json",), files_in=_map_set_in, write=lambda maps: {MAP_SET_FILE: bundle_text(maps)}
+            read_map_set, (".json",), files_in=_map_set_in, write=lambda maps: {MAP_SET_FILE: map_set_text(maps)}
         ),
         "mrpb": MapFormat(read_mrpb_folder, names=(MRPB_TASKS,), files_in=_mrpb_tasks_in),
         "map_server": MapFormat(_read_yaml, (".yaml", ".yml"), files_in=find_map_files, write=map_server_files),

@@ -13,13 +13,14 @@ import numpy as np
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
-from gym_mapbench.mapio.gazebo_package import Bundle
+from gym_mapbench.mapio.gazebo_package import RosPackage
 from gym_mapbench.mapio.gazebo_robot import RobotModel
 from gym_mapbench.mapio.map_server import map_server_pgm, map_server_yaml
 from gym_mapbench.mapio.mesh import Mesh, wall_mesh
 from gym_mapbench.mapio.output import Files, check_names, write_new_folder
 from gym_mapbench.mapio.poses import poses_yaml, waypoints_yaml
 from gym_mapbench.mapio.rendering import render
+from gym_mapbench.mapio.tasked_map import refuse_bodies
 from gym_mapbench.world.lidar import LidarSettings
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Scenario
@@ -56,18 +57,19 @@ def export_gazebo(
 
     Raises:
         ConfigError: If the folder holds something, a name cannot be a file name or comes twice, or the walls do not
-            reach the lidar.
+            reach the lidar, or a scenario has moving bodies.
     """
     scenarios, out_dir = list(scenarios), Path(out_dir)
     model = RobotModel.of(robot, lidar or LidarSettings())
+    refuse_bodies("Gazebo", scenarios)
     check_names("map", [scenario.name for scenario in scenarios], reserved=tuple(ROBOT_MODELS.values()))
     if wall_height <= model.lidar_z:
         raise ConfigError(f"wall height: expected more than the lidar's {model.lidar_z:g} m, got {wall_height:g}")
-    bundle = Bundle(out_dir.resolve().name, scenarios, navigation, model, time_limit, wall_height)
-    files = navigation.files() | bundle.files()
+    package = RosPackage(out_dir.resolve().name, scenarios, navigation, model, time_limit, wall_height)
+    files = navigation.files() | package.files()
     for scenario in scenarios:
-        files |= map_files(scenario, wall_height, bundle.simulators)
-    for simulator in bundle.simulators:
+        files |= map_files(scenario, wall_height, package.simulators)
+    for simulator in package.simulators:
         files |= _robot_files(model, simulator)
     return write_new_folder(files, out_dir)
 

@@ -1,4 +1,4 @@
-"""Nav2 in a bundle for Gazebo: its parameters, and a behaviour tree for each of the compared controllers."""
+"""Nav2 in an exported ROS 2 package: its parameters, and a behaviour tree for each of the compared controllers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gym_mapbench.releases import Release
 
 @dataclass(frozen=True)
 class BundledNavigation:
-    """Nav2 as a bundle runs it.
+    """Nav2 as an exported package runs it.
 
     Args:
         params: The mapping of a ``nav2_params.yaml`` of the release, written as it is.

@@ -1,4 +1,4 @@
-"""What makes a bundle for Gazebo a ROS 2 package: its manifest and build file, launch file, runner and README."""
+"""The files of an exported ROS 2 package: manifest and build file, launch file, runner and README."""
 
 from __future__ import annotations
 
@@ -20,12 +20,14 @@ SIMULATORS: dict[Release, tuple[str, ...]] = {"humble": ("classic", "gz"), "jazz
 
 PREFIX = "mapbench_"
 RUNNER = "run_benchmark.py"
-"""The program of a bundle that drives its maps in Gazebo; only bundles have it."""
+"""The program of an exported package that runs its maps in Gazebo; no other directory has it."""
+TASKS = "gazebo_tasks.json"
+"""Maps, tasks and controllers of a package; ``benchmark.json`` in packages of earlier versions."""
 
 
 @dataclass(frozen=True)
-class Bundle:
-    """What the package's own files are written from.
+class RosPackage:
+    """The values from which the package's files are written.
 
     Args:
         folder: Name of its folder; the package is named after it.
@@ -65,14 +67,14 @@ class Bundle:
         return {
             "package.xml": render("package.xml.j2", **values),
             "CMakeLists.txt": render("CMakeLists.txt.j2", **values),
-            "benchmark.json": json.dumps(self._benchmark(), indent=1) + "\n",
+            TASKS: json.dumps(self._tasks(), indent=1) + "\n",
             "launch/benchmark.launch.py": render("benchmark.launch.py.j2", **values),
             RUNNER: render("run_benchmark.py.j2", columns=list(COLUMNS), **values),
             "README.md": self._readme(values),
         }
 
-    def _benchmark(self) -> dict[str, object]:
-        """What the launch file and the runner read."""
+    def _tasks(self) -> dict[str, object]:
+        """Return the values that the launch file and the runner read."""
         x, y, z, yaw = self.model.lidar_pose
         return {
             "maps": [{"name": s.name, "start": list(s.start), "goal": list(s.goal)} for s in self.scenarios],

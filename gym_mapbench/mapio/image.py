@@ -76,7 +76,7 @@ def read_picture(path: Path) -> Picture:
 def read_image(
     path: Path, resolution: float = DEFAULT_RESOLUTION, threshold: float = DEFAULT_THRESHOLD
 ) -> list[TaskedMap]:
-    """Read a plain picture: what is darker than ``threshold`` (0 black to 1 white) is a wall.
+    """Read a plain picture: pixels darker than ``threshold`` (0 black to 1 white) are walls.
 
     Args:
         path: The picture.

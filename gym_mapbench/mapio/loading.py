@@ -49,7 +49,7 @@ def load_scenarios(
         threshold: As for :func:`load_maps`.
 
     Raises:
-        MapFormatError: If the file is not what it claims to be.
+        MapFormatError: If the content does not fit the format of the file.
         ConfigError: If a map has no task and none is given, or a pose is off the map or occupied.
     """
     maps = load_maps(path, resolution=resolution, threshold=threshold)
@@ -169,7 +169,8 @@ def _with_task(path: str | Path, item: TaskedMap, start: PoseLike | None, goal: 
     if first is None or last is None:
         missing = " and ".join(f"--{what}" for what, pose in (("start", first), ("goal", last)) if pose is None)
         raise ConfigError(f"{path}: no task is known for this map, give {missing} as x,y,yaw{_or_poses(path)}")
-    return TaskedMap(item.name, item.grid, (Task(as_pose("start", first), as_pose("goal", last), item.name),))
+    bodies = task.bodies if task else ()
+    return TaskedMap(item.name, item.grid, (Task(as_pose("start", first), as_pose("goal", last), item.name, bodies),))
 
 
 def _or_poses(path: str | Path) -> str:

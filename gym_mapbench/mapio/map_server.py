@@ -49,7 +49,7 @@ def read_map_server(path: Path) -> list[TaskedMap]:
     The picture must lie inside the folder of the YAML file (an absolute name may point there too).
 
     Raises:
-        MapFormatError: If one of the files is not what it should be, or the origin is rotated.
+        MapFormatError: If one of the files is damaged, or the origin is rotated.
     """
     grid = read_map_server_grid(path)
     poses = find_poses(path)

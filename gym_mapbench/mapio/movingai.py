@@ -64,7 +64,7 @@ def read_movingai(path: Path, resolution: float = DEFAULT_RESOLUTION) -> list[Ta
         resolution: Side of a cell, m.
 
     Raises:
-        MapFormatError: If a file is missing or not what it should be.
+        MapFormatError: If a file is missing or damaged.
     """
     map_path, scen_path = _pair(path)
     grid = read_map_file(map_path, resolution)

@@ -1,4 +1,4 @@
-"""Solve every task of a ``.scen`` file exactly and compare with the length it claims."""
+"""Solve every task of a ``.scen`` file exactly and compare with the length in the file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SUMMATION = 1e-3
 
 @dataclass(frozen=True)
 class ScenReport:
-    """What the check found.
+    """The result of the check.
 
     Args:
         path: The ``.scen`` file.
@@ -54,7 +54,7 @@ def check_scen(path: str | Path) -> ScenReport:
     """Solve every task of a ``.scen`` file on the map beside it.
 
     Raises:
-        MapFormatError: If one of the two files is not what it should be.
+        MapFormatError: If one of the two files is damaged.
     """
     path = Path(path)
     grid = read_map_file(map_of_scen(path))

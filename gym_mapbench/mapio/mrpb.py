@@ -48,7 +48,7 @@ def read_mrpb(map_path: Path, tests: Path) -> list[TaskedMap]:
         tests: What :func:`find_tests` found.
 
     Raises:
-        MapFormatError: If one of the files is not what it should be.
+        MapFormatError: If one of the files is damaged.
     """
     name = Path(map_path).absolute().parent.name
     poses = _parse_config(tests) if tests.name == CONFIG else _parse_tests(_read_tests(tests)[name], f"{tests}: {name}")
@@ -59,7 +59,7 @@ def read_mrpb_folder(tests: Path) -> list[TaskedMap]:
     """Read the maps that a ``tasks.json`` names, in its order; those whose folder is missing are left out.
 
     Raises:
-        MapFormatError: If one of the files is not what it should be.
+        MapFormatError: If one of the files is damaged.
     """
     maps = [file_inside(tests.parent, name, f"{tests}: map") / MAP for name in _read_tests(tests)]
     present = [path for path in maps if os.path.isfile(path)]

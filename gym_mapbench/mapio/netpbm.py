@@ -61,7 +61,7 @@ def _binary(body: memoryview, cells: int, white: int, where: Path) -> NDArray[np
     dtype = np.dtype(np.uint8) if white < 256 else np.dtype(">u2")
     expected = cells * dtype.itemsize
     if len(body) < expected or bytes(body[expected:]).strip():
-        raise MapFormatError(f"{where}: its header promises {expected} bytes of data, got {len(body)}")
+        raise MapFormatError(f"{where}: its header announces {expected} bytes of data, got {len(body)}")
     return np.frombuffer(body, dtype, count=cells)
 
 
@@ -73,5 +73,5 @@ def _plain(body: bytes, cells: int, where: Path) -> NDArray[np.int64]:
     # A number takes two bytes at least, so this bounds the array by the file.
     values = np.fromstring(text, dtype=np.int64, sep=" ") if text.strip() else np.empty(0, np.int64)
     if len(values) != cells:
-        raise MapFormatError(f"{where}: its header promises {cells} numbers, got {len(values)}")
+        raise MapFormatError(f"{where}: its header announces {cells} numbers, got {len(values)}")
     return values

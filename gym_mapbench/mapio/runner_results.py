@@ -1,4 +1,4 @@
-"""The runner's CSV file, read back: what the exported bundle measured in Gazebo."""
+"""Reads the runner's CSV file: the runs that the exported ROS 2 package measured in Gazebo."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gym_mapbench.mapio.source import as_number, read_text, short
 
 COLUMNS = ("map", "controller", "repeat", "outcome", "time_s", "path_length_m", "contacts")
 ADDED_LATER = ("contacts",)
-"""Columns that older bundles' runners did not write."""
+"""Columns that the runners of older packages did not write."""
 RUNNER_OUTCOMES = ("goal", "aborted", "timeout", "error")
 MAX_RESULTS_BYTES = 50_000_000
 
@@ -41,7 +41,7 @@ def read_runner_results(path: str | Path) -> list[RunnerResult]:
     """Read the runner's CSV file, one line per run.
 
     Raises:
-        MapFormatError: If a column is missing, or a value is not what it should be.
+        MapFormatError: If a column is missing, or a value is out of its range.
     """
     path = Path(path)
     rows = csv.DictReader(io.StringIO(read_text(path, MAX_RESULTS_BYTES)), restval="")

@@ -13,7 +13,7 @@ from gym_mapbench.files import bounded
 from gym_mapbench.files.documents import parse_json, parse_yaml
 
 MAX_MAP_CELLS = 25_000_000
-"""Largest map read from a file (5000 x 5000); what a header claims is checked before anything is allocated."""
+"""Largest map read from a file (5000 x 5000); the size in a header is checked before any memory is allocated."""
 
 MAX_MAP_SIDE = 50_000
 

@@ -8,16 +8,18 @@ from itertools import groupby
 from typing import NamedTuple
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.world.bodies import Body
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
 
 
 class Task(NamedTuple):
-    """Where to start and where to go; ``name`` is that of the scenario."""
+    """Start, goal and moving bodies; ``name`` is that of the scenario."""
 
     start: Pose
     goal: Pose
     name: str
+    bodies: tuple[Body, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,9 @@ class TaskedMap:
 
     def renamed(self, name: str) -> TaskedMap:
         """Return the same map and tasks under another name."""
-        return TaskedMap(name, self.grid, name_tasks(name, [(task.start, task.goal) for task in self.tasks]))
+        named = name_tasks(name, [(task.start, task.goal) for task in self.tasks])
+        tasks = zip(named, self.tasks, strict=True)
+        return TaskedMap(name, self.grid, tuple(task._replace(bodies=old.bodies) for task, old in tasks))
 
     def scenarios(self) -> list[Scenario]:
         """Return one scenario per task; all share this map.
@@ -48,7 +52,7 @@ class TaskedMap:
 
     def _scenario(self, task: Task) -> Scenario:
         try:
-            return Scenario(self.grid, task.start, task.goal, task.name)
+            return Scenario(self.grid, task.start, task.goal, task.name, task.bodies)
         except ConfigError as error:
             raise ConfigError(f"task {task.name!r}: {error}") from None
 
@@ -60,9 +64,25 @@ def name_tasks(name: str, poses: Sequence[tuple[Pose, Pose]]) -> tuple[Task, ...
     return tuple(Task(start, goal, f"{name}_{index}") for index, (start, goal) in enumerate(poses))
 
 
+def refuse_bodies(form: str, tasks: Iterable[Task | Scenario]) -> None:
+    """Refuse to write tasks among moving bodies in a format that cannot hold them.
+
+    Args:
+        form: Name of the format.
+        tasks: What is to be written.
+
+    Raises:
+        ConfigError: Naming the first task that has bodies.
+    """
+    for task in tasks:
+        if task.bodies:
+            raise ConfigError(f"{form}: cannot hold the moving bodies of {task.name!r}; a map set (.json) can")
+
+
 def group_scenarios(scenarios: Iterable[Scenario]) -> list[TaskedMap]:
     """Gather neighbouring scenarios on the same map; the order is kept."""
     groups = [list(group) for _, group in groupby(scenarios, key=lambda scenario: scenario.map.digest)]
     return [
-        TaskedMap(group[0].name, group[0].map, tuple(Task(s.start, s.goal, s.name) for s in group)) for group in groups
+        TaskedMap(group[0].name, group[0].map, tuple(Task(s.start, s.goal, s.name, s.bodies) for s in group))
+        for group in groups
     ]

@@ -1,4 +1,8 @@
-"""What is measured of a recorded run (:class:`Episode`), and of a map."""
+"""Metrics of recorded runs, and of maps.
+
+In: an :class:`Episode`, which a run records, or a scenario and a robot. Out: numbers by name (:func:`measure`,
+:func:`~gym_mapbench.metrics.map_metrics.measure_map`), SI units. Nothing here drives, draws or writes.
+"""
 
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode, Event, Outcome
 from gym_mapbench.metrics.run_metrics import METRICS, measure, score_barn

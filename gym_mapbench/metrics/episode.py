@@ -1,4 +1,4 @@
-"""Episode: one recorded run. Metrics, figures and replays read this and nothing else."""
+"""Episode: one recorded run, the only source of metrics, figures and replays."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ Outcome = Literal["goal", "collision", "timeout", "planner_failure", "controller
 
 
 class Event(NamedTuple):
-    """Something worth knowing that happened during a run.
+    """Something that happened during a run.
 
     ``kind`` is one of ``replan``, ``replan_failure``, ``clear_local``, ``clear_global``, ``spin``,
-    ``wait``, ``backup``, ``controller_failure``, ``planner_failure``, ``contact``.
+    ``wait``, ``backup``, ``controller_failure``, ``planner_failure``, ``contact``. The ``detail`` of a contact
+    is empty if only a wall was touched, otherwise ``body`` or ``wall and body``.
     """
 
     time: float
@@ -34,7 +35,7 @@ class Episode:
     """One run of one controller on one scenario.
 
     Args:
-        scenario: What was driven.
+        scenario: Map and task; its bodies are functions of time, and so need no record of their own.
         controller: Name of the controller.
         seed: Seed of the run.
         outcome: How it ended.
@@ -44,7 +45,7 @@ class Episode:
         trajectory: ``(n + 1, 5)`` true x, y (m), yaw (rad), v (m/s), omega (rad/s), from the start pose on.
         commands: ``(n, 2)`` commanded v (m/s), omega (rad/s) of every control step.
         path: ``(k, 3)`` first global path, x, y (m), yaw (rad); empty if there was none.
-        first_contact_time: Simulated seconds of the first touch of a wall, None if there was none.
+        first_contact_time: Simulated seconds of the first touch of a wall or body, None if there was none.
         events: What happened, in order.
         controller_seconds: Wall-clock seconds spent inside the controller.
         robot: Shape and limits of the robot that drove.

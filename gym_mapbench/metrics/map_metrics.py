@@ -1,4 +1,4 @@
-"""How hard a map is, without driving on it: what BARN measures, the narrowest passage, and whether there is a way.
+"""Difficulty of a map without a run: the measures of BARN, the narrowest passage, and whether the map is solvable.
 
 Source: Perille et al., "Benchmarking Metric Ground Navigation", 2020, for closest obstacle, average
 visibility, dispersion, characteristic dimension and tortuosity: averages along a shortest path in

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.planners.base import GlobalPlanner, Path
-from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
-from gym_mapbench.planners.smac_2d import Smac2DParams, Smac2DPlanner, SmootherParams
-from gym_mapbench.planners.theta_star import ThetaStarParams, ThetaStarPlanner
+from gym_mapbench.planners.base import GlobalPlanner, Path, PlannerEntry
+from gym_mapbench.planners.navfn import NAVFN, NavfnParams, NavfnPlanner
+from gym_mapbench.planners.smac_2d import SMAC_2D, Smac2DParams, Smac2DPlanner, SmootherParams
+from gym_mapbench.planners.theta_star import THETA_STAR, ThetaStarParams, ThetaStarPlanner
 from gym_mapbench.registry import Registry
 from gym_mapbench.settings import Settings
 
@@ -29,13 +28,6 @@ __all__ = [
 ]
 
 
-class PlannerEntry(NamedTuple):
-    """How one planner is made: the type of its options, and the planner for such options."""
-
-    params: type[Settings]
-    make: Callable[[Any], GlobalPlanner]
-
-
 class NoParams(Settings):
     """Options of a planner that has none."""
 
@@ -53,9 +45,9 @@ PLANNERS: Registry[PlannerEntry] = Registry(
     "planner",
     "planners",
     {
-        "navfn": PlannerEntry(NavfnParams, NavfnPlanner),
-        "smac_2d": PlannerEntry(Smac2DParams, Smac2DPlanner),
-        "theta_star": PlannerEntry(ThetaStarParams, ThetaStarPlanner),
+        "navfn": NAVFN,
+        "smac_2d": SMAC_2D,
+        "theta_star": THETA_STAR,
     },
     check=_entry,
 )

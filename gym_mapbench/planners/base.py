@@ -1,15 +1,18 @@
-"""What a global planner is, and what Nav2's planners have in common."""
+"""The interface of a global planner, and functions that Nav2's planners share."""
 
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.costmap import LETHAL_OBSTACLE, Costmap
 from gym_mapbench.errors import EndpointError, NoPathError
+from gym_mapbench.ros_params import RosPlugin
+from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
 
 Path = NDArray[np.float64]
@@ -27,8 +30,22 @@ class GlobalPlanner(Protocol):
         ...
 
 
+class PlannerEntry(NamedTuple):
+    """A kind of planner, as the registry holds it.
+
+    Args:
+        params: The class of its options.
+        make: Makes the planner from its options.
+        nav2: How parameter files of Nav2 name and hold the planner; None if Nav2 has no such planner.
+    """
+
+    params: type[Settings]
+    make: Callable[[Any], GlobalPlanner]
+    nav2: RosPlugin | None = None
+
+
 def no_path(start: Pose, goal: Pose, reason: str, kind: type[NoPathError] = NoPathError) -> NoPathError:
-    """Build the error of a planner that found nothing."""
+    """Return the error of a planner that found no path."""
     return kind(f"no path from ({start.x:.3f}, {start.y:.3f}) to ({goal.x:.3f}, {goal.y:.3f}): {reason}")
 
 

@@ -10,17 +10,17 @@ import functools
 import itertools
 import math
 from dataclasses import dataclass, field
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.errors import EndpointError
 from gym_mapbench.kernels.wavefront import COST_NEUTRAL, COST_OBS, POT_HIGH, descend, spread
-from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay
+from gym_mapbench.planners.base import Path, PlannerEntry, cells_of, no_path, refuse_obstacle, set_last_yaw, stay
+from gym_mapbench.quantities import NonNegative
 from gym_mapbench.releases import Release
+from gym_mapbench.ros_params import Keys, RosPlugin, slashed_in_humble
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
 
@@ -40,7 +40,7 @@ class NavfnParams(Settings):
             itself succeeds even on an obstacle.
     """
 
-    tolerance: Annotated[float, Field(ge=0)] = 0.5
+    tolerance: NonNegative = 0.5
     use_astar: bool = False
     allow_unknown: bool = True
     use_final_approach_orientation: bool = False
@@ -192,3 +192,15 @@ def _lies_beyond(path: Path, goal: Pose) -> bool:
     (x, y), (last_x, last_y) = path[-2:, :2].tolist()
     to_goal = (goal.x - x) ** 2 + (goal.y - y) ** 2
     return bool((last_x - x) ** 2 + (last_y - y) ** 2 > to_goal)
+
+
+NAVFN = PlannerEntry(
+    NavfnParams,
+    NavfnPlanner,
+    nav2=RosPlugin(
+        slashed_in_humble("nav2_navfn_planner", "NavfnPlanner"),
+        "NavFn",
+        NavfnParams,
+        Keys(ros_only=frozenset({"plugin"}), elsewhere={"max_cycles_factor": "newer releases only"}),
+    ),
+)

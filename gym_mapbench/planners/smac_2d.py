@@ -14,15 +14,25 @@ from pydantic import Field
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.kernels.smac_2d import search_cells, smooth
-from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay, to_centres
+from gym_mapbench.planners.base import (
+    Path,
+    PlannerEntry,
+    cells_of,
+    no_path,
+    refuse_obstacle,
+    set_last_yaw,
+    stay,
+    to_centres,
+)
+from gym_mapbench.quantities import Count, Fraction, Natural, NonNegative, Positive
+from gym_mapbench.ros_params import Keys, RosPlugin, slashed_in_humble
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
 
 MAX_NON_OBSTACLE = 252
 SHORTEST_SMOOTHED = 12
 
-Count = Annotated[int, Field(ge=0, le=2**62)]
-Weight = Annotated[float, Field(ge=0, le=1)]
+Iterations = Annotated[Natural, Field(le=2**62)]
 
 
 class SmootherParams(Settings):
@@ -37,12 +47,12 @@ class SmootherParams(Settings):
         refinement_num: How many times.
     """
 
-    max_iterations: Count = 1000
-    w_smooth: Weight = 0.3
-    w_data: Weight = 0.2
-    tolerance: Annotated[float, Field(gt=0)] = 1e-10
+    max_iterations: Iterations = 1000
+    w_smooth: Fraction = 0.3
+    w_data: Fraction = 0.2
+    tolerance: Positive = 1e-10
     do_refinement: bool = True
-    refinement_num: Annotated[int, Field(ge=0, le=100)] = 2
+    refinement_num: Annotated[Natural, Field(le=100)] = 2
 
 
 class Smac2DParams(Settings):
@@ -63,13 +73,13 @@ class Smac2DParams(Settings):
         smoother: Options of the smoother.
     """
 
-    tolerance: Annotated[float, Field(ge=0)] = 0.125
+    tolerance: NonNegative = 0.125
     downsample_costmap: bool = False
-    downsampling_factor: Annotated[int, Field(ge=1)] = 1
+    downsampling_factor: Count = 1
     allow_unknown: bool = True
     max_iterations: Annotated[int, Field(le=2**62)] = 1_000_000
     max_on_approach_iterations: Annotated[int, Field(le=2**62)] = 1000
-    cost_travel_multiplier: Annotated[float, Field(ge=0)] = 1.0
+    cost_travel_multiplier: NonNegative = 1.0
     use_final_approach_orientation: bool = False
     smoother: SmootherParams = SmootherParams()
 
@@ -133,3 +143,43 @@ def downsampled(costmap: Costmap, factor: int) -> Costmap:
     costs = np.ascontiguousarray(np.maximum.reduceat(by_rows, col_starts, axis=1))
     resolution = costmap.resolution * factor
     return Costmap(costs, resolution, costmap.origin_x, costmap.origin_y, costmap.track_unknown_space)
+
+
+SMAC_2D = PlannerEntry(
+    Smac2DParams,
+    Smac2DPlanner,
+    nav2=RosPlugin(
+        slashed_in_humble("nav2_smac_planner", "SmacPlanner2D"),
+        "Smac 2D",
+        Smac2DParams,
+        Keys(
+            ros_only=frozenset({"plugin", "max_planning_time", "terminal_checking_interval"}),
+            elsewhere=dict.fromkeys(
+                (
+                    "analytic_expansion_max_cost",
+                    "analytic_expansion_max_length",
+                    "analytic_expansion_ratio",
+                    "angle_quantization_bins",
+                    "cache_obstacle_heuristic",
+                    "change_penalty",
+                    "cost_penalty",
+                    "debug_visualizations",
+                    "goal_heading_mode",
+                    "lattice_filepath",
+                    "lookup_table_size",
+                    "minimum_turning_radius",
+                    "motion_model_for_search",
+                    "non_straight_penalty",
+                    "retrospective_penalty",
+                    "reverse_penalty",
+                    "rotation_penalty",
+                    "smooth_path",
+                    "smoother.optimizer",
+                    "smoother.smoother",
+                ),
+                "a parameter of Hybrid-A*, State Lattice or an older Smac planner",
+            ),
+        ),
+        stands_in_for=("nav2_smac_planner",),
+    ),
+)

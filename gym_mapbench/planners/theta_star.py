@@ -7,24 +7,32 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.errors import EndpointError
 from gym_mapbench.kernels.theta_star import search_corners
-from gym_mapbench.planners.base import Path, cells_of, no_path, refuse_obstacle, set_last_yaw, stay, to_centres
+from gym_mapbench.planners.base import (
+    Path,
+    PlannerEntry,
+    cells_of,
+    no_path,
+    refuse_obstacle,
+    set_last_yaw,
+    stay,
+    to_centres,
+)
+from gym_mapbench.quantities import NonNegative
+from gym_mapbench.ros_params import Keys, RosPlugin, slashed_in_humble
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose
 
 MAX_NON_OBSTACLE = 252
 NEUTRAL_COST = 26
 COST_FACTOR = 0.9
-
-Weight = Annotated[float, Field(ge=0)]
 
 
 class ThetaStarParams(Settings):
@@ -39,8 +47,8 @@ class ThetaStarParams(Settings):
     """
 
     how_many_corners: Literal[4, 8] = 8
-    w_euc_cost: Weight = 1.0
-    w_traversal_cost: Weight = 2.0
+    w_euc_cost: NonNegative = 1.0
+    w_traversal_cost: NonNegative = 2.0
     allow_unknown: bool = True
     use_final_approach_orientation: bool = False
 
@@ -92,3 +100,18 @@ def _interpolated(corners: NDArray[np.float64], spacing: float) -> Path:
         pieces.append(first + along[:, None] * (second - first) / length)
     points = np.vstack(pieces)
     return np.column_stack([points, np.zeros(len(points))])
+
+
+THETA_STAR = PlannerEntry(
+    ThetaStarParams,
+    ThetaStarPlanner,
+    nav2=RosPlugin(
+        slashed_in_humble("nav2_theta_star_planner", "ThetaStarPlanner"),
+        "Theta*",
+        ThetaStarParams,
+        Keys(
+            ros_only=frozenset({"plugin", "terminal_checking_interval"}),
+            elsewhere={"w_heuristic_cost": "Theta* computes it from w_euc_cost"},
+        ),
+    ),
+)

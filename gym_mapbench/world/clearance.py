@@ -1,4 +1,4 @@
-"""Clearance: how far the robot's outline is from the walls."""
+"""Clearance: the distance from the robot's outline to walls, and room for it beside walls and bodies."""
 
 from __future__ import annotations
 
@@ -8,20 +8,22 @@ from numpy.typing import ArrayLike, NDArray
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.clearance import clearances_of_disc, clearances_of_polygon
 from gym_mapbench.kernels.motion import GROUND, MARGIN, is_clear
+from gym_mapbench.world.bodies import place_bodies
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.noise import NoiseSettings, disturb_pose
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.state import ground_of
 
-MAX_DRAWS = 1000
+MAX_SAMPLES = 1000
+EVERYWHERE = np.array([-np.inf, -np.inf, np.inf, np.inf])
 
 
 def measure_clearance(grid: GridMap, robot: RobotSpec, poses: ArrayLike) -> NDArray[np.float64]:
     """Return the exact distance from the robot's outline to the nearest wall, ``(n,)`` m.
 
-    The map's edge is a wall; unknown cells are free. A disc that overlaps a wall has a negative clearance, as deep as
-    the overlap; a polygon's is 0.
+    The map's edge is a wall; unknown cells are free. The clearance of a disc that overlaps a wall is minus the depth of
+    the overlap; the clearance of a polygon is then 0.
 
     Args:
         grid: The map.
@@ -29,7 +31,13 @@ def measure_clearance(grid: GridMap, robot: RobotSpec, poses: ArrayLike) -> NDAr
         poses: ``(n, 3)`` or more columns, x, y (m), yaw (rad); on the map.
     """
     states = np.ascontiguousarray(np.atleast_2d(np.asarray(poses, dtype=np.float64))[:, :3])
-    boxes, area = wall_boxes(grid), np.array(grid.bounds)
+    return _distances(wall_boxes(grid), np.array(grid.bounds), robot, states)
+
+
+def _distances(
+    boxes: NDArray[np.float64], area: NDArray[np.float64], robot: RobotSpec, states: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the distances ``(n,)`` from the outline at every pose to the nearest box, or the edge of the area."""
     clearances: NDArray[np.float64]
     if robot.footprint is None:
         clearances = clearances_of_disc(boxes, area, states, robot.radius)
@@ -51,14 +59,27 @@ def check_clearance(scenario: Scenario, robot: RobotSpec) -> None:
     """Refuse a task whose start or goal the robot cannot stand on.
 
     Raises:
-        ConfigError: If the robot would touch a wall there.
+        ConfigError: If the robot would touch a wall there, or a body at time 0.
     """
     for what, pose in (("start", scenario.start), ("goal", scenario.goal)):
-        if not has_room(scenario.map, robot, pose):
+        obstacle = find_obstacle(scenario, robot, pose)
+        if obstacle:
             raise ConfigError(
-                f"{what}: expected room for the robot ({robot.name}), got a wall that touches it at "
+                f"{what}: expected room for the robot ({robot.name}), got {obstacle} that touches it at "
                 f"({pose.x:g}, {pose.y:g}, {pose.yaw:g})"
             )
+
+
+def find_obstacle(scenario: Scenario, robot: RobotSpec, pose: Pose) -> str:
+    """Name what the robot touches at a pose on the map before the bodies move; empty if the robot has room."""
+    if not has_room(scenario.map, robot, pose):
+        return "a wall"
+    for number, (x, y, _) in enumerate(place_bodies(scenario.bodies, np.zeros(1))[0].tolist()):
+        body = scenario.bodies[number]
+        away = _distances(np.array([[x, y, x, y]]), EVERYWHERE, robot, np.array([pose]))[0]
+        if away <= body.shape.radius:
+            return f"body {number} ({body.motion.name})"
+    return ""
 
 
 def has_room(grid: GridMap, robot: RobotSpec, pose: Pose) -> bool:
@@ -69,19 +90,19 @@ def has_room(grid: GridMap, robot: RobotSpec, pose: Pose) -> bool:
     return bool(measure_clearance(grid, robot, [pose])[0] > 0)
 
 
-def draw_start(scenario: Scenario, robot: RobotSpec, noise: NoiseSettings, rng: np.random.Generator) -> Pose:
-    """Draw the true start pose: the scenario's, disturbed, at a place where the robot touches no wall.
+def sample_start(scenario: Scenario, robot: RobotSpec, noise: NoiseSettings, rng: np.random.Generator) -> Pose:
+    """Sample the true start pose: the scenario's start plus noise, at a place where the robot touches nothing.
 
     Raises:
-        ConfigError: If 1000 draws all touch one.
+        ConfigError: If the robot touches a wall or a body in each of 1000 samples.
     """
     if not (noise.start_xy or noise.start_yaw):
         return scenario.start
-    for _ in range(MAX_DRAWS):
+    for _ in range(MAX_SAMPLES):
         pose = disturb_pose(scenario.start, noise.start_xy, noise.start_yaw, rng)
-        if scenario.map.world_to_cell(pose.x, pose.y) and has_room(scenario.map, robot, pose):
+        if scenario.map.world_to_cell(pose.x, pose.y) and not find_obstacle(scenario, robot, pose):
             return pose
-    raise ConfigError(f"noise: expected room around the start, got walls in {MAX_DRAWS} draws")
+    raise ConfigError(f"noise: expected room around the start, got obstacles in {MAX_SAMPLES} samples")
 
 
 def counter_clockwise(corners: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,6 +1,6 @@
-"""Frames: how poses in one coordinate frame are seen from another.
+"""Frames: transformations of poses from one coordinate frame to another.
 
-A frame is written as the pose of its origin in the other frame. With the identity, results are exact.
+A frame is given by the pose of its origin in the other frame. With the identity, results are exact.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""GridMap: what the world looks like, as a frozen value.
+"""GridMap: the static occupancy of a world, as a frozen value.
 
 The array convention is that of ``nav_msgs/OccupancyGrid``: ``occupancy[row, col]`` with row 0
 at the *bottom*, so that row grows with y and col with x. Pictures and text have their first
@@ -120,7 +120,7 @@ class GridMap:
 
     @cached_property
     def framed(self) -> NDArray[np.bool_]:
-        """``(rows + 2, cols + 2)`` occupancy inside a frame of occupied cells: whatever leaves the map hits a wall."""
+        """``(rows + 2, cols + 2)`` occupancy inside a frame of occupied cells, the edge of the map."""
         framed = np.ones((self.shape[0] + 2, self.shape[1] + 2), dtype=np.bool_)
         framed[1:-1, 1:-1] = self.occupancy
         framed.flags.writeable = False

@@ -1,4 +1,4 @@
-"""The laser scanner: exact distances to the walls of the grid, and what it reports of them."""
+"""The laser scanner: exact distances to walls and bodies, and what it reports of them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.kernels.bodies import see_bodies
 from gym_mapbench.kernels.raycast import cast_rays
+from gym_mapbench.quantities import Positive
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.frames import IDENTITY, compose
-from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import LidarMount
 from gym_mapbench.world.scenario import Pose
+from gym_mapbench.world.world import World
 
 
 class LidarSettings(Settings):
@@ -30,7 +32,7 @@ class LidarSettings(Settings):
         x: Place of the scanner in the robot's frame, m forwards of its centre.
         y: The same, m to the left.
         yaw: Heading of the scanner in the robot's frame, rad.
-        range_min: Shortest distance, m; what is nearer is not measured.
+        range_min: Shortest distance, m; nothing nearer is measured.
         range_max: Largest distance, m; also reported for a beam that hits nothing.
         no_reading: What is reported for a beam that is lost, or hits something nearer than ``range_min``.
             ``range_max``: as if nothing was there, like drivers that report infinity. ``zero``: 0 m, as LDS-01 and
@@ -50,7 +52,7 @@ class LidarSettings(Settings):
     no_reading: Literal["range_max", "zero"] = "range_max"
     angle_min: float = 0.0
     angle_increment: float | None = None
-    scan_rate: Annotated[float, Field(gt=0)] | None = None
+    scan_rate: Positive | None = None
 
     @property
     def angles(self) -> NDArray[np.float64]:
@@ -69,7 +71,7 @@ class LidarSettings(Settings):
 
     @property
     def place(self) -> Pose:
-        """Pose of the scanner in the robot's frame; what is None counts as 0."""
+        """Pose of the scanner in the robot's frame; None counts as 0."""
         return Pose(self.x or 0.0, self.y or 0.0, self.yaw or 0.0)
 
     @model_validator(mode="after")
@@ -84,7 +86,7 @@ class LidarSettings(Settings):
         return robot if place == IDENTITY else compose(robot, place)
 
     def report(self, ranges: NDArray[np.float32], lost: NDArray[np.bool_] | None) -> NDArray[np.float32]:
-        """Return measured ``(..., beams)`` ranges, m; ``no_range`` where a beam is lost or hits something too near."""
+        """Return measured ``(..., beams)`` ranges, m; ``no_range`` where a beam is lost or too short."""
         range_min = self.range_min
         if not range_min and lost is None:
             return ranges
@@ -94,36 +96,38 @@ class LidarSettings(Settings):
         return np.where(unread, np.float32(self.no_range), ranges)
 
     def mounted(self, mount: LidarMount) -> LidarSettings:
-        """Return the scanner with what is None filled in from ``mount``."""
+        """Return the scanner with values from ``mount`` in place of None."""
         return _mounted(self, mount)
 
 
 class Lidar:
-    """A scanner on one map; cells off the map are walls, unknown cells are free.
+    """A scanner in one world; cells off the map are walls, unknown cells are free.
 
     Args:
         settings: Beams, ranges and place on the robot.
-        grid: The map.
+        world: What the scanner sees: walls, and bodies where they are at the moment of the scan.
     """
 
-    def __init__(self, settings: LidarSettings, grid: GridMap) -> None:
-        self._settings = settings
+    def __init__(self, settings: LidarSettings, world: World) -> None:
+        self._settings, self._world = settings, world
         self._beams = directions(settings)
-        self._walls = grid.framed
-        self._resolution = grid.resolution
-        self._origin = grid.origin
+        self._walls = world.grid.framed
+        self._resolution = world.grid.resolution
+        self._origin = world.grid.origin
 
     def scan(self, pose: Pose) -> NDArray[np.float32]:
         """Return ``(beams,)`` distances from the scanner of a robot at a pose on the map, m, in a new array."""
         ranges = np.empty(len(self._beams), dtype=np.float32)
         sensor, range_max = self._settings.sensor_pose(pose), self._settings.range_max
         cast_rays(self._walls, self._resolution, *self._origin, *sensor, self._beams, range_max, ranges)
+        if self._world.bodies:
+            see_bodies(self._world.poses, self._world.radii, *sensor, self._beams, range_max, ranges)
         return ranges
 
 
 @functools.lru_cache(maxsize=8)
 def _mounted(settings: LidarSettings, mount: LidarMount) -> LidarSettings:
-    """Fill in what is None; cached, as every episode asks for it."""
+    """Return the settings with values from ``mount`` in place of None; cached, as every episode needs it."""
     return settings.replace(
         **{name: value for name, value in mount.model_dump().items() if getattr(settings, name) is None}
     )

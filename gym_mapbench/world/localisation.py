@@ -1,7 +1,7 @@
-"""Where the robot believes it is: in the odom frame by its wheels, on the map by its localisation.
+"""Odometry and localisation: the robot's pose as its wheels and its localisation estimate it.
 
-The odom pose is smooth and drifts; the estimate on the map does not drift, but jumps, as AMCL's does. Nothing of
-the localisation's error reaches the odom frame.
+The odom pose is smooth and drifts. The estimate on the map does not drift, but jumps, as the estimate of AMCL does.
+The error of the localisation does not reach the odom frame.
 """
 
 from __future__ import annotations
@@ -22,15 +22,14 @@ ODOM_SHIFT = 1.0
 class Odometry:
     """Wheel odometry from a start pose on.
 
-    Its errors are systematic and drawn once for a run: on smooth floors they outweigh those that change from moment
-    to moment (Borenstein and Feng, UMBmark, 1996). It counts how the body moves, even along a wall, where real
-    wheels would slip.
+    Its errors are systematic and sampled once for a run: on smooth floors systematic errors outweigh random ones
+    (Borenstein and Feng, UMBmark, 1996). It counts how the body moves, even along a wall, where real wheels slip.
 
     Args:
         noise: Where the odom frame lies, and the errors of the wheels.
         start: True pose at the start.
-        frame_rng: Draws the odom frame.
-        rng: Draws the errors of this run.
+        frame_rng: Samples the odom frame.
+        rng: Samples the errors of this run.
     """
 
     def __init__(
@@ -38,7 +37,7 @@ class Odometry:
     ) -> None:
         self._frame = IDENTITY
         if noise.odom_frame == "random":
-            self._frame = relate(start, _draw_pose(frame_rng))
+            self._frame = relate(start, _sample_pose(frame_rng))
         self._drifts = noise.drifts
         self._true, self._pose = start, compose(self._frame, start)
         if self._drifts:
@@ -73,7 +72,7 @@ class Localisation:
     Args:
         noise: Spread of the error and when it is corrected.
         period: Control period, s.
-        rng: Draws the error, once a control period.
+        rng: Samples the error, once a control period.
     """
 
     def __init__(self, noise: NoiseSettings, period: float, rng: np.random.Generator) -> None:
@@ -100,7 +99,7 @@ class Localisation:
         return moved > self._noise.update_min_d or abs(wrap_angle(now.yaw - before.yaw)) > self._noise.update_min_a
 
 
-def _draw_pose(rng: np.random.Generator) -> Pose:
-    """Draw a pose, uniform in position and heading, so that all shifts and turns against the map are equally likely."""
+def _sample_pose(rng: np.random.Generator) -> Pose:
+    """Sample a pose, uniform in position and heading: all shifts and turns against the map are equally likely."""
     x, y, turn = rng.uniform(-1.0, 1.0, 3).tolist()
     return Pose(ODOM_SHIFT * x, ODOM_SHIFT * y, wrap_angle(math.pi * turn))

@@ -1,8 +1,8 @@
-"""Noise: what differs from run to run when it is switched on. All of it is off by default.
+"""Noise of sensors, motors and localisation. All noise is off by default.
 
-Each source of noise draws from a generator of its own, at a rate that does not depend on what the robot does. So at
-equal seeds all controllers meet the same noise at the same time, and it stays the same when another source is switched
-on or off (common random numbers).
+Each source of noise samples from a generator of its own, at a rate that does not depend on what the robot does. At
+equal seeds, all controllers therefore meet the same noise at the same time. The noise of one source does not change
+when another source is switched on or off (common random numbers).
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import Fraction, NonNegative
 from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Pose, wrap_angle
 
-Share = Annotated[float, Field(ge=0, le=1)]
-Metres = Annotated[float, Field(ge=0, le=1)]
-Radians = Annotated[float, Field(ge=0, le=math.pi)]
-Seconds = Annotated[float, Field(ge=0, le=3600)]
-Speed = Annotated[float, Field(ge=0, le=1)]
+Metres = Annotated[NonNegative, Field(le=1)]
+Radians = Annotated[NonNegative, Field(le=math.pi)]
+Seconds = Annotated[NonNegative, Field(le=3600)]
+Speed = Annotated[NonNegative, Field(le=1)]
 
 NORMALS_AT_ONCE = 256
 
 
 class NoiseSettings(Settings):
-    """What is wrong with sensors, motors and localisation; by default all noise is off, and 0 switches a noise off.
+    """Errors of sensors, motors and localisation; by default all noise is off, and 0 switches a noise off.
 
     Deviations are standard deviations of normal distributions. A mapping may have the key ``level``, the name of one
     of :data:`NOISES`; its other values then replace those of the level.
@@ -51,12 +51,12 @@ class NoiseSettings(Settings):
         odometry_v: Deviation of the measured forward speed, m/s; independent at each control step, and not part of the
             odom pose.
         odometry_w: Deviation of the measured turn rate, rad/s; likewise.
-        odometry_distance: Deviation of the relative error of the distance that wheel odometry counts; drawn once for a
-            run, as wheels keep their diameter.
-        odometry_turn: Deviation of the relative error of the turn that it counts; drawn once for a run, as the axle
+        odometry_distance: Deviation of the relative error of the distance that wheel odometry counts; sampled once
+            for a run, as wheels keep their diameter.
+        odometry_turn: Deviation of the relative error of the turn that it counts; sampled once for a run, as the axle
             keeps its length.
-        odometry_veer: Deviation of the turn that it counts for each metre driven straight on, rad/m; drawn once for a
-            run, as one wheel stays larger than the other.
+        odometry_veer: Deviation of the turn that it counts for each metre driven straight on, rad/m; sampled once
+            for a run, as one wheel stays larger than the other.
         actuation_v: Deviation of the relative error with which the commanded forward speed is carried out.
         actuation_w: The same for the commanded turn rate.
         actuation_time_constant: As ``pose_time_constant``, for these two errors.
@@ -66,7 +66,7 @@ class NoiseSettings(Settings):
             from 0 m on. ``robot``: where the robot's own scanner is.
         scan: Deviation of each range of the lidar, m.
         scan_relative: The same as a share of the range; where both are given, their squares add up.
-        scan_dropout: Probability that a beam comes back with nothing.
+        scan_dropout: Probability that a beam has no reading.
     """
 
     odom_frame: Literal["aligned", "random"] = "aligned"
@@ -79,17 +79,17 @@ class NoiseSettings(Settings):
     update_min_a: Radians = 0.2
     odometry_v: Speed = 0.0
     odometry_w: Speed = 0.0
-    odometry_distance: Share = 0.0
-    odometry_turn: Share = 0.0
+    odometry_distance: Fraction = 0.0
+    odometry_turn: Fraction = 0.0
     odometry_veer: Radians = 0.0
-    actuation_v: Share = 0.0
-    actuation_w: Share = 0.0
+    actuation_v: Fraction = 0.0
+    actuation_w: Fraction = 0.0
     actuation_time_constant: Seconds = 0.0
-    latency: Share = 0.0
+    latency: Fraction = 0.0
     lidar_mount: Literal["centre", "robot"] = "centre"
     scan: Metres = 0.0
-    scan_relative: Share = 0.0
-    scan_dropout: Share = 0.0
+    scan_relative: Fraction = 0.0
+    scan_dropout: Fraction = 0.0
 
     @model_validator(mode="before")
     @classmethod
@@ -104,18 +104,18 @@ class NoiseSettings(Settings):
 
     @property
     def drifts(self) -> bool:
-        """Whether wheel odometry counts wrongly."""
+        """Whether wheel odometry has errors."""
         return bool(self.odometry_distance or self.odometry_turn or self.odometry_veer)
 
     @property
-    def draws(self) -> bool:
-        """Whether anything is drawn at random."""
+    def samples(self) -> bool:
+        """Whether any error is sampled."""
         deviations = (getattr(self, name) for name in _DEVIATIONS)
         return any(deviations) or self.odom_frame == "random"
 
     @property
     def knows_its_state(self) -> bool:
-        """Whether ``pose``, ``odom`` and ``velocity`` are observed as they are."""
+        """Whether ``pose``, ``odom`` and ``velocity`` are observed without errors."""
         wrong = self.pose_xy or self.pose_yaw or self.odometry_v or self.odometry_w
         return not (wrong or self.drifts or self.odom_frame == "random")
 
@@ -137,14 +137,14 @@ _DEVIATIONS = (
 )
 _LEVELS: dict[str, NoiseSettings] = {
     "none": NoiseSettings(),
-    # A TurtleBot3 that is well looked after.
+    # A well-maintained TurtleBot3.
     "nominal": NoiseSettings(
         odom_frame="random",
         start_xy=0.02,
         start_yaw=0.03,
         # Particle filters against external references: from millimetres with an industrial scanner and scan matching on
         # top (Roewekaemper et al., IROS 2012) to 6.7 cm in the mean with depth cameras (Schmitt et al., IPIN 2012). A
-        # hobby scanner on a 5 cm grid lies between. The time constant is assumed: AMCL weighs its particles anew every
+        # hobby scanner on a 5 cm grid lies between. The time constant is assumed: AMCL updates its particles every
         # 0.25 m, half a second to a second of driving, but keeps most of them.
         pose_xy=0.03,
         pose_yaw=0.02,
@@ -167,7 +167,7 @@ _LEVELS: dict[str, NoiseSettings] = {
         lidar_mount="robot",
         scan=0.01,
     ),
-    # A TurtleBot3 that is not.
+    # A poorly maintained TurtleBot3.
     "rough": NoiseSettings(
         odom_frame="random",
         start_xy=0.05,
@@ -232,46 +232,46 @@ class Streams(NamedTuple):
 
     @classmethod
     def spawn(cls, rng: np.random.Generator, noise: NoiseSettings) -> Streams:
-        """Make them from the env's generator, whose own numbers are not used up.
+        """Return the generators, spawned from the env's generator, whose own numbers are not used up.
 
-        Where nothing is drawn they are the generator itself, for making them takes as long as several steps.
+        Without noise, all of them are the env's generator itself: spawning takes as long as several steps.
         """
         count = len(cls._fields)
-        return cls(*(rng.spawn(count) if noise.draws else [rng] * count))
+        return cls(*(rng.spawn(count) if noise.samples else [rng] * count))
 
 
 class Normals:
-    """Standard normals of a generator, drawn many at once: the same numbers as one by one, at a tenth of the time.
+    """Standard normal numbers, sampled many at once: the same numbers as one by one, at a tenth of the time.
 
     Args:
-        rng: The generator; nobody else draws from it.
+        rng: The generator; nothing else samples from it.
     """
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
-        self._drawn: list[float] = []
+        self._sampled: list[float] = []
         self._next = 0
 
-    def draw(self, count: int) -> list[float]:
+    def take(self, count: int) -> list[float]:
         """Return the next numbers."""
         end = self._next + count
-        while end > len(self._drawn):
-            left = self._drawn[self._next :]
-            self._drawn = left + self._rng.standard_normal(NORMALS_AT_ONCE).tolist()
+        while end > len(self._sampled):
+            left = self._sampled[self._next :]
+            self._sampled = left + self._rng.standard_normal(NORMALS_AT_ONCE).tolist()
             self._next, end = 0, count
-        drawn = self._drawn[self._next : end]
+        numbers = self._sampled[self._next : end]
         self._next = end
-        return drawn
+        return numbers
 
 
 class Wander:
-    """An error that wanders around 0: an Ornstein-Uhlenbeck process that begins in its stationary distribution.
+    """An error with a time constant: an Ornstein-Uhlenbeck process that begins in its stationary distribution.
 
     Args:
-        deviations: Stationary standard deviation of every component; where all are 0, nothing is drawn.
+        deviations: Stationary standard deviation of every component; where all are 0, nothing is sampled.
         time_constant: Seconds in which the correlation falls to 1/e; 0 for none at all.
         period: Seconds from one call of :meth:`advance` to the next.
-        rng: Generator that the error is drawn from.
+        rng: Generator that the error is sampled from.
     """
 
     def __init__(
@@ -282,19 +282,19 @@ class Wander:
         self._kept = math.exp(-period / time_constant) if time_constant else 0.0
         self._fresh = math.sqrt(1.0 - self._kept**2)
         self._normals = Normals(rng)
-        self._next = self._normals.draw(len(deviations)) if self.is_on else [0.0] * len(deviations)
+        self._next = self._normals.take(len(deviations)) if self.is_on else [0.0] * len(deviations)
 
     def advance(self) -> list[float]:
         """Return the error of this moment and move on to the next."""
         now, kept, fresh = self._next, self._kept, self._fresh
         if not self.is_on:
             return now
-        self._next = [kept * old + fresh * new for old, new in zip(now, self._normals.draw(len(now)), strict=True)]
+        self._next = [kept * old + fresh * new for old, new in zip(now, self._normals.take(len(now)), strict=True)]
         return [deviation * value for deviation, value in zip(self._deviations, now, strict=True)]
 
 
 def disturb_pose(pose: Pose, xy: float, yaw: float, rng: np.random.Generator) -> Pose:
-    """Add normal noise to a pose; nothing is drawn where both deviations (m, rad) are 0."""
+    """Add normal noise to a pose; nothing is sampled where both deviations (m, rad) are 0."""
     if not (xy or yaw):
         return pose
     dx, dy, turn = rng.standard_normal(3)
@@ -302,10 +302,10 @@ def disturb_pose(pose: Pose, xy: float, yaw: float, rng: np.random.Generator) ->
 
 
 def disturb_velocity(velocity: tuple[float, float], v: float, w: float, normals: Normals) -> tuple[float, float]:
-    """Add normal noise to speed and turn rate; nothing is drawn where both deviations are 0."""
+    """Add normal noise to speed and turn rate; nothing is sampled where both deviations are 0."""
     if not (v or w):
         return velocity
-    dv, dw = normals.draw(2)
+    dv, dw = normals.take(2)
     return velocity[0] + v * dv, velocity[1] + w * dw
 
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator
+from pydantic import field_validator
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import NonNegative, Positive
 from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.settings import Settings
-
-Positive = Annotated[float, Field(gt=0)]
 
 
 class LidarMount(Settings):
@@ -28,13 +25,13 @@ class LidarMount(Settings):
     x: float = 0.0
     y: float = 0.0
     yaw: float = 0.0
-    range_min: Annotated[float, Field(ge=0)] = 0.0
+    range_min: NonNegative = 0.0
 
 
 class RobotSpec(Settings):
     """A differential-drive robot: a disc, or a convex polygon where ``footprint`` is given.
 
-    The limits are those of the wheels: what the base can do, whatever is commanded.
+    The limits are those of the wheels; commands beyond them are clipped.
 
     Args:
         name: Its name in tables.
@@ -43,7 +40,7 @@ class RobotSpec(Settings):
         max_linear_velocity: Top speed forwards, m/s.
         max_reverse_velocity: Top speed backwards, m/s, as a positive number.
         max_angular_velocity: Top turn rate, rad/s.
-        max_linear_acceleration: Largest change of the speed, m/s^2, for speeding up and braking alike.
+        max_linear_acceleration: Largest change of the speed, m/s^2, for speeding up and for braking.
         max_angular_acceleration: Largest change of the turn rate, rad/s^2.
         lidar: Where its scanner sits; used where the noise's ``lidar_mount`` is ``robot``, as in ``nominal``.
     """
@@ -52,7 +49,7 @@ class RobotSpec(Settings):
     radius: Positive = 0.22
     footprint: tuple[tuple[float, float], ...] | None = None
     max_linear_velocity: Positive = 0.5
-    max_reverse_velocity: Annotated[float, Field(ge=0)] = 0.35
+    max_reverse_velocity: NonNegative = 0.35
     max_angular_velocity: Positive = 1.9
     max_linear_acceleration: Positive = 2.5
     max_angular_acceleration: Positive = 3.2
@@ -88,6 +85,15 @@ _PRESETS: dict[str, RobotSpec] = {
     # Nav2's example (nav2_bringup/params/nav2_params.yaml): the radius of its costmaps, MPPI's and RPP's top speed.
     # The scanners of both TurtleBot3: turtlebot3_description/urdf (base_scan); LDS-01's data sheet: 0.12 m.
     "turtlebot3_waffle": RobotSpec(name="turtlebot3_waffle", lidar=LidarMount(x=-0.064, range_min=0.12)),
+    # The Waffle that Nav2 spawns in gz: nav2_minimal_tb3_sim/urdf/gz_waffle.sdf.xacro, limits of its DiffDrive.
+    "turtlebot3_waffle_gz": RobotSpec(
+        name="turtlebot3_waffle_gz",
+        max_linear_velocity=0.46,
+        max_reverse_velocity=0.46,
+        max_linear_acceleration=1.0,
+        max_angular_acceleration=2.0,
+        lidar=LidarMount(x=-0.064, range_min=0.12),
+    ),
     # ROBOTIS e-manual: 0.22 m/s, 2.84 rad/s; the 138 mm x 178 mm base fits a disc of 0.105 m.
     "turtlebot3_burger": RobotSpec(
         name="turtlebot3_burger",

@@ -1,4 +1,4 @@
-"""Scenario and MapSet: a map with a task on it, and the tuple of them that is one individual."""
+"""Scenario and MapSet: a map with a task on it, and a tuple of scenarios, the individual of a search."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 from gym_mapbench.errors import ConfigError, visible
 from gym_mapbench.kernels.geometry import wrap_angle as wrap_angle_kernel
 from gym_mapbench.kernels.jit import plain
+from gym_mapbench.world.bodies import Body
 from gym_mapbench.world.gridmap import GridMap
 
 _wrap = plain(wrap_angle_kernel)
@@ -28,27 +29,45 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True)
 class Scenario:
-    """One navigation task: drive from ``start`` to ``goal`` on ``map``.
+    """One navigation task: drive from ``start`` to ``goal`` on ``map``, among ``bodies`` that move.
+
+    Args:
+        map: The walls.
+        start: Where the robot starts, m, rad.
+        goal: Where it shall go, m, rad.
+        name: Name in tables and files.
+        bodies: What moves besides the robot; see :mod:`gym_mapbench.world.bodies`.
 
     Raises:
-        ConfigError: If start or goal is not finite, off the map, or in an occupied cell.
+        ConfigError: If start or goal is not finite, off the map, or in an occupied cell, or a body is not a Body.
     """
 
     map: GridMap
     start: Pose
     goal: Pose
     name: str = "map"
+    bodies: tuple[Body, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", visible(self.name))
+        object.__setattr__(self, "bodies", tuple(self.bodies))
+        for body in self.bodies:
+            if not isinstance(body, Body):
+                raise ConfigError(f"bodies: expected Body values, got {body!r:.80}")
         for what in ("start", "goal"):
             object.__setattr__(self, what, _pose_on(self.map, what, getattr(self, what)))
 
     @cached_property
     def digest(self) -> str:
-        """Content hash of map, start and goal (not of the name)."""
-        text = repr((self.map.digest, tuple(self.start), tuple(self.goal)))
-        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+        """Content hash of map, bodies, start and goal (not of the name)."""
+        return _hash(repr((self.world_digest, tuple(self.start), tuple(self.goal))))
+
+    @cached_property
+    def world_digest(self) -> str:
+        """Content hash of map and bodies, which seeds are derived from; the map's own where there are no bodies."""
+        if not self.bodies:
+            return self.map.digest
+        return _hash(repr((self.map.digest, [body.model_dump_json() for body in self.bodies])))
 
 
 @dataclass(frozen=True)
@@ -69,7 +88,7 @@ class MapSet:
     @cached_property
     def digest(self) -> str:
         """Content hash that does not depend on the order of the maps."""
-        return hashlib.blake2b("".join(sorted(s.digest for s in self)).encode(), digest_size=16).hexdigest()
+        return _hash("".join(sorted(scenario.digest for scenario in self)))
 
     def __len__(self) -> int:
         return len(self.scenarios)
@@ -79,6 +98,10 @@ class MapSet:
 
     def __getitem__(self, index: int) -> Scenario:
         return self.scenarios[index]
+
+
+def _hash(text: str) -> str:
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
 def _pose_on(grid: GridMap, what: str, pose: Pose) -> Pose:
@@ -101,6 +124,6 @@ def _pose_on(grid: GridMap, what: str, pose: Pose) -> Pose:
 
 
 def wrap_angle(angle: float) -> float:
-    """Wrap an angle to (-pi, pi]; one that lies there is returned unchanged, so that saved poses keep their digest."""
+    """Return an angle wrapped to (-pi, pi]; an angle in that range is unchanged, so saved poses keep their digest."""
     wrapped: float = _wrap(angle)
     return wrapped

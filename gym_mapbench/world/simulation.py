@@ -1,106 +1,76 @@
-"""The physics: a differential-drive robot among the walls of a grid map, in Box2D.
+"""The physics: a differential-drive robot among the walls and bodies of a world.
 
 Box2D computes in float32, controllers are compared in float64. While nothing touches the robot its
-motion is the float64 midpoint step of :mod:`gym_mapbench.kernels.motion`, and the body follows that pose,
-set anew before every control step, so that it is never more than a few float32 roundings away.
-As soon as a contact touches, the pose is what Box2D makes of it. Box2D may rest where no wall is within reach;
-the box that it keeps around the body is then kept for it, so that it wakes up as if it had never rested.
-
-Lengths inside Box2D are metres times :data:`SCALE`: its fixed tolerances (5 mm of permitted
-overlap, 15 mm at the first touch) shrink to 0.13 mm and 0.38 mm. Coordinates count from the map's
-lower-left corner.
+motion is the float64 midpoint step of :mod:`gym_mapbench.kernels.motion`, and Box2D's body follows that pose,
+set before every control step, so that it is never more than a few float32 roundings away.
+As soon as a contact touches, the pose is what Box2D makes of it. Box2D may rest where neither wall nor body is within
+reach; the box that it keeps around the robot is then kept for it, so that it wakes up as if it had never rested.
 """
 
 from __future__ import annotations
 
-import math
-import warnings
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-from gym_mapbench.kernels import motion
-from gym_mapbench.kernels.jit import plain
-from gym_mapbench.kernels.motion import BOX, MARGIN, SCALE, drive_body
-from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.kernels.motion import BOX, MARGIN, drive_robot
+from gym_mapbench.world.box2d import Engine
+from gym_mapbench.world.plant import PlantName
 from gym_mapbench.world.robot import RobotSpec
-from gym_mapbench.world.scenario import Pose, wrap_angle
+from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.state import Worlds, drive_of, ground_of
-
-with warnings.catch_warnings():
-    # Its SWIG types make Python warn; where warnings are errors, Box2D would crash the interpreter here.
-    warnings.simplefilter("ignore", DeprecationWarning)
-    from Box2D import (
-        b2AABB,
-        b2Body,
-        b2CircleShape,
-        b2Contact,
-        b2ContactListener,
-        b2FixtureDef,
-        b2Manifold,
-        b2MassData,
-        b2PolygonShape,
-        b2World,
-    )
-
-SKIN = 0.02
-"""Rounding of a polygon robot in Box2D units: four times its slop, so that fast contacts are found in time."""
-VELOCITY_ITERATIONS = 6
-POSITION_ITERATIONS = 2
-
-ELSEWHERE = b2AABB(lowerBound=(-1e6, -1e6), upperBound=(-1e6, -1e6))
+from gym_mapbench.world.world import World
 
 SPARE = 0.5
-"""How far beyond the robot's reach walls are built where Box2D rests and begins anew, m."""
-
-_clip, _approach, _midpoint_velocity = plain(motion.clip), plain(motion.approach), plain(motion.midpoint_velocity)
+"""How far beyond the robot's reach walls are built where Box2D knows only the walls nearby, m."""
 
 
 class Simulation:
-    """One robot on one map, from a start pose on.
+    """One robot in one world, from a start pose on.
 
-    The map's edge is a wall. Walls and robot have no friction: the robot slides along walls, or is
-    stopped by them, while its wheels keep turning as told.
+    The map's edge is a wall. Walls, bodies and robot have no friction: the robot slides along walls, or is
+    stopped by them, while its wheels keep turning as told; a body that moves pushes it.
 
     Args:
-        grid: The map; its unknown cells are free.
+        world: Walls and bodies; its unknown cells are free.
         robot: Shape and limits of the robot.
         start: Where it stands, at rest.
-        physics_hz: Ticks per second.
-        rests: Whether Box2D rests while no wall is within reach. For a disc, nothing changes; for a polygon, nothing
-            up to the first touch: after it, which of several walls touched at once Box2D solves first depends on where
-            the body has been all along.
+        plant: How the wheels follow a command: a name of :data:`~gym_mapbench.world.plant.PLANTS`.
+        rests: Whether Box2D rests while no wall and no body is within reach. For a disc, nothing changes; for a
+            polygon, nothing up to the first touch: after it, which of several walls touched at once Box2D solves first
+            depends on where the robot has been all along.
         nearby: Whether Box2D knows only the walls nearby; nothing changes up to the first touch.
-        worlds: The one world in which it is written how the robot moves; its own where None.
+        worlds: Holds the state of the robot, as its only world; None for a state of its own.
+
+    Attributes:
+        world: Walls and bodies, which move on with every call of :meth:`advance`.
     """
 
     def __init__(
         self,
-        grid: GridMap,
+        world: World,
         robot: RobotSpec,
         start: Pose,
-        physics_hz: float,
         *,
+        plant: PlantName = "ideal",
         rests: bool = False,
         nearby: bool = False,
         worlds: Worlds | None = None,
     ) -> None:
+        self.world = world
         self._rests, self._nearby = rests, nearby
         self._worlds = Worlds() if worlds is None else worlds
-        self._worlds.grounds[0] = ground_of(grid)
-        self._worlds.bodies[0] = (*start, 0.0, 0.0, 0.0, 0.0, False)
+        self._worlds.grounds[0] = ground_of(world.grid)
+        self._worlds.robots[0] = (*start, *[0.0] * 6, False)
         self._worlds.boxes[0] = np.zeros((), BOX)
-        self._grid, self._robot = grid, robot
-        self._walls = grid.framed.reshape(-1)
-        self._drive = drive_of(robot, physics_hz)
+        self._robot = robot
+        self._walls = world.grid.framed.reshape(-1)
+        self._drive = drive_of(robot, world.physics_hz, plant)
         self._can: tuple[float, ...] = self._drive.item(0)
-        self._engine: _Engine | None = None
+        self._engine: Engine | None = None
         self._is_boxed = rests and robot.footprint is None
 
     def state(self) -> tuple[Pose, tuple[float, float]]:
-        """Return pose and velocity, which are read together in half the time."""
-        x, y, yaw, _, _, v, w, _ = self._worlds.bodies.item(0)
+        """Return pose and velocity; half the time of reading them one by one."""
+        x, y, yaw, _, _, v, w, *_ = self._worlds.robots.item(0)
         return Pose(x, y, yaw), (v, w)
 
     @property
@@ -113,11 +83,11 @@ class Simulation:
         """True forward speed (m/s) and turn rate (rad/s) of the body; the wheels' where nothing touches it."""
         return self.state()[1]
 
-    def advance(self, v: float, w: float, ticks: int) -> bool:
-        """Drive ``ticks`` physics steps towards a command.
+    def advance(self, v: float, w: float, ticks: int) -> int:
+        """Drive ``ticks`` physics steps towards a command, and move the bodies on.
 
         Per tick the wheels' speeds approach the command, clipped to the robot's limits, by at most
-        acceleration times tick; the body is then driven along the heading in the middle of the tick.
+        acceleration times tick; the robot is then driven along the heading in the middle of the tick.
 
         Args:
             v: Commanded forward speed, m/s.
@@ -125,257 +95,53 @@ class Simulation:
             ticks: Number of physics steps.
 
         Returns:
-            Whether the robot touched a wall in any of them.
+            What the robot touched in any of them: 0, or a sum of :data:`~gym_mapbench.world.world.WALL` and ``BODY``.
         """
-        worlds = self._worlds
-        can, walls = self._drive, self._walls
-        if self._rests and drive_body(worlds.bodies, worlds.boxes, 0, v, w, ticks, can, worlds.grounds, walls):
-            return False
-        return self.advance_among_walls(v, w, ticks)
+        touched = 0 if self._drive_free(v, w, ticks) else self.advance_in_box2d(v, w, ticks)
+        if self.world.bodies:
+            self.world.advance(ticks)
+        return touched
 
-    def advance_among_walls(self, v: float, w: float, ticks: int) -> bool:
-        """Do what :meth:`advance` does where a wall is within reach."""
+    def _drive_free(self, v: float, w: float, ticks: int) -> bool:
+        """Drive without Box2D if nothing is within reach; return whether that was done."""
         worlds = self._worlds
-        before = worlds.bodies.item(0)
-        engine = self._engine_at(before[0], before[1], ticks)
+        if not self._rests or (self.world.bodies and self._near(ticks)):
+            return False
+        moved: bool = drive_robot(worlds.robots, worlds.boxes, 0, v, w, ticks, self._drive, worlds.grounds, self._walls)
+        return moved
+
+    def advance_in_box2d(self, v: float, w: float, ticks: int) -> int:
+        """Do what :meth:`advance` does where a wall or body is within reach, but leave the bodies where they are."""
+        worlds = self._worlds
+        x, y, *_ = worlds.robots.item(0)
+        engine = self._engine_at(x, y, ticks)
         if self._is_boxed:
             self._restore_box(engine)
-        worlds.bodies[0], contact = engine.advance(before, v, w, ticks, self._can)
+        if self.world.bodies:
+            engine.meet(self.world, self._near(ticks), ticks)
+        touched = engine.advance(worlds.robots, v, w, ticks, self._drive)
         if self._is_boxed and not engine.holds:
             worlds.boxes[0] = engine.box()
-        return contact
+        return touched
 
-    def _restore_box(self, engine: _Engine) -> None:
-        """Have Box2D make its box anew for the motion for which it was last made while Box2D rested, if it was."""
+    def _near(self, ticks: int) -> list[int]:
+        """Return the numbers of the bodies that the robot might meet within the next ticks."""
+        x, y, *_ = self._worlds.robots.item(0)
+        return self.world.near(x, y, self._drive, ticks)
+
+    def _restore_box(self, engine: Engine) -> None:
+        """Have Box2D make its box again for the motion for which ``keep_box`` made it while Box2D rested."""
         boxes = self._worlds.boxes
         *_, x, y, to_x, to_y = boxes.item(0)
         if to_x or to_y:
             engine.make_box(x, y, to_x, to_y)
             boxes[0] = np.zeros((), BOX)
 
-    def _engine_at(self, x: float, y: float, ticks: int) -> _Engine:
+    def _engine_at(self, x: float, y: float, ticks: int) -> Engine:
         """Return Box2D with all walls that are within reach of a position."""
         if self._engine is None or self._nearby:
-            tick, forward, reverse, *_, radius = self._can
+            tick, forward, reverse, _, _, _, radius, *_ = self._can
             reach = radius + max(forward, reverse) * ticks * tick + MARGIN
             if self._engine is None or not self._engine.covers(x, y, reach):
-                self._engine = _Engine(self._grid, self._robot, (x, y, reach + SPARE) if self._nearby else None)
+                self._engine = Engine(self.world.grid, self._robot, (x, y, reach + SPARE) if self._nearby else None)
         return self._engine
-
-
-class _Engine:
-    """Box2D's world: the walls of a map, and the robot.
-
-    Args:
-        grid: The map.
-        robot: Its shape.
-        area: Only walls in a square are built, given by its centre x, y and half its side, m; None for all.
-    """
-
-    def __init__(self, grid: GridMap, robot: RobotSpec, area: tuple[float, float, float] | None) -> None:
-        self._area = area
-        self._origin_x, self._origin_y = grid.origin
-        self._touch = _Touch() if robot.footprint is None else _SeamlessTouch(grid)
-        self._world = b2World(gravity=(0, 0), doSleep=False, contactListener=self._touch)
-        _build_walls(self._world.CreateStaticBody(), grid, area)
-        self._body = _build_robot(self._world, robot)
-        self._broad_phase = self._world.contactManager.broadPhase
-        # Its tree numbers its nodes in the order in which they are made: a leaf, then each leaf with its parent.
-        self._leaf = 2 * self._broad_phase.proxyCount - 3
-        self._reach = float(np.float32(robot.radius * SCALE))
-
-    def covers(self, x: float, y: float, reach: float) -> bool:
-        """Whether all walls within ``reach`` (m) of a position are built."""
-        return self._area is None or max(abs(x - self._area[0]), abs(y - self._area[1])) + reach <= self._area[2]
-
-    @property
-    def holds(self) -> bool:
-        """Whether there are walls in the box that Box2D keeps around the body."""
-        held: bool = self._world.contactCount > 0
-        return held
-
-    def box(self) -> tuple[float, ...]:
-        """Return the BOX that Box2D keeps around the body."""
-        box = self._broad_phase.GetFatAABB(self._leaf)
-        return *box.lowerBound, *box.upperBound, 0.0, 0.0, 0.0, 0.0
-
-    def make_box(self, x: float, y: float, to_x: float, to_y: float) -> None:
-        """Have Box2D make the box of a disc anew, for a motion between two points (Box2D's units); see ``keep_box``."""
-        reach = self._reach
-        lower, upper = (min(x, to_x) - reach, min(y, to_y) - reach), (max(x, to_x) + reach, max(y, to_y) + reach)
-        self._broad_phase.MoveProxy(self._leaf, ELSEWHERE, (0.0, 0.0))
-        self._broad_phase.MoveProxy(self._leaf, b2AABB(lowerBound=lower, upperBound=upper), (to_x - x, to_y - y))
-
-    def advance(
-        self, body: tuple[Any, ...], v: float, w: float, ticks: int, drive: tuple[float, ...]
-    ) -> tuple[tuple[Any, ...], bool]:
-        """Drive ``ticks`` physics steps towards a command.
-
-        Args:
-            body: BODY before.
-            v: Commanded forward speed, m/s.
-            w: Commanded turn rate, rad/s.
-            ticks: Number of physics steps.
-            drive: DRIVE.
-
-        Returns:
-            BODY afterwards, and whether a wall was touched.
-        """
-        self._x, self._y, self._yaw, wheel_v, wheel_w, _, _, _ = body
-        tick, forward, reverse, turn, dv, dw, _ = drive
-        v, w = _clip(v, -reverse, forward), _clip(w, -turn, turn)
-        if not self._touch.count:
-            self._follow()
-        contact = False
-        for _ in range(ticks):
-            if wheel_v != v or wheel_w != w:
-                wheel_v, wheel_w = _approach(wheel_v, v, dv), _approach(wheel_w, w, dw)
-            contact |= self._step(wheel_v, wheel_w, tick)
-        self._yaw = wrap_angle(self._yaw)
-        speeds = self._velocity() if self._touch.count else (wheel_v, wheel_w)
-        return (self._x, self._y, self._yaw, wheel_v, wheel_w, *speeds, self.holds), contact
-
-    def _step(self, v: float, w: float, tick: float) -> bool:
-        """Move by one tick with the wheels' speeds; return whether a wall was touched."""
-        body, touch = self._body, self._touch
-        vx, vy = _midpoint_velocity(self._yaw, v, w, tick)
-        body.linearVelocity = vx * SCALE, vy * SCALE
-        body.angularVelocity = w
-        self._world.Step(tick, VELOCITY_ITERATIONS, POSITION_ITERATIONS)
-        if touch.count or touch.begun:
-            touch.begun = False
-            self._take_over()
-            return True
-        self._x += vx * tick
-        self._y += vy * tick
-        self._yaw += w * tick
-        return False
-
-    def _follow(self) -> None:
-        """Set the body to the float64 pose."""
-        self._body.transform = ((self._x - self._origin_x) * SCALE, (self._y - self._origin_y) * SCALE), self._yaw
-
-    def _take_over(self) -> None:
-        """Take the pose from the body."""
-        position = self._body.position
-        self._x = self._origin_x + position.x / SCALE
-        self._y = self._origin_y + position.y / SCALE
-        self._yaw = self._body.angle
-
-    def _velocity(self) -> tuple[float, float]:
-        """Forward speed (m/s) and turn rate (rad/s) of the body."""
-        velocity = self._body.linearVelocity
-        forward = velocity.x * math.cos(self._yaw) + velocity.y * math.sin(self._yaw)
-        return forward / SCALE, self._body.angularVelocity
-
-
-class _Touch(b2ContactListener):  # type: ignore[misc]
-    """Counts the contacts that touch; Box2D calls it only when one begins, persists or ends."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.count = 0
-        self.begun = False
-
-    def BeginContact(self, contact: b2Contact) -> None:  # noqa: N802, the name is Box2D's
-        self.count += 1
-        self.begun = True
-
-    def EndContact(self, contact: b2Contact) -> None:  # noqa: N802, the name is Box2D's
-        self.count -= 1
-
-
-class _SeamlessTouch(_Touch):
-    """Ignores contacts with faces between two wall rectangles, on which a polygon sliding along would catch."""
-
-    def __init__(self, grid: GridMap) -> None:
-        super().__init__()
-        self._cell = grid.resolution * SCALE
-        self._occupied = grid.framed
-
-    def PreSolve(self, contact: b2Contact, old_manifold: b2Manifold) -> None:  # noqa: N802, the name is Box2D's
-        manifold = contact.worldManifold
-        wall_first = not contact.fixtureA.body.mass
-        sign = 1.0 if wall_first else -1.0
-        normal = manifold.normal[0] * sign, manifold.normal[1] * sign
-        if max(abs(normal[0]), abs(normal[1])) < 0.999:
-            return
-        box = (contact.fixtureA if wall_first else contact.fixtureB).GetAABB(0)
-        points = manifold.points[: contact.manifold.pointCount]
-        if all(self._behind_wall(box, normal, point) for point in points):
-            contact.enabled = False
-
-    def _behind_wall(self, box: b2AABB, normal: tuple[float, float], point: tuple[float, float]) -> bool:
-        """Whether the cell in front of a wall's face, next to the point, is itself a wall."""
-        inside = 0.01 * self._cell
-        x = min(max(point[0], box.lowerBound.x + inside), box.upperBound.x - inside)
-        y = min(max(point[1], box.lowerBound.y + inside), box.upperBound.y - inside)
-        if abs(normal[0]) > abs(normal[1]):
-            x = box.upperBound.x + inside if normal[0] > 0 else box.lowerBound.x - inside
-        else:
-            y = box.upperBound.y + inside if normal[1] > 0 else box.lowerBound.y - inside
-        row, col = int(y // self._cell) + 1, int(x // self._cell) + 1
-        rows, cols = self._occupied.shape
-        return bool(self._occupied[min(max(row, 0), rows - 1), min(max(col, 0), cols - 1)])
-
-
-def _build_walls(body: b2Body, grid: GridMap, area: tuple[float, float, float] | None) -> None:
-    """Add merged rectangles and the map's edge as fixtures of one body; shape and definition are reused (4x faster).
-
-    Args:
-        body: What they are added to.
-        grid: The map.
-        area: As for :class:`_Engine`.
-    """
-    shape = b2PolygonShape()
-    shape.radius = 0.0
-    definition = b2FixtureDef(shape=shape, friction=0.0)
-    rectangles = grid.rectangles if area is None else _rectangles_in(grid, *area)
-    row, col, height, width = rectangles.T
-    half = 0.5 * grid.resolution * SCALE
-    boxes = np.stack([width, height, 2 * col + width, 2 * row + height], axis=1) * half
-    rows, cols = (2 * half * cells for cells in grid.shape)
-    edge = 1.0
-    for half_x, half_y, x, y in [
-        *boxes.tolist(),
-        (edge, rows / 2 + edge, -edge, rows / 2),
-        (edge, rows / 2 + edge, cols + edge, rows / 2),
-        (cols / 2, edge, cols / 2, -edge),
-        (cols / 2, edge, cols / 2, rows + edge),
-    ]:
-        shape.SetAsBox(half_x, half_y, (x, y), 0.0)
-        body.CreateFixture(definition)
-
-
-def _rectangles_in(grid: GridMap, x: float, y: float, half: float) -> NDArray[np.int64]:
-    """Return the map's rectangles of walls that meet a square, ``(n, 4)`` as in :attr:`GridMap.rectangles`."""
-    column, line = (x - grid.origin[0]) / grid.resolution, (y - grid.origin[1]) / grid.resolution
-    half /= grid.resolution
-    row, col, height, width = grid.rectangles.T
-    across = (col <= column + half) & (col + width >= column - half)
-    nearby: NDArray[np.int64] = grid.rectangles[across & (row <= line + half) & (row + height >= line - half)]
-    return nearby
-
-
-def _build_robot(world: b2World, robot: RobotSpec) -> b2Body:
-    """Add the robot, its centre of mass on the axle so that it turns about its own origin."""
-    body = world.CreateDynamicBody()
-    if robot.footprint is None:
-        shape = b2CircleShape(radius=robot.radius * SCALE)
-    else:
-        corners = _inset(np.asarray(robot.footprint) * SCALE, SKIN)
-        shape = b2PolygonShape(vertices=[tuple(corner) for corner in corners.tolist()])
-        shape.radius = SKIN
-    body.CreateFixture(b2FixtureDef(shape=shape, density=1.0, friction=0.0))
-    body.massData = b2MassData(mass=body.mass, center=(0.0, 0.0), I=body.inertia)
-    return body
-
-
-def _inset(corners: NDArray[np.float64], distance: float) -> NDArray[np.float64]:
-    """Move every edge of a convex polygon around (0, 0) inwards; ``(n, 2)`` corners in either direction."""
-    edges = np.roll(corners, -1, axis=0) - corners
-    inwards = np.stack([-edges[:, 1], edges[:, 0]], axis=1) / np.hypot(*edges.T)[:, None]
-    inwards *= -np.sign((inwards * corners).sum(axis=1))[:, None]
-    before = np.roll(inwards, 1, axis=0)
-    offsets: NDArray[np.float64] = (before + inwards) / (1 + (before * inwards).sum(axis=1))[:, None]
-    return corners + distance * offsets

@@ -13,10 +13,10 @@ from controllers.base import ControllerError, FollowerSetup, InvalidPath, Twist
 from controllers.dwb.controller import DwbFollower
 from controllers.dwb.kernels.plan import distance_fields, gap_parts
 from controllers.dwb.params import CRITIC_NAMES, ROS_ONLY_KEYS, DwbParams
-from controllers.parameters import nest_dotted
 from controllers.releases import RELEASES
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import nest_dotted
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_dwb import Twin, cells_on_map, flood

@@ -1,11 +1,21 @@
-"""Heights and voxels of the observing layers, read from a parameter file and written back."""
+"""Options of the costmap layers, read from a parameter file and written back."""
 
 from __future__ import annotations
 
+import dataclasses
+import sys
+import types
+
+import pytest
+
 from controllers.nav2_params import load_preset
 from controllers.nav2_params.parsing import parse_nav2_params
+from controllers.nav2_params.plugins import COSTMAP_LAYERS
 from controllers.nav2_params.writing import write_nav2_params
-from gym_mapbench.costmap import ObservationSource, VoxelLayer
+from controllers.releases import RELEASES
+from gym_mapbench.costmap import LAYERS, DenoiseLayer, ObservationSource, VoxelLayer
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import since
 
 
 def local_costmap_of(layer):
@@ -38,3 +48,80 @@ def test_a_written_file_has_them_in_their_groups_and_no_release():
     assert costmap["voxel_layer"]["z_voxels"] == 16
     assert costmap["voxel_layer"]["scan"]["max_obstacle_height"] == 2.0
     assert "scan" not in costmap["inflation_layer"]
+
+
+def denoising(costmap, **layer):
+    """A file whose costmap has a denoise layer under a name of the user's own."""
+    group = {"plugin": "nav2_costmap_2d::DenoiseLayer", **layer}
+    parameters = {"plugins": ["static_layer", "salt", "inflation_layer"], "salt": group}
+    return {costmap: {costmap: {"ros__parameters": parameters}}}
+
+
+@pytest.mark.parametrize("release", RELEASES)
+@pytest.mark.parametrize("costmap", ["local_costmap", "global_costmap"])
+def test_the_denoise_layer_is_read_and_written_back(costmap, release):
+    document = denoising(costmap, minimal_group_size=3, group_connectivity_type=4, enabled=True)
+    read = parse_nav2_params(document, release=release)
+    params = getattr(read.navigation, costmap)
+    assert params.plugins == ("static_layer", "denoise_layer", "inflation_layer")
+    assert params.layers["denoise_layer"] == DenoiseLayer(minimal_group_size=3, group_connectivity_type=4)
+    assert {finding.kind for finding in read.findings} <= {"ros_only"}
+    written = write_nav2_params(read.navigation)
+    group = written[costmap][costmap]["ros__parameters"]["denoise_layer"]
+    assert group == {
+        "plugin": "nav2_costmap_2d::DenoiseLayer",
+        "enabled": True,
+        "minimal_group_size": 3,
+        "group_connectivity_type": 4,
+    }
+    again = parse_nav2_params(written, release=release).navigation
+    assert getattr(again, costmap).layers["denoise_layer"] == params.layers["denoise_layer"]
+
+
+def test_nav2_takes_8_for_any_other_connectivity():
+    read = parse_nav2_params(denoising("local_costmap", group_connectivity_type=6))
+    assert read.navigation.local_costmap.layers["denoise_layer"] == DenoiseLayer()
+    assert read.named("replaced") == ("local_costmap.local_costmap.salt.group_connectivity_type",)
+
+
+@pytest.mark.parametrize(
+    ("layer", "message"),
+    [
+        ({"minimal_group_size": 2.5}, r"salt\.minimal_group_size: expected"),
+        ({"group_connectivity_type": "eight"}, r"salt\.group_connectivity_type: expected 4 or 8, got 'eight'"),
+        ({"enabled": "yes"}, r"salt\.enabled: expected true or false, got 'yes'"),
+    ],
+)
+def test_wrong_values_are_refused_with_their_full_names(layer, message):
+    with pytest.raises(ConfigError, match=rf"local_costmap\.local_costmap\.{message}"):
+        parse_nav2_params(denoising("local_costmap", **layer))
+
+
+def test_a_misspelt_option_is_listed_with_the_one_that_is_meant():
+    read = parse_nav2_params(denoising("local_costmap", minimum_group_size=3))
+    (finding,) = [finding for finding in read.findings if finding.kind == "unknown"]
+    assert (finding.name.rpartition(".")[2], finding.why) == (
+        "minimum_group_size",
+        "did you mean 'minimal_group_size'?",
+    )
+
+
+def test_a_layer_that_the_release_does_not_have_is_refused(monkeypatch):
+    newer = dataclasses.replace(COSTMAP_LAYERS["denoise_layer"], names=since("jazzy", "nav2_costmap_2d::DenoiseLayer"))
+    monkeypatch.setitem(COSTMAP_LAYERS, "denoise_layer", newer)
+    with pytest.raises(ConfigError, match=r"salt\.plugin: Nav2 Humble has no DenoiseLayer; --nav2 jazzy has"):
+        parse_nav2_params(denoising("local_costmap"), release="humble")
+    assert (
+        "denoise_layer"
+        in parse_nav2_params(denoising("local_costmap"), release="jazzy").navigation.local_costmap.layers
+    )
+
+
+def test_a_third_partys_layer_cannot_be_written(monkeypatch):
+    monkeypatch.setitem(
+        sys.modules, "strange", types.SimpleNamespace(layer=dataclasses.replace(LAYERS["static_layer"]))
+    )
+    thesis = load_preset("thesis")
+    changed = thesis.replace(local_costmap=thesis.local_costmap.replace(plugins=("strange:layer",)))
+    with pytest.raises(ConfigError, match="expected costmap layers that ROS has, got 'strange:layer'"):
+        write_nav2_params(changed)

@@ -321,15 +321,15 @@ def test_the_loop_of_the_rollout_is_vector_code():
 def test_nav2_noise_is_that_of_libstdcxx():
     # Printed by a C++ program: std::mt19937 unseeded, normal_distribution<float> for v (0.2), then w (0.4), twice.
     source = Nav2Noise(Layout(2000, STEPS), (0.2, 0.4))
-    source.draw()
-    noise = source.draw()
+    source.sample()
+    noise = source.sample()
     assert noise.v[0, :4, 0] == pytest.approx([-0.41122633, -0.31345239, 0.34423840, -0.30505604], rel=1e-6)
     assert noise.w[0, :4, 0] == pytest.approx([-0.28490055, 0.23725544, 0.17620306, 0.39070228], rel=1e-6)
 
 
 def test_an_odd_number_of_values_drops_the_last_of_a_pair():
     even, odd = (Nav2Noise(Layout(1, steps), (1.0, 1.0), seed=3) for steps in (4, 3))
-    assert odd.draw().v[0, :, 0] == pytest.approx(even.draw().v[0, :3, 0])
+    assert odd.sample().v[0, :, 0] == pytest.approx(even.sample().v[0, :3, 0])
 
 
 @pytest.mark.parametrize("batch_size", [1, 127, 512, 513, 2000])
@@ -344,7 +344,7 @@ def test_layout_keeps_every_sample(batch_size):
 
 def test_bank_takes_turns():
     bank = NoiseBank(NumpyNoise(Layout(10, 5), (0.2, 0.4), np.random.default_rng(0)), size=3)
-    drawn = [bank.draw().v for _ in range(7)]
+    drawn = [bank.sample().v for _ in range(7)]
     assert drawn[0] is drawn[3] is drawn[6]
     assert not np.array_equal(drawn[0], drawn[1])
 

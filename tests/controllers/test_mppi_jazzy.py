@@ -121,7 +121,7 @@ def test_7_path_angle_and_align():
 
 def test_8_noise():
     source = Nav2Noise(Layout(2000, STEPS), (0.2, 0.4))
-    first, second, third = source.draw(), source.draw(), source.draw()
+    first, second, third = source.sample(), source.sample(), source.sample()
     assert first.v[0, :3, 0] == pytest.approx([-0.0586438, 0.0506322, -0.0114171], abs=1e-7)
     assert second.v[0, :3, 0] == pytest.approx([-0.4112263, -0.3134524, 0.3442384], abs=1e-7)
     assert third.v[0, 0, 0] == pytest.approx(-0.1521833, abs=1e-7)
@@ -240,7 +240,7 @@ def test_a_pause_changes_nothing_and_the_end_of_an_action_does():
 def test_every_call_takes_the_next_draw():
     made, fixed = (follower(release="jazzy", noise="nav2", regenerate_noises=anew) for anew in (True, False))
     source = Nav2Noise(Layout(300, STEPS), (0.2, 0.4))
-    draws = [source.draw() for _ in range(4)]
+    draws = [source.sample() for _ in range(4)]
     for draw in draws[:3]:
         np.testing.assert_array_equal(made._optimizer._noise.v, draw.v)
         np.testing.assert_array_equal(fixed._optimizer._noise.v, draws[1].v)

@@ -15,8 +15,8 @@ from controllers.nav2_params import PRESETS, parse_nav2_params, read_nav2_params
 from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.presets import read_preset
-from controllers.nav2_params.templates import fill_templates, find_template, parse_defines
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import fill_templates, find_template, parse_defines
 from gym_mapbench.world.robot import RobotSpec
 from tests.oracle_data import DATA, needs_data
 
@@ -436,15 +436,14 @@ def test_the_spatio_temporal_voxel_layer_is_approximated():
 
 def test_filters_and_other_layers_are_left_out():
     document = with_layers(
-        ["inflation_layer", "denoise", "sonar"],
+        ["inflation_layer", "sonar"],
         filters=["keepout"],
         keepout={"plugin": "nav2_costmap_2d::KeepoutFilter", "enabled": "KEEPOUT_ZONE_ENABLED"},
-        denoise={"plugin": "nav2_costmap_2d::DenoiseLayer"},
         sonar={"plugin": "nav2_costmap_2d::RangeSensorLayer"},
     )
     read = parse_nav2_params(document)
     assert read.navigation.local_costmap.plugins == ("inflation_layer",)
-    assert {name.rpartition(".")[2] for name in read.named("left_out")} == {"keepout", "denoise", "sonar"}
+    assert {name.rpartition(".")[2] for name in read.named("left_out")} == {"keepout", "sonar"}
 
 
 def test_more_than_one_lidar_is_one_here_and_old_scans_are_said():

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controllers.base import ControllerError, Twist
-from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
-from controllers.registry import FOLLOWERS, PRIMARIES
+from controllers.nav2_params.plugins import CONTROLLERS, PRIMARIES, SHIMS
+from controllers.registry import FOLLOWERS
 from controllers.rotation_shim.controller import RotationShimFollower
 from controllers.rotation_shim.params import RotationShimParams
 from gym_mapbench.errors import ConfigError
@@ -200,7 +200,7 @@ def test_a_shim_around_each_controller_shares_its_parameters():
             shared = set(type(alone).model_fields)
             assert made.params.angular_dist_threshold == 0.1
             assert made.params.model_dump(include=shared) == alone.model_dump()
-            assert type(made.primary) is PRIMARIES[primary]
+            assert type(made.primary) is PRIMARIES[primary].make
             assert made.primary.params is made.params
 
 

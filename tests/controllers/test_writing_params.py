@@ -122,7 +122,7 @@ def test_a_rotation_shim_is_written_with_the_controller_inside():
     navigation = thesis.replace(controllers={"FollowPath": thesis.controller("shim_rpp")})
     written = write_nav2_params(navigation)["controller_server"]["ros__parameters"]["FollowPath"]
     assert written["plugin"] == "nav2_rotation_shim_controller::RotationShimController"
-    assert written["primary_controller"] == CONTROLLERS["rpp"].ros_class
+    assert written["primary_controller"] == CONTROLLERS["rpp"].names["humble"]
     assert (written["desired_linear_vel"], written["angular_dist_threshold"]) == (0.5, 0.785)
 
 
@@ -131,7 +131,7 @@ def test_what_is_written_is_what_ros_takes():
     document = write_nav2_params(thesis, robot=make_robot("jackal"), follow_path="rpp")
     server = document["controller_server"]["ros__parameters"]
     assert server["controller_plugins"] == ["dwb", "mppi", "FollowPath"]
-    assert server["FollowPath"]["plugin"] == CONTROLLERS["rpp"].ros_class
+    assert server["FollowPath"]["plugin"] == CONTROLLERS["rpp"].names["humble"]
     for name in ("local_costmap", "global_costmap"):
         written = document[name][name]["ros__parameters"]
         assert written["footprint"] == "[[0.21, 0.165], [-0.21, 0.165], [-0.21, -0.165], [0.21, -0.165]]"

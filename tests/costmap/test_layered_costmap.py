@@ -27,6 +27,7 @@ from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.scenario import Pose
+from gym_mapbench.world.world import World
 
 DISC = Footprint.from_radius(0.22)
 POINT = Footprint.from_radius(0.001, 0.0)
@@ -109,7 +110,7 @@ def test_a_scan_marks_walls_and_nothing_else(layer, seed):
     occupied[25:35, 25:35] = False
     grid, pose = GridMap(occupied), Pose(*rng.uniform(1.3, 1.7, 2), rng.uniform(-3, 3))
     # A hair farther than the walls' faces, where rounding would decide the cell.
-    hits = Lidar(SENSOR, grid).scan(pose) + np.float32(1e-4)
+    hits = Lidar(SENSOR, World(grid)).scan(pose) + np.float32(1e-4)
     window = see(LayeredCostmap(only(layer), grid, POINT), pose, hits)
     marked = np.argwhere(window.costs == LETHAL_OBSTACLE)
     x, y = window.origin_x + (marked[:, 1] + 0.5) * 0.05, window.origin_y + (marked[:, 0] + 0.5) * 0.05

@@ -46,12 +46,12 @@ def test_defaults_are_the_thesis_world():
         ({"maps": []}, r"maps: expected a file name, text rows"),
         ({"maps": 3}, r"maps: expected a file name, text rows"),
         ({"start": (1, 2)}, r"start"),
-        ({"lidar": {"beams": 1.5}}, r"lidar: beams: expected a valid integer"),
-        ({"lidar": {"range_min": -1}}, r"lidar: range_min: expected greater than or equal to 0, got -1"),
+        ({"lidar": {"beams": 1.5}}, r"lidar.beams: expected a valid integer"),
+        ({"lidar": {"range_min": -1}}, r"lidar.range_min: expected greater than or equal to 0, got -1"),
         ({"lidar": {"range_min": 4}}, r"lidar: range_min: expected less than range_max 3.5, got 4"),
         ({"lidar": {"range_max": 0.1}, "noise": "nominal"}, r"range_min: expected less than range_max 0.1, got 0.12"),
         ({"lidar": {"x": 0.3}}, r"lidar: expected a place on the robot, within 0.22 m of its centre, got 0.3 m"),
-        ({"lidar": {"no_reading": "nan"}}, r"lidar: no_reading: expected 'range_max' or 'zero', got 'nan'"),
+        ({"lidar": {"no_reading": "nan"}}, r"lidar.no_reading: expected 'range_max' or 'zero', got 'nan'"),
     ],
 )
 def test_errors_are_one_clear_line(options, message):

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import json
 import math
 import subprocess
@@ -19,7 +20,7 @@ import gym_mapbench
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.groups import OBSERVATION_KEYS
 from gym_mapbench.env.single import MapBenchEnv
-from gym_mapbench.env.task import distance_to_goal
+from gym_mapbench.env.task import OUTCOMES, distance_to_goal
 from gym_mapbench.errors import ConfigError, NoPathError
 from gym_mapbench.generator import ShapeSettings, sample_map
 from gym_mapbench.world.gridmap import GridMap
@@ -40,7 +41,7 @@ def test_the_first_example_of_every_tutorial():
     observation, info = env.reset(seed=0)
     assert set(observation) == {"pose", "velocity", "goal", "scan"}
     assert observation["scan"].shape == (360,)
-    assert set(info) == {"time", "outcome", "contact", "pose", "velocity", "reward_terms"}
+    assert set(info) == {"time", "outcome", "contact", "touched", "pose", "velocity", "reward_terms"}
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
     assert env.observation_space.contains(observation)
     assert reward == pytest.approx(sum(info["reward_terms"].values()))
@@ -248,7 +249,7 @@ def test_maps_that_nobody_can_solve_are_refused_in_the_end(monkeypatch):
     barred = ShapeSettings(
         size=60, n_obstacles=(300, 300), circle_probability=0, square_probability=1, wall_probability=0
     )
-    with pytest.raises(ConfigError, match="none in 2 draws"):
+    with pytest.raises(ConfigError, match="none in 2 samples"):
         MapBenchEnv(shapes=barred).reset(seed=0)
 
 
@@ -295,7 +296,7 @@ def test_noisy_starts_keep_clear_of_walls():
         assert info["pose"][:2].min() > 0.1 + 0.22
     cell = ("######", "#....#", "#....#", "#....#", "#....#", "######")
     tight = {"maps": cell, "resolution": 0.115, "start": (0.345, 0.345, 0.0), "goal": (0.345, 0.345, 1.0)}
-    with pytest.raises(ConfigError, match="walls in 1000 draws"):
+    with pytest.raises(ConfigError, match="obstacles in 1000 samples"):
         MapBenchEnv(**tight, noise={"start_xy": 1.0}).reset(seed=0)
 
 
@@ -378,3 +379,41 @@ def test_sb3_learns_on_it():
         observation, _ = env.reset(seed=0)
         action, _ = model.predict(observation)
     assert action.shape == (2,)
+
+
+def table_of(heading):
+    """Rows of the table below a heading in the docstring of the env, without the header."""
+    lines = MapBenchEnv.__doc__.partition(f"**{heading}**")[2].partition("|")[2].splitlines()
+    table = itertools.takewhile(lambda line: line.strip().startswith("|"), lines[1:])
+    return [[cell.strip() for cell in line.strip(" |").split(" | ")] for line in itertools.islice(table, 1, None)]
+
+
+def numbers_in(cell, count):
+    """The numbers of a cell; one stands for all."""
+    found = [float(text.replace("pi", str(math.pi))) for text in cell.split(",")]
+    return found * count if len(found) == 1 else found
+
+
+def test_the_documented_spaces_are_those_of_the_env():
+    env = MapBenchEnv(observation=OBSERVATION_KEYS)
+    rows = table_of("Observation space")
+    assert [row[0].strip("`") for row in rows] == list(OBSERVATION_KEYS)
+    for key, shape, kind, low, high, _ in rows:
+        space = env.observation_space[key.strip("`")]
+        assert (str(space.shape), str(space.dtype)) == (shape, kind)
+        for cell, bound in ((low, space.low), (high, space.high)):
+            assert bound.ravel() == pytest.approx(numbers_in(cell, bound.size))
+    actions = table_of("Action space")
+    for column, bound in ((2, env.action_space.low), (3, env.action_space.high)):
+        assert [float(row[column]) for row in actions] == pytest.approx(bound)
+
+
+def test_the_documented_rewards_outcomes_and_infos_are_those_of_the_env():
+    env = MapBenchEnv(**ROOM_OPTIONS)
+    _, info = env.reset()
+    assert [row[0].strip("`") for row in table_of("Reward")] == list(info["reward_terms"])
+    weights = EnvConfig().reward
+    signs = (weights.progress, -weights.time, -weights.collision, weights.goal)
+    assert [float(row[2].split()[0]) for row in table_of("Reward")] == list(signs)
+    assert {row[0].strip("`") for row in table_of("Info")} == set(info)
+    assert ["running", *(row[0].strip("`") for row in table_of("Episode end"))] == list(OUTCOMES)

@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
-from evolution.driving.pool.worker_setup import Crew
+from evolution.driving.pool import WorkerSetup
+from evolution.driving.settings import DriveSettings
+from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.generator import ShapeSettings
-from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
 SMALL = ShapeSettings(
@@ -33,16 +34,8 @@ SMALL = ShapeSettings(
 CONTROLLERS = tuple(ControllerSpec(name=name) for name in ("dwb", "mppi", "rpp"))
 
 
-class FakeRunSettings(Settings):
-    """As little as a run can need."""
-
-    time_limit: float = 150.0
-    world: str = "flat"
-
-    @property
-    def robot(self) -> RobotSpec:
-        """One that fits on small maps."""
-        return RobotSpec(radius=0.05)
+WORLD = DriveSettings(navigation="thesis", environment=EnvConfig(robot=RobotSpec(radius=0.05)))
+"""A world whose robot fits on small maps; nothing drives in it."""
 
 
 def drive(job: Job) -> RunResult:
@@ -156,12 +149,14 @@ def noisy(job: Job) -> RunResult:
     return replace(result, outcome=outcome, time_s=1.2 * result.time_s, metrics=recoveries)
 
 
-def plain_pool(crew: Crew) -> Executor:
+def plain_pool(setup: WorkerSetup) -> Executor:
     """Make the standard library's own pool."""
-    return ProcessPoolExecutor(crew.workers, mp_context=get_context("forkserver"), initializer=crew.prepare)
+    context = get_context("forkserver")
+    context.set_forkserver_preload([__name__])
+    return ProcessPoolExecutor(setup.workers, mp_context=context, initializer=setup.prepare)
 
 
-def no_pool(crew: Crew) -> Executor:
+def no_pool(setup: WorkerSetup) -> Executor:
     """Fail to make one."""
     raise OSError("the cluster is closed on Sundays")
 

@@ -5,44 +5,26 @@ from __future__ import annotations
 import hashlib
 
 import numpy as np
+import pytest
 
-from evolution.driving.jobs import ControllerSpec, Job, RunResult
-from evolution.search.settings import Experiment
-from evolution.studies import Engine, StudySettings
-from gym_mapbench.errors import ConfigError, unknown_name
+from controllers.nav2_params.presets import overlay
+from evolution.driving.jobs import Job, RunResult
+from evolution.search import experiment_of
+from evolution.studies import StudySettings
+from evolution.studies.baselines.path_length import PLANNER
 from gym_mapbench.metrics.episode import Episode, Event
-from gym_mapbench.settings import Settings
-from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings
+from tests.evolution.fake_runs import SMALL, WORLD
 
-
-class FakeRobot(Settings):
-    """As much of a robot as a replay shows."""
-
-    radius: float = 0.1
-
-
-class FakeEnvironment(Settings):
-    """As much of an env as a study knows of."""
-
-    robot: FakeRobot = FakeRobot()
-    noise: str = "none"
-
-
-class FakeWorld(Settings):
-    """As much of a world as a study knows of."""
-
-    time_limit: float = 150.0
-    environment: FakeEnvironment = FakeEnvironment()
-
-    robot = FakeRunSettings.robot
+OPTIONS = {
+    "search": {"shapes": SMALL.model_dump(mode="json")},
+    "run": {"environment": {"robot": {"radius": WORLD.robot.radius}}},
+}
+"""An experiment on small maps, with a robot that fits there."""
 
 
 def read_experiment(document, where="experiment"):
-    """Build an experiment of fake runs on small maps."""
-    controllers = document.get("controllers", [spec.model_dump() for spec in CONTROLLERS])
-    search = {"shapes": SMALL.model_dump(), **document.get("search", {})}
-    whole = {"search": search, "controllers": controllers, "run": document.get("run", {})}
-    return Experiment.from_document(whole, FakeWorld, where)
+    """Build an experiment on small maps."""
+    return experiment_of(overlay(OPTIONS, document), where)
 
 
 def run_job(job: Job) -> RunResult:
@@ -51,7 +33,7 @@ def run_job(job: Job) -> RunResult:
     rng = np.random.default_rng(int.from_bytes(hashlib.blake2b(text.encode(), digest_size=8).digest(), "big"))
     luck = np.random.default_rng(job.seed)
     time_s = float(5.0 + rng.gamma(2.0, 3.0))
-    noisy = job.settings.environment.noise != "none"
+    noisy = job.settings.environment.noise.scan > 0
     if noisy:
         time_s *= float(np.exp(0.1 * luck.standard_normal()))
     unlucky = luck.random() < (0.05 if noisy else 0.02)
@@ -87,15 +69,16 @@ def drive(job: Job) -> Episode:
     )
 
 
-def check_experiment(experiment: Experiment) -> None:
-    """There are three controllers."""
-    known = {spec.name for spec in CONTROLLERS}
-    for spec in experiment.controllers:
-        if spec.registered_name not in known:
-            raise unknown_name("controller", spec.registered_name, known)
+def run_study_job(job: Job) -> RunResult:
+    """Drive or plan, as the job asks."""
+    return (plan_job if job.controller == PLANNER else run_job)(job)
 
 
-ENGINE = Engine(read_experiment, run_job, plan_job, drive, warm_up=None, check_experiment=check_experiment)
+def use_fakes(patch: pytest.MonkeyPatch) -> None:
+    """Let studies and pages call the functions of this module in place of those that drive."""
+    patch.setattr("evolution.studies.running.run_study_job", run_study_job)
+    patch.setattr("evolution.studies.running.warm_up", None)
+    patch.setattr("evolution.pictures.run_figures.drive", drive)
 
 
 def small_study(**changes) -> StudySettings:
@@ -120,7 +103,5 @@ def small_study(**changes) -> StudySettings:
         ],
         "reevaluation": {"seeds": 4},
     }
-    return StudySettings.from_mapping({**document, **changes}, "small")
-
-
-__all__ = ["ENGINE", "ConfigError", "ControllerSpec", "small_study"]
+    experiment = overlay(OPTIONS, changes.pop("experiment", {}))
+    return StudySettings.from_mapping({**document, **changes, "experiment": experiment}, "small")

@@ -131,15 +131,15 @@ def test_the_maps_of_a_run_are_driven_in_its_world_and_judged_as_a_set(tmp_path,
     assert {row["controller"] for row in again.rows} == {"rpp", "dwb"}
     seeds = {result["seed"] for entry in run.best_results["maps"] for runs in entry["runs"].values() for result in runs}
     assert not seeds & {row["seed"] for row in again.rows}  # new seeds, unless the search's own is asked for
-    assert len(again.again.singles) == 3
-    assert len(again.again.results) == 3
+    assert len(again.reevaluation.trials) == 3
+    assert len(again.reevaluation.results) == 3
     written = json.loads((tmp_path / "bench" / "bench.json").read_text())
-    assert written["map_set"]["fitness"] == [one.total for one in again.again.singles]
-    assert bench(tmp_path / "run", "rpp", workers=1).again is None
+    assert written["map_set"]["fitness"] == [one.fitness for one in again.reevaluation.trials]
+    assert bench(tmp_path / "run", "rpp", workers=1).reevaluation is None
     assert world_of(run) == world_of(load(tmp_path / "run"))
     assert world_of(run).environment.noise == read_noise("rough", "noise")
     assert main(["bench", str(tmp_path / "run"), "--repeats", "2", "--workers", "1"]) == 0
-    assert "As a map set: fitness" in capsys.readouterr().out
+    assert "As a map set: median fitness" in capsys.readouterr().out
 
 
 def test_studies_are_tables(study_path):
@@ -165,7 +165,9 @@ def test_studies_are_tables(study_path):
         (lambda folder: evolve({"controllers": ["rpp"]}, out=folder / "a"), "two or more"),
         (lambda folder: evolve(resume=folder, seed=3), "expected no other option, got seed"),
         (lambda folder: study("thesos", out=folder / "a"), "did you mean 'thesis'"),
-        (load, "expected a bench.json"),
+        (load, "expected the directory of a run"),
+        (lambda folder: bench(OFFICE, "rpp", workers=0), "workers: expected greater than or equal to 1, got 0"),
+        (lambda folder: study("quick", worker=2, out=folder / "a"), "did you mean 'workers'"),
     ],
 )
 def test_mistakes_are_one_line(call, message, tmp_path):

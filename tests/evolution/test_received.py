@@ -18,9 +18,8 @@ from evolution.driving import Evaluator, RunResult
 from evolution.report import write_report
 from evolution.runs import RunDir
 from evolution.search import evolve, experiment_of
-from evolution.studies import Engine, StudySettings, load_results, run_study
+from evolution.studies import StudySettings, load_results, run_study
 from gym_mapbench.errors import UntrustedError
-from tests.evolution.fake_study import ENGINE
 from tests.faults.samples import QUICK
 
 WORLD = {"environment": {"time_limit": 20.0}}
@@ -151,7 +150,10 @@ def real_study(tmp_path_factory):
     """The directory of a study with the package's worlds and controllers, whose runs were not driven."""
     settings = StudySettings.from_mapping(STUDY, "study")
     path = tmp_path_factory.mktemp("real") / "study"
-    run_study(settings, path, engine=Engine(run_job=drive, warm_up=None))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("evolution.studies.running.run_study_job", drive)
+        patch.setattr("evolution.studies.running.warm_up", None)
+        run_study(settings, path)
     return path
 
 
@@ -205,7 +207,12 @@ def test_a_report_of_a_study_shows_all_but_the_replays(real_study, folder, capsy
     assert "would run code" in said[0]
     assert "--allow-code" in said[0]
     page = (folder / "page.html").read_text()
-    for shown in ("There are no replays of gini, random", "Fresh minus seen", "Best set of gini", "Lorenz curves"):
+    for shown in (
+        "There are no replays of gini, random",
+        "Held-out minus reported fitness",
+        "Best set of gini",
+        "Lorenz curves",
+    ):
         assert shown in page
     assert len(load("got").runs) == 2
 
@@ -235,11 +242,12 @@ def test_a_study_whose_search_names_code_is_not_even_read(real_study, folder, ca
     assert "would run code" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("fake_driving")
 def test_a_run_inside_a_study_that_names_code_is_shown_without_replays(study_path, folder):
     path = shutil.copytree(study_path, folder / "got")
     config = path / "runs" / "gini_6" / "seed-0000" / "config.json"
     config.write_text(config.read_text().replace('"kind": ""', '"kind": "bait:x"', 1))
-    page = write_report(path, folder / "page.html", ENGINE).read_text()
-    seeds = [run.seed for run in load_results(path, ENGINE).runs if run.configuration.name == "gini_6"]
+    page = write_report(path, folder / "page.html").read_text()
+    seeds = [run.seed for run in load_results(path).runs if run.configuration.name == "gini_6"]
     assert seeds == [0, 1]
     assert "There are no replays of gini_6: " in page or "gini_6 (seed 1" in page  # the better of the two is shown

@@ -11,18 +11,17 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from evolution.driving.pool.process_start import available_cores, worker_context
-from evolution.driving.pool.processes import Processes
+from evolution.driving.pool import Processes, available_cores
 from tests.faults import inputs, kills, workers
 from tests.faults.inputs import End
 from tests.faults.samples import write_samples
 
 WANTED = ("accepted", "refused", "same bytes", "was too late", "no other run lost")
 SHARES = {"inputs": 0.5, "workers": 0.1, "kills": 0.4}
-"""What part of the time each part of the campaign gets."""
+"""Share of the time that each part of the campaign gets."""
 
 BATCH_SECONDS = 1.0
-"""Processor seconds that one kind of input gets before it is another one's turn."""
+"""Processor seconds for one kind of input before the next kind."""
 
 Try = Callable[[int], End]
 TrySome = Callable[[int, float], list[End]]
@@ -36,15 +35,20 @@ def main() -> int:
     parser.add_argument("--inputs", type=int, default=10**9, help="most damaged files to try (default: no limit)")
     parser.add_argument("--parts", nargs="+", choices=SHARES, default=list(SHARES), help="what to try (default: all)")
     parser.add_argument("--seed", type=int, default=0, help="number of the first of the inputs")
+    parser.add_argument("--executor", default="processes", help="what runs the controllers of the part 'workers'")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        counts = campaign(Path(name), options.parts, options.inputs, 60 * options.minutes, options.seed)
+        counts = campaign(
+            Path(name), options.parts, options.inputs, 60 * options.minutes, options.seed, options.executor
+        )
     print(table(counts))
     return 1 if any(how not in WANTED for ends in counts.values() for how in ends) else 0
 
 
-def campaign(folder: Path, parts: Sequence[str], most: int, seconds: float, seed: int) -> Counts:
-    """Try the parts for some time; returns for each kind how often it ended how."""
+def campaign(
+    folder: Path, parts: Sequence[str], most: int, seconds: float, seed: int, executor: str = "processes"
+) -> Counts:
+    """Try the parts for some time; returns the number of each end for each kind."""
     share = {name: seconds * SHARES[name] / sum(SHARES[part] for part in parts) for name in parts}
     counts: Counts = {}
     if "inputs" in parts:
@@ -52,7 +56,9 @@ def campaign(folder: Path, parts: Sequence[str], most: int, seconds: float, seed
         files = {name: partial(inputs.try_some, samples, name) for name in (*inputs.SETTINGS, *inputs.RESULTS)}
         counts |= tried_in_processes(files, most, share["inputs"], seed)
     if "workers" in parts:
-        faults: dict[str, Try] = {f"controller: {name}": partial(workers.try_one, name) for name in workers.KINDS}
+        faults: dict[str, Try] = {
+            f"controller: {name}": partial(workers.try_one, name, executor=executor) for name in workers.KINDS
+        }
         counts |= tried(faults, share["workers"], seed)
     if "kills" in parts:
         searches: dict[str, Try] = {name: partial(kills.try_one, folder, name) for name in kills.KINDS}
@@ -77,7 +83,7 @@ def tried_in_processes(kinds: dict[str, TrySome], most: int, seconds: float, see
     """Try inputs in worker processes, all kinds for equally long in turn, until the time is over or they are enough."""
     counts: Counts = {name: Counter() for name in kinds}
     end = time.monotonic() + seconds
-    pool = Processes(available_cores(), 2 * inputs.HANG_SECONDS, int, worker_context())
+    pool = Processes(available_cores(), 2 * inputs.HANG_SECONDS, int)
     while time.monotonic() < end and sum(map(Counter.total, counts.values())) < most:
         first = {name: seed + counts[name].total() for name in kinds}
         batches = {name: pool.submit(attempt, first[name], BATCH_SECONDS) for name, attempt in kinds.items()}
@@ -91,7 +97,7 @@ def tried_in_processes(kinds: dict[str, TrySome], most: int, seconds: float, see
 
 
 def note(counts: Counts, name: str, number: int, end: End) -> None:
-    """Count how something ended, and say what is wrong."""
+    """Count the end of an attempt; print it if it is wrong."""
     counts[name][end.how] += 1
     if end.how not in WANTED:
         print(f"{name} {number}: {end.how}: {end.text}", flush=True)

@@ -1,6 +1,6 @@
 """Files that may be anything: each kind is written, damaged and read as its command does.
 
-The readers stop where driving would begin, so that thousands of inputs can be tried.
+The readers stop before the first run, so that thousands of inputs can be tried.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from importlib import resources
 from pathlib import Path
 
 import numpy as np
+import pytest
 import yaml
 from PIL import Image
 
@@ -30,7 +31,7 @@ from evolution.benchmark import read_bench
 from evolution.pictures import drive_best
 from evolution.runs import load_run
 from evolution.search import check_experiment, experiment_of, read_document
-from evolution.studies import NAV2, SweepSettings, load_results, load_sweep
+from evolution.studies import SweepSettings, load_results, load_sweep
 from evolution.studies.kinds import load_definition
 from evolution.studies.tasks import check_study
 from evolution.training import TrainingDir, train_settings
@@ -73,7 +74,7 @@ def read_study(path: Path) -> None:
         for name in settings.worlds:
             settings.plan(name)
     else:
-        check_study(settings, NAV2)
+        check_study(settings)
 
 
 def read_environment(path: Path) -> None:
@@ -91,11 +92,13 @@ def read_training(path: Path) -> None:
 
 
 def read_run(path: Path) -> None:
-    """As ``mapbench report``, without driving."""
+    """Read a directory as ``mapbench report`` does, without runs."""
     run = load_run(path)
     run.table()
     assert run.maps
-    drive_best(run, experiment_of, lambda job: job)  # type: ignore[arg-type,return-value]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("evolution.pictures.run_figures.drive", lambda job: job)
+        drive_best(run)
 
 
 @cache

@@ -1,6 +1,6 @@
-"""Searches, studies and benchmarks that are killed, or can no longer write: begun again, they give the same bytes.
+"""Kills searches, studies and benchmarks, or fills their disk, and continues them: the files must have the same bytes.
 
-Each is a copy of this process, so that it costs no more than itself.
+Each task runs in a copy of this process, which saves the imports.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def begun(task: str, path: Path, executor: str = search.THREADS, prepare: Callab
 
 
 def _do(task: str, path: Path, executor: str, prepare: Callable[[], object]) -> None:
-    """Be that process; it ends with 2 where a task says in one line why it stops, and tells it in a file."""
+    """Run a task; exit with 2 if it stops with a message of one line, with 3 at any other error; write it to a file."""
     prepare()
     try:
         search.TASKS[task](path, executor)
@@ -55,7 +55,7 @@ def ended(process: BaseProcess) -> int | None:
 
 @cache
 def whole(folder: Path, task: str) -> Path:
-    """Return the directory of a task that nothing happened to."""
+    """Return the directory of an undisturbed task."""
     path = folder / f"whole_{task}"
     assert ended(begun(task, path)) == 0
     return path
@@ -68,7 +68,7 @@ def extent(folder: Path, task: str) -> tuple[int, float]:
 
 
 def try_one(folder: Path, kind: str, seed: int) -> End:
-    """Let something happen to a task, continue it, and compare it with one that nothing happened to."""
+    """Disturb a task, continue it, and compare its files with those of an undisturbed task."""
     task, harm = kind.split(": ")
     expected, path = files_of(whole(folder, task)), folder / f"{kind.replace(' ', '_')}_{seed}"
     rng = np.random.default_rng([seed, *kind.encode()])
@@ -87,7 +87,7 @@ def files_of(path: Path) -> dict[str, bytes]:
 
 
 def _harmed(folder: Path, task: str, harm: str, path: Path, rng: np.random.Generator) -> int | None:
-    """Begin a task and let something happen to it; returns its exit code."""
+    """Begin a task and disturb it; returns its exit code."""
     writes, seconds = extent(folder, task)
     if harm == "killed at a write":
         number = int(rng.integers(1, writes + 1)) * int(rng.choice([-1, 1]))
@@ -104,9 +104,9 @@ def _harmed(folder: Path, task: str, harm: str, path: Path, rng: np.random.Gener
 
 
 def _kill_worker(process: BaseProcess, rng: np.random.Generator) -> bool:
-    """Kill a worker of a task some time after it has started; returns whether there was one.
+    """Kill one worker of a task some time after the start of the task; returns whether there was a worker.
 
-    Only one: whoever kills the worker of the same run twice has that run counted as an error, as if it was its fault.
+    A second kill could hit the second attempt of the same run, which then counts as an error.
     """
     killed = False
     while process.is_alive() and not killed:

@@ -1,4 +1,4 @@
-"""What a controller may do to the process that drives it, besides the faults of :mod:`tests.evolution.fake_runs`."""
+"""Faults of a controller that damage its worker process, besides those of :mod:`tests.evolution.fake_runs`."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from tests.evolution import fake_runs
 
 
 class UnprintableError(Exception):
-    """Cannot say what is wrong."""
+    """Raises when it is printed."""
 
     def __str__(self) -> str:
         raise ValueError("no words")
 
 
 class UnpicklableError(Exception):
-    """Cannot be sent to another process."""
+    """Raises when it is pickled."""
 
     def __reduce__(self):
         raise TypeError("stay here")
@@ -92,7 +92,7 @@ HARMLESS = {
     "forgets_environment": os.environ.clear,
     "deletes_its_folder": lambda: os.chdir(_deleted_folder()),
 }
-"""These cost no run."""
+"""Faults that cost no run."""
 
 
 def _deleted_folder() -> Path:
@@ -103,7 +103,7 @@ def _deleted_folder() -> Path:
 
 
 def misbehave(job: Job) -> RunResult:
-    """Drive; a controller that is named after a fault shows it."""
+    """Run a job; a controller with the name of a fault shows that fault."""
     name = job.controller.name
     if name == "answers_too_much":
         return replace(fake_runs.drive(job), reason="x" * 10**8)

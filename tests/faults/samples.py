@@ -1,4 +1,4 @@
-"""Small results of every kind, to be damaged: a run, a study, a sweep and a benchmark, driven with real controllers."""
+"""Small results of every kind, to be damaged: a run, a study, a sweep and a benchmark with real controllers."""
 
 from __future__ import annotations
 

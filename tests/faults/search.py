@@ -11,26 +11,28 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark
 from evolution.benchmark.runs import bench
-from evolution.driving import Crew, Evaluator, Job, JobPlan, RunResult
-from evolution.runs import RUN, RunDir, filling
+from evolution.driving import Evaluator, Job, JobPlan, Resources, RunResult, WorkerSetup
+from evolution.runs import RUN, RunDir, exclusive_store
 from evolution.search import evolve
 from evolution.studies import run_study
-from evolution.studies.directory import KIND
+from evolution.studies.directory import STUDY
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
 from tests.evolution import fake_runs, fake_study
-from tests.evolution.fake_runs import CONTROLLERS, FakeRunSettings
+from tests.evolution.fake_runs import CONTROLLERS, WORLD
 
 SEARCH = {"pop_size": 4, "evaluations": 20, "seed": 3}
 THREADS = "tests.faults.search:threads"
 """Executor that starts no process, so that a task costs no more than itself."""
 
 
-def threads(crew: Crew) -> Executor:
+def threads(setup: WorkerSetup) -> Executor:
     """Make an executor of threads."""
-    return ThreadPoolExecutor(crew.workers)
+    return ThreadPoolExecutor(setup.workers)
 
 
 def drive(job: Job) -> RunResult:
@@ -43,7 +45,7 @@ def run_search(path: Path, executor: str) -> None:
     """Begin a search, or continue it."""
     experiment = fake_study.read_experiment({"search": SEARCH})
     rundir = RunDir.open(path) if RUN.holds(path) else RunDir.create(path, experiment)
-    with filling(RUN, path) as store, Evaluator(drive, store, workers=2, executor=executor) as evaluator:
+    with exclusive_store(RUN, path) as store, Evaluator(drive, store, workers=2, executor=executor) as evaluator:
         evolve(experiment, evaluator, rundir)
 
 
@@ -52,17 +54,18 @@ def run_small_study(path: Path, executor: str) -> None:
     configurations = [{"name": "ga", "experiment": {"search": {"pop_size": 4}}}]
     configurations += [{"name": "best", "method": "best_triple", "of": "ga"}]
     settings = fake_study.small_study(runs=2, budget=12, configurations=configurations)
-    engine = replace(fake_study.ENGINE, executor=executor)
-    run_study(settings, path, resume=KIND.holds(path), workers=2, engine=engine)
+    with pytest.MonkeyPatch.context() as patch:
+        fake_study.use_fakes(patch)
+        run_study(settings, path, resume=STUDY.holds(path), resources=Resources(workers=2, executor=executor))
 
 
 def run_bench(path: Path, executor: str) -> None:
     """Begin a benchmark, or continue it."""
     grid = GridMap.from_rows(["#" * 20, *["#" + "." * 18 + "#"] * 18, "#" * 20])
     scenarios = [Scenario(grid, Pose(0.2, 0.2), Pose(0.2 + 0.05 * n, 0.8), f"map_{n}") for n in range(8)]
-    plan = JobPlan(CONTROLLERS, FakeRunSettings(), repeats=4)
+    plan = JobPlan(CONTROLLERS, WORLD, repeats=4)
     begin_benchmark(path, scenarios, plan, resume=BENCHMARK.holds(path))
-    with filling(BENCHMARK, path) as store, Evaluator(drive, store, workers=2, executor=executor) as evaluator:
+    with exclusive_store(BENCHMARK, path) as store, Evaluator(drive, store, workers=2, executor=executor) as evaluator:
         bench(scenarios, plan, evaluator).save(path)
 
 

@@ -1,4 +1,4 @@
-"""The short version of the campaign: some inputs of every kind, and one fault of every kind in a search."""
+"""The short version of the campaign: some inputs of every kind, one kill of every kind, and four faulty controllers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Controllers that do something to the process that drives them: that run may be lost, and no other."""
+"""Controllers that damage the worker process that runs them: their own run may be lost, and no other."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ COSTLY = (
 KINDS = (*COSTLY, *HARMLESS)
 
 
-def try_one(kind: str, seed: int) -> End:
-    """Drive a controller with a fault among others."""
+def try_one(kind: str, seed: int, executor: str = "processes") -> End:
+    """Run a controller with a fault among five others on an executor; returns whether another run was lost."""
     names = ["good", kind, *(f"other_{seed}_{n}" for n in range(4))]
     jobs = jobs_of(plan_of(*names))
-    with Evaluator(misbehaviour.misbehave, workers=2, timeout_s=5.0, retries=0) as evaluator:
+    with Evaluator(misbehaviour.misbehave, workers=2, timeout_s=5.0, retries=0, executor=executor) as evaluator:
         results = dict(zip(names, evaluator.run(jobs), strict=True))
     lost = [name for name in names if results[name].outcome == "error"]
     unreadable = [name for name in lost if not results[name].reason.isprintable()]

@@ -30,7 +30,7 @@ from gym_mapbench.generator import (
     task_cells,
 )
 from gym_mapbench.generator.base import mirrored, wall_rows
-from gym_mapbench.generator.drawing import cut_piece
+from gym_mapbench.generator.sampling import cut_piece
 from gym_mapbench.metrics.map_metrics import narrowest_passage
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import make_robot
@@ -250,7 +250,7 @@ def test_bad_families_are_one_line(options, message):
     ("family", "shapes", "message"),
     [
         ({"name": "doors", "options": {"gap": [0.3, 0.45]}}, {}, "doors: expected maps that turtlebot3_waffle can"),
-        ({"name": "pillars", "options": {"pitch": [0.8, 0.8], "side": [0.4, 0.4]}}, {}, "got none in 200 draws"),
+        ({"name": "pillars", "options": {"pitch": [0.8, 0.8], "side": [0.4, 0.4]}}, {}, "got none in 200 samples"),
         ("doors", {"size": 47, "task_distance": 10}, r"size: expected at least \d+ cells for walls across the way"),
         ("corridors", {"size": 23, "cleared_distance": 0, "task_distance": 3}, "corridors: expected maps"),
     ],

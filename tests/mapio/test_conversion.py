@@ -102,7 +102,7 @@ def test_unknown_cells_survive_where_the_format_knows_them(tmp_path):
 
 
 def test_nothing_is_written_that_would_not_be_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("gym_mapbench.mapio.bundle.MAX_JSON_BYTES", 400)
+    monkeypatch.setattr("gym_mapbench.mapio.map_set_file.MAX_JSON_BYTES", 400)
     with pytest.raises(ConfigError, match="expected fewer cells: the map-set file would have"):
         write_map_file([BARE, MAP], tmp_path / "m.json")
     assert not contents(tmp_path)

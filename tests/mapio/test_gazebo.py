@@ -76,7 +76,7 @@ def test_layout_of_the_framework(exported):
             f"params/{name}_waypoints.yaml",
         }
     assert names >= {"nav2_params.yaml", "behavior_trees/dwb.xml", "behavior_trees/mppi.xml", "README.md"}
-    assert names >= {"run_benchmark.py", "launch/benchmark.launch.py", "benchmark.json"}
+    assert names >= {"run_benchmark.py", "launch/benchmark.launch.py", "gazebo_tasks.json"}
     assert sorted(files) == sorted(path for path in folder.rglob("*") if path.is_file())
 
 
@@ -116,7 +116,7 @@ def test_parameters_are_written_as_given(exported):
     written = yaml.safe_load((folder / "nav2_params.yaml").read_text())
     assert written["velocity_smoother"]["ros__parameters"]["max_velocity"] == [0.26, 0.0, 1.0]
     assert written["controller_server"] == PARAMS["controller_server"]
-    benchmark = json.loads((folder / "benchmark.json").read_text())
+    benchmark = json.loads((folder / "gazebo_tasks.json").read_text())
     assert benchmark["controllers"] == ["dwb", "mppi"]
     assert benchmark["velocity_smoother"] is True
     assert [entry["name"] for entry in benchmark["maps"]] == ["map_0", "map_1"]
@@ -288,7 +288,7 @@ def test_the_lidar_sits_where_the_robot_has_it(tmp_path, model, kind):
     for name, (robot, lidar) in robots.items():
         export_gazebo([thesis_scenario(1, "m")], tmp_path / name, **(OPTIONS | {"robot": robot}), lidar=lidar)
         found[name] = lidar_of(ElementTree.parse(tmp_path / name / "models" / model / "model.sdf").getroot(), kind)
-        transform = json.loads((tmp_path / name / "benchmark.json").read_text())["robot"]["lidar"]
+        transform = json.loads((tmp_path / name / "gazebo_tasks.json").read_text())["robot"]["lidar"]
         assert [transform[key] for key in ("x", "y", "z", "yaw")] == [found[name][0][i] for i in (0, 1, 2, 5)]
     assert found["preset"][0] == [-0.064, 0.0, 0.16, 0.0, 0.0, 0.0]
     assert found["preset"][1:] == ([360, 0.0, pytest.approx(359 * np.pi / 180), 0.12, 3.5], 10.0)

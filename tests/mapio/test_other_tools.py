@@ -13,6 +13,7 @@ from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Pose
+from gym_mapbench.world.world import World
 from tests.mapio.test_gazebo import OPTIONS, thesis_scenario
 
 SUN = "<sdf version='1.6'><light name='sun' type='directional'><direction>0 0 -1</direction></light></sdf>"
@@ -112,7 +113,7 @@ def test_rays_against_the_mesh_agree_with_our_lidar(bundle, bullet, tmp_path):
     (tmp_path / "map.urdf").write_text(URDF.format(mesh=folder / "models" / "map_0" / "mesh" / "map.dae"))
     bullet.loadURDF(str(tmp_path / "map.urdf"), useFixedBase=True)
     settings = LidarSettings(range_max=15.0)
-    lidar = Lidar(settings, scenario.map)
+    lidar = Lidar(settings, World(scenario.map))
     rng = np.random.default_rng(0)
     free = np.argwhere(~scenario.map.occupancy)
     compared = disagreed = 0

@@ -13,6 +13,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.scenario import Pose
+from gym_mapbench.world.world import World
 from tests.worlds import ROOM_OPTIONS
 
 
@@ -44,26 +45,26 @@ def test_ranges_are_those_of_exact_geometry(seed, share, resolution):
     settings = LidarSettings(beams=13, range_max=3.5, angle_min=rng.uniform(-3, 3))
     x0, y0, x1, y1 = grid.bounds
     pose = Pose(rng.uniform(x0, x1), rng.uniform(y0, y1), rng.uniform(-3, 3))
-    ranges = Lidar(settings, grid).scan(pose)
+    ranges = Lidar(settings, World(grid)).scan(pose)
     expected = [distance_to_squares(grid, pose.x, pose.y, pose.yaw + angle, 3.5) for angle in settings.angles]
     assert ranges == pytest.approx(expected, abs=1e-5)
 
 
 def test_beams_go_counter_clockwise_from_the_first_angle():
     grid = GridMap.from_rows(["#####", "#...#", "#...#", "#...#", "#####"], 1.0)
-    lidar = Lidar(LidarSettings(beams=4), grid)
+    lidar = Lidar(LidarSettings(beams=4), World(grid))
     assert lidar.scan(Pose(3.5, 2.0, 0.0)).tolist() == [0.5, 2.0, 2.5, 1.0]
     assert lidar.scan(Pose(3.5, 2.0, math.pi / 2)) == pytest.approx([2.0, 2.5, 1.0, 0.5])
-    aside = Lidar(LidarSettings(beams=2, angle_min=-math.pi / 2, angle_increment=math.pi), grid)
+    aside = Lidar(LidarSettings(beams=2, angle_min=-math.pi / 2, angle_increment=math.pi), World(grid))
     assert aside.scan(Pose(3.5, 2.0, 0.0)) == pytest.approx([1.0, 2.0])
 
 
 def test_beams_start_at_the_scanner_and_turn_with_it():
     grid = GridMap.from_rows(["#####", "#...#", "#...#", "#...#", "#####"], 1.0)
-    ahead = Lidar(LidarSettings(beams=4, x=0.5, y=-0.25), grid)
+    ahead = Lidar(LidarSettings(beams=4, x=0.5, y=-0.25), World(grid))
     assert ahead.scan(Pose(2.0, 2.0, 0.0)).tolist() == [1.5, 2.25, 1.5, 0.75]
     assert ahead.scan(Pose(2.0, 2.0, math.pi / 2)) == pytest.approx([1.5, 1.25, 1.5, 1.75])
-    turned = Lidar(LidarSettings(beams=4, yaw=math.pi / 2), grid)
+    turned = Lidar(LidarSettings(beams=4, yaw=math.pi / 2), World(grid))
     assert turned.scan(Pose(3.5, 2.0, 0.0)) == pytest.approx([2.0, 2.5, 1.0, 0.5])
     settings = LidarSettings(x=0.1, y=0.2, yaw=0.3)
     assert settings.sensor_pose(Pose(1.0, 1.0, math.pi / 2)) == pytest.approx((0.8, 1.1, 0.3 + math.pi / 2))
@@ -92,18 +93,18 @@ def test_what_is_too_near_is_not_measured(no_reading, expected):
 
 def test_what_is_out_of_range_says_the_range():
     grid = GridMap(np.zeros((200, 200), bool))
-    assert (Lidar(LidarSettings(range_max=2.0), grid).scan(Pose(5.0, 5.0)) == np.float32(2.0)).all()
+    assert (Lidar(LidarSettings(range_max=2.0), World(grid)).scan(Pose(5.0, 5.0)) == np.float32(2.0)).all()
 
 
 def test_no_ray_slips_between_cells_that_touch_at_a_corner():
     cells = np.eye(20, dtype=bool)
     grid = GridMap(cells, 1.0)
-    scan = Lidar(LidarSettings(beams=1, range_max=30.0), grid).scan(Pose(15.0, 5.0, 3 * math.pi / 4))
+    scan = Lidar(LidarSettings(beams=1, range_max=30.0), World(grid)).scan(Pose(15.0, 5.0, 3 * math.pi / 4))
     assert scan[0] == pytest.approx(5 * math.sqrt(2), abs=0.8)
 
 
 def test_every_scan_is_a_new_array():
-    lidar = Lidar(LidarSettings(), GridMap(np.zeros((50, 50), bool)))
+    lidar = Lidar(LidarSettings(), World(GridMap(np.zeros((50, 50), bool))))
     assert not np.shares_memory(lidar.scan(Pose(1, 1)), lidar.scan(Pose(1, 1)))
 
 

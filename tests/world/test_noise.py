@@ -61,16 +61,16 @@ class TestSettings:
     @pytest.mark.parametrize(
         ("noise", "message"),
         [
-            ({"pose_xy": -0.1}, r"noise: pose_xy: expected greater than or equal to 0, got -0.1"),
-            ({"pose_xy": 1.5}, r"noise: pose_xy: expected less than or equal to 1, got 1.5"),
-            ({"pose_yaw": 4.0}, r"noise: pose_yaw: expected less than or equal to 3.14"),
-            ({"scan": 3}, r"noise: scan: expected less than or equal to 1, got 3"),
-            ({"scan_dropout": 1.1}, r"noise: scan_dropout: expected less than or equal to 1, got 1.1"),
-            ({"latency": 1.01}, r"noise: latency: expected less than or equal to 1, got 1.01"),
-            ({"latency": -0.2}, r"noise: latency: expected greater than or equal to 0, got -0.2"),
-            ({"odometry_turn": float("nan")}, r"noise: odometry_turn: expected"),
-            ({"odom_frame": "turned"}, r"noise: odom_frame: expected 'aligned' or 'random', got 'turned'"),
-            ({"lidar_mount": "roof"}, r"noise: lidar_mount: expected 'centre' or 'robot', got 'roof'"),
+            ({"pose_xy": -0.1}, r"noise.pose_xy: expected greater than or equal to 0, got -0.1"),
+            ({"pose_xy": 1.5}, r"noise.pose_xy: expected less than or equal to 1, got 1.5"),
+            ({"pose_yaw": 4.0}, r"noise.pose_yaw: expected less than or equal to 3.14"),
+            ({"scan": 3}, r"noise.scan: expected less than or equal to 1, got 3"),
+            ({"scan_dropout": 1.1}, r"noise.scan_dropout: expected less than or equal to 1, got 1.1"),
+            ({"latency": 1.01}, r"noise.latency: expected less than or equal to 1, got 1.01"),
+            ({"latency": -0.2}, r"noise.latency: expected greater than or equal to 0, got -0.2"),
+            ({"odometry_turn": float("nan")}, r"noise.odometry_turn: expected"),
+            ({"odom_frame": "turned"}, r"noise.odom_frame: expected 'aligned' or 'random', got 'turned'"),
+            ({"lidar_mount": "roof"}, r"noise.lidar_mount: expected 'centre' or 'robot', got 'roof'"),
             ({"pose": 0.1}, r"noise: unknown key 'pose'"),
             ({"level": "nominall"}, r"noise: unknown noise 'nominall'; did you mean 'nominal'\?"),
             ({"level": 2}, r"noise: level: expected one of nominal, none, rough, got 2"),
@@ -86,7 +86,7 @@ class TestSettings:
 def test_normals_are_those_of_the_generator_whatever_is_asked_for_at_once():
     normals, drawn = Normals(rng()), []
     for count in (1, 3, 0, 2, 300, 257, 5):
-        drawn += normals.draw(count)
+        drawn += normals.take(count)
     one_by_one = rng()
     assert drawn == [one_by_one.standard_normal() for _ in drawn]
 
@@ -287,9 +287,9 @@ class TestStreams:
     def test_every_noise_that_draws_has_them(self):
         still = {"update_min_d", "update_min_a", "pose_time_constant", "actuation_time_constant", "latency"}
         for name in NoiseSettings.model_fields.keys() - still - {"odom_frame", "lidar_mount"}:
-            assert NoiseSettings(**{name: 0.1}).draws, name
-        assert NoiseSettings(odom_frame="random").draws
-        assert not NoiseSettings(**dict.fromkeys(still, 0.1), lidar_mount="robot").draws
+            assert NoiseSettings(**{name: 0.1}).samples, name
+        assert NoiseSettings(odom_frame="random").samples
+        assert not NoiseSettings(**dict.fromkeys(still, 0.1), lidar_mount="robot").samples
 
 
 class TestActuation:

@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gym_mapbench.generator import ShapeSettings, default_task, sample_map
-from gym_mapbench.kernels.motion import is_clear
-from gym_mapbench.world import simulation
+from gym_mapbench.kernels.motion import SCALE, is_clear
 from gym_mapbench.world.clearance import measure_clearance
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import ROBOTS, RobotSpec
 from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.simulation import Simulation
 from gym_mapbench.world.state import Worlds, ground_of
+from gym_mapbench.world.world import World
 from tests.oracle_data import ORACLE, needs_oracle
 
 WAFFLE, JACKAL = ROBOTS["turtlebot3_waffle"], ROBOTS["jackal"]
@@ -61,7 +61,7 @@ def wall_at(x, resolution=0.05, size=160):
 def test_free_motion_is_the_float64_midpoint_step(robot, hz):
     rng = np.random.default_rng(0)
     commands = np.repeat(rng.uniform([-0.5, -5.0], [0.6, 5.0], (100, 2)), 10, axis=0)
-    states, contacts = drive(Simulation(OPEN, robot, Pose(0.0, 0.0, 0.3), hz), commands)
+    states, contacts = drive(Simulation(World(OPEN, physics_hz=hz), robot, Pose(0.0, 0.0, 0.3)), commands)
     assert not contacts.any()
     twin = integrate((0.0, 0.0, 0.3), commands, robot, 1 / hz, 5)
     difference = states - twin
@@ -71,11 +71,11 @@ def test_free_motion_is_the_float64_midpoint_step(robot, hz):
 
 
 def test_the_body_follows_the_float64_pose():
-    simulated = Simulation(wall_at(4.0), WAFFLE, Pose(3.775, 1.0, math.pi / 2), 100)
+    simulated = Simulation(World(wall_at(4.0)), WAFFLE, Pose(3.775, 1.0, math.pi / 2))
     _, contacts = drive(simulated, np.tile([0.5, 0.0], (200, 1)))
     assert not contacts.any()
     position = simulated._engine._body.position
-    offset = position.x / simulation.SCALE - simulated.pose.x, position.y / simulation.SCALE - simulated.pose.y
+    offset = position.x / SCALE - simulated.pose.x, position.y / SCALE - simulated.pose.y
     assert np.hypot(*offset) < 1e-5
 
 
@@ -85,7 +85,7 @@ def wander(seed, robot, **options):
     grid = GridMap(sample_map(rng, ShapeSettings(size=80)))
     start = default_task(grid)[0]
     commands = np.repeat(rng.uniform([-0.5, -2.0], [2.0, 2.0], (40, 2)), 10, axis=0)
-    driven = [drive(Simulation(grid, robot, start, 100, **chosen), commands) for chosen in ({}, options)]
+    driven = [drive(Simulation(World(grid), robot, start, **chosen), commands) for chosen in ({}, options)]
     return driven[0], driven[1]
 
 
@@ -111,7 +111,7 @@ def test_nothing_ever_changes_where_box2d_rests_with_a_disc(seed, robot):
 def test_the_box_is_kept_while_box2d_rests(seed):
     rng = np.random.default_rng(seed)
     commands = np.repeat(rng.uniform([-0.5, -2.0], [0.5, 2.0], (20, 2)), 10, axis=0)
-    resting, always = (Simulation(OPEN, WAFFLE, Pose(0.0, 0.0, 0.3), 100, rests=rests) for rests in (True, False))
+    resting, always = (Simulation(World(OPEN), WAFFLE, Pose(0.0, 0.0, 0.3), rests=rests) for rests in (True, False))
     for v, w in commands:
         resting.advance(v, w, 5)
         always.advance(v, w, 5)
@@ -143,7 +143,7 @@ def test_recorded_plants_are_repeated():
     for run in free:
         first, end = data["offset"][run["index"] : run["index"] + 2]
         trajectory = data["traj"][first:end].astype(float)
-        simulated = Simulation(GridMap.from_image_array(maps[run["map"]]), robot, Pose(*trajectory[0, :3]), 100)
+        simulated = Simulation(World(GridMap.from_image_array(maps[run["map"]])), robot, Pose(*trajectory[0, :3]))
         states, contacts = drive(simulated, data["cmd"][first : end - 1].astype(float))
         assert not contacts.any()
         # Commands are recorded to 1e-5, which adds up.
@@ -154,7 +154,7 @@ def test_recorded_plants_are_repeated():
 @given(st.floats(0.02, 0.5), st.floats(-1.3, 1.3), st.floats(0.0, 0.04))
 def test_a_disc_touches_a_flat_wall_where_geometry_says(speed, angle, offset):
     grid = wall_at(4.0)
-    simulated = Simulation(grid, WAFFLE, Pose(3.7 - offset, 4.0, angle), 100)
+    simulated = Simulation(World(grid), WAFFLE, Pose(3.7 - offset, 4.0, angle))
     for _ in range(600):
         touched = simulated.advance(speed, 0.0, 1)
         clearance = 4.0 - simulated.pose.x - WAFFLE.radius
@@ -169,7 +169,7 @@ def test_a_disc_touches_a_flat_wall_where_geometry_says(speed, angle, offset):
 @settings(max_examples=40)
 @given(st.floats(0.02, 2.0), st.floats(-1.2, 1.2), st.floats(0.0, 0.04))
 def test_a_polygon_touches_a_flat_wall_where_geometry_says(speed, angle, offset):
-    simulated = Simulation(wall_at(4.0), JACKAL, Pose(3.7 - offset, 4.0, angle), 100)
+    simulated = Simulation(World(wall_at(4.0)), JACKAL, Pose(3.7 - offset, 4.0, angle))
     corners = np.array(JACKAL.footprint)
     touched = False
     for _ in range(600):
@@ -191,7 +191,7 @@ def test_corners_are_touched_where_geometry_says(robot, direction, aside, speed)
     grid = GridMap(cells)
     x, y = 3.025 - 0.6 * math.cos(direction), 3.025 - 0.6 * math.sin(direction)
     start = Pose(x - aside * math.sin(direction), y + aside * math.cos(direction), direction)
-    simulated = Simulation(grid, robot, start, 100)
+    simulated = Simulation(World(grid), robot, start)
     for _ in range(1000):
         before = measure_clearance(grid, robot, [simulated.pose])[0]
         if simulated.advance(speed, 0.0, 1):
@@ -208,7 +208,7 @@ def test_corners_are_touched_where_geometry_says(robot, direction, aside, speed)
 def test_no_wall_is_ever_entered(seed):
     rng = np.random.default_rng(seed)
     grid = GridMap(sample_map(rng, ShapeSettings()))
-    simulated = Simulation(grid, WAFFLE, default_task(grid)[0], 100)
+    simulated = Simulation(World(grid), WAFFLE, default_task(grid)[0])
     commands = np.repeat(rng.uniform([0.1, -1.0], [0.5, 1.0], (15, 2)), 20, axis=0)
     states, contacts = drive(simulated, commands)
     clearances = measure_clearance(grid, WAFFLE, states)
@@ -218,7 +218,7 @@ def test_no_wall_is_ever_entered(seed):
 
 @pytest.mark.parametrize("angle", [0.3, 0.8, 1.2])
 def test_a_disc_slides_along_a_wall(angle):
-    simulated = Simulation(wall_at(4.0), WAFFLE, Pose(3.6, 2.0, math.pi / 2 - angle), 100)
+    simulated = Simulation(World(wall_at(4.0)), WAFFLE, Pose(3.6, 2.0, math.pi / 2 - angle))
     states, contacts = drive(simulated, np.tile([0.3, 0.0], (120, 1)))
     assert contacts[-40:].all()
     assert states[-1, 1] - states[-41, 1] == pytest.approx(0.3 * math.cos(angle) * 2.0, rel=1e-3)
@@ -227,7 +227,7 @@ def test_a_disc_slides_along_a_wall(angle):
 
 @pytest.mark.parametrize(("angle", "heading", "speed"), [(0.3, math.pi / 2, 0.3), (1.2, 0.0, 0.0)])
 def test_a_polygon_comes_to_lie_along_a_wall(angle, heading, speed):
-    simulated = Simulation(wall_at(4.0), JACKAL, Pose(3.6, 2.0, math.pi / 2 - angle), 100)
+    simulated = Simulation(World(wall_at(4.0)), JACKAL, Pose(3.6, 2.0, math.pi / 2 - angle))
     states, contacts = drive(simulated, np.tile([0.3, 0.0], (120, 1)))
     assert contacts[-40:].all()
     assert states[-1, 2] == pytest.approx(heading, abs=0.02)
@@ -235,7 +235,7 @@ def test_a_polygon_comes_to_lie_along_a_wall(angle, heading, speed):
 
 
 def test_it_is_stopped_head_on_while_its_wheels_turn():
-    simulated = Simulation(wall_at(4.0), WAFFLE, Pose(3.5, 4.0, 0.0), 100)
+    simulated = Simulation(World(wall_at(4.0)), WAFFLE, Pose(3.5, 4.0, 0.0))
     states, _ = drive(simulated, np.tile([0.5, 0.0], (40, 1)))
     assert np.abs(np.diff(states[-10:], axis=0)).max() < 1e-6
     assert simulated.velocity == pytest.approx((0.0, 0.0), abs=1e-6)
@@ -258,7 +258,7 @@ def test_seams_between_wall_rectangles_are_not_felt(robot, angle, turn):
     for rectangles in (GridMap(cells).rectangles, one_a_cell):
         grid = GridMap(cells)
         grid.__dict__["rectangles"] = rectangles
-        simulated = Simulation(grid, robot, Pose(1.0, 0.5 + half + 0.01, angle), 100)
+        simulated = Simulation(World(grid), robot, Pose(1.0, 0.5 + half + 0.01, angle))
         states, contacts = drive(simulated, np.tile([0.5, turn], (120, 1)))
         assert contacts.sum() > 10
         ends.append(states[-1])
@@ -266,7 +266,7 @@ def test_seams_between_wall_rectangles_are_not_felt(robot, angle, turn):
 
 
 def test_the_edge_of_the_map_is_a_wall():
-    simulated = Simulation(GridMap(np.zeros((40, 40), bool)), WAFFLE, Pose(1.0, 1.0, 0.0), 100)
+    simulated = Simulation(World(GridMap(np.zeros((40, 40), bool))), WAFFLE, Pose(1.0, 1.0, 0.0))
     states, contacts = drive(simulated, np.tile([0.5, 0.0], (60, 1)))
     assert contacts[-1]
     assert states[-1, 0] == pytest.approx(2.0 - WAFFLE.radius, abs=MILLIMETRE)
@@ -274,12 +274,10 @@ def test_the_edge_of_the_map_is_a_wall():
 
 def test_a_polygon_turns_about_its_own_origin():
     ahead = RobotSpec(footprint=((0.4, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.4, -0.1)))
-    simulated = Simulation(OPEN, ahead, Pose(0.0, 0.0, 0.0), 100)
+    simulated = Simulation(World(OPEN), ahead, Pose(0.0, 0.0, 0.0))
     drive(simulated, np.tile([0.0, 1.0], (20, 1)))
     position = simulated._engine._body.position
-    assert (position.x / simulation.SCALE - 10.0, position.y / simulation.SCALE - 10.0) == pytest.approx(
-        (0, 0), abs=1e-6
-    )
+    assert (position.x / SCALE - 10.0, position.y / SCALE - 10.0) == pytest.approx((0, 0), abs=1e-6)
 
 
 def test_maps_of_four_million_cells_are_driven_on():
@@ -288,6 +286,45 @@ def test_maps_of_four_million_cells_are_driven_on():
     cells[990:1030, 990:1200] = False
     cells[990:1030, 1100] = True
     grid = GridMap(cells, origin=(-50.0, -50.0))
-    states, contacts = drive(Simulation(grid, WAFFLE, Pose(0.5, 0.5, 0.0), 100), np.tile([0.5, 0.0], (250, 1)))
+    states, contacts = drive(Simulation(World(grid), WAFFLE, Pose(0.5, 0.5, 0.0)), np.tile([0.5, 0.0], (250, 1)))
     assert contacts[-1]
     assert states[-1, 0] == pytest.approx(5.0 - WAFFLE.radius, abs=MILLIMETRE)
+
+
+def integrate_fortress(pose, commands, robot, ticks):
+    """The plain twin of the plant ``fortress``: steps of 1 ms, and a command takes effect one step after it arrives."""
+    x, y, yaw, v, w, target = *pose, 0.0, 0.0, (0.0, 0.0)
+    states = []
+    for command in commands:
+        for step in range(10 * ticks):
+            if step:
+                target = command
+            target_v = min(max(target[0], -robot.max_reverse_velocity), robot.max_linear_velocity)
+            target_w = min(max(target[1], -robot.max_angular_velocity), robot.max_angular_velocity)
+            v += min(max(target_v - v, -1e-3 * robot.max_linear_acceleration), 1e-3 * robot.max_linear_acceleration)
+            w += min(max(target_w - w, -1e-3 * robot.max_angular_acceleration), 1e-3 * robot.max_angular_acceleration)
+            x += 1e-3 * v * math.cos(yaw + 5e-4 * w)
+            y += 1e-3 * v * math.sin(yaw + 5e-4 * w)
+            yaw += 1e-3 * w
+        states.append((x, y, yaw, v, w))
+    return np.array(states)
+
+
+@pytest.mark.parametrize("rests", [True, False])
+def test_the_fortress_plant_is_integrated_in_steps_of_a_millisecond(rests):
+    commands = np.repeat(np.random.default_rng(1).uniform([-0.5, -2.5], [0.6, 2.5], (40, 2)), 4, axis=0)
+    world = World(GridMap(np.zeros((1, 1), bool), 40.0, (-20.0, -20.0)))
+    states, _ = drive(Simulation(world, WAFFLE, Pose(0.0, 0.0, 0.3), plant="fortress", rests=rests), commands)
+    difference = states - integrate_fortress((0.0, 0.0, 0.3), commands, WAFFLE, 5)
+    difference[:, 2] = np.remainder(difference[:, 2] + np.pi, 2 * np.pi) - np.pi
+    assert np.abs(difference).max() < 1e-9
+
+
+@pytest.mark.parametrize("plant", ["ideal", "fortress"])
+def test_a_robot_stopped_by_a_wall_turns_away_from_it(plant):
+    """The wheels' speeds and headings after a touch are those of the ticks that follow it."""
+    simulated = Simulation(World(wall_at(2.0)), WAFFLE, Pose(1.7, 2.0, 0.0), plant=plant)
+    states, contacts = drive(simulated, [(0.3, 0.0)] * 20 + [(0.0, 1.0)] * 40 + [(0.3, 0.0)] * 20)
+    assert contacts[15:20].all()
+    assert states[19, 0] == pytest.approx(2.0 - WAFFLE.radius, abs=1e-3)
+    assert states[-1, 0] < 2.0 - WAFFLE.radius - 0.05

@@ -1,4 +1,4 @@
-"""Kernels that choose the candidate twists, and group those that turn alike.
+"""Kernels that choose the candidate twists, and group those with the same turn.
 
 Source: nav2_dwb_controller/dwb_plugins: one_d_velocity_iterator.hpp, xy_theta_iterator.cpp and
 standard_traj_generator.cpp.
@@ -105,7 +105,7 @@ def count_steps(twists, sim_time, granularity):
 
 @kernel
 def group_candidates(index, steps):
-    """Group the candidates that turn alike: same turn rate, same number of steps, hence the same headings.
+    """Group the candidates with the same turn: same turn rate, same number of steps, hence the same headings.
 
     Returns:
         ``order``: candidates, group by group; ``start``: ``(groups + 1,)`` where each group begins in it.

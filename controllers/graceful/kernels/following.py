@@ -62,7 +62,7 @@ def all_headings_same(path, first, last):
 
 @kernel
 def local_path(path, first, last, robot, adds_headings):
-    """Poses of the window, ``(n, 3)`` in the robot's frame; ``adds_headings`` turns poses that all head alike."""
+    """Poses of the window, ``(n, 3)`` in the robot's frame; ``adds_headings`` turns poses of equal heading."""
     cos, sin = math.cos(robot[2]), math.sin(robot[2])
     local = np.empty((last - first, 3))
     for i in range(last - first):

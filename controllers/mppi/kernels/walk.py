@@ -133,7 +133,7 @@ def _closeness_along(call, dt, rollout, b, k, costs, corners, own, near_goal, th
 
 @kernel
 def walk_cost(tuning_of, call_of, rollout, costs, corners, near_goal, collected):
-    """Check the footprints of the marked trajectories: sum up their points anew, or mark them as colliding.
+    """Check the footprints of the marked trajectories: sum up their points again, or mark them as colliding.
 
     Args:
         tuning_of: ``(1,)`` record of the parameters.

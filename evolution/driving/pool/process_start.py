@@ -1,116 +1,188 @@
-"""How worker processes are started: from a fork server, without the caller's script, with the modules of the caller.
+"""Starts worker processes: by a fork server, or as new interpreters where a process cannot copy itself.
 
-A job names everything it needs by module, so a worker never has to import the script or notebook that asked for it;
-``multiprocessing`` would do so at every start, and a script without a ``__main__`` guard would begin itself anew.
+A job names everything it needs by module, so a worker does not import the script or notebook that asked for it. A
+script without a ``__main__`` guard would otherwise run again in every worker.
 """
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import multiprocessing
 import os
+import signal
+import socket
+import subprocess
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from multiprocessing import forkserver, popen_forkserver, spawn, util
-from multiprocessing.context import BaseContext, ForkServerContext, ForkServerProcess
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
-from typing import Any
 
-from evolution.files import temporary_directory
+from evolution.driving.pool.worker_loop import serve
 
-MAIN = ("init_main_from_name", "init_main_from_path")
-"""Keys under which a new process is told which script to import."""
+SERVER_COMMAND = (
+    "import sys; sys.path[:] = {path!r}; "
+    "from evolution.driving.pool.fork_server import ForkServer; ForkServer({descriptor}).run()"
+)
+"""The fork server's program; the server finds modules where the process that starts it does."""
+
+KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+END_SECONDS = 1.0
+"""How long to wait for the end of a process that was killed, or that has closed its pipe, s."""
 
 
 def available_cores() -> int:
-    """Number of cores this process may use."""
+    """Return the number of cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def worker_context(modules: Sequence[str] = ()) -> BaseContext:
-    """Return the way workers are started: from a *fork server*, or spawned where there is none.
-
-    A fork server is a clean process without threads that starts a worker in milliseconds. Plain ``fork``
-    would copy a process with threads (the pool's own, BLAS), which may deadlock.
+@dataclass(frozen=True)
+class WorkerProcess:
+    """A worker process, as the process that started it sees it.
 
     Args:
-        modules: Names of modules that a fork server imports once for all workers.
+        pid: Number of the process, and of the process group that it leads.
+        pipe: Takes jobs and gives answers.
+        sentinel: Can be waited for; ready once the process has ended.
+        read_exit_code: Returns the exit code once the process has ended.
     """
-    if "forkserver" not in multiprocessing.get_all_start_methods():
-        return multiprocessing.get_context("spawn")
-    multiprocessing.current_process()._config.setdefault("tempdir", str(temporary_directory()))  # type: ignore[attr-defined]
-    context = _Context()
-    context.set_forkserver_preload(list(modules))
-    return context
+
+    pid: int
+    pipe: Connection
+    sentinel: Connection | int
+    read_exit_code: Callable[[], int | None]
+
+    def exit_code(self) -> int | None:
+        """Return the exit code, negative for the number of a signal; None if the process does not end soon."""
+        return self.read_exit_code() if self._ends_within(END_SECONDS) else None
+
+    def kill(self) -> None:
+        """Kill the process and its process group."""
+        with contextlib.suppress(ProcessLookupError):
+            if not self._ends_within(0.0):
+                os.kill(self.pid, KILL)
+        with contextlib.suppress(ProcessLookupError):
+            if hasattr(os, "killpg"):
+                os.killpg(self.pid, KILL)
+
+    def end(self) -> None:
+        """Kill the process and its process group, wait until the process has ended, and close the pipe to it."""
+        self.kill()
+        self._ends_within(END_SECONDS)
+        self.pipe.close()
+
+    def _ends_within(self, seconds: float) -> bool:
+        return bool(wait([self.sentinel], seconds))
 
 
-@contextmanager
-def _without_main() -> Iterator[None]:
-    """Keep the caller's script from processes that are started inside the ``with`` block."""
-    original = spawn.get_preparation_data
+def start_worker_process(prepare: Callable[[], object]) -> WorkerProcess:
+    """Start a worker process.
 
-    def without(name: str) -> dict[str, Any]:
-        return {key: value for key, value in original(name).items() if key not in MAIN}
+    Args:
+        prepare: Called in the worker before its first job; can be pickled.
 
-    spawn.get_preparation_data = without
+    Raises:
+        OSError: If no process can be started.
+    """
+    process = _start()
+    process.pipe.send((sys.path, os.getcwd()))
+    process.pipe.send(prepare)
+    return process
+
+
+class _ForkServerClient:
+    """The fork server of this process; started with the first worker, and again if it has died."""
+
+    _requests: socket.socket | None = None
+    _server: subprocess.Popen[bytes] | None = None
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+
+    def forget(self) -> None:
+        """Forget the server: a copy of this process needs its own, because workers end with the process that asks."""
+        if self._requests is not None:
+            self._requests.close()
+        self._requests = self._server = None
+        self._lock = threading.Lock()
+
+    def start_worker(self) -> WorkerProcess:
+        """Have the fork server start a worker.
+
+        Raises:
+            OSError: If it cannot.
+        """
+        pipe, pipe_of_worker = multiprocessing.Pipe()
+        report, report_of_server = multiprocessing.Pipe(duplex=False)
+        with pipe_of_worker, report_of_server:
+            self._request([pipe_of_worker.fileno(), report_of_server.fileno()])
+        pid = _received(report)
+        if pid is None:
+            raise OSError("the fork server cannot start a process")
+        return WorkerProcess(pid, pipe, report, partial(_received, report))
+
+    def stop(self) -> None:
+        """Kill the fork server; workers die with it."""
+        if self._server is not None and self._requests is not None:
+            self._requests.close()
+            self._server.kill()
+            self._server.wait()
+
+    def _request(self, descriptors: list[int]) -> None:
+        """Send a request, to a new server if there is none that takes it."""
+        with self._lock:
+            if self._requests is not None:
+                with contextlib.suppress(BrokenPipeError):
+                    socket.send_fds(self._requests, [b"w"], descriptors)
+                    return
+            self.stop()
+            self._requests = self._start()
+            socket.send_fds(self._requests, [b"w"], descriptors)
+
+    def _start(self) -> socket.socket:
+        """Start a server; returns the socket that takes requests.
+
+        The server has a process group of its own, so that Ctrl-C does not reach it.
+        """
+        requests, requests_of_server = socket.socketpair()
+        with requests_of_server:
+            descriptor = requests_of_server.fileno()
+            command = [sys.executable, "-c", SERVER_COMMAND.format(path=sys.path, descriptor=descriptor)]
+            self._server = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=[descriptor], process_group=0)
+        return requests
+
+
+def _received(report: Connection) -> int | None:
+    """Return the next number in a report of the fork server; None if the server has died."""
     try:
-        yield
-    finally:
-        spawn.get_preparation_data = original
+        return int(report.recv())
+    except (EOFError, OSError):
+        return None
 
 
-@contextmanager
-def _same_modules() -> Iterator[None]:
-    """Let processes that are started inside the ``with`` block search modules where this one does.
-
-    A fork server of Python 3.11 to 3.13 is told, and forgets it: it searches the current directory first, so in a clone
-    of this repository its workers would drive with the files there, whatever is installed.
-    """
-    original = util.spawnv_passfds
-
-    def start(path: Any, args: Sequence[Any], passfds: Sequence[int]) -> int:
-        *options, program = args
-        return original(path, [*options, f"import sys; sys.path[:] = {list(map(str, sys.path))}; {program}"], passfds)
-
-    util.spawnv_passfds = start
-    try:
-        yield
-    finally:
-        util.spawnv_passfds = original
+def start_interpreter() -> WorkerProcess:
+    """Start a worker as a new interpreter, where a process cannot copy itself (Windows)."""
+    context = multiprocessing.get_context("spawn")
+    pipe, pipe_of_worker = context.Pipe()
+    process = context.Process(target=serve, args=(pipe_of_worker,))
+    with _SPAWNING, pipe_of_worker:
+        process.start()
+    return WorkerProcess(int(process.pid or 0), pipe, process.sentinel, partial(_exit_code_of, process))
 
 
-class _Popen(popen_forkserver.Popen):
-    def _launch(self, process_obj: BaseProcess) -> None:
-        with _without_main(), _same_modules():
-            super()._launch(process_obj)  # type: ignore[misc]
+def _exit_code_of(process: BaseProcess) -> int | None:
+    process.join(END_SECONDS)
+    return process.exitcode
 
 
-class _Process(ForkServerProcess):
-    @staticmethod
-    def _Popen(process_obj: BaseProcess) -> _Popen:  # noqa: N802 - multiprocessing's name
-        return _Popen(process_obj)
+_SPAWNING = threading.Lock()
+"""Held while ``multiprocessing`` starts a process: its list of processes is not safe for threads."""
 
-
-class _Context(ForkServerContext):
-    Process = _Process
-
-
-def leave_fork_server() -> None:
-    """In a worker, let go of the fork server, which ends once no process holds on to it.
-
-    Otherwise each worker would keep the server alive after the parent is gone. A controller that wants a fork server
-    starts its own.
-    """
-    server: Any = forkserver._forkserver
-    if server._forkserver_alive_fd is not None:
-        os.close(server._forkserver_alive_fd)
-        vars(server).update(vars(type(server)()))
-
-
-def may_have_children() -> None:
-    """Let a process that ``multiprocessing`` calls daemonic, as a Dask worker is, start workers.
-
-    Such a process may have no children, because they would outlive it; workers end with whoever started them.
-    """
-    config: dict[str, Any] = multiprocessing.current_process()._config  # type: ignore[attr-defined]
-    config["daemon"] = False
+_FORK_SERVER = _ForkServerClient()
+atexit.register(_FORK_SERVER.stop)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_FORK_SERVER.forget)
+_start = _FORK_SERVER.start_worker if hasattr(os, "fork") else start_interpreter

@@ -1,41 +1,36 @@
-"""Worker processes of this machine: whatever happens to one of them costs the run it drives, and no other.
+"""The pool: an executor that runs each job in a worker process of this machine.
 
-Every worker has a pipe of its own, so that one that dies while it writes stops no other, and leads a process group of
-its own, so that what a controller starts ends with it. A thread of this process tends each worker: it hands out jobs,
-and waits for the answer, the end of the process, or the end of the time that the job has.
+Whatever happens to a worker process costs the job that it runs and no other. Every worker has its own pipe, so a worker
+that dies while it writes blocks no other. Every worker leads its own process group, so the processes that a job starts
+end with the worker. One thread of the calling process looks after each worker: it sends a job, and waits for the
+answer, the end of the worker, or the end of the job's time.
 """
 
 from __future__ import annotations
 
 import atexit
 import contextlib
-import os
 import pickle
 import queue
-import signal
 import threading
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import wait
-from multiprocessing.context import BaseContext
-from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
-from evolution.driving.pool.worker_loop import READY, Answer, serve
+from evolution.driving.pool.process_start import start_worker_process
+from evolution.driving.pool.worker_loop import READY, Answer
 
 T = TypeVar("T")
 
-PATIENCE = 5
-"""So many workers, and one more for each that is wanted, may die in a row before they are ready."""
-
-_PROCESSES = threading.Lock()
-"""Held while a process is started or looked at: the list that ``multiprocessing`` keeps is not safe for threads."""
+MAX_FAILED_STARTS = 5
+"""The number of workers, besides one for each that is wanted, that may die in a row before they are ready."""
 
 
 class WorkerDiedError(Exception):
-    """The process that drove a run has died.
+    """The worker process died during a run.
 
     Args:
         exitcode: Its exit code; negative for the number of a signal.
@@ -58,24 +53,23 @@ class _Job:
 
 
 class Processes(Executor):
-    """Worker processes, one job each at a time; a job that takes too long is killed with its process.
+    """Runs jobs in worker processes, one job at a time in each; kills a job that takes too long with its process.
 
     Args:
-        workers: How many.
+        workers: Number of worker processes.
         timeout_s: Wall-clock seconds a job may take, not counting the start of its worker.
         prepare: Called once in every new worker, before its first job; can be pickled.
-        context: Starts processes.
     """
 
-    def __init__(self, workers: int, timeout_s: float, prepare: Callable[[], object], context: BaseContext) -> None:
+    def __init__(self, workers: int, timeout_s: float, prepare: Callable[[], object]) -> None:
         self._timeout_s = timeout_s
-        self._start = partial(_Worker, context, prepare)
+        self._prepare = prepare
         self._jobs: queue.SimpleQueue[_Job | None] = queue.SimpleQueue()
         self._stopping = threading.Event()
         self._workers: set[_Worker] = set()
         self._failed_starts = 0
-        self._patience = PATIENCE + workers
-        self._threads = [threading.Thread(target=self._tend, daemon=True) for _ in range(workers)]
+        self._max_failed_starts = MAX_FAILED_STARTS + workers
+        self._threads = [threading.Thread(target=self._run_jobs, daemon=True) for _ in range(workers)]
         for thread in self._threads:
             thread.start()
         atexit.register(self.shutdown)
@@ -84,7 +78,7 @@ class Processes(Executor):
         """Run ``fn`` in a worker; the future gets ``TimeoutError`` or :class:`WorkerDiedError` where the run is lost.
 
         Raises:
-            RuntimeError: If the workers were stopped.
+            RuntimeError: If the pool was shut down.
         """
         if self._stopping.is_set():
             raise RuntimeError("the workers were stopped")
@@ -93,130 +87,117 @@ class Processes(Executor):
         return future
 
     def get_ready(self) -> None:
-        """Start all workers now; without this, they start as jobs come."""
+        """Start all workers now; otherwise each starts with its first job."""
         for _ in self._threads:
             self.submit(bool)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Kill all workers at once, busy or not, with whatever they have started."""
+        """Kill all workers at once, busy or not, with the processes that they have started."""
         self._stopping.set()
         atexit.unregister(self.shutdown)
         for worker in tuple(self._workers):
-            worker.kill()
+            worker.process.kill()
         for _ in self._threads:
             self._jobs.put(None)
         for thread in self._threads:
             thread.join()
 
-    def _tend(self) -> None:
-        """Hand jobs to one worker, and to its successors, until the workers are stopped."""
+    def _run_jobs(self) -> None:
+        """Give jobs to one worker, and to its successors, until the pool is shut down."""
         worker: _Worker | None = None
         while (job := self._jobs.get()) is not None:
             if self._stopping.is_set():
                 job.future.cancel()
             elif job.future.set_running_or_notify_cancel():
-                worker = self._do(job, worker or self._hire())
+                worker = self._run(job, worker or self._ready_worker())
         if worker is not None:
-            self._dismiss(worker)
+            self._end(worker)
 
-    def _hire(self) -> _Worker | None:
-        """Start a worker and wait until it is ready; None if too many have died before that, or none is wanted."""
-        while self._failed_starts < self._patience and not self._stopping.is_set():
-            worker = self._start()
-            self._workers.add(worker)
-            if self._stopping.is_set():  # since then, so that nobody else kills this one
-                worker.kill()
-            if worker.gets_ready():
+    def _ready_worker(self) -> _Worker | None:
+        """Start a worker; returns it once it is ready, None if too many have died before or the pool is shut down."""
+        while self._failed_starts < self._max_failed_starts and not self._stopping.is_set():
+            worker = self._start_worker()
+            if worker is not None and worker.gets_ready():
                 self._failed_starts = 0
                 return worker
-            self._dismiss(worker)
+            if worker is not None:
+                self._end(worker)
             self._failed_starts += 1
             self._stopping.wait(0.1 * self._failed_starts)
         return None
 
-    def _do(self, job: _Job, worker: _Worker | None) -> _Worker | None:
-        """Have a job done; returns the worker, None if it cannot be used again."""
+    def _start_worker(self) -> _Worker | None:
+        """Start a worker; None if no process can be started."""
+        try:
+            worker = _Worker(self._prepare)
+        except OSError:
+            return None
+        self._workers.add(worker)
+        if self._stopping.is_set():  # shutdown() may have looked before this worker was added
+            worker.process.kill()
+        return worker
+
+    def _run(self, job: _Job, worker: _Worker | None) -> _Worker | None:
+        """Run a job and settle its future; returns the worker, None if it cannot be used again."""
         if worker is None:
             job.future.set_exception(BrokenExecutor("workers die before they are ready"))
             return None
         try:
             answer = worker.answer(job, self._timeout_s)
         except Exception as error:
-            answer = Answer(error=error, alone=False)
-        if not answer.alone:
-            self._dismiss(worker)
+            answer = Answer(error=error, left_children=True)
+        if answer.left_children:
+            self._end(worker)
         answer.settle(job.future)
-        return worker if answer.alone else None
+        return None if answer.left_children else worker
 
-    def _dismiss(self, worker: _Worker) -> None:
-        """Make sure that a worker and all it has started are gone."""
-        worker.kill()
-        worker.forget()
+    def _end(self, worker: _Worker) -> None:
+        """Kill a worker and the processes that it has started, and wait until it has ended."""
+        worker.process.end()
         self._workers.discard(worker)
 
 
 class _Worker:
-    """A worker process, as its parent sees it."""
+    """A worker process, as the pool sees it.
 
-    def __init__(self, context: BaseContext, prepare: Callable[[], object]) -> None:
-        self._pipe, theirs = context.Pipe()
-        with _PROCESSES:
-            self._process: BaseProcess = context.Process(  # type: ignore[attr-defined]
-                target=serve, args=(theirs, prepare), name="mapbench-worker"
-            )
-            self._process.start()
-        theirs.close()
+    Args:
+        prepare: Called in the worker before its first job.
 
-    @property
-    def pid(self) -> int:
-        """Number of the process, and of the process group that it leads."""
-        return int(self._process.pid or 0)
+    Raises:
+        OSError: If no process can be started.
+    """
+
+    def __init__(self, prepare: Callable[[], object]) -> None:
+        self.process = start_worker_process(prepare)
 
     def gets_ready(self) -> bool:
-        """Wait until the worker is prepared; False if it dies before."""
+        """Wait until the worker is prepared; returns False if it dies before."""
         try:
-            return bool(self._received() == READY)
+            return bool(self._next_message() == READY)
         except WorkerDiedError:
             return False
 
     def answer(self, job: _Job, timeout_s: float) -> Answer:
-        """Have a job done.
+        """Run a job and return its answer.
 
         Raises:
-            TimeoutError: If that takes longer than ``timeout_s`` wall-clock seconds.
+            TimeoutError: If the job takes longer than ``timeout_s`` wall-clock seconds.
             WorkerDiedError: If the worker dies meanwhile.
         """
         content = pickle.dumps((job.function, job.args))
-        with contextlib.suppress(OSError):  # it is dead; how it died is found out next
-            self._pipe.send_bytes(content)
-        answer = self._received(timeout_s)
+        with contextlib.suppress(OSError):  # the worker is dead; its exit code is read below
+            self.process.pipe.send_bytes(content)
+        answer = self._next_message(timeout_s)
         if not isinstance(answer, Answer):
             raise TypeError(f"expected an answer of a worker, got {type(answer).__name__}")
         return answer
 
-    def kill(self) -> None:
-        """Kill the process and its process group."""
-        if hasattr(os, "killpg"):
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(self.pid, signal.SIGKILL)
-        with _PROCESSES:
-            self._process.kill()
-
-    def forget(self) -> None:
-        """Close the pipe to a worker that was killed."""
-        with _PROCESSES:
-            self._process.join(1.0)
-        self._pipe.close()
-
-    def _received(self, timeout_s: float | None = None) -> Any:
-        """Wait for what the worker says next."""
-        ready = wait([self._pipe, self._process.sentinel], timeout_s)
+    def _next_message(self, timeout_s: float | None = None) -> Any:
+        """Wait for the next message of the worker and return it."""
+        ready = wait([self.process.pipe, self.process.sentinel], timeout_s)
         if not ready:
             raise TimeoutError
-        if self._pipe in ready:
+        if self.process.pipe in ready:
             with contextlib.suppress(EOFError, OSError):
-                return self._pipe.recv()
-        with _PROCESSES:
-            self._process.join(1.0)
-            exitcode = self._process.exitcode
-        raise WorkerDiedError(exitcode)
+                return self.process.pipe.recv()
+        raise WorkerDiedError(self.process.exit_code())

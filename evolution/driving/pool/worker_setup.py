@@ -1,10 +1,9 @@
-"""The workers that an executor is asked for, and what each of them does with a job."""
+"""What an executor is told about its workers, and the function with which a worker runs a job."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 from evolution.driving.jobs import Job, RunResult
 from evolution.driving.pool.worker_loop import NotStartedError, belong_to_parent
@@ -17,37 +16,28 @@ MAX_REASON = 300
 
 
 @dataclass(frozen=True)
-class Crew:
+class WorkerSetup:
     """The workers that an executor is asked for.
 
     Args:
-        workers: How many jobs run at once.
+        workers: Number of jobs that run at once.
         timeout_s: Wall-clock seconds a job may take, not counting the start of its worker.
         prepare: To be called once in every new worker process, before its first job; can be pickled.
-        modules: Modules that workers will import; a fork server may import them once for all workers.
         scheduler: Address of the scheduler whose workers to use; empty if none was named.
     """
 
     workers: int
     timeout_s: float
     prepare: WarmUp
-    modules: tuple[str, ...]
     scheduler: str = ""
-
-    @classmethod
-    def of(cls, workers: int, timeout_s: float, run_job: RunJob, warm_up: WarmUp | None, scheduler: str = "") -> Crew:
-        """Describe the workers that drive with ``run_job`` after a ``warm_up``."""
-        functions = [getattr(function, "func", function) for function in (run_job, warm_up)]
-        modules = tuple(name for one in functions if isinstance(name := getattr(one, "__module__", None), str))
-        return cls(workers, timeout_s, partial(start_worker, warm_up), modules, scheduler)
 
 
 _warm_up_failure: list[str] = []
 """Why the warm-up of this worker process failed; empty if it did not."""
 
 
-def start_worker(warm_up: WarmUp | None) -> None:
-    """Prepare a new worker: make it end with its parent and leave standard output alone, and load its kernels."""
+def prepare_worker(warm_up: WarmUp | None) -> None:
+    """Prepare a new worker process: tie it to its parent, print to standard error, and load the kernels."""
     belong_to_parent()
     try:
         if warm_up is not None:
@@ -57,7 +47,7 @@ def start_worker(warm_up: WarmUp | None) -> None:
 
 
 def attempt(run_job: RunJob, job: Job) -> RunResult:
-    """Drive a job in a worker; an exception of the controller becomes an ``error`` result."""
+    """Run a job in a worker and return its result; an exception of the controller becomes an ``error`` result."""
     if _warm_up_failure:
         raise NotStartedError(_warm_up_failure[0])
     try:

@@ -1,10 +1,9 @@
-"""The exact best set of all maps that a search drove: a baseline that every search must beat.
+"""The exact best set of all maps that a search evaluated: a baseline that every search must beat.
 
-The fitness of a set depends on its maps' results alone, so no new run is needed. Maps fall into few
-*pools* of equal successes and timeouts, within which only the readings count. For every choice of
-pools the penalties of Eq. 4.5 are constant, and the fitness' pattern finds the best readings directly
-(:meth:`~evolution.search.judging.patterns.Pattern.best_of`). Choices whose bound is not better than what was
-found already are skipped.
+The fitness of a set depends on its maps' results alone, so no new run is needed. Maps fall into few *pools* of equal
+successes and timeouts, within which only the scores count. For every choice of pools the penalty of Eq. 4.5 is
+constant, and the pattern finds the best scores directly (:meth:`~evolution.search.judging.patterns.Pattern.best_of`).
+Choices whose bound is not better than the best set so far are skipped.
 """
 
 from __future__ import annotations
@@ -15,7 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolution.search.judging.fitness import Fitness, MapResults
+from evolution.search.judging.equation import gain, penalty
+from evolution.search.judging.fitness import Fitness
+from evolution.search.judging.map_results import MapResults
 from evolution.search.judging.patterns import Pool
 from gym_mapbench.errors import ConfigError
 
@@ -24,17 +25,17 @@ Names = tuple[str, ...]
 
 
 class JudgedMap(NamedTuple):
-    """What a map adds to any set.
+    """What a map contributes to any set.
 
     Args:
-        reading: Its reading; None where the map has no value.
+        score: Its score; None where the map has no value.
         values: The aggregated value of each controller; None where the map has no value.
         success_rate: Successful runs / all runs.
         timeouts: Timed-out runs per repeat.
-        spread: By how much its reading counts as less extreme (:meth:`Fitness.spread_of`).
+        spread: By how much its score counts as less extreme (:meth:`Fitness.spread_of`).
     """
 
-    reading: float | None
+    score: float | None
     values: tuple[float, ...] | None
     success_rate: float
     timeouts: float
@@ -44,14 +45,14 @@ class JudgedMap(NamedTuple):
 def judge_map(results: MapResults, fitness: Fitness) -> JudgedMap:
     """Judge one map alone."""
     one = fitness((results,))
-    return JudgedMap(one.readings[0], one.values[0], one.success_rate, one.timeouts, fitness.spread_of(results))
+    return JudgedMap(one.scores[0], one.values[0], one.success_rate, one.timeouts, fitness.spread_of(results))
 
 
 def best_set(maps: Mapping[str, MapResults], fitness: Fitness, size: int) -> Names:
     """Find the ``size`` different maps whose set has the smallest fitness; of equals, the first found.
 
     Args:
-        maps: Results of every driven map, by name.
+        maps: Results of every map, by name.
         fitness: Judges sets; a cluster fitness needs its scale.
         size: Maps in a set, 1 to 3.
 
@@ -65,7 +66,7 @@ def best_of_judged(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -
     """Do the same as :func:`best_set` with maps that this fitness has judged.
 
     Args:
-        maps: Every driven map, by name.
+        maps: Every map, by name.
         fitness: Judges sets; a cluster fitness needs its scale.
         size: Maps in a set, 1 to 3.
 
@@ -75,10 +76,12 @@ def best_of_judged(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -
     if not 1 <= size <= MAX_MAPS:
         raise ConfigError(f"best set: expected 1 to {MAX_MAPS} maps per set, got {size}")
     if len(maps) < size:
-        raise ConfigError(f"best set: expected at least {size} driven maps, got {len(maps)}")
+        raise ConfigError(f"best set: expected at least {size} maps, got {len(maps)}")
+    if not fitness.exact:
+        raise ConfigError(f"fitness {fitness.settings.fitness!r}: how to find its exact best set is not known")
     pools = pools_of(maps, fitness, size)
-    readings = [pool.readings for pool in pools if pool.readings is not None]
-    widest = max(map(np.max, readings)) - min(map(np.min, readings)) if readings else 0.0
+    scores = [pool.scores for pool in pools if pool.scores is not None]
+    widest = max(map(np.max, scores)) - min(map(np.min, scores)) if scores else 0.0
     most = fitness.kind.bound(float(widest))
     best, least = None, np.inf
     for chosen in sorted(_choices(pools, size), key=lambda some: _total(some, most, fitness)):
@@ -95,15 +98,15 @@ def pools_of(maps: Mapping[str, JudgedMap], fitness: Fitness, size: int) -> list
     """Sort maps into pools, as seen by a set of ``size`` maps."""
     members: dict[tuple[float, float, bool], list[_Member]] = {}
     for name, one in maps.items():
-        key = one.success_rate, one.timeouts, one.reading is None
-        members.setdefault(key, []).append(_Member(one.reading or 0.0, name, one.values or (), one.spread))
+        key = one.success_rate, one.timeouts, one.score is None
+        members.setdefault(key, []).append(_Member(one.score or 0.0, name, one.values or (), one.spread))
     return [_pool(sorted(some), key, fitness, size) for key, some in members.items()]
 
 
 class _Member(NamedTuple):
-    """A map of a pool; sorted by its reading."""
+    """A map of a pool; sorted by its score."""
 
-    reading: float
+    score: float
     name: str
     values: tuple[float, ...]
     spread: float
@@ -111,13 +114,13 @@ class _Member(NamedTuple):
 
 def _pool(some: Sequence[_Member], key: tuple[float, float, bool], fitness: Fitness, size: int) -> Pool:
     """Make the pool of some maps in their order; ``key`` is what they have in common."""
-    (success_rate, timeouts, unread), options = key, fitness.settings
+    success_rate, timeouts, without_score = key
     return Pool(
         maps=tuple(one.name for one in some),
-        readings=None if unread else np.array([one.reading for one in some]),
+        scores=None if without_score else np.array([one.score for one in some]),
         spreads=np.array([one.spread for one in some]),
-        times=() if unread else tuple(one.values for one in some),
-        cost=options.base_cost * (1.0 - success_rate) / size + options.timeout_cost * timeouts,
+        times=() if without_score else tuple(one.values for one in some),
+        penalty=penalty(fitness.settings, success_rate, timeouts, size),
         share=success_rate / size,
     )
 
@@ -132,13 +135,13 @@ def _choices(pools: Sequence[Pool], size: int) -> Iterator[tuple[Pool, ...]]:
 def _total(chosen: Sequence[Pool], pattern: float, fitness: Fitness) -> float:
     """Return the fitness (Eq. 4.5) of a set from these pools with this pattern value."""
     share = sum(pool.share for pool in chosen)
-    return sum(pool.cost for pool in chosen) - fitness.settings.pattern_weight * pattern * share
+    return sum(pool.penalty for pool in chosen) - gain(fitness.settings, pattern, share)
 
 
 def _best_of(chosen: tuple[Pool, ...], fitness: Fitness) -> tuple[Names, float]:
     """Return the best maps of one choice of pools, one map from each, and their pattern."""
-    read = [pool for pool in chosen if pool.readings is not None]
-    pattern, places = fitness.kind.best_of(read) or (fitness.kind.nothing, [])
+    scored = [pool for pool in chosen if pool.scores is not None]
+    pattern, places = fitness.kind.best_of(scored) or (fitness.kind.nothing, [])
     names: list[str] = [pool.maps[place] for pool, place in places]
     for pool in _without(chosen, [pool for pool, _ in places]):
         names.append(next(name for name in pool.maps if name not in names))

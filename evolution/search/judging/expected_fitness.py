@@ -1,10 +1,9 @@
-"""Prospects: what sets of the archive's maps can be expected to be worth in a single drive.
+"""Expected held-out fitness: the expected fitness of one further trial of a set, estimated from few repeats.
 
-Most maps were driven once or a few times, so what is known of a map's spread is mixed with that of the maps that read
-alike. A set whose maps change places in every other drive tells the controllers apart in every other drive only. Which
-map stands in the middle hardly changes the fitness, but much of how often the order holds. And what makes a controller
-slow on a map makes it run out of time on it now and then: eight drives that all ended shortly before the time limit are
-no proof that the ninth will.
+Most maps have one or a few repeats. The estimate therefore shrinks the variance of a map towards the median variance
+of similar maps. A set discriminates between controllers only in trials that keep the ranks of its maps, so the
+expected fitness includes the chance of that order. It also includes the chance that no run reaches the time limit: a
+map on which a controller is slow has timeouts on some seeds, even if no repeat so far had one.
 """
 
 from __future__ import annotations
@@ -17,162 +16,128 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from evolution.search.archive import Archive, best_by_exchange
-from evolution.search.judging.exact import Names
-from evolution.search.judging.fitness import Fitness, MapResults, readings_of, singles_of
+from evolution.search.judging.equation import gain
+from evolution.search.judging.exact import JudgedMap, Names
+from evolution.search.judging.fitness import Fitness, scores_of
+from evolution.search.judging.map_results import MapResults, singles_of
 
-ALIKE = 5
-"""Maps most alike, whose spread is what a map's own is expected to be."""
+SIMILAR = 5
+"""Number of similar maps whose median variance is the prior of a map's variance."""
 PRIOR = 4
-"""Drives that this expectation is worth."""
-SINGLE = NormalDist()
+"""Degrees of freedom of that prior."""
+STANDARD_NORMAL = NormalDist()
 
-Readings = Mapping[str, Sequence[float]]
-"""One value for each drive of each map, in the order in which they were driven; the maps by name."""
+OfRepeats = Mapping[str, Sequence[float]]
+"""One value for each repeat of each map, in their order; the maps by name."""
 
 
-class Prospect(NamedTuple):
-    """What is known of a solved map.
+class Estimate(NamedTuple):
+    """What is expected of a solved map in a further trial.
 
     Args:
         values: The aggregated value of each controller.
-        reading: What the map reads by these.
-        deviation: Expected standard deviation of the reading of a single drive.
-        in_time: Chance that every controller ends a single drive within the time limit.
+        score: The score of the map.
+        deviation: Expected standard deviation of the score of a single trial.
+        in_time: Chance that every controller finishes a single trial within the time limit.
     """
 
     values: tuple[float, ...]
-    reading: float
+    score: float
     deviation: float
     in_time: float
 
 
-def prospects_of(archive: Archive, fitness: Fitness, without: frozenset[str] = frozenset()) -> dict[str, Prospect]:
-    """Return what is known of every map that was always solved, except for some."""
-    maps = archive.solved(without)
-    judged = {name: archive.judged(name, fitness) for name in maps}
-    readings = {name: readings_of(of_map, fitness) for name, of_map in maps.items()}
-    deviations, in_time = deviations_of(readings, readings), chances_in_time(maps, readings, fitness.time_limit)
+def estimates_of(
+    maps: Mapping[str, MapResults], judged: Mapping[str, JudgedMap], fitness: Fitness
+) -> dict[str, Estimate]:
+    """Return the estimate of every map.
+
+    Args:
+        maps: Results of solved maps, by name.
+        judged: The same maps, judged.
+        fitness: Judged them.
+    """
+    scores = {name: scores_of(of_map, fitness) for name, of_map in maps.items()}
+    deviations, in_time = deviations_of(scores, scores), chances_in_time(maps, scores, fitness.time_limit)
     return {
-        name: Prospect(one.values or (), one.reading or 0.0, deviations[name], in_time[name])
+        name: Estimate(one.values or (), one.score or 0.0, deviations[name], in_time[name])
         for name, one in judged.items()
     }
 
 
-def deviations_of(drives: Readings, readings: Readings) -> dict[str, float]:
-    """Return the expected standard deviation of what single drives of each map give.
+def deviations_of(values: OfRepeats, scores: OfRepeats) -> dict[str, float]:
+    """Return the expected standard deviation of a value in single trials of each map.
 
-    It is that of its own drives, mixed with the median one of those maps most alike that were driven more than once; 0
-    where nothing was. Alike are maps that read the same at first, and in the median. By the median alone, those that
-    were driven again because they read high once would stand for all maps that read low.
+    The estimate shrinks the variance of a map towards the median variance of the five most similar maps that have at
+    least two repeats; it is 0 where no map has two. Two maps are similar if their first score and their median score
+    are close. By the median score alone, maps that had one high score and were re-evaluated for it would be the similar
+    maps of all maps with a low score.
 
     Args:
-        drives: What each drive gave, for each map by name.
-        readings: What the maps read in each drive.
+        values: The value of each repeat, for each map by name.
+        scores: The score of each repeat.
     """
-    places = {name: np.array([readings[name][0], median(readings[name])]) for name in drives}
-    known = [name for name, some in drives.items() if len(some) > 1]
-    variances = np.array([np.var(drives[name], ddof=1) for name in known])
+    places = {name: np.array([scores[name][0], median(scores[name])]) for name in values}
+    known = [name for name, some in values.items() if len(some) > 1]
+    variances = np.array([np.var(values[name], ddof=1) for name in known])
     others = np.array([places[name] for name in known]).reshape(-1, 2)
     found = {}
-    for name, some in drives.items():
-        alike = np.argsort(np.abs(others - places[name]).sum(axis=1), kind="stable")[:ALIKE]
-        expected = float(np.median(variances[alike])) if known else 0.0
+    for name, some in values.items():
+        similar = np.argsort(np.abs(others - places[name]).sum(axis=1), kind="stable")[:SIMILAR]
+        prior = float(np.median(variances[similar])) if known else 0.0
         own = float(np.var(some)) * len(some)
-        found[name] = float(np.sqrt((own + PRIOR * expected) / (PRIOR + len(some) - 1)))
+        found[name] = float(np.sqrt((own + PRIOR * prior) / (PRIOR + len(some) - 1)))
     return found
 
 
-def chances_in_time(maps: Mapping[str, MapResults], readings: Readings, time_limit: float) -> dict[str, float]:
-    """Return the chance that the slowest controller ends a further drive of each map within the time limit.
+def chances_in_time(maps: Mapping[str, MapResults], scores: OfRepeats, time_limit: float) -> dict[str, float]:
+    """Return the chance that the slowest controller finishes a further trial of each map within the time limit.
 
-    Logarithms of its times are taken as normally distributed, with the deviation of :func:`deviations_of`.
+    The logarithms of its times are modelled as normally distributed, with the deviation of :func:`deviations_of`.
 
     Args:
-        maps: Results of maps that were always solved, by name.
-        readings: What the maps read in each drive.
+        maps: Results of solved maps, by name.
+        scores: The score of each repeat.
         time_limit: Simulated seconds.
     """
     slowest = {
-        name: [float(np.log(max(run.time_s for (run,) in drive))) for drive in singles_of(of_map)]
+        name: [float(np.log(max(run.time_s for (run,) in single))) for single in singles_of(of_map)]
         for name, of_map in maps.items()
     }
-    deviations = deviations_of(slowest, readings)
+    deviations = deviations_of(slowest, scores)
     return {
         name: _predicted(np.log(time_limit) - float(np.mean(some)), deviations[name], len(some))
         for name, some in slowest.items()
     }
 
 
-def _predicted(margin: float, deviation: float, drives: int) -> float:
-    """Return how likely a further drive lies less than ``margin`` above the mean of some drives."""
+def _predicted(margin: float, deviation: float, repeats: int) -> float:
+    """Return the chance that a further value lies less than ``margin`` above the mean of some repeats."""
     if deviation == 0.0:
         return float(margin >= 0.0)
-    return float(student.cdf(margin / (deviation * np.sqrt(1.0 + 1.0 / drives)), PRIOR + drives - 1))
+    return float(student.cdf(margin / (deviation * np.sqrt(1.0 + 1.0 / repeats)), PRIOR + repeats - 1))
 
 
-def expected_value(names: Names, prospects: Mapping[str, Prospect], fitness: Fitness) -> float:
-    """Return what a single drive of a set is expected to be worth: less is better.
+def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: Fitness) -> float:
+    """Return the expected fitness of a single trial of a set; less is better.
 
-    That is its fitness, with as much caution for maps that were hardly driven as for others, times the chance that the
-    maps keep the order of their readings, if these are normally distributed, and that nobody runs out of time. What is
-    worth nothing is worth no more for being out of order.
+    It is the fitness of the set times two chances: that the maps keep the ranks of their scores, if these are normally
+    distributed, and that no run reaches the time limit. Caution applies to maps with one repeat, too. A fitness above
+    0 is not multiplied: a penalty does not shrink.
 
     Args:
         names: The set.
-        prospects: What is known of its maps.
+        estimates: Estimates of its maps.
         fitness: Judges sets.
     """
-    ordered = sorted((prospects[name] for name in names), key=lambda one: one.reading)
-    options = fitness.settings
-    spreads = [options.caution * one.deviation for one in ordered]
-    value = -options.pattern_weight * fitness.pattern_of([one.values for one in ordered], spreads)[1]
-    chances = [*(_chance(*pair) for pair in pairwise(ordered)), *(one.in_time for one in ordered)]
+    ordered = sorted((estimates[name] for name in names), key=lambda one: one.score)
+    spreads = [fitness.settings.caution * one.deviation for one in ordered]
+    value = -gain(fitness.settings, fitness.pattern_of([one.values for one in ordered], spreads)[1])
+    chances = [*(_chance_of_order(*pair) for pair in pairwise(ordered)), *(one.in_time for one in ordered)]
     return value * float(np.prod(chances)) if value < 0.0 else value
 
 
-def _chance(less: Prospect, more: Prospect) -> float:
-    """Return how likely a single drive of one map reads less than one of another."""
+def _chance_of_order(less: Estimate, more: Estimate) -> float:
+    """Return the chance that a single trial of one map has a smaller score than a trial of another."""
     deviation = float(np.hypot(less.deviation, more.deviation))
-    return SINGLE.cdf((more.reading - less.reading) / deviation) if deviation > 0.0 else 1.0
-
-
-def best_prospect(archive: Archive, fitness: Fitness, size: int, without: frozenset[str] = frozenset()) -> Names:
-    """Return the set of which a single drive is expected to be worth most; empty if there are too few solved maps.
-
-    No exchange of a single map improves it, begun with the fittest set. Where the order of maps does not count, it is
-    the fittest set.
-
-    Args:
-        archive: Every driven map.
-        fitness: Judges sets.
-        size: Maps in a set.
-        without: Maps to leave out, by digest.
-    """
-    names = archive.best(fitness, size, without)
-    if not names or not fitness.kind.ordered:
-        return names
-    prospects = prospects_of(archive, fitness, without)
-    return best_by_exchange(names, prospects, lambda some: expected_value(some, prospects, fitness))
-
-
-def least_dispensable(archive: Archive, fitness: Fitness, names: Names, without: frozenset[str] = frozenset()) -> str:
-    """Return the map of a set without which the best set would be expected to be worth least.
-
-    Args:
-        archive: Every driven map.
-        fitness: Judges sets.
-        names: The set, by digest.
-        without: Maps to leave out in any case.
-    """
-    prospects = prospects_of(archive, fitness)
-
-    def worth(name: str) -> float:
-        others = best_prospect(archive, fitness, len(names), without | {name})
-        if not others:
-            return float("inf")
-        if fitness.kind.ordered:
-            return expected_value(others, prospects, fitness)
-        return fitness(archive.results_of(archive.map_set(others))).total
-
-    return max(names, key=worth)
+    return STANDARD_NORMAL.cdf((more.score - less.score) / deviation) if deviation > 0.0 else 1.0

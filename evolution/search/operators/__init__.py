@@ -1,1 +1,31 @@
-"""Sampling, crossover, mutation, repair and duplicate elimination over map sets, as pymoo operators."""
+"""Operators of the search over map sets: sampling, crossover, mutation, repair and duplicate elimination, for pymoo."""
+
+from __future__ import annotations
+
+from evolution.search.operators.adaptive import Trial
+from evolution.search.operators.changes import OPERATORS
+from evolution.search.operators.crossover import MapCrossover
+from evolution.search.operators.duplicates import MapSetDuplicates
+from evolution.search.operators.edits import Edit, Operator
+from evolution.search.operators.mutation import MapMutation, Mutator
+from evolution.search.operators.repair import MapRepair
+from evolution.search.operators.sampling import Column, DrawMap, MapSampling, as_column, scenario_on
+from evolution.search.operators.settings import MutationSettings
+
+__all__ = [
+    "OPERATORS",
+    "Column",
+    "DrawMap",
+    "Edit",
+    "MapCrossover",
+    "MapMutation",
+    "MapRepair",
+    "MapSampling",
+    "MapSetDuplicates",
+    "MutationSettings",
+    "Mutator",
+    "Operator",
+    "Trial",
+    "as_column",
+    "scenario_on",
+]

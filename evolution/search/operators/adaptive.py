@@ -1,9 +1,9 @@
-"""Credit: what improves map sets is used more (adaptive operator selection).
+"""Adaptive operator selection: operators are selected in proportion to the gain of their earlier uses.
 
-Credit is the mean gain in fitness of the mutations so far, those without gain included. It is kept by role, the rank of
-the mutated map's reading in its set, and within a role by operator: what makes an easy map easier is not what makes a
-hard one harder. A role or operator is used in proportion to its credit, operators also to their configured probability.
-What was never tried has the mean gain of all mutations.
+The credit of an operator is the mean gain in fitness of its mutations, those without gain included. Credit is kept by
+role, the rank of the mutated map's score in its set, and within a role by operator: an edit that makes an easy map
+easier does not make a hard map harder. A role is selected in proportion to its credit, an operator in proportion to
+its credit times its configured probability. A role or operator without a trial has the mean gain of all mutations.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from gym_mapbench.world.scenario import MapSet
 
 @dataclass(frozen=True)
 class Trial:
-    """A mutation whose result is not known yet.
+    """A mutation whose gain is not known yet.
 
     Args:
-        before: The map set as it was.
+        before: The map set before the mutation.
         after: Digest of the mutated set.
-        role: Rank of the mutated map's reading in the set.
-        operators: What changed the map.
+        role: Rank of the mutated map's score in the set.
+        operators: Operators that changed the map.
     """
 
     before: MapSet
@@ -34,13 +34,13 @@ class Trial:
 
 @dataclass
 class Credit:
-    """How often roles, and operators in them, were tried, and what they gained in sum."""
+    """Number of trials and sum of gains of each role, and of each operator within a role."""
 
     tried: Counter[tuple[int, str]] = field(default_factory=Counter)
     gained: dict[tuple[int, str], float] = field(default_factory=lambda: defaultdict(float))
 
     def add(self, trial: Trial, gain: float) -> None:
-        """Count one mutation; a loss is no gain."""
+        """Add one mutation; a loss counts as gain 0."""
         for name in {"", *trial.operators}:
             self.tried[trial.role, name] += 1
             self.gained[trial.role, name] += max(gain, 0.0)
@@ -55,7 +55,7 @@ class Credit:
 
         Args:
             configured: Their configured probabilities, whose sum is 1.
-            role: Rank of the map's reading in its set.
+            role: Rank of the map's score in its set.
         """
         weights = {name: chance * self.of(role, name) for name, chance in configured.items()}
         total = sum(weights.values())
@@ -63,7 +63,7 @@ class Credit:
 
     @property
     def _overall(self) -> float:
-        """The mean gain of all mutations; 1 before the first gain."""
+        """Mean gain of all mutations; 1 before the first gain."""
         tried = sum(count for (_, name), count in self.tried.items() if not name)
         gained = sum(gain for (_, name), gain in self.gained.items() if not name)
         return gained / tried if gained else 1.0

@@ -1,8 +1,8 @@
-"""What mutation can do to an obstacle: move, scale, remove or add (thesis, section 4.1.5), and further operators.
+"""Mutation operators: move, scale, remove and add (thesis, section 4.1.5), and the registry of all operators.
 
-An operator draws on the inside of a map that is being mutated. A third-party operator is a function
-``(edit, rng) -> None``, named ``module:attribute`` or registered in :data:`OPERATORS`; the option ``operators`` of
-:class:`~evolution.search.settings.MutationSettings` says how often it is used.
+An operator changes the inside of a map that is being mutated. A third-party operator is a function
+``(edit, rng) -> None``, named ``module:attribute`` or registered in :data:`OPERATORS`. The option ``operators`` of
+:class:`~evolution.search.operators.settings.MutationSettings` holds its probability.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ def remove(edit: Edit, rng: np.random.Generator) -> None:
 
 
 def add(edit: Edit, rng: np.random.Generator) -> None:
-    """Draw a new obstacle as sampling does."""
+    """Sample a new obstacle."""
     rows, cols = edit.cells.shape
     stamp(edit.cells, *draw_obstacle(rng, edit.shapes, edit.families, (rows, cols)))
 
 
 def _operator(entry: Any) -> Operator:
-    """Accept an operator, or its function."""
+    """Return an operator for an operator or a function."""
     if isinstance(entry, Operator):
         return entry
     if not callable(entry):

@@ -19,7 +19,7 @@ Pair = tuple[tuple[T, ...], tuple[T, ...]]
 
 
 def pool_crossover(first: Sequence[T], second: Sequence[T], rng: np.random.Generator) -> Pair[T]:
-    """Throw all maps into one pool; a random half is the first offspring, the rest the second."""
+    """Return a random half of all maps as the first offspring, the other half as the second."""
     pool = [*first, *second]
     order = rng.permutation(len(pool))
     shuffled = tuple(pool[index] for index in order)
@@ -27,7 +27,7 @@ def pool_crossover(first: Sequence[T], second: Sequence[T], rng: np.random.Gener
 
 
 def position_crossover(first: Sequence[T], second: Sequence[T], rng: np.random.Generator) -> Pair[T]:
-    """Exchange the maps at every position with probability 1/2."""
+    """Return the parents with the maps at every position exchanged with probability 1/2."""
     swap = rng.random(len(first)) < 0.5
     pairs = [(b, a) if swapped else (a, b) for a, b, swapped in zip(first, second, swap, strict=True)]
     one, other = zip(*pairs, strict=True)
@@ -41,11 +41,11 @@ CROSSOVERS: dict[str, Callable[[Sequence[Scenario], Sequence[Scenario], np.rando
 
 
 class MapCrossover(Crossover):  # type: ignore[misc]
-    """pymoo's view of one of :data:`CROSSOVERS`.
+    """One of :data:`CROSSOVERS` as a pymoo operator.
 
     Args:
         kind: ``pool`` or ``position``.
-        probability: Probability that two parents are crossed at all (p_c).
+        probability: Probability that two parents are crossed (p_c).
     """
 
     def __init__(self, kind: str, probability: float) -> None:

@@ -1,4 +1,4 @@
-"""Duplicates: of individuals with exactly the same maps, only one is kept (thesis, section 4.1.7)."""
+"""Duplicate elimination: of individuals with the same maps, one is kept (thesis, section 4.1.7)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from pymoo.core.duplicate import DuplicateElimination
 class MapSetDuplicates(DuplicateElimination):  # type: ignore[misc]
     """Marks individuals whose :attr:`MapSet.digest` occurred before; the order of the maps does not matter.
 
-    pymoo's own elimination compares every pair of variables, and its variant that hashes takes the
-    individuals, not their content.
+    pymoo's own elimination compares every pair of variables; its hashing variant hashes individuals, not their content.
     """
 
     def _do(self, pop: Any, other: Any, is_duplicate: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -1,34 +1,49 @@
-"""What an operator of mutation is, and what it is given: a map in the middle of a mutation."""
+"""Mutation operators and what they get: a map in the middle of a mutation."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import field_validator
 from scipy import ndimage
 
 from evolution.search.operators.sampling import Cells
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import FamilySpec, ShapeSettings
+from gym_mapbench.quantities import Few, Positive
+from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
 Labels = NDArray[np.int32]
+T = TypeVar("T", int, float)
 
 
-class MutationOptions(Protocol):
-    """The options of mutation that the operators here look at; all of ``MutationSettings`` are there at run time."""
+class EditSettings(Settings):
+    """The options that operators read.
 
-    @property
-    def move_distance(self) -> int:
-        """Farthest move along each axis, cells."""
-        ...
+    Args:
+        move_distance: Farthest move along each axis, cells.
+        scale_factor: Smallest and largest factor of an obstacle's height and width.
+    """
 
-    @property
-    def scale_factor(self) -> tuple[float, float]:
-        """Smallest and largest factor of an obstacle's height and width."""
-        ...
+    move_distance: Few = 15
+    scale_factor: tuple[Positive, Positive] = (0.5, 1.5)
+
+    @field_validator("scale_factor")
+    @classmethod
+    def _factors_ordered(cls, value: tuple[float, float]) -> tuple[float, float]:
+        return ordered(value)
+
+
+def ordered(bounds: tuple[T, T]) -> tuple[T, T]:
+    """Return two bounds, the smaller first; raises ``ConfigError`` if the first is larger."""
+    if bounds[0] > bounds[1]:
+        raise ConfigError(f"expected (smallest, largest), got {bounds}")
+    return bounds
 
 
 @dataclass(frozen=True)
@@ -36,20 +51,22 @@ class Edit:
     """A map in the middle of a mutation, and the obstacle that was chosen.
 
     Args:
-        cells: ``(rows, cols)`` True where there is a wall, row 0 at the bottom, without the border; operators draw on
-            it. The obstacles of operators that lift them are taken off already. Start and goal are cleared afterwards.
+        cells: ``(rows, cols)`` True where there is a wall, row 0 at the bottom, without the border; operators change
+            it. Obstacles whose operator has ``lifts`` are removed already. Start and goal are cleared afterwards.
         labels: ``(rows, cols)`` number of the obstacle that covered each cell before, 0 where there was none.
-        obstacle: Number of the chosen one; 0 if the map had none.
+        obstacle: Number of the chosen obstacle; 0 if the map had none.
         shapes: Options of the maps and of random shapes.
         settings: Options of mutation.
         families: Families whose pieces are new obstacles; empty for random shapes.
+        robot: The robot that must be able to drive on the map; None if no operator needs it.
+        way: ``(n, 2)`` path that Nav2 plans, x and y, m; None if there is none or no operator needs it.
     """
 
     cells: Cells
     labels: Labels
     obstacle: int
     shapes: ShapeSettings
-    settings: MutationOptions
+    settings: EditSettings
     families: Sequence[FamilySpec] = ()
     robot: RobotSpec | None = None
     way: NDArray[np.float64] | None = None
@@ -65,13 +82,13 @@ Change = Callable[[Edit, np.random.Generator], None]
 
 @dataclass(frozen=True)
 class Operator:
-    """One thing that mutation can do.
+    """A mutation operator.
 
     Args:
-        change: Draws on ``edit.cells``, with no randomness but that of the generator.
-        lifts: Whether the chosen obstacle is taken off the map beforehand.
-        informed: Whether it looks at :attr:`Edit.way`; an obstacle that such an operator lifts is one near the way.
-        anew: Whether it draws a whole new map, and so replaces every other change.
+        change: Changes ``edit.cells``, with no randomness but that of the generator.
+        lifts: Whether the chosen obstacle is removed from the map beforehand.
+        informed: Whether it uses :attr:`Edit.way`; the obstacle that such an operator lifts is near the path.
+        anew: Whether it samples a whole new map, and so replaces every other change.
     """
 
     change: Change

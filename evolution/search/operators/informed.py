@@ -1,4 +1,4 @@
-"""Informed operators: changes beside the way that Nav2 plans on the map, where they can change how it is driven."""
+"""Informed operators: they change a map near the path that Nav2 plans, where a change affects the trajectories."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GAP_OFFSET = 0.3
 
 
 def nudge(edit: Edit, rng: np.random.Generator) -> None:
-    """Put the lifted obstacle, one near the way, back 1 to 3 cells away: across the border of success and failure."""
+    """Put the lifted obstacle, one near the path, back 1 to 3 cells away."""
     shape, *position = edit.cut_out()
     angle, distance = rng.uniform(0.0, 2.0 * math.pi), float(rng.integers(1, NUDGE, endpoint=True))
     offsets = np.rint([distance * math.sin(angle), distance * math.cos(angle)]).astype(int)
@@ -27,7 +27,7 @@ def nudge(edit: Edit, rng: np.random.Generator) -> None:
 
 
 def near_way(edit: Edit, rng: np.random.Generator) -> None:
-    """Draw a new obstacle whose nearer side is 0.2 to 0.8 m beside a point of the way; anywhere if there is no way."""
+    """Sample a new obstacle, its nearer side 0.2 to 0.8 m from a point of the path; anywhere if there is no path."""
     shape, row, col = draw_obstacle(rng, edit.shapes, edit.families, (edit.cells.shape[0], edit.cells.shape[1]))
     if edit.way is not None and shape.size:
         (at_row, at_col), (along_row, along_col) = point_of_way(edit, rng)
@@ -39,7 +39,7 @@ def near_way(edit: Edit, rng: np.random.Generator) -> None:
 
 
 def door(edit: Edit, rng: np.random.Generator) -> None:
-    """Draw a wall across the way, with a gap of 0.5 to 0.9 m on it or near it; nothing if there is no way."""
+    """Add a wall across the path, with a gap of 0.5 to 0.9 m on it or near it; nothing if there is no path."""
     if edit.way is None:
         return
     at, along = point_of_way(edit, rng)
@@ -55,13 +55,13 @@ def door(edit: Edit, rng: np.random.Generator) -> None:
 
 
 def redraw(edit: Edit, rng: np.random.Generator) -> None:
-    """Draw a new map in place of this one, as sampling does."""
+    """Replace the map by a newly sampled one."""
     assert edit.robot is not None
     edit.cells[:] = interior(draw_map(rng, edit.shapes, edit.families, edit.robot), edit.shapes.border)
 
 
 def point_of_way(edit: Edit, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Return a random point of the way, ``(row, col)`` of the inside in cells, and the unit vector along the way."""
+    """Return a random point of the path, ``(row, col)`` of the inside in cells, and the unit vector along the path."""
     assert edit.way is not None
     cells = edit.way[:, ::-1] / edit.shapes.resolution - edit.shapes.border - 0.5
     place = int(rng.integers(len(cells)))

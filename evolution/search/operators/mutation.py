@@ -1,8 +1,7 @@
-"""Mutation: some obstacles of maps of a set are changed (thesis, section 4.1.5).
+"""Mutation: changes some obstacles of maps of a set (thesis, section 4.1.5).
 
-An obstacle is a connected component of the cells inside the border. The obstacles chosen on a
-map are taken off first and put back changed (:mod:`evolution.search.operators.changes`), so that
-they do not cut into each other.
+An obstacle is a connected component of the cells inside the border. The chosen obstacles are removed from the map
+first and put back changed (:mod:`evolution.search.operators.changes`), so that they do not cut into each other.
 """
 
 from __future__ import annotations
@@ -20,15 +19,15 @@ from evolution.search.operators.adaptive import Credit, Trial
 from evolution.search.operators.changes import OPERATORS
 from evolution.search.operators.edits import Edit, Labels, Operator
 from evolution.search.operators.sampling import Cells, Column, as_column, scenario_on
-from evolution.search.settings import MutationSettings
+from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, interior, is_drivable, plan_way
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import MapSet
 
 MAX_TRIES = 20
-"""How often a mutation is drawn anew where it must leave a way; after that, the last one stays."""
+"""Tries of a mutation that must leave a path; the last try stays."""
 NEAR = 3
-"""An informed operator lifts one of this many obstacles that are nearest to the way."""
+"""An informed operator lifts one of this many obstacles that are nearest to the path."""
 
 Changes = list[tuple[int, str]]
 RoleOf = Callable[[MapSet, int], int]
@@ -36,7 +35,7 @@ RoleOf = Callable[[MapSet, int], int]
 
 @dataclass(frozen=True)
 class Mutator:
-    """Changes maps.
+    """Changes one map at a time.
 
     Args:
         shapes: Options of the map's border and of random shapes.
@@ -55,7 +54,7 @@ class Mutator:
     ) -> tuple[Cells, tuple[str, ...]]:
         """Return a copy of ``(rows, cols)`` cells with some obstacles changed, and the names of the operators.
 
-        The border is taken off before and put back after; start and goal areas are cleared again.
+        The border stays; start and goal areas are cleared again.
 
         Args:
             cells: The map.
@@ -99,7 +98,7 @@ class Mutator:
         way: NDArray[np.float64] | None,
         rng: np.random.Generator,
     ) -> Changes:
-        """Give informed operators that lift an obstacle one of those nearest to the way."""
+        """Return the changes, in which informed operators lift obstacles near the path."""
         if way is None or not labels.any():
             return drawn
         near = obstacles_near(way / self.shapes.resolution - self.shapes.border - 0.5, labels)[:NEAR]
@@ -126,14 +125,14 @@ def mutate_map(
 
 
 def label_obstacles(cells: Cells, connectivity: int = 4) -> tuple[Labels, int]:
-    """Number the connected obstacles from 1; returns their labels (0 where free) and their number."""
+    """Return the labels of the connected obstacles, from 1 (0 where free), and their number."""
     neighbours = ndimage.generate_binary_structure(2, 1 if connectivity == 4 else 2)
     labels, count = ndimage.label(cells, structure=neighbours)
     return np.asarray(labels, dtype=np.int32), int(count)
 
 
 def obstacles_near(way: NDArray[np.float64], labels: Labels) -> list[int]:
-    """Return the numbers of the obstacles, the nearest to the way first.
+    """Return the numbers of the obstacles, the nearest to the path first.
 
     Args:
         way: ``(n, 2)`` x and y in cells.
@@ -151,9 +150,9 @@ def obstacles_near(way: NDArray[np.float64], labels: Labels) -> list[int]:
 def draw_changes(
     count: int, settings: MutationSettings, rng: np.random.Generator, probabilities: Mapping[str, float] | None = None
 ) -> Changes:
-    """Choose some of ``count`` obstacles and an operator for each; a map without obstacles only gets new ones.
+    """Return some of ``count`` obstacles with an operator for each; a map without obstacles only gets new ones.
 
-    An operator that draws the map anew is the only one.
+    An operator that samples a new map is the only one.
 
     Args:
         count: Number of obstacles.
@@ -172,16 +171,16 @@ def draw_changes(
 
 
 class MapMutation(Mutation):  # type: ignore[misc]
-    """pymoo's view of a :class:`Mutator`; an individual is mutated with ``settings.probability``.
+    """A :class:`Mutator` as a pymoo operator; an individual is mutated with ``settings.probability``.
 
     Args:
         mutator: Changes the maps.
-        role_of: Rank of a map's reading in its set, by set and place; operators that improve sets are used more in
-            that role. If None, they are used with their configured probabilities.
+        role_of: Returns the rank of a map's score in its set, from the set and the map's place in it. If None,
+            operators are selected with their configured probabilities, not by their credit.
 
     Attributes:
-        credit: What is known of the operators.
-        trials: Mutations since :meth:`judge` was called.
+        credit: Credit of the operators.
+        trials: Mutations since the last call of :meth:`credit_trials`.
     """
 
     def __init__(self, mutator: Mutator, role_of: RoleOf | None = None) -> None:
@@ -201,11 +200,11 @@ class MapMutation(Mutation):  # type: ignore[misc]
             ]
         )
 
-    def judge(self, gain: Callable[[Trial], float]) -> None:
-        """Give credit for the mutations since the last call.
+    def credit_trials(self, gain: Callable[[Trial], float]) -> None:
+        """Add the mutations since the last call to the credit of their operators.
 
         Args:
-            gain: By how much a mutation improved the fitness of its set.
+            gain: Returns by how much a mutation improved the fitness of its set.
         """
         for trial in self.trials:
             self.credit.add(trial, gain(trial))
@@ -217,17 +216,21 @@ class MapMutation(Mutation):  # type: ignore[misc]
         if self.mutator.settings.maps == "all":
             changed = (self.mutator.change(scenario.map.occupancy, rng)[0] for scenario in map_set)
             return MapSet(tuple(scenario_on(cells, shapes) for cells in changed))
-        scenarios, chances = list(map_set), self.mutator.settings.probabilities
         if self.role_of is None:
-            place = int(rng.integers(len(scenarios)))
-        else:
-            roles = [self.role_of(map_set, at) for at in range(len(scenarios))]
-            credit = np.array([self.credit.of(role) for role in roles])
-            place = int(rng.choice(len(scenarios), p=credit / credit.sum()))
-            role, chances = roles[place], self.credit.chances(chances, roles[place])
-        cells, names = self.mutator.change(scenarios[place].map.occupancy, rng, chances)
-        scenarios[place] = scenario_on(cells, shapes)
-        mutated = MapSet(tuple(scenarios))
-        if self.role_of is not None:
-            self.trials.append(Trial(map_set, mutated.digest, role, names))
+            return self._with_changed(map_set, int(rng.integers(len(map_set.scenarios))), rng, None)[0]
+        roles = [self.role_of(map_set, place) for place in range(len(map_set.scenarios))]
+        credit = np.array([self.credit.of(role) for role in roles])
+        place = int(rng.choice(len(roles), p=credit / credit.sum()))
+        chances = self.credit.chances(self.mutator.settings.probabilities, roles[place])
+        mutated, names = self._with_changed(map_set, place, rng, chances)
+        self.trials.append(Trial(map_set, mutated.digest, roles[place], names))
         return mutated
+
+    def _with_changed(
+        self, map_set: MapSet, place: int, rng: np.random.Generator, chances: Mapping[str, float] | None
+    ) -> tuple[MapSet, tuple[str, ...]]:
+        """Return the set with one map mutated, and the names of the operators."""
+        scenarios = list(map_set)
+        cells, names = self.mutator.change(scenarios[place].map.occupancy, rng, chances)
+        scenarios[place] = scenario_on(cells, self.mutator.shapes)
+        return MapSet(tuple(scenarios)), names

@@ -1,4 +1,4 @@
-"""Repair: closes the border and clears start and goal, whatever an operator did to the map."""
+"""Repair: closes the border and clears start and goal."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from gym_mapbench.world.scenario import MapSet, Scenario
 
 
 def repair_scenario(scenario: Scenario, shapes: ShapeSettings) -> Scenario:
-    """Return the scenario itself if its map needs no repair, else one on the repaired map."""
+    """Return the scenario on the repaired map; the scenario itself if its map needs no repair."""
     repaired = clear_and_border(scenario.map.occupancy, shapes)
     return scenario if np.array_equal(repaired, scenario.map.occupancy) else scenario_on(repaired, shapes)
 
 
 class MapRepair(Repair):  # type: ignore[misc]
-    """pymoo's view of :func:`repair_scenario`.
+    """:func:`repair_scenario` as a pymoo operator.
 
-    The built-in operators leave nothing to repair; third-party operators may.
+    Maps of the built-in operators need no repair; maps of third-party operators may.
 
     Args:
         shapes: Options of the map's border and cleared areas.

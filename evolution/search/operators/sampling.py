@@ -1,4 +1,4 @@
-"""Sampling: new map sets, shape by shape (thesis, section 4.1.2)."""
+"""Sampling of new map sets, shape by shape (thesis, section 4.1.2)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DrawMap = Callable[[np.random.Generator, ShapeSettings], Cells]
 
 
 def as_column(map_sets: list[MapSet]) -> Column:
-    """Return map sets as pymoo wants its variables: an object array of shape ``(n, 1)``."""
+    """Return map sets as an object array of shape ``(n, 1)``, the variables of pymoo."""
     column = np.empty((len(map_sets), 1), dtype=object)
     for row, map_set in enumerate(map_sets):  # an assignment of the list would unpack the sets
         column[row, 0] = map_set
@@ -27,7 +27,7 @@ def as_column(map_sets: list[MapSet]) -> Column:
 
 
 def scenario_on(cells: Cells, shapes: ShapeSettings) -> Scenario:
-    """Put the default task on ``(rows, cols)`` occupied cells."""
+    """Return the scenario of the default task on ``(rows, cols)`` occupied cells."""
     grid = GridMap(cells, shapes.resolution)
     return Scenario(grid, *default_task(grid, shapes.border + shapes.task_distance))
 
@@ -35,17 +35,17 @@ def scenario_on(cells: Cells, shapes: ShapeSettings) -> Scenario:
 def sample_map_set(
     rng: np.random.Generator, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map
 ) -> MapSet:
-    """Draw one individual."""
+    """Return one sampled individual."""
     return MapSet(tuple(scenario_on(draw_map(rng, shapes), shapes) for _ in range(maps_per_set)))
 
 
 class MapSampling(Sampling):  # type: ignore[misc]
-    """pymoo's view of :func:`sample_map_set`.
+    """:func:`sample_map_set` as a pymoo operator.
 
     Args:
         maps_per_set: Maps in an individual.
-        shapes: What is drawn.
-        draw_map: How one map is drawn; must leave start and goal free.
+        shapes: Options of the maps.
+        draw_map: Samples one map; must leave start and goal free.
     """
 
     def __init__(self, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map) -> None:

@@ -1,9 +1,9 @@
 """Which configurations of a study differ, and by how much.
 
-Only configurations that were judged alike are compared (see :mod:`evolution.studies.analysis.judges`).
+Only configurations with the same fitness are compared (see :mod:`evolution.studies.analysis.judges`).
 Smaller fitness is better.
-Two quantities are compared: ``fitness``, as the search saw it (thesis, Table 5.2), and
-``fresh_fitness``, that of the same sets on fresh seeds, which is free of the luck of the selection.
+Two quantities are compared: ``fitness``, which the search reports (thesis, Table 5.2), and ``held_out_fitness``, the
+fitness of the same sets on held-out seeds, which has no selection bias.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from evolution.statistics import (
 from evolution.studies.analysis.judges import Groups, Judge, judges_of
 from evolution.studies.analysis.results import StudyResults, StudyRun
 
-Quantity = Literal["fitness", "fresh_fitness"]
-QUANTITIES: dict[Quantity, str] = {"fitness": "as the search saw it", "fresh_fitness": "on fresh seeds"}
+Quantity = Literal["fitness", "held_out_fitness"]
+QUANTITIES: dict[Quantity, str] = {"fitness": "reported", "held_out_fitness": "held out"}
 BOOTSTRAP_SEED = 0
 
 
@@ -54,17 +54,17 @@ class Ranking:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Configurations judged by one fitness, compared in one quantity.
+    """Configurations with the same fitness, compared in one quantity.
 
     Args:
         judge: The fitness in words.
-        quantity: What is compared.
+        quantity: The compared quantity.
         values: By configuration, one value per run; the best median first.
         summaries: By configuration, in the same order.
         populations: Kruskal-Wallis over each group of configurations that differ only in population size.
         pairs: Every pair of configurations, the better median first; p-values corrected by Holm over all pairs.
-        by_construction: Pairs that are not tested: the first cannot be worse in any run, because it chose
-            afterwards among all maps that the second had driven.
+        by_construction: Pairs that are not tested: the first cannot be worse in any run, because it selects
+            among all maps of the second afterwards.
         ranking: Ranks over seeds; None where fewer than two seeds are common to all configurations.
     """
 
@@ -79,7 +79,7 @@ class Comparison:
 
     @property
     def title(self) -> str:
-        """What is compared, in words."""
+        """Judge and quantity in words."""
         return f"{self.judge}, {QUANTITIES[self.quantity]}"
 
     @property
@@ -94,8 +94,8 @@ class StudyAnalysis:
 
     Args:
         results: The study.
-        judges: Which configurations are judged alike.
-        comparisons: For every judge, the fitness as the searches saw it, then that on fresh seeds if there are any.
+        judges: Groups of configurations with the same fitness.
+        comparisons: For every judge, the reported fitness, then the held-out fitness if there is any.
     """
 
     results: StudyResults
@@ -108,7 +108,7 @@ class StudyAnalysis:
 
 
 def analyse(results: StudyResults) -> StudyAnalysis:
-    """Compare all configurations of a study that were judged alike, in both quantities."""
+    """Return the comparisons of all configurations with the same fitness, in both quantities."""
     judges = tuple(judges_of(results))
     return StudyAnalysis(results, judges, tuple(one for judge in judges for one in _comparisons(judge)))
 
@@ -122,20 +122,20 @@ def value_of(run: StudyRun, quantity: Quantity) -> float:
     """One run's value of a quantity.
 
     Raises:
-        ValueError: If ``fresh_fitness`` is asked for and the run was not re-evaluated.
+        ValueError: If ``held_out_fitness`` is asked for and the run was not re-evaluated.
     """
     if quantity == "fitness":
         return run.fitness
-    if run.fresh is None:
+    if run.reevaluation is None:
         raise ValueError(f"{run.path}: not re-evaluated")
-    return run.fresh.fitness
+    return run.reevaluation.fitness
 
 
 def _comparisons(judge: Judge) -> list[Comparison]:
     found = []
     for quantity in QUANTITIES:
         measured = {
-            name: [run for run in runs if quantity == "fitness" or run.fresh is not None]
+            name: [run for run in runs if quantity == "fitness" or run.reevaluation is not None]
             for name, runs in judge.groups.items()
         }
         measured = {name: runs for name, runs in measured.items() if runs}
@@ -169,13 +169,13 @@ def _comparison(judge: Judge, quantity: Quantity, groups: Groups) -> Comparison:
 def _nested(groups: Groups) -> list[tuple[str, str]]:
     """Return the pairs of a configuration that chooses the exact best set, and the one whose maps it chooses from.
 
-    A confirmed set is none of them: its fitness is that of new seeds alone, and can be better by luck.
+    A validated set is none of them: its fitness is the held-out fitness, which can be better by chance.
     """
     chosen = [runs[0].configuration for runs in groups.values() if runs[0].configuration.method == "best_triple"]
     return [
         (one.name, one.of)
         for one in chosen
-        if one.of in groups and groups[one.of][0].experiment.search.confirmation is None
+        if one.of in groups and groups[one.of][0].experiment.search.validation is None
     ]
 
 
@@ -185,10 +185,9 @@ def _populations(groups: Groups) -> list[list[str]]:
     for name, runs in groups.items():
         experiment, configuration = runs[0].experiment, runs[0].configuration
         document = experiment.document()
-        for option in ("pop_size", "seed"):
-            del document["search"][option]
+        del document["search"]["ga"]["pop_size"], document["search"]["seed"]
         key = (configuration.method, configuration.of, configuration.cellular, document)
-        alike.setdefault(repr(key), {}).setdefault(experiment.search.pop_size, name)
+        alike.setdefault(repr(key), {}).setdefault(experiment.search.ga.pop_size, name)
     return [list(names.values()) for names in alike.values() if len(names) > 1]
 
 

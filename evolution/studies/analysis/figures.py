@@ -1,4 +1,4 @@
-"""The figures of a study: figures 5.1 to 5.5 of the thesis, the winner's curse, mean ranks and Lorenz curves."""
+"""The figures of a study: figures 5.1 to 5.5 of the thesis, the selection bias, mean ranks and Lorenz curves."""
 
 from __future__ import annotations
 
@@ -32,7 +32,6 @@ from evolution.runs import LoadedRun, load_run
 from evolution.studies.analysis.comparisons import QUANTITIES, Comparison, StudyAnalysis, analyse
 from evolution.studies.analysis.judges import Judge
 from evolution.studies.analysis.results import StudyResults, StudyRun
-from evolution.studies.engine import NAV2, Engine
 from gym_mapbench.errors import MapBenchError, UntrustedError
 
 if TYPE_CHECKING:
@@ -44,13 +43,13 @@ LONGEST_NAME = 80
 
 @dataclass(frozen=True)
 class BestSet:
-    """The best set of one configuration (thesis, figures 5.3 and 5.5), by the fitness the search saw.
+    """The best set of one configuration by reported fitness (thesis, figures 5.3 and 5.5).
 
     Args:
         run: The run that found it.
         loaded: Its run directory.
-        maps: Its maps, driven again as the search saw them.
-        refused: Why they were not, if that would run code that the user does not name.
+        maps: Its maps, with the runs of the search repeated.
+        refused: Why the runs were not repeated, if that would run code that the user does not name.
     """
 
     run: StudyRun
@@ -61,31 +60,31 @@ class BestSet:
 
 @dataclass(frozen=True)
 class StudyFigure:
-    """A figure that was drawn: its caption and its picture as PNG."""
+    """A figure: its caption and its picture as PNG."""
 
     caption: str
     png: Path
 
 
-def drive_best_sets(results: StudyResults, engine: Engine = NAV2) -> list[BestSet]:
-    """Drive the best set of every configuration again: the trajectories for figures and replays.
+def drive_best_sets(results: StudyResults) -> list[BestSet]:
+    """Repeat the runs on the best set of every configuration, for figures and replays.
 
-    A run that cannot be loaded or driven is replaced by the next best; a configuration without any is left out. A run
+    A run that cannot be loaded or repeated is replaced by the next best; a configuration without any is left out. A run
     that names code is shown as it was recorded.
     """
     found = []
     for runs in results.by_configuration.values():
         for run in sorted(runs, key=lambda run: run.fitness):
             with suppress(MapBenchError):
-                found.append(_driven(run, engine))
+                found.append(_driven(run))
                 break
     return found
 
 
-def _driven(run: StudyRun, engine: Engine) -> BestSet:
+def _driven(run: StudyRun) -> BestSet:
     loaded = load_run(run.path)
     try:
-        return BestSet(run, loaded, tuple(drive_best(loaded, engine.read_experiment, engine.drive)))
+        return BestSet(run, loaded, tuple(drive_best(loaded)))
     except UntrustedError as error:
         return BestSet(run, loaded, tuple(recorded_maps(loaded)), str(error))
 
@@ -100,7 +99,7 @@ def write_study_figures(
 
     Args:
         results: The study.
-        best_sets: What :func:`drive_best_sets` returned.
+        best_sets: As :func:`drive_best_sets` returns them.
         analysis: The study's comparisons, if they are there already.
         formats: PNG first.
     """
@@ -113,7 +112,7 @@ def write_study_figures(
 
 @dataclass(frozen=True)
 class _Judged:
-    """All runs that were judged alike, and the figures over them."""
+    """The runs of one judge, and their figures."""
 
     folder: Path
     formats: Sequence[str]
@@ -124,7 +123,7 @@ class _Judged:
         """Draw all figures; values on different scales cannot be shown in one figure."""
         if not self.judge.comparable:
             return []
-        return [*self.populations(), self.progress(), self.final(), *self.curse(), *self.ranks()]
+        return [*self.populations(), self.progress(), self.final(), *self.selection_bias(), *self.ranks()]
 
     def populations(self) -> list[StudyFigure]:
         """Figure 5.1, for every group of configurations that differ only in population size."""
@@ -143,26 +142,26 @@ class _Judged:
         return self._save("progress", caption, self._curves(list(self.judge.groups)))
 
     def final(self) -> StudyFigure:
-        """Figure 5.2, as seen and on fresh seeds."""
+        """Figure 5.2, reported and held out."""
         boxes = {QUANTITIES[one.quantity]: one.values for one in self.comparisons}
         caption = f"Fitness of the best set of every run ({self.judge.name}; thesis, 5.2)"
         return self._save("final", caption, box_figure(boxes, highest=self._highest))
 
-    def curse(self) -> list[StudyFigure]:
-        """Fitness on fresh seeds over the fitness the search saw, if anything was driven again."""
+    def selection_bias(self) -> list[StudyFigure]:
+        """Held-out fitness over reported fitness, if a run is re-evaluated."""
         points = {}
         for name, runs in self.judge.groups.items():
-            if again := [run for run in runs if run.fresh is not None]:
-                fresh = [run.fresh.fitness_as_searched for run in again if run.fresh]
-                points[name] = [run.fitness for run in again], fresh
+            if again := [run for run in runs if run.reevaluation is not None]:
+                held_out = [run.reevaluation.fitness_as_searched for run in again if run.reevaluation]
+                points[name] = [run.fitness for run in again], held_out
         if not points:
             return []
         caption = (
-            "What the search saw and what fresh seeds show; above the line: worse than the search saw; triangles lie "
-            f"beyond the edge ({self.judge.name})"
+            "Held-out over reported fitness; above the line: worse than reported; triangles lie beyond the edge "
+            f"({self.judge.name})"
         )
         figure = curse_figure(points, self._highest, list(self.judge.groups))
-        return [self._save("curse", caption, figure)]
+        return [self._save("selection_bias", caption, figure)]
 
     def ranks(self) -> list[StudyFigure]:
         """Critical-difference diagrams."""
@@ -170,7 +169,7 @@ class _Judged:
         return [
             self._save(
                 f"ranks_{quantity}",
-                f"Mean ranks over {len(ranking.seeds)} seeds, {QUANTITIES[quantity]} ({self.judge.name})",
+                f"Mean ranks over {len(ranking.seeds)} seeds, {QUANTITIES[quantity]} fitness ({self.judge.name})",
                 critical_difference_figure(ranking.names, ranking.ranks, ranking.critical_difference),
             )
             for quantity, ranking in found
@@ -179,7 +178,7 @@ class _Judged:
     @property
     def _highest(self) -> float:
         """Upper end of the fitness axis: the least cost of a set whose runs all failed."""
-        return self.judge.experiment.search.base_cost
+        return self.judge.experiment.search.judging.base_cost
 
     def _curves(self, names: Sequence[str]) -> Figure:
         groups = self.judge.groups
@@ -216,22 +215,22 @@ def _best_set_figures(folder: Path, formats: Sequence[str], best: BestSet) -> li
             "recoveries (thesis, figures 5.3 and 5.5)"
         )
         figures.append(_save(folder / f"best_{name}", formats, caption, drawn))
-    if drawn := solved_lorenz_figure(best.run.seen["maps"]):
+    if drawn := solved_lorenz_figure(best.run.best_results["maps"]):
         figures.append(_save(folder / f"lorenz_{name}", formats, f"Lorenz curves of the best set of {name}", drawn))
-    if best.run.fresh is not None:
-        caption = f"Times of the best set of {name} on fresh seeds; dots are single runs that reached the goal"
-        figures.append(_save(folder / f"times_{name}", formats, caption, times_figure(*_fresh_times(best))))
+    if best.run.reevaluation is not None:
+        caption = f"Times of the best set of {name} on held-out seeds; dots are single runs that reached the goal"
+        figures.append(_save(folder / f"times_{name}", formats, caption, times_figure(*_held_out_times(best))))
     return figures
 
 
-def _fresh_times(best: BestSet) -> tuple[dict[str, list[list[float]]], list[str]]:
-    """Times of the successful runs on fresh seeds: per controller, per map; and the maps' names."""
-    results = best.run.fresh.results if best.run.fresh else ()
+def _held_out_times(best: BestSet) -> tuple[dict[str, list[list[float]]], list[str]]:
+    """Return times of the successful runs on held-out seeds by controller and map, and the names of the maps."""
+    results = best.run.reevaluation.results if best.run.reevaluation else ()
     times = {
         name: [[one.time_s for one in of_map[place] if one.success] for of_map in results]
-        for place, name in enumerate(best.run.experiment.plan.names)
+        for place, name in enumerate(best.run.experiment.names)
     }
-    return times, [entry["name"] for entry in best.run.seen["maps"]]
+    return times, [entry["name"] for entry in best.run.best_results["maps"]]
 
 
 def _save(stem: Path, formats: Sequence[str], caption: str, figure: Figure) -> StudyFigure:

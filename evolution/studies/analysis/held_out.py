@@ -1,7 +1,6 @@
-"""Fresh minus seen: the fitness of a study's best sets on fresh seeds, minus the fitness their searches saw.
+"""Held-out fitness of the best sets of a study, and the selection bias: held-out minus reported fitness.
 
-The difference includes the luck of the selection and, where the new runs have other noise than the searches
-had, the effect of that noise; it does not tell the two apart.
+Where the re-evaluation has other noise than the search, the difference includes the effect of that noise.
 """
 
 from __future__ import annotations
@@ -12,69 +11,69 @@ import numpy as np
 
 from evolution.files import Row
 from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.former_names import StudyRow
 from gym_mapbench.world.noise import read_noise
 
 
 def selected_sets(runs: Sequence[StudyRun]) -> list[StudyRun]:
-    """Return the re-evaluated runs that selected their set by driving, each set of a seed only once."""
+    """Return the re-evaluated runs whose search ran controllers, each set of a seed once."""
     found: dict[tuple[int, str], StudyRun] = {}
     for run in runs:
-        if run.fresh is not None and run.configuration.method != "path_length":
-            found.setdefault((run.seed, run.seen["map_set"]), run)
+        if run.reevaluation is not None and run.configuration.method != "path_length":
+            found.setdefault((run.seed, run.best_results["map_set"]), run)
     return list(found.values())
 
 
-def order_kept(runs: Sequence[StudyRun]) -> tuple[float, float]:
-    """Return how often the maps of a set keep the order the search saw, and how often that can be judged.
+def rank_agreement(runs: Sequence[StudyRun]) -> tuple[float, float]:
+    """Return the rank agreement of some sets, and the fraction of trials in which it is defined.
 
-    Sets without an order in the search, because a map had no value, are left out.
+    Sets in which a map had no score in the search are left out.
 
     Returns:
-        Share of the fresh seeds with the order kept, among those on which every map has a value (NaN if there are
-        none); and the share of these among all fresh seeds (NaN if no set has an order).
+        Fraction of trials in which the maps have the ranks of the search, of the trials in which every map has a score
+        (NaN if there are none); and the fraction of these among all trials (NaN if no set has ranks).
     """
-    ordered = [run.fresh for run in runs if run.fresh is not None and None not in run.fresh.readings]
-    judged = [kept for fresh in ordered for kept in fresh.orders]
-    seeds = sum(len(fresh.singles) for fresh in ordered)
-    return float(np.mean(judged)) if judged else float("nan"), len(judged) / seeds if seeds else float("nan")
+    ranked = [run.reevaluation for run in runs if run.reevaluation is not None and None not in run.reevaluation.scores]
+    kept = [kept for reevaluation in ranked for kept in reevaluation.ranks_kept]
+    trials = sum(len(reevaluation.trials) for reevaluation in ranked)
+    return float(np.mean(kept)) if kept else float("nan"), len(kept) / trials if trials else float("nan")
 
 
 def conditions(run: StudyRun, results: StudyResults) -> str:
-    """Say in words how the runs on fresh seeds differ from those of the search."""
+    """Return in words how the re-evaluation of a run differs from its search."""
     noise = results.settings.reevaluation_noise(run.configuration)
-    searched = run.experiment.document()["run"]["environment"]["noise"]
+    searched = run.experiment.world["environment"]["noise"]
     if noise is None or searched == noise:
-        return "new seeds"
+        return "held-out seeds"
     if searched == read_noise(noise, "reevaluation.noise").model_dump(mode="json"):
-        return "new seeds"
+        return "held-out seeds"
     if noise == "none":
-        return "new seeds without noise"
-    return f"new seeds and {noise if isinstance(noise, str) else 'other'} noise"
+        return "held-out seeds without noise"
+    return f"held-out seeds and {noise if isinstance(noise, str) else 'other'} noise"
 
 
-def fresh_rows(results: StudyResults) -> list[Row]:
-    """Return fresh minus seen for every configuration that was driven again, however its sets were selected."""
-    again = {
-        name: [(run, run.fresh) for run in runs if run.fresh is not None]
+def held_out_rows(results: StudyResults) -> list[Row]:
+    """Return a row for every configuration with re-evaluated runs: reported and held-out fitness, and their bias."""
+    return [
+        _row(name, again)
         for name, runs in results.by_configuration.items()
-    }
-    rows = []
-    for name, pairs in again.items():
-        if not pairs:
-            continue
-        runs = [run for run, _ in pairs]
-        kept, solved = order_kept(runs)
-        rows.append(
-            {
-                "configuration": name,
-                "repeats": runs[0].experiment.search.repeats,
-                "n": len(runs),
-                "seen": float(np.median([run.fitness for run in runs])),
-                "fresh": float(np.median([fresh.fitness_as_searched for _, fresh in pairs])),
-                "winners_curse": float(np.median([run.winners_curse for run in runs])),
-                "solved": solved,
-                "order_kept": kept,
-                "fresh_success_rate": float(np.mean([fresh.success_rate for _, fresh in pairs])),
-            }
-        )
-    return rows
+        if (again := [run for run in runs if run.reevaluation is not None])
+    ]
+
+
+def _row(name: str, runs: Sequence[StudyRun]) -> Row:
+    found = [run.reevaluation for run in runs if run.reevaluation is not None]
+    kept, solved = rank_agreement(runs)
+    return StudyRow(
+        {
+            "configuration": name,
+            "repeats": runs[0].experiment.search.repeats,
+            "n": len(runs),
+            "reported_fitness": float(np.median([run.fitness for run in runs])),
+            "held_out_fitness": float(np.median([one.fitness_as_searched for one in found])),
+            "selection_bias": float(np.median([run.selection_bias for run in runs])),
+            "solved": solved,
+            "rank_agreement": kept,
+            "held_out_success_rate": float(np.mean([one.success_rate for one in found])),
+        }
+    )

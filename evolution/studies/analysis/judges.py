@@ -1,4 +1,4 @@
-"""Judges: which configurations of a study have comparable fitness values, and what those values mean."""
+"""Judges: groups of configurations with comparable fitness, and the meaning of its values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from evolution.files import differences
-from evolution.search import FITNESSES, EvolveSettings, Experiment
+from evolution.runs import RecordedExperiment
+from evolution.search import FITNESSES, EvolveSettings, short_names
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.settings import JUDGES
 
@@ -18,7 +19,7 @@ NAMED_DIFFERENCES = 3
 
 @dataclass(frozen=True)
 class Judge:
-    """Configurations that were judged alike: by the same options of the fitness, controllers and world.
+    """Configurations with the same options of the fitness, controllers and world, so that their fitness is comparable.
 
     Args:
         name: The fitness in words.
@@ -42,33 +43,33 @@ class Judge:
         return [run for runs in self.groups.values() for run in runs]
 
     @property
-    def experiment(self) -> Experiment:
-        """What the first run was run with; all others agree in whatever decides about a value."""
+    def experiment(self) -> RecordedExperiment:
+        """Experiment of the first run; all others have the same fitness."""
         return self.runs[0].experiment
 
     @property
     def meaning(self) -> str:
-        """What a fitness value of this judge means, in words (thesis, Eq. 4.5)."""
+        """Meaning of a fitness value, in words (thesis, Eq. 4.5)."""
         search, controllers = self.experiment.search, len(self.experiment.controllers)
-        pattern = FITNESSES.get(search.fitness)
+        pattern, judging = FITNESSES.get(search.judging.fitness), search.judging
         drives = search.maps_per_set * controllers
         words = (
-            f"What the {self.name} means: lower is better. A set gains up to {search.pattern_weight:g} for maps whose "
-            f"{pattern.wanted}; a failed run costs its share of {search.base_cost:g} "
-            f"({search.base_cost / drives:.1f} if {controllers} controllers drive {search.maps_per_set} maps once), a "
-            f"timeout {search.timeout_cost:g} more, so {search.base_cost:g} to "
-            f"{search.base_cost + search.timeout_cost * drives:g} is a set on which every run failed"
+            f"What the {self.name} means: lower is better. A set gains up to {judging.pattern_weight:g} for maps whose "
+            f"{pattern.wanted}; a failed run costs its share of {judging.base_cost:g} "
+            f"({judging.base_cost / drives:.1f} if {controllers} controllers drive {search.maps_per_set} maps once), a "
+            f"timeout {judging.timeout_cost:g} more, so {judging.base_cost:g} to "
+            f"{judging.base_cost + judging.timeout_cost * drives:g} is a set on which every run failed"
         )
         if pattern.nothing >= 0:
             return f"{words}."
         return (
-            f"{words}; a set without a pattern (fewer than two maps with a value, or two that read the same) costs "
-            f"{-pattern.nothing * search.pattern_weight:g} times its success rate (thesis, Alg. 2)."
+            f"{words}; a set without a pattern (fewer than two maps with a value, or two with the same score) costs "
+            f"{-pattern.nothing * judging.pattern_weight:g} times its success rate (thesis, Alg. 2)."
         )
 
 
 def judges_of(results: StudyResults) -> list[Judge]:
-    """Group the configurations that have runs by what decides their fitness values."""
+    """Return the configurations that have runs, in groups with the same fitness."""
     groups: dict[str, Groups] = {}
     for name, runs in results.by_configuration.items():
         groups.setdefault(repr(_decisive(runs)), {})[name] = runs
@@ -80,39 +81,40 @@ def judges_of(results: StudyResults) -> list[Judge]:
 
 
 def name_of(search: EvolveSettings, scales: Sequence[float] = ()) -> str:
-    """Say in words which options decide about a fitness value; those at their defaults are left out.
+    """Return the options of a fitness in words; options at their defaults are left out.
 
     Args:
         search: The options.
         scales: Cluster scales that its runs recorded.
     """
-    usual = EvolveSettings()
-    options = [name for name in JUDGES[1:] if name != "cluster_scale" and getattr(search, name) != getattr(usual, name)]
-    words = [f"{name} {_short(getattr(search, name))}" for name in options]
+    used, usual = (short_names(one.model_dump()) for one in (search, EvolveSettings()))
+    options = [name for name in JUDGES[1:] if name != "cluster_scale" and used[name] != usual[name]]
+    words = [f"{name} {_short(used[name])}" for name in options]
     if len(scales) == 1:
         words.append(f"cluster_scale {_short(scales[0])}")
     elif scales:
         words.append("cluster_scale calibrated by every run")
-    return f"{search.fitness} fitness" + (f" ({', '.join(words)})" if words else "")
+    return f"{search.judging.fitness} fitness" + (f" ({', '.join(words)})" if words else "")
 
 
 def _decisive(runs: Sequence[StudyRun]) -> dict[str, Any]:
-    """Return everything that decides what a fitness value of these runs means."""
+    """Return everything that defines the fitness of these runs."""
     experiment = runs[0].experiment
     document, scales = experiment.document(), _scales(runs)
-    judging = {name: document["search"][name] for name in JUDGES if name != "cluster_scale"}
+    search = short_names(document["search"])
+    judging = {name: search[name] for name in JUDGES if name != "cluster_scale"}
     return {
         **judging,
         "cluster_scale": scales if len(scales) < 2 else "different",
         "fresh_noise": runs[0].configuration.fresh_noise,
-        "controllers": ", ".join(experiment.plan.names),
+        "controllers": ", ".join(experiment.names),
         "controller": {spec["name"]: spec for spec in document["controllers"]},
         **document["run"],
     }
 
 
 def _scales(runs: Iterable[StudyRun]) -> tuple[float, ...]:
-    found = {run.seen["cluster_scale"] for run in runs}
+    found = {run.best_results["cluster_scale"] for run in runs}
     return tuple(sorted(scale for scale in found if scale is not None))
 
 

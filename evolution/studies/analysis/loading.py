@@ -1,4 +1,4 @@
-"""Reads a study back from its directory, finished or not, and notes what is missing or wrong."""
+"""Reads a study back from its directory, finished or not, and lists missing and damaged parts."""
 
 from __future__ import annotations
 
@@ -11,29 +11,24 @@ from typing import Any
 
 from controllers.nav2_params.presets import overlay
 from evolution.files import Versions, check, differences, written_elsewhere
-from evolution.runs import CONFIG, RunDir, errors_in, load_run, recorded_experiment, results_in
-from evolution.search import Experiment
+from evolution.runs import CONFIG, RecordedExperiment, RunDir, errors_in, load_run, results_in
+from evolution.search import experiment_of
 from evolution.studies.analysis.results import StudyResults, StudyRun
 from evolution.studies.directory import RESOLVED, STUDY, StudyDir
-from evolution.studies.engine import NAV2, Engine
 from evolution.studies.reevaluation import read_reevaluation
 from evolution.studies.settings import Configuration
 from gym_mapbench.errors import MapBenchError, RunError, UntrustedError
 from gym_mapbench.trust import refuse_code
 
 
-def load_results(path: str | Path, engine: Engine = NAV2) -> StudyResults:
-    """Read a study back, as far as it has come.
-
-    Args:
-        path: Its directory.
-        engine: Reads experiments.
+def load_results(path: str | Path) -> StudyResults:
+    """Read the directory of a study, finished or not.
 
     Raises:
         RunError: If the directory is not a study, or of another format.
     """
     directory = StudyDir.open(path)
-    reader = _Reader(directory, engine)
+    reader = _Reader(directory)
     reader.read()
     return StudyResults(
         directory.path,
@@ -47,11 +42,10 @@ def load_results(path: str | Path, engine: Engine = NAV2) -> StudyResults:
 
 
 class _Reader:
-    """Reads one run after the other and notes what is missing or wrong."""
+    """Reads one run after the other and lists missing and damaged parts."""
 
-    def __init__(self, directory: StudyDir, engine: Engine) -> None:
+    def __init__(self, directory: StudyDir) -> None:
         self.directory = directory
-        self.engine = engine
         self.libraries: Mapping[str, str] = {}
         self.resolved: Mapping[str, Any] = {}
         self.runs: list[StudyRun] = []
@@ -61,7 +55,7 @@ class _Reader:
     def read(self) -> None:
         """Read everything."""
         with self._noted("the versions it was run with are unknown"):
-            check(Versions, self.directory.config, self.directory.path / STUDY)
+            check(Versions, self.directory.config, self.directory.path / STUDY.mark)
             self.libraries = self.directory.config["libraries"]
             self.missing += written_elsewhere(self.directory.config)
         with self._noted():
@@ -79,7 +73,7 @@ class _Reader:
             self.missing.append(f"{who}{': ' if who else ''}{error}{'; ' if advice else ''}{advice}")
 
     def _taken_from_few(self) -> list[str]:
-        """Say what was taken from fewer seeds than a configuration has, and how to take it from all."""
+        """Return lines about options taken from fewer seeds than a configuration has."""
         settings = self.directory.settings
         wanted = {one.name: len(settings.seeds_of(one)) for one in settings.configurations}
         few = {name: entry for name, entry in self.resolved.items() if len(entry["seeds"]) < wanted.get(name, 0)}
@@ -106,7 +100,7 @@ class _Reader:
         self._check_best(configuration)
 
     def _repeat(self, path: Path) -> str:
-        """Say how to repeat the run in a directory."""
+        """Return how to repeat the run in a directory."""
         return f"to repeat the run: {shlex.join(['rm', '-r', str(path)])} and then {self.resume}"
 
     def _check_best(self, configuration: Configuration) -> None:
@@ -119,7 +113,7 @@ class _Reader:
             self.runs = [other for other in self.runs if other is not run]
 
     def _read_run(self, configuration: Configuration, seed: int, who: str) -> None:
-        """Read one run and its re-evaluation, and note what is wrong with them."""
+        """Read one run and its re-evaluation, and list their problems."""
         rundir = RunDir.open(self.directory.run_path(configuration.name, seed))
         if not rundir.finished:
             done, budget = (rundir.checkpoint or {"evaluations": 0}), rundir.config["search"]["evaluations"]
@@ -136,14 +130,14 @@ class _Reader:
             rundir.read_best_results(),
             rundir.read_timing(),
         )
-        with self._noted(f"{self.resume} drives it again", who):
-            run = self._with_fresh(run, who)
+        with self._noted(f"{self.resume} repeats it", who):
+            run = self._with_reevaluation(run, who)
         if rundir.config["version"] != self.directory.config.get("version"):
             self.missing += [f"{who}: {line}" for line in written_elsewhere(rundir.config)]
         self.missing += [f"{who}: {line}" for line in _errors(run)]
         self.runs.append(run)
 
-    def _experiment(self, rundir: RunDir, configuration: Configuration, seed: int) -> Experiment:
+    def _experiment(self, rundir: RunDir, configuration: Configuration, seed: int) -> RecordedExperiment:
         """Read the experiment of a run, and refuse it if it is not that of its configuration.
 
         Only options in the study are compared, and never a parameter file, which may have changed since. A world that
@@ -151,11 +145,11 @@ class _Reader:
         """
         stated = self.directory.settings.document(configuration, seed, self._taken)
         run = {name: value for name, value in stated.get("run", {}).items() if name != "navigation"}
-        path, read = rundir.path / CONFIG, self.engine.read_experiment
+        path, read = rundir.path / CONFIG, _looked_up
         try:
             refuse_code([rundir.config["run"], run], path)
         except UntrustedError:
-            read, run = recorded_experiment, {}
+            read, run = RecordedExperiment.read, {}
         found = read(rundir.config, str(path))
         said = read(overlay(rundir.config, {**stated, "run": run}), str(path))
         for name, was, now in differences(found.document(), said.document()):
@@ -166,7 +160,7 @@ class _Reader:
     def _taken(self) -> dict[str, Any]:
         return {name: entry["search"] for name, entry in self.resolved.items()}
 
-    def _with_fresh(self, run: StudyRun, who: str) -> StudyRun:
+    def _with_reevaluation(self, run: StudyRun, who: str) -> StudyRun:
         """Add the re-evaluation of a run."""
         seeds = self.directory.settings.reevaluation.seeds
         path = self.directory.reevaluation_path(run.configuration.name, run.seed)
@@ -175,7 +169,12 @@ class _Reader:
         if not path.is_file():
             self.missing.append(f"{who}: not re-evaluated yet")
             return run
-        return replace(run, fresh=read_reevaluation(path, run.seen, run.experiment, seeds))
+        return replace(run, reevaluation=read_reevaluation(path, run.best_results, run.experiment, seeds))
+
+
+def _looked_up(document: Mapping[str, Any], where: str) -> RecordedExperiment:
+    """Return an experiment with all options that a document leaves out; the names in it are looked up."""
+    return RecordedExperiment.of(experiment_of(document, where))
 
 
 def _absent(name: str, seeds: Sequence[int], runs: int) -> list[str]:
@@ -188,9 +187,9 @@ def _absent(name: str, seeds: Sequence[int], runs: int) -> list[str]:
 
 def _errors(run: StudyRun) -> list[str]:
     """Report the runs on the best set that ended in an error."""
-    names = run.experiment.plan.names
-    fresh = run.fresh.results if run.fresh else ()
+    names = run.experiment.names
+    held_out = run.reevaluation.results if run.reevaluation else ()
     return [
-        *errors_in(results_in(run.seen, names), names, "in the search"),
-        *errors_in(fresh, names, "on fresh seeds"),
+        *errors_in(results_in(run.best_results, names), names, "in the search"),
+        *errors_in(held_out, names, "on held-out seeds"),
     ]

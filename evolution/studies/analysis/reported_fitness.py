@@ -1,4 +1,4 @@
-"""Promises: what the searches of a study said of their best sets, and what became of it on fresh seeds."""
+"""Reported fitness: the fitness that a search reports for its best set, compared with its held-out fitness."""
 
 from __future__ import annotations
 
@@ -9,30 +9,32 @@ import numpy as np
 
 from evolution.driving import RunResult, SetResults
 from evolution.files import Row
+from evolution.search import short_names
 from evolution.statistics import holm, median_interval, pairwise_mann_whitney, vargha_delaney_a12
 from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.former_names import StudyRow
 from evolution.studies.settings import JUDGES
 
-KEPT = 0.5
-"""A promise is kept if the fitness on fresh seeds differs from the one the search said by no more than this."""
+CLOSE = 0.5
+"""Largest difference between reported and held-out fitness that counts as agreement."""
 EQUAL = 1.2
-"""Controllers are alike if one takes no longer than this many times the other."""
+"""Largest ratio of two times at which two controllers count as equally fast."""
 BOOTSTRAP_SEED = 0
 OF_REPEATS = ("aggregate", "cluster_scale")
-"""Options that do not decide what a single drive is worth; the scale that was used is looked at instead."""
+"""Options that do not change the fitness of one trial; the cluster scale of the results is compared instead."""
 
 
-def promise_rows(results: StudyResults) -> list[Row]:
-    """Return a row for every configuration whose sets were driven again.
+def reported_fitness_rows(results: StudyResults) -> list[Row]:
+    """Return a row for every configuration with re-evaluated runs.
 
-    ``a12`` is how often, of all pairs of runs, this configuration is better on fresh seeds than the one that it is held
-    ``against``: the first one whose single drives are judged alike, in the same world. Ties count half; ``p_holm`` is
-    of Mann and Whitney's test of the two, corrected by Holm over all rows that are tested.
+    ``a12`` is the fraction of pairs of runs in which this configuration has the better held-out fitness than the
+    configuration ``against``: the first one with the same fitness of a trial and the same world. Ties count half.
+    ``p_holm`` is the p-value of the Mann-Whitney test of the two, with Holm's correction over all tested rows.
     """
     groups = {
         name: again
         for name, runs in results.by_configuration.items()
-        if (again := [run for run in runs if run.fresh is not None])
+        if (again := [run for run in runs if run.reevaluation is not None])
     }
     rows = [_row(name, runs, _reference(runs, groups)) for name, runs in groups.items()]
     tested = [row for row in rows if row["p_holm"] is not None]
@@ -42,67 +44,72 @@ def promise_rows(results: StudyResults) -> list[Row]:
 
 
 def _row(name: str, runs: Sequence[StudyRun], reference: Sequence[StudyRun]) -> Row:
-    fresh, seen = np.array([_fresh(run) for run in runs]), np.array([run.fitness for run in runs])
-    low, high = median_interval(fresh, np.random.default_rng(BOOTSTRAP_SEED))
+    held_out, reported = np.array([_held_out(run) for run in runs]), np.array([run.fitness for run in runs])
+    low, high = median_interval(held_out, np.random.default_rng(BOOTSTRAP_SEED))
     same = [run.seed for run in reference] == [run.seed for run in runs] and reference[0].path == runs[0].path
-    others = [_fresh(run) for run in reference]
-    one_scale = len({run.seen["cluster_scale"] for run in (*runs, *reference)}) == 1
+    others = [_held_out(run) for run in reference]
+    one_scale = len({run.best_results["cluster_scale"] for run in (*runs, *reference)}) == 1
     tested = not same and one_scale and len(runs) > 1 and len(others) > 1
-    return {
-        "configuration": name,
-        "n": len(runs),
-        "claimed": float(np.median(seen)),
-        "fresh": float(np.median(fresh)),
-        "fresh_low": low,
-        "fresh_high": high,
-        "off": float(np.median(np.abs(fresh - seen))),
-        "kept": float(np.mean(np.abs(fresh - seen) <= KEPT)),
-        "goals": fmean(run.fresh.success_rate for run in runs if run.fresh is not None),
-        "order": fmean(order_share(run) for run in runs),
-        "roles": fmean(fills_roles(run.fresh.results) for run in runs if run.fresh is not None),
-        "against": reference[0].configuration.name if tested else "",
-        "a12": vargha_delaney_a12(others, fresh) if tested else None,
-        "p_holm": pairwise_mann_whitney({"a": fresh, "b": others}, [("a", "b")])[0].p_value if tested else None,
-    }
+    return StudyRow(
+        {
+            "configuration": name,
+            "n": len(runs),
+            "reported_fitness": float(np.median(reported)),
+            "held_out_fitness": float(np.median(held_out)),
+            "held_out_low": low,
+            "held_out_high": high,
+            "absolute_error": float(np.median(np.abs(held_out - reported))),
+            "within_half": float(np.mean(np.abs(held_out - reported) <= CLOSE)),
+            "held_out_success_rate": fmean(
+                run.reevaluation.success_rate for run in runs if run.reevaluation is not None
+            ),
+            "rank_agreement": fmean(agreement_over_all(run) for run in runs),
+            "roles": fmean(fills_roles(run.reevaluation.results) for run in runs if run.reevaluation is not None),
+            "against": reference[0].configuration.name if tested else "",
+            "a12": vargha_delaney_a12(others, held_out) if tested else None,
+            "p_holm": pairwise_mann_whitney({"a": held_out, "b": others}, [("a", "b")])[0].p_value if tested else None,
+        }
+    )
 
 
-def _fresh(run: StudyRun) -> float:
-    assert run.fresh is not None
-    return run.fresh.fitness
+def _held_out(run: StudyRun) -> float:
+    assert run.reevaluation is not None
+    return run.reevaluation.fitness
 
 
 def _reference(runs: Sequence[StudyRun], groups: dict[str, list[StudyRun]]) -> list[StudyRun]:
-    """Return the runs of the first configuration whose single drives are judged alike, in the same world."""
+    """Return the runs of the first configuration with the same fitness of a trial and the same world."""
 
     def judged(run: StudyRun) -> tuple[object, ...]:
         document = run.experiment.document()
-        document["run"].get("environment", {}).pop("noise", None)  # sets are driven again with the noise of the study
-        options = [document["search"][name] for name in JUDGES if name not in OF_REPEATS]
+        document["run"].get("environment", {}).pop("noise", None)  # the re-evaluation has the noise of the study
+        search = short_names(document["search"])
+        options = [search[name] for name in JUDGES if name not in OF_REPEATS]
         return options, document["controllers"], document["run"], run.configuration.fresh_noise
 
     return next(others for others in groups.values() if judged(others[0]) == judged(runs[0]))
 
 
-def order_share(run: StudyRun) -> float:
-    """Return the share of all fresh drives of a set in which every map has a reading and they are in the seen order."""
-    assert run.fresh is not None
-    return sum(run.fresh.orders) / len(run.fresh.singles)
+def agreement_over_all(run: StudyRun) -> float:
+    """Return the fraction of all trials of a set in which every map has a score and its rank in the search."""
+    assert run.reevaluation is not None
+    return sum(run.reevaluation.ranks_kept) / len(run.reevaluation.trials)
 
 
 def fills_roles(results: SetResults) -> bool:
-    """Whether a set has a map with one group of controllers, one with two, and so on, by their median times.
+    """Whether a set has a map with one group of controllers, a map with two groups, and so on, by median times.
 
-    Controllers of one group differ by no more than a factor of 1.2 in all; two groups are further apart than that.
+    The controllers of a group differ by a factor of 1.2 at most; two groups differ by more.
 
     Args:
-        results: Results of the set; failed runs are left out.
+        results: Results of the set; failed runs are ignored.
     """
     found = {groups_in(of_map) for of_map in results}
     return set(range(1, len(results[0]) + 1)) <= found
 
 
 def groups_in(of_map: Sequence[Sequence[RunResult]]) -> int:
-    """Return how many groups controllers form on a map; 0 if one never reached the goal, or groups are not clear."""
+    """Return the number of groups of controllers on a map; 0 if one never reached the goal, or groups overlap."""
     times = [[run.time_s for run in runs if run.success] for runs in of_map]
     if not all(times):
         return 0

@@ -1,4 +1,4 @@
-"""The results of a study: its finished runs, their tables, and words for what is missing."""
+"""The results of a study: its finished runs, their tables, and what is missing."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from evolution.files import Row, Table, Tabled
-from evolution.runs import DrivenAgain
-from evolution.search import Experiment
+from evolution.runs import RecordedExperiment, Reevaluation
+from evolution.studies.former_names import StudyRow
 from evolution.studies.settings import Configuration, StudySettings
 from gym_mapbench.errors import unknown_name
 
@@ -20,59 +20,61 @@ class StudyRun:
     """One finished run of a study.
 
     Args:
-        configuration: What was run.
+        configuration: Its configuration.
         seed: Its seed.
         path: Its run directory.
-        experiment: What it was run with.
+        experiment: The experiment of the run.
         generations: ``generations.csv``.
-        seen: ``best_results.json``: the best set as the search saw it.
+        best_results: ``best_results.json``: the best set and its fitness in the search.
         timing: ``timing.jsonl``.
-        fresh: The best set on fresh seeds; None if it was not re-evaluated.
+        reevaluation: The best set on held-out seeds; None if it was not re-evaluated.
     """
 
     configuration: Configuration
     seed: int
     path: Path
-    experiment: Experiment
+    experiment: RecordedExperiment
     generations: Sequence[Row]
-    seen: Mapping[str, Any]
+    best_results: Mapping[str, Any]
     timing: Sequence[Row]
-    fresh: DrivenAgain | None = None
+    reevaluation: Reevaluation | None = None
 
     @property
     def fitness(self) -> float:
-        """Fitness of the best set as the search saw it."""
-        return float(self.seen["fitness"])
+        """Reported fitness: of the best set, on the seeds of the search."""
+        return float(self.best_results["fitness"])
 
     @property
-    def winners_curse(self) -> float:
-        """By how much the fitness on fresh seeds is worse than that the search saw; NaN without re-evaluation."""
-        return math.nan if self.fresh is None else self.fresh.fitness_as_searched - self.fitness
+    def selection_bias(self) -> float:
+        """Held-out fitness minus reported fitness (winner's curse); NaN without re-evaluation."""
+        return math.nan if self.reevaluation is None else self.reevaluation.fitness_as_searched - self.fitness
 
     def row(self) -> Row:
         """One line of the study's table of runs."""
         search = self.experiment.search
-        fresh = self.fresh
-        return {
-            "configuration": self.configuration.name,
-            "method": self.configuration.method,
-            "seed": self.seed,
-            "fitness_kind": search.fitness,
-            "cluster_scale": self.seen["cluster_scale"],
-            "pop_size": search.pop_size,
-            "evaluations": self.generations[-1]["evaluations"],
-            "repeats": search.repeats,
-            "fitness": self.fitness,
-            "fresh_fitness": math.nan if fresh is None else fresh.fitness,
-            "fresh_fitness_as_searched": math.nan if fresh is None else fresh.fitness_as_searched,
-            "winners_curse": self.winners_curse,
-            "order_kept": math.nan if fresh is None else fresh.order_kept,
-            "success_rate": self.seen["success_rate"],
-            "fresh_success_rate": math.nan if fresh is None else fresh.success_rate,
-            "driven": sum(row["driven"] for row in self.timing),
-            "seconds": sum(row["seconds"] for row in self.timing),
-            "map_set": self.seen["map_set"],
-        }
+        held_out = self.reevaluation
+        return StudyRow(
+            {
+                "configuration": self.configuration.name,
+                "method": self.configuration.method,
+                "seed": self.seed,
+                "fitness_kind": search.judging.fitness,
+                "cluster_scale": self.best_results["cluster_scale"],
+                "pop_size": search.ga.pop_size,
+                "evaluations": self.generations[-1]["evaluations"],
+                "repeats": search.repeats,
+                "fitness": self.fitness,
+                "held_out_fitness": math.nan if held_out is None else held_out.fitness,
+                "held_out_fitness_as_searched": math.nan if held_out is None else held_out.fitness_as_searched,
+                "selection_bias": self.selection_bias,
+                "rank_agreement": math.nan if held_out is None else held_out.rank_agreement,
+                "success_rate": self.best_results["success_rate"],
+                "held_out_success_rate": math.nan if held_out is None else held_out.success_rate,
+                "driven": sum(row["driven"] for row in self.timing),
+                "seconds": sum(row["seconds"] for row in self.timing),
+                "map_set": self.best_results["map_set"],
+            }
+        )
 
 
 @dataclass(frozen=True)
@@ -113,8 +115,8 @@ class StudyResults(Tabled):
         """Return a tidy table, one observation per row.
 
         Args:
-            table: ``runs``: one row per run; ``reevaluation``: one per run that was driven again; ``generations``: one
-                per generation.
+            table: ``runs``: one row per run; ``reevaluation``: one per run of a re-evaluation; ``generations``: one per
+                generation.
 
         Raises:
             ConfigError: If there is no such table.
@@ -134,10 +136,10 @@ def _run_rows(run: StudyRun) -> list[Row]:
 
 
 def _reevaluation_rows(run: StudyRun) -> list[Row]:
-    """One row for every run of the best set on fresh seeds."""
-    if run.fresh is None:
+    """One row for every run of the best set on held-out seeds."""
+    if run.reevaluation is None:
         return []
-    names = run.experiment.plan.names
+    names = run.experiment.names
     return [
         {
             "configuration": run.configuration.name,
@@ -151,7 +153,7 @@ def _reevaluation_rows(run: StudyRun) -> list[Row]:
             "path_length_m": one.path_length_m,
             **one.metrics,
         }
-        for entry, of_map in zip(run.seen["maps"], run.fresh.results, strict=True)
+        for entry, of_map in zip(run.best_results["maps"], run.reevaluation.results, strict=True)
         for name, results in zip(names, of_map, strict=True)
         for repeat, one in enumerate(results)
     ]

@@ -13,9 +13,10 @@ from evolution.driving import RunResult
 from evolution.files import Row, csv_of, make_directory, write_text
 from evolution.statistics import TestResult, cliffs_delta, vargha_delaney_a12
 from evolution.studies.analysis.comparisons import Comparison, StudyAnalysis, analyse
-from evolution.studies.analysis.held_out import fresh_rows
-from evolution.studies.analysis.reported_fitness import promise_rows
+from evolution.studies.analysis.held_out import held_out_rows
+from evolution.studies.analysis.reported_fitness import reported_fitness_rows
 from evolution.studies.analysis.results import StudyResults, StudyRun
+from evolution.studies.former_names import StudyRow
 
 TABLES = "tables"
 
@@ -40,8 +41,8 @@ def write_tables(results: StudyResults, analysis: StudyAnalysis | None = None) -
         "ranks": lambda: [row for one in comparisons for row in rank_rows(one)],
         "maps": lambda: [row for run in results.runs for row in map_rows(run)],
         "measures": lambda: [row for run in results.runs for row in measure_rows(run)],
-        "repeats": lambda: fresh_rows(results),
-        "promises": lambda: promise_rows(results),
+        "repeats": lambda: held_out_rows(results),
+        "reported_fitness": lambda: reported_fitness_rows(results),
     }
     for name, rows in tables.items():
         write_text(folder / f"{name}.csv", csv_of(rows()))
@@ -129,31 +130,33 @@ def rank_rows(comparison: Comparison) -> list[Row]:
 
 
 def map_rows(run: StudyRun) -> list[Row]:
-    """Tables 5.3 and 5.4: the best set of a run on fresh seeds, one row per map and controller.
+    """Tables 5.3 and 5.4: the best set of a run on held-out seeds, one row per map and controller.
 
-    Times are those of the runs that reached the goal; ``seen_s`` is what the search saw (its mean, if it had repeats).
+    Times are those of the runs that reached the goal; ``searched_s`` is their mean in the search.
     """
-    if run.fresh is None:
+    if run.reevaluation is None:
         return []
-    names = run.experiment.plan.names
+    names = run.experiment.names
     return [
-        {
-            "configuration": run.configuration.name,
-            "seed": run.seed,
-            "map": entry["name"],
-            "reading": entry["reading"],
-            "controller": name,
-            "seen_s": _mean([one["time_s"] for one in entry["runs"][name] if one["outcome"] == "goal"]),
-            **times_row(results),
-        }
-        for entry, of_map in zip(run.seen["maps"], run.fresh.results, strict=True)
+        StudyRow(
+            {
+                "configuration": run.configuration.name,
+                "seed": run.seed,
+                "map": entry["name"],
+                "score": entry["score"],
+                "controller": name,
+                "searched_s": _mean([one["time_s"] for one in entry["runs"][name] if one["outcome"] == "goal"]),
+                **times_row(results),
+            }
+        )
+        for entry, of_map in zip(run.best_results["maps"], run.reevaluation.results, strict=True)
         for name, results in zip(names, of_map, strict=True)
     ]
 
 
 def measure_rows(run: StudyRun) -> list[Row]:
-    """All other measures on fresh seeds: their means over the runs that reached the goal."""
-    if run.fresh is None:
+    """All other measures on held-out seeds: their means over the runs that reached the goal."""
+    if run.reevaluation is None:
         return []
     return [
         {
@@ -164,8 +167,8 @@ def measure_rows(run: StudyRun) -> list[Row]:
             "path_length": _mean([one.path_length_m for one in results if one.success]),
             **{key: _mean([one.metrics[key] for one in results if one.success]) for key in _metrics(results)},
         }
-        for entry, of_map in zip(run.seen["maps"], run.fresh.results, strict=True)
-        for name, results in zip(run.experiment.plan.names, of_map, strict=True)
+        for entry, of_map in zip(run.best_results["maps"], run.reevaluation.results, strict=True)
+        for name, results in zip(run.experiment.names, of_map, strict=True)
     ]
 
 

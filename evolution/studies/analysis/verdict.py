@@ -1,4 +1,4 @@
-"""The verdict of a study in words: which configuration is best, by how much, and how certain that is."""
+"""The verdict of a study in words: the best configuration, its lead, and the uncertainty of the lead."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 from evolution.files import Row
 from evolution.statistics import Summary, TestResult, median_interval
 from evolution.studies.analysis.comparisons import BOOTSTRAP_SEED, QUANTITIES, Comparison, StudyAnalysis, analyse
-from evolution.studies.analysis.held_out import conditions, fresh_rows, order_kept, selected_sets
+from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
 from evolution.studies.analysis.judges import Judge
-from evolution.studies.analysis.reported_fitness import promise_rows
+from evolution.studies.analysis.reported_fitness import reported_fitness_rows
 from evolution.studies.analysis.results import StudyResults, StudyRun
 
 ALPHA = 0.05
 NO_PATTERN_LEAD = 1000.0
-"""A lead that only the -1000 of Alg. 2 explains: the worse set has no pattern."""
+"""Smallest lead that only the -1000 of Alg. 2 explains: the worse set has no pattern."""
 
 
 def verdict_of(results: StudyResults, analysis: StudyAnalysis | None = None) -> list[str]:
@@ -28,19 +28,19 @@ def verdict_of(results: StudyResults, analysis: StudyAnalysis | None = None) -> 
         analysis: Its comparisons, if they are there already.
     """
     if not results.runs:
-        return ["No run of this study is finished, so there is nothing to say yet."]
+        return ["No run of this study is finished."]
     analysis = analysis or analyse(results)
-    rows = fresh_rows(results)
+    rows = held_out_rows(results)
     sentences = [sentence for judge in analysis.judges for sentence in _of_judge(judge, analysis, rows)]
-    return _promises(analysis) + sentences + _repeats(rows)
+    return _held_out_against(analysis) + sentences + _repeats(rows)
 
 
-def _promises(analysis: StudyAnalysis) -> list[str]:
-    """Say which configurations are worth more or less on fresh seeds than one that judges sets in another way."""
-    rows = {row["configuration"]: row for row in promise_rows(analysis.results)}
+def _held_out_against(analysis: StudyAnalysis) -> list[str]:
+    """Compare the held-out fitness of configurations whose searches have different fitnesses."""
+    rows = {row["configuration"]: row for row in reported_fitness_rows(analysis.results)}
     return [
-        f"On fresh seeds, lower is better, the sets of {_promised(row)}, those of {_promised(rows[row['against']])}: "
-        f"{name} is better in {100 * row['a12']:.0f} % of pairs of runs (A12; {_p(row['p_holm'])})."
+        f"Median held-out fitness: {_held_out(row)}; {_held_out(rows[row['against']])}. Lower is better: {name} is "
+        f"better in {100 * row['a12']:.0f} % of pairs of runs (A12; {_p(row['p_holm'])})."
         for name, row in rows.items()
         if row["against"]
         and row["p_holm"] < ALPHA
@@ -48,44 +48,44 @@ def _promises(analysis: StudyAnalysis) -> list[str]:
     ]
 
 
-def _promised(row: Row) -> str:
-    """Say what the sets of a configuration claimed and are worth."""
-    low, high = row["fresh_low"], row["fresh_high"]
+def _held_out(row: Row) -> str:
+    """Return the reported and the held-out fitness of a configuration in words."""
+    low, high = row["held_out_low"], row["held_out_high"]
     interval = "" if math.isnan(low) else f"95 % interval {low:.2f} to {high:.2f}; "
     return (
-        f"{row['configuration']} are worth {row['fresh']:.2f} in the median ({interval}{row['claimed']:.2f} claimed; "
-        f"in order in {_percent(row['order'])} of the drives; n = {row['n']})"
+        f"{row['configuration']} {row['held_out_fitness']:.2f} ({interval}reported {row['reported_fitness']:.2f}; rank "
+        f"agreement in {_percent(row['rank_agreement'])} of trials; n = {row['n']})"
     )
 
 
 def _of_judge(judge: Judge, analysis: StudyAnalysis, rows: Sequence[Row]) -> list[str]:
-    """Say everything about the configurations that were judged alike."""
-    seen, *fresh = analysis.of(judge)
-    again = [run for run in judge.runs if run.fresh is not None]
-    compared = fresh[0] if fresh and 2 * len(again) >= len(judge.runs) else seen
+    """Return the sentences about the configurations of one judge."""
+    reported, *held_out = analysis.of(judge)
+    again = [run for run in judge.runs if run.reevaluation is not None]
+    compared = held_out[0] if held_out and 2 * len(again) >= len(judge.runs) else reported
     if not judge.comparable:
         return [_other_scales(judge), judge.meaning]
     sentences = _winner(compared) + (_left_out(judge, compared) if again else [])
     sentences += [_population(test, compared) for test in compared.populations]
     sentences += [judge.meaning, *_success([row for row in rows if row["configuration"] in judge.groups])]
-    return sentences + _fresh_minus_seen(judge, analysis.results)
+    return sentences + _selection_bias(judge, analysis.results)
 
 
 def _other_scales(judge: Judge) -> str:
-    """Say why nothing is compared."""
+    """Return why nothing is compared."""
     low, high = judge.scales[0], judge.scales[-1]
     return (
-        f"{_capital(judge.name)}: not compared. Every run calibrated a cluster scale of its own ({low:.3g} to "
-        f"{high:.3g}), so the values of different runs are on different scales ({_list(list(judge.groups))})."
+        f"{_capital(judge.name)}: not compared. Every run calibrated its own cluster scale ({low:.3g} to {high:.3g}), "
+        f"so the values of different runs are on different scales ({_list(list(judge.groups))})."
     )
 
 
 def _winner(comparison: Comparison) -> list[str]:
-    """Say which configuration is best, and from which others the difference is significant."""
+    """Return the best configuration, and the others from which the difference is significant."""
     best, *others = comparison.order
     title, figures = _capital(comparison.title), _median(comparison.summaries[best])
     if not others:
-        return [f"{title}: {best} has a median of {figures}. There is nothing to compare it with."]
+        return [f"{title}: {best} has the median {figures}. It is the only configuration."]
     pairs = [pair for pair in comparison.pairs if pair.groups[0] == best]
     beaten = [pair for pair in pairs if pair.p_value < ALPHA]
     equal = [pair for pair in pairs if pair.p_value >= ALPHA]
@@ -96,29 +96,29 @@ def _winner(comparison: Comparison) -> list[str]:
         sentences.append(f"{best} beats {_list([_behind(pair, comparison) for pair in beaten])}.")
     if equal:
         shown = _list([_behind(pair, comparison) for pair in equal])
-        sentences.append(f"No difference could be shown between {best} and {shown}.")
+        sentences.append(f"No significant difference between {best} and {shown}.")
     if hopeless:
-        sentences.append(f"With so few runs no difference from {_list(hopeless)} could have been shown.")
+        sentences.append(f"The runs are too few for a significant difference from {_list(hopeless)}.")
     if nested:
         sentences.append(
-            f"{best} chose afterwards among all maps that {_list(nested)} had driven: it cannot be worse as the "
-            "search saw it, so the two are not tested against each other."
+            f"{best} selects among all maps of {_list(nested)} afterwards. Its reported fitness cannot be worse, so "
+            "the two are not tested against each other."
         )
     return sentences
 
 
 def _left_out(judge: Judge, compared: Comparison) -> list[str]:
-    """Say which runs are not in the comparison on fresh seeds, and what follows from that."""
-    absent = {name: sum(run.fresh is None for run in runs) for name, runs in judge.groups.items()}
+    """Return the runs that the comparison of held-out fitness leaves out."""
+    absent = {name: sum(run.reevaluation is None for run in runs) for name, runs in judge.groups.items()}
     named = [f"{name} ({count} of {len(judge.groups[name])} runs)" for name, count in absent.items() if count]
     if not named:
         return []
     if compared.quantity == "fitness":
         return [
-            "Fewer than half of the runs were driven on fresh seeds, so this compares what the searches saw. "
-            f"Not driven again: {_list(named)}."
+            "Fewer than half of the runs are re-evaluated, so this compares the reported fitness. "
+            f"Not re-evaluated: {_list(named)}."
         ]
-    return [f"Left out, because not driven on fresh seeds yet: {_list(named)}."]
+    return [f"Left out, because not re-evaluated yet: {_list(named)}."]
 
 
 def _median(one: Summary) -> str:
@@ -134,7 +134,7 @@ def _too_few(pair: TestResult, comparison: Comparison) -> bool:
 
 
 def _behind(pair: TestResult, comparison: Comparison) -> str:
-    """Say how far the second of a pair is behind the first, with effect size, p and n."""
+    """Return how far the second of a pair is behind the first, with effect size, p and n."""
     first, second = pair.groups
     lead = comparison.summaries[second].median - comparison.summaries[first].median
     behind = "no pattern in the median" if lead >= NO_PATTERN_LEAD else f"median {lead:.2f} behind"
@@ -143,70 +143,70 @@ def _behind(pair: TestResult, comparison: Comparison) -> str:
 
 
 def _population(test: TestResult, comparison: Comparison) -> str:
-    """Say whether the population size made a difference (thesis: H = 0.44, p = 0.80)."""
-    difference = "made a difference" if test.p_value < ALPHA else "made no difference that could be shown"
+    """Return whether the population size has a significant effect (thesis: H = 0.44, p = 0.80)."""
+    effect = "a significant effect" if test.p_value < ALPHA else "no significant effect"
     return (
-        f"The population size {difference} {QUANTITIES[comparison.quantity]} ({_list(test.groups)}: Kruskal-Wallis "
-        f"H = {test.statistic:.2f}, {_p(test.p_value)}, {test.effect_name} = {test.effect:.2f}, "
+        f"The population size has {effect} on the {QUANTITIES[comparison.quantity]} fitness ({_list(test.groups)}: "
+        f"Kruskal-Wallis H = {test.statistic:.2f}, {_p(test.p_value)}, {test.effect_name} = {test.effect:.2f}, "
         f"n = {', '.join(map(str, test.n))})."
     )
 
 
 def _success(rows: Sequence[Row]) -> list[str]:
-    """Say how many of the runs on fresh seeds reached the goal."""
-    shares = [f"{row['configuration']} {_percent(row['fresh_success_rate'])}" for row in rows]
-    return [f"Runs of the best sets that reached the goal on fresh seeds: {_list(shares)}."] if shares else []
+    """Return the success rates on held-out seeds."""
+    shares = [f"{row['configuration']} {_percent(row['held_out_success_rate'])}" for row in rows]
+    return [f"Success rate of the best sets on held-out seeds: {_list(shares)}."] if shares else []
 
 
-def _fresh_minus_seen(judge: Judge, results: StudyResults) -> list[str]:
-    """Say how far the fitness on fresh seeds is from the one the searches saw."""
+def _selection_bias(judge: Judge, results: StudyResults) -> list[str]:
+    """Return the difference between held-out and reported fitness in words."""
     sets = selected_sets(judge.runs)
     if not sets:
         return []
-    differences = np.array([run.winners_curse for run in sets])
+    differences = np.array([run.selection_bias for run in sets])
     low, high = median_interval(differences, np.random.default_rng(BOOTSTRAP_SEED))
     interval = "" if math.isnan(low) else f"95 % interval {low:+.2f} to {high:+.2f}, "
-    seen = float(np.median([run.fitness for run in sets]))
+    reported = float(np.median([run.fitness for run in sets]))
     new = conditions(sets[0], results)
-    held = (
-        "This holds the luck of the selection (the winner's curse) and the other noise, and does not tell them apart."
+    causes = (
+        "It is the selection bias (winner's curse) and the effect of the other noise together."
         if "noise" in new
-        else "This is the luck of the selection (the winner's curse)."
+        else "It is the selection bias (winner's curse)."
     )
     return [
-        f"Fresh minus seen, {judge.name}: the searches saw a median of {seen:.2f} on the sets they selected by driven "
-        f"runs; with {new} the difference is {np.median(differences):+.2f} in the median ({interval}"
-        f"n = {len(sets)} different sets). {held}{_order(sets)}"
+        f"Held-out minus reported fitness, {judge.name}: the searches report a median of {reported:.2f}. With {new} "
+        f"the median difference is {np.median(differences):+.2f} ({interval}n = {len(sets)} different sets). "
+        f"{causes}{_ranks(sets)}"
     ]
 
 
-def _order(sets: Sequence[StudyRun]) -> str:
-    """Say how often the maps kept their order."""
-    kept, solved = order_kept(sets)
+def _ranks(sets: Sequence[StudyRun]) -> str:
+    """Return the rank agreement in words."""
+    kept, solved = rank_agreement(sets)
     if math.isnan(solved):
         return ""
     if math.isnan(kept):
-        return " On no fresh seed were all maps of a set solved by all controllers, so its order has no second reading."
+        return " In no trial did all controllers solve all maps of a set, so there is no rank agreement."
     return (
-        f" All maps of a set were solved by all controllers on {_percent(solved)} of the fresh seeds; on "
-        f"{_percent(kept)} of these they kept the order the search saw."
+        f" All controllers solved all maps of a set in {_percent(solved)} of trials. In {_percent(kept)} of these the "
+        "maps keep their rank."
     )
 
 
 def _repeats(rows: Sequence[Row]) -> list[str]:
-    """Say what repeats in the search changed, where configurations differ in their number."""
+    """Return the effect of repeats in the search, where configurations differ in them."""
     if len({row["repeats"] for row in rows}) < 2:
         return []
     parts = [
-        f"{row['configuration']} with {row['repeats']}: fresh minus seen {row['winners_curse']:+.2f}, "
-        f"order kept on {_percent(row['order_kept'])}"
+        f"{row['configuration']} with {row['repeats']}: held-out minus reported fitness {row['selection_bias']:+.2f}, "
+        f"rank agreement {_percent(row['rank_agreement'])}"
         for row in rows
     ]
     return [f"Repeats of every run in the search ({'; '.join(parts)})."]
 
 
 def _percent(share: float) -> str:
-    return "no seed" if math.isnan(share) else f"{100 * share:.0f} %"
+    return "no trial" if math.isnan(share) else f"{100 * share:.0f} %"
 
 
 def _p(value: float) -> str:

@@ -1,1 +1,1 @@
-"""Baselines of a search: a fitness for which paths are planned and nothing is driven."""
+"""Baselines of a search: a fitness of planned paths, without runs."""

@@ -1,7 +1,6 @@
-"""A search without robots: the longer the global path, the better the map (a baseline).
+"""Baseline without runs: the longer the global path, the better the map.
 
-Path length is the usual measure of difficulty where nothing is driven. If it found maps that tell
-controllers apart, a search would not have to drive controllers at all.
+Path length is the usual measure of difficulty without runs of controllers.
 """
 
 from __future__ import annotations
@@ -11,30 +10,28 @@ from dataclasses import replace
 
 import numpy as np
 
-from evolution.driving import ControllerSpec, DriveSettings, Job, RunResult, SetResults
-from evolution.search import Experiment, Fitness, FitnessBreakdown
+from evolution.driving import ControllerSpec, Job, RunResult, SetResults
+from evolution.search import Experiment, Fitness, Judgement
 from gym_mapbench.costmap import build_static_costmap
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.planners import make_planner
 
 PLANNER = ControllerSpec(name="global_planner", kind="global_planner")
-"""The controller of a job that asks for a path only."""
+"""The controller of a job whose result is a planned path."""
 
 
 def planned(experiment: Experiment) -> Experiment:
-    """Return the same search over planned paths, without driving a controller.
+    """Return the same search over planned paths, without runs of controllers.
 
-    Nothing is planned twice, because a path has no luck: there is no elite and no confirmation, which would also judge
-    by the readings of another fitness. That fitness is not asked, and must not refuse a single controller.
+    A path is the same with every seed, so nothing is planned twice: there is no elite and no validation stage. The
+    fitness ``gini`` stands for the one that is replaced: it accepts a single controller.
     """
-    once = {"repeats": 1, "archive": False, "elite_seeds": 0, "confirmation": None, "fitness": "gini"}
+    once = {"repeats": 1, "archive": False, "elite_seeds": 0, "validation": None, "fitness": "gini"}
     return replace(experiment, search=experiment.search.replace(**once), controllers=(PLANNER,))
 
 
 def plan_job(job: Job) -> RunResult:
-    """Plan on the global costmap instead of driving; the result holds only the length of the path."""
-    if not isinstance(job.settings, DriveSettings):
-        raise TypeError(f"expected DriveSettings, got {type(job.settings).__name__}")
+    """Return a result with the length of the global path; no controller runs."""
     navigation, robot = job.settings.navigation, job.settings.environment.robot
     scenario, params = job.scenario, navigation.global_costmap
     costmap = build_static_costmap(scenario.map, params, params.make_footprint(robot))
@@ -50,7 +47,9 @@ def plan_job(job: Job) -> RunResult:
 class PathLengthFitness(Fitness):
     """Minus the mean length of a set's global paths, m; a map without a path counts as 0 m.
 
-    The lengths are also the maps' readings.
+    Of maps with paths of equal length, one counts: a set gains nothing by the same map twice.
+
+    The lengths are also the scores of the maps.
     """
 
     @property
@@ -62,16 +61,16 @@ class PathLengthFitness(Fitness):
         """Return itself."""
         return self
 
-    def __call__(self, results: SetResults) -> FitnessBreakdown:
+    def __call__(self, results: SetResults) -> Judgement:
         """Judge one map set by its planned paths."""
         runs = [of_map[0][0] for of_map in results]
         lengths = tuple(run.path_length_m if run.success else 0.0 for run in runs)
-        mean = float(np.mean(lengths))
-        return FitnessBreakdown(
-            total=-mean,
+        mean = float(np.sum(list(dict.fromkeys(lengths))) / len(lengths))
+        return Judgement(
+            objectives=(-mean,),
             success_rate=sum(run.success for run in runs) / len(runs),
             timeouts=0.0,
             pattern=mean,
-            readings=lengths,
+            scores=lengths,
             values=tuple((length,) for length in lengths),
         )

@@ -1,9 +1,9 @@
-"""run_sweep(): drive every controller on every map in every world, and keep it in a directory.
+"""run_sweep(): run every controller on every map in every world, and record the runs in a directory.
 
 ::
 
     sweep.json        the settings, and the versions it was run with
-    results.sqlite    every driven run
+    results.sqlite    every run
     runs.csv          one line per run
     effects.csv       one line per world and controller
     figures/          success, time and recoveries by world
@@ -13,14 +13,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from pathlib import Path
 
 from evolution.benchmark import bench_row
-from evolution.driving import WAIT_SECONDS, Evaluator, Job, OnRun, RunResult, check_room, try_controllers
+from evolution.driving import (
+    DEFAULT_RESOURCES,
+    Job,
+    OnRun,
+    Resources,
+    RunResult,
+    check_room,
+    run_job,
+    try_controllers,
+    warm_up,
+)
 from evolution.files import DirectoryKind, Row, Table, Tabled, csv_of, read_csv, write_text
 from evolution.pictures import effects_figure, save_figure
-from evolution.runs import filling
-from evolution.studies.engine import NAV2, Engine
+from evolution.runs import exclusive_store
 from evolution.studies.sweep.effects import effect_rows
 from evolution.studies.sweep.settings import SweepSettings
 from gym_mapbench.errors import ConfigError, RunError, unknown_name
@@ -69,9 +79,7 @@ def run_sweep(
     resume: bool = False,
     only: Sequence[str] | None = None,
     maps: int | None = None,
-    workers: int = 1,
-    wait_s: float = WAIT_SECONDS,
-    engine: Engine = NAV2,
+    resources: Resources = DEFAULT_RESOURCES,
     on_run: OnRun | None = None,
 ) -> SweepResults:
     """Run or continue a sweep; it can be killed at any moment.
@@ -80,11 +88,9 @@ def run_sweep(
         settings: The sweep.
         path: Its directory.
         resume: Whether to continue a sweep that was begun there.
-        only: Names of the worlds to drive in now, besides the first; all if None.
-        maps: Number of maps to drive now; all if None.
-        workers: Number of worker processes.
-        wait_s: How long to wait for another process that has locked the results, s.
-        engine: How runs are driven.
+        only: Names of the worlds to run now, besides the first; all if None.
+        maps: Number of maps to run on now; all if None.
+        resources: Workers, executor and time limits of the runs.
         on_run: Called after each run with its job, its result, and how many are left.
 
     Raises:
@@ -100,8 +106,8 @@ def run_sweep(
     _begin(path, settings, resume)
     jobs = [(name, job) for name in worlds for scenario in scenarios for job in plans[name].jobs(scenario)]
     with (
-        filling(SWEEP, path, wait_s) as store,
-        engine.evaluator(store, workers, Evaluator) as evaluator,
+        exclusive_store(SWEEP, path, resources.wait_s) as store,
+        resources.evaluator(run_job, store, warm_up) as evaluator,
     ):
         results = evaluator.run([job for _, job in jobs], on_run)
         rows = tuple(_row(name, job, result) for (name, job), result in zip(jobs, results, strict=True))
@@ -110,7 +116,7 @@ def run_sweep(
 
 
 def read_sweep(path: str | Path) -> SweepSettings:
-    """Read which sweep a directory was begun with.
+    """Return the settings of the sweep in a directory.
 
     Raises:
         RunError: If it is not a sweep, or damaged.
@@ -135,7 +141,7 @@ def load_sweep(path: str | Path) -> SweepResults:
 
 
 def _chosen(settings: SweepSettings, only: Sequence[str] | None) -> list[str]:
-    """Return the worlds to drive in; the first is always among them."""
+    """Return the worlds to run; the first is always among them."""
     for name in only or ():
         if name not in settings.worlds:
             raise unknown_name("world", name, settings.worlds)
@@ -144,7 +150,7 @@ def _chosen(settings: SweepSettings, only: Sequence[str] | None) -> list[str]:
 
 
 def _check(settings: SweepSettings, world: str, scenarios: Sequence[Scenario]) -> None:
-    """Refuse a world in which nothing can be driven."""
+    """Refuse a world in which no controller can run."""
     try:
         try_controllers(settings.specs, settings.world(world))
         check_room(scenarios, settings.world(world))
@@ -153,17 +159,16 @@ def _check(settings: SweepSettings, world: str, scenarios: Sequence[Scenario]) -
 
 
 def _row(world: str, job: Job, result: RunResult) -> Row:
-    """Return one line of ``runs.csv``, without wall-clock values, which would differ when the sweep is run again."""
+    """Return one line of ``runs.csv``, without wall-clock values, which differ between repetitions."""
     return {"world": world, **bench_row(job, replace(result, timings={}))}
 
 
 def _begin(path: Path, settings: SweepSettings, resume: bool) -> None:
     document = {"sweep": settings.model_dump(mode="json")}
-    if not resume:
-        SWEEP.create(path, document)
-        return
-    config = SWEEP.open(path)
-    SWEEP.check_same(path, config, config.get("sweep"), document["sweep"])
+    if resume:
+        SWEEP.resume(path, document, itemgetter("sweep"))
+    else:
+        SWEEP.begin(path, document)
 
 
 def _written(results: SweepResults) -> SweepResults:

@@ -1,4 +1,4 @@
-"""A sweep as data: maps, controllers, and worlds that differ in a few options, read from YAML."""
+"""Settings of a sweep: maps, controllers, and worlds that differ in a few options, read from YAML."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from evolution.search import DEFAULT_CONTROLLERS, controllers_from
 from evolution.studies.settings import Document, Name
 from gym_mapbench.env.scenario_source import draw_scenario
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import Few, Natural
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Scenario
 
@@ -22,18 +23,18 @@ class SweepSettings(Settings):
 
     Args:
         name: Name of the sweep.
-        maps: Number of random maps; they are drawn for the first world, so that its robot can solve them.
+        maps: Number of random maps; they are sampled for the robot of the first world.
         seed: Root of all randomness, of the maps and of every run.
         repeats: Runs of each controller on each map in each world, each with a seed of its own.
-        controllers: Who drives: names, or mappings with ``name``, ``kind`` and ``params``.
+        controllers: The controllers: names, or mappings with ``name``, ``kind`` and ``params``.
         run: The world and the navigation of all runs, like the section ``run`` of an experiment.
         worlds: By name, what each world changes in ``run``; the others are compared with the first.
     """
 
     name: Name
     maps: Annotated[int, Field(ge=1, le=100_000)] = 200
-    seed: Annotated[int, Field(ge=0)] = 0
-    repeats: Annotated[int, Field(ge=1, le=10_000)] = 1
+    seed: Natural = 0
+    repeats: Few = 1
     controllers: tuple[str | Document, ...] = DEFAULT_CONTROLLERS
     run: Document = Field(default_factory=dict)
     worlds: dict[Name, Document]
@@ -64,7 +65,7 @@ class SweepSettings(Settings):
         return JobPlan(self.specs, self.world(name), self.seed, self.repeats)
 
     def scenarios(self) -> list[Scenario]:
-        """Draw the maps; with fewer maps, those drawn are the first of the same sequence."""
+        """Return the sampled maps; fewer maps are the first of the same sequence."""
         environment = self.world(next(iter(self.worlds))).environment
         rng = np.random.default_rng(self.seed)
         drawn = (draw_scenario(environment, rng) for _ in range(self.maps))

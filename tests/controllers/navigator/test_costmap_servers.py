@@ -19,6 +19,7 @@ from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.scenario import Pose
+from gym_mapbench.world.world import World
 from tests.controllers.plain_follower import PlainFollower, context
 
 ROOM = GridMap(np.pad(np.zeros((98, 98), bool), 1, constant_values=True))
@@ -97,7 +98,7 @@ def test_exact_hits_mark_the_walls_own_cells(seed, origin):
         grid=grid, lidar=lidar, plugins=("obstacle_layer",), width=5, height=5, origin_x=origin, origin_y=origin
     )
     pose = Pose(*(origin + rng.uniform(2.2, 2.8, 2)), rng.uniform(-3, 3))
-    seen.observe(pose, Lidar(lidar, grid).scan(pose), 0.0)
+    seen.observe(pose, Lidar(lidar, World(grid)).scan(pose), 0.0)
     marked = seen.costmap.costs == LETHAL_OBSTACLE
     assert marked.sum() > 20
     # Hits within a hair of a corner may lie in the next cell.

@@ -7,6 +7,7 @@ import json
 import pytest
 
 from evolution.benchmark.comparison import compare, our_times, times_of_results
+from evolution.benchmark.runs import read_bench
 from evolution.cli import main
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.runner_results import read_runner_results
@@ -49,7 +50,7 @@ def files(tmp_path):
 
 def test_sample_by_hand(files):
     theirs = times_of_results(read_runner_results(files / "results.csv"))
-    comparison = compare(our_times(files / "bench.json"), theirs)
+    comparison = compare(our_times(read_bench(files / "bench.json")), theirs)
     ratios = {(pair.map, pair.controller): pair.ratio for pair in comparison.pairs}
     assert ratios["map_1", "dwb"] == pytest.approx(1.2)
     assert ratios["map_2", "rpp"] == pytest.approx(20 / 18)
@@ -94,7 +95,7 @@ def test_files_of_another_kind(files, capsys):
         ("[]", "expected a JSON object, got list"),
         ("{", "not a JSON file"),
         ('{"runs": [{"map": "a"}]}', "line 1: controller: is missing"),
-        (None, "expected a bench.json or the directory of one"),
+        (None, "expected the directory of a run (config.json), study"),
     ):
         bench.write_text(text) if text else bench.unlink()
         assert main(["import-results", str(files / "results.csv"), "--ours", str(bench)]) == 2

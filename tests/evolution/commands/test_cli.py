@@ -98,7 +98,7 @@ def refused(capsys, *argv):
         (["maps", "draw", "--count", "0", "--out", "x"], "at least 1"),
         (["evolve", "--pop-size", "9", "--evaluations", "3"], "evaluations"),
         (["evolve", "--metric", "foo"], "(expected one of: barn_score, curvature,"),
-        (["evolve", "--controllers", "rpp"], "expected two or more to tell apart, got rpp alone"),
+        (["evolve", "--controllers", "rpp"], "expected two or more to compare, got rpp alone"),
         (["evolve", "--metric", "time", "--failures", "never"], "never"),
         (["evolve", "--resume", "nowhere"], "nowhere"),
         (["evolve", "--resume", "nowhere", "--pop-size", "9"], "--pop-size"),
@@ -347,6 +347,40 @@ def test_maps_info_and_convert(tmp_path, capsys):
     target = tmp_path / "office.mapset.json"
     assert main(["maps", "convert", OFFICE, str(target)]) == 0
     assert load_scenarios(target)[0].map == load_scenarios(OFFICE)[0].map
+
+
+PARAMS = """
+controller_server:
+  ros__parameters:
+    controller_plugins: [FollowPath]
+    FollowPath: {plugin: "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"}
+local_costmap: {local_costmap: {ros__parameters: {robot_radius: RADIUS}}}
+global_costmap:
+  global_costmap: {ros__parameters: {robot_radius: RADIUS, inflation_layer: {inflation_radius: 0.25}}}
+"""
+
+
+def measured(capsys, *arguments):
+    assert main(["maps", "info", *map(str, arguments), "--format", "json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["maps"]
+    return row
+
+
+def test_maps_info_measures_for_the_robot_of_a_parameter_file(tmp_path, capsys):
+    small, large = (tmp_path / f"{name}.yaml" for name in ("small", "large"))
+    small.write_text(PARAMS.replace("RADIUS", "0.2"))
+    large.write_text(PARAMS.replace("RADIUS", "0.31"))
+    fits = measured(capsys, OFFICE, "--params", small)
+    assert (fits["solvable"], fits["narrowest_passage"]) == (1.0, pytest.approx(0.6))
+    assert (fits["inflation_radius"], fits["uninflated_width"]) == (0.25, pytest.approx(0.1))
+    alone = measured(capsys, OFFICE, "--robot-radius", 0.2)
+    assert alone == {name: fits[name] for name in alone}
+    assert "inflation_radius" not in alone
+    assert measured(capsys, OFFICE, "--params", large)["solvable"] == 0.0
+    assert measured(capsys, OFFICE, "--params", large, "--robot", "turtlebot3_burger")["solvable"] == 1.0
+    assert measured(capsys, OFFICE, "--params", "thesis")["uninflated_width"] == 0.0
+    assert "got both" in refused(capsys, "maps", "info", OFFICE, "--robot", "jackal", "--robot-radius", "0.2")
+    assert "expected a file or one of the presets" in refused(capsys, "maps", "info", OFFICE, "--params", "nowhere")
 
 
 def test_maps_draw(tmp_path, capsys):

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
 import shutil
 import subprocess
+import sys
 import time
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -44,7 +48,7 @@ def test_list_names_everything_and_says_what_it_is(capsys):
 def test_show_prints_the_whole_of_everything_with_that_name(capsys):
     assert main(["show", "quick"]) == 0
     search, study = yaml.safe_load_all(capsys.readouterr().out)
-    assert search["search"]["fitness"] == "gini"  # from robust, which quick builds on
+    assert search["search"]["judging"]["fitness"] == "gini"  # from robust, which quick builds on
     assert "configurations" in study
     assert main(["show", "nominal"]) == 0
     assert yaml.safe_load(capsys.readouterr().out) == NOISES["nominal"].model_dump(mode="json")
@@ -150,11 +154,50 @@ def test_the_doctor(capsys, monkeypatch):
     assert "nothing is compiled" in next(doctor._kernels())
 
 
+def test_the_doctor_clears_kernels(tmp_path, capsys, monkeypatch):
+    for name, size in (("a.f-1.py311.nbi", 1000), ("a.f-1.py311.1.nbc", 30_000), ("a.f-1.py311.2.nbc", 69_000)):
+        (tmp_path / name).write_bytes(bytes(size))
+    (tmp_path / "a.cpython-311.pyc").write_bytes(b"kept")
+    kernels = 2 * [SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)))]
+    monkeypatch.setattr(doctor, "_dispatchers", lambda: kernels)
+    for line in (
+        "deleted 1 compiled kernels (0.1 MB in 3 files)\n",
+        "deleted 0 compiled kernels (0.0 MB in 0 files)\n",
+    ):
+        assert main(["doctor", "--clear-kernels"]) == 0
+        assert capsys.readouterr().out == line
+    assert [path.name for path in tmp_path.iterdir()] == ["a.cpython-311.pyc"]
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    assert main(["doctor", "--clear-kernels"]) == 2
+    assert "expected NUMBA_DISABLE_JIT not to be set" in capsys.readouterr().err
+
+
+IN_A_FOLDER = """
+import sys
+from pathlib import Path
+from evolution.commands import doctor
+folders = {Path(kernel.stats.cache_path) for kernel in doctor._dispatchers()}
+for folder in folders:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "kernel.nbi").touch()
+assert all(folder.is_relative_to(sys.argv[1]) for folder in folders), folders
+assert doctor.clear_kernels() == f"deleted {len(folders)} compiled kernels (0.0 MB in {len(folders)} files)"
+"""
+
+
+def test_only_kernels_in_the_folder_of_numba_are_cleared(tmp_path):
+    before = set(Path("gym_mapbench/kernels/__pycache__").glob("*.nb?"))
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", IN_A_FOLDER, str(tmp_path)], env=environment, check=True)
+    assert list(tmp_path.rglob("*.nbi")) == []
+    assert before <= set(Path("gym_mapbench/kernels/__pycache__").glob("*.nb?"))
+
+
 def test_the_doctor_notices_that_others_use_the_machine(monkeypatch):
     monkeypatch.setattr(doctor, "drive", lambda _: time.sleep(0.01))
     monkeypatch.setattr(doctor, "_processor_seconds", lambda _: 0.1)
     *drives, last = doctor._speed()
-    assert all("2 s of driving take 100 ms of the processor (20 times real time)" in line for line in drives)
+    assert all("a run of 2 s takes 100 ms of the processor (20 times real time)" in line for line in drives)
     assert last.startswith("the machine is busy: this process got ")
 
 

@@ -19,8 +19,8 @@ EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 OFFICE = str(EXAMPLES / "office.yaml")
 
 
-def exported(folder, *options):
-    assert main(["export", OFFICE, "--format", "gazebo", *options, "--out", str(folder)]) == 0
+def exported(folder, *options, source=OFFICE):
+    assert main(["export", str(source), "--format", "gazebo", *options, "--out", str(folder)]) == 0
     return yaml.safe_load((folder / "nav2_params.yaml").read_text())
 
 
@@ -105,6 +105,24 @@ def test_what_only_ros_reads_comes_back_as_the_user_gave_it(tmp_path, controller
     assert "map_topic" not in costmap
 
 
+@pytest.mark.parametrize(
+    ("options", "controllers"),
+    [
+        ([], ["dwb", "mppi", "rpp"]),
+        (["--params", "jazzy"], ["dwb", "mppi", "rpp"]),
+        (["--params", "users.yaml", "--nav2", "humble"], ["FollowPath", "Second"]),
+        (["--controllers", "mppi"], ["mppi"]),
+    ],
+)
+def test_the_maps_of_a_run_are_exported_with_its_controllers_unless_a_file_names_others(
+    study_path, tmp_path, monkeypatch, options, controllers
+):
+    monkeypatch.chdir(tmp_path)
+    Path("users.yaml").write_text(USERS)
+    written = exported(Path("package"), *options, source=study_path / "runs" / "gini_6" / "seed-0000")
+    assert written["controller_server"]["ros__parameters"]["controller_plugins"] == controllers
+
+
 def test_the_lidar_of_the_bundle_is_the_robots(tmp_path):
     exported(tmp_path / "bundle", "--robot", "turtlebot3_burger")
     model = ElementTree.parse(tmp_path / "bundle" / "models" / "mapbench_robot" / "model.sdf").getroot()
@@ -118,4 +136,4 @@ def test_a_bundle_is_no_benchmark_though_its_file_is_called_so(tmp_path, capsys)
     (tmp_path / "results.csv").write_text(",".join(COLUMNS) + "\n")
     argv = ["import-results", str(tmp_path / "results.csv"), "--ours", str(tmp_path / "bundle")]
     assert main(argv) == 2
-    assert "a bundle for Gazebo holds no results; expected the run or benchmark" in capsys.readouterr().err
+    assert "expected a directory of results, got a ROS 2 package for Gazebo" in capsys.readouterr().err

@@ -70,8 +70,8 @@ def test_where_no_bar_is_seen_lines_say_how_far_it_is(capsys, monkeypatch):
     monkeypatch.setattr(progress, "SECONDS_PER_LINE", 0.0)
     assert main([*EXAMPLE, "--repeats", "2"]) == 0
     said = capsys.readouterr().err
-    assert "1 of 2 runs driven" in said
-    assert "2 of 2 runs driven" in said
+    assert "1 of 2 runs done" in said
+    assert "2 of 2 runs done" in said
 
 
 @pytest.fixture
@@ -121,7 +121,11 @@ def test_they_exclude_each_other(capsys):
 
 @pytest.mark.parametrize(
     ("fitness", "expected"),
-    [(-2.9224, "best fitness -2.92 (lower is better)"), (5578.0, "no set yet that all solve"), (0.0, "best fitness 0")],
+    [
+        (-2.9224, "best fitness -2.92 (lower is better)"),
+        (5578.0, "no set yet that all controllers solve"),
+        (0.0, "best fitness 0"),
+    ],
 )
 def test_penalties_are_no_numbers_for_a_reader(fitness, expected):
     assert expected in best_in_words(fitness)

@@ -14,7 +14,6 @@ from evolution.benchmark import Benchmark
 from evolution.cli import main
 from evolution.commands.bench import print_benchmark
 from evolution.report.writing import write_report
-from tests.evolution.fake_study import ENGINE
 
 OFFICE = Path(__file__).resolve().parents[3] / "examples" / "office.yaml"
 
@@ -46,10 +45,11 @@ def contents(path):
     return {str(one): one.read_bytes() for one in sorted(path.rglob("*")) if one.is_file()}
 
 
+@pytest.mark.usefixtures("fake_driving")
 def test_a_report_elsewhere_writes_nothing_into_the_directory(study_path, tmp_path):
     before = contents(study_path)
     for path in (study_path, study_path / "runs" / "gini_6" / "seed-0000"):
-        page = write_report(path, tmp_path / f"{path.name}.html", ENGINE)
+        page = write_report(path, tmp_path / f"{path.name}.html")
         assert page.read_text(encoding="utf-8").count("data:image/png") > 2
     assert contents(study_path) == before
 

@@ -61,7 +61,7 @@ def test_a_study_from_begin_to_page(folder, capsys):
     StudyDir.create(folder / "s", load_study(folder / "tiny.yaml"))  # begun, and interrupted at once
     code, out, error = run(folder, capsys, "study {folder}/s --resume --workers 1 --runs 1")
     assert code == 0
-    assert error == "driving the best map set of 2 configurations again for the replays\n"
+    assert error == "re-running the best map set of 2 configurations for the replays\n"
     assert "missing: ga: 1 of 2 runs were not begun (seeds 1)" in out
     assert "Gini fitness" in out
     assert re.search(r"100 % of the work done, \d+\.\d runs/s, 0 s left", out)
@@ -81,12 +81,10 @@ def test_runs_that_cannot_be_made_do_not_keep_the_others_from_the_page(folder, c
     (folder / "two.yaml").write_text(yaml.safe_dump({**STUDY, "runs": 1, "configurations": configurations}))
     code, out, error = run(folder, capsys, "study {folder}/two.yaml --out {folder}/two --workers 1")
     assert code == 2
-    assert "missing: hopeless, seed 0: cluster_scale: cannot be calibrated" in out
+    assert "missing: hopeless, seed 0: judging.cluster_scale: cannot be calibrated" in out
     assert "Look at " in out
-    assert error.splitlines()[-1] == (
-        "mapbench study: 1 runs could not be made (see missing, above); --resume tries them again"
-    )
-    assert "hopeless, seed 0: cluster_scale" in (folder / "two" / "report.html").read_text()
+    assert error.splitlines()[-1] == ("mapbench study: 1 runs failed (see missing, above); --resume repeats them")
+    assert "hopeless, seed 0: judging.cluster_scale" in (folder / "two" / "report.html").read_text()
 
 
 def test_a_replay_becomes_a_film(folder, capsys):

@@ -69,7 +69,9 @@ def test_one_line_for_every_mistake(argv, expected, capsys, tmp_path, monkeypatc
 
 def test_the_directory_of_something_else(trained, capsys):
     assert "already holds a training" in refused(capsys, "train", "--out", trained)
-    assert "no maps found in this folder" in refused(capsys, "bench", trained)
+    assert "expected maps or the directory of a run, got the directory of a training" in refused(
+        capsys, "bench", trained
+    )
 
 
 def test_a_rate_that_the_model_cannot_keep_is_refused_before_anything_is_driven(trained, tmp_path, capsys):

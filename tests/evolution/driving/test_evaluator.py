@@ -13,7 +13,7 @@ from evolution.driving.store import ResultStore
 from evolution.search.operators.sampling import sample_map_set
 from gym_mapbench.errors import ConfigError, RunError
 from tests.evolution import fake_runs
-from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD
 
 
 def map_sets(count, seed=0):
@@ -22,7 +22,7 @@ def map_sets(count, seed=0):
 
 
 def plan_of(*names, **params):
-    return JobPlan(tuple(ControllerSpec(name=name, params=params) for name in names), FakeRunSettings())
+    return JobPlan(tuple(ControllerSpec(name=name, params=params) for name in names), WORLD)
 
 
 def jobs_of(plan, maps=1):
@@ -30,7 +30,7 @@ def jobs_of(plan, maps=1):
 
 
 def test_results_come_in_order_whatever_the_workers_do():
-    plan = JobPlan(CONTROLLERS, FakeRunSettings(), root_seed=3, repeats=2)
+    plan = JobPlan(CONTROLLERS, WORLD, root_seed=3, repeats=2)
     sets = map_sets(4)
     expected = [
         tuple(
@@ -51,7 +51,7 @@ def test_results_come_in_order_whatever_the_workers_do():
 
 
 def test_nothing_is_driven_twice(tmp_path):
-    plan = JobPlan(CONTROLLERS, FakeRunSettings())
+    plan = JobPlan(CONTROLLERS, WORLD)
     (one, other) = map_sets(2)
     seen = []
     with ResultStore(tmp_path / "results.sqlite") as store, Evaluator(fake_runs.drive, store) as evaluator:

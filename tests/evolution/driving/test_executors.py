@@ -10,13 +10,13 @@ from evolution.driving.jobs import JobPlan
 from gym_mapbench.errors import ConfigError, PluginError, RunError
 from tests.evolution import fake_runs
 from tests.evolution.driving.test_evaluator import jobs_of, map_sets, plan_of
-from tests.evolution.fake_runs import CONTROLLERS, FakeRunSettings
+from tests.evolution.fake_runs import CONTROLLERS, WORLD
 
 PLAIN = "tests.evolution.fake_runs:plain_pool"
 
 
 def test_a_plain_executor_gives_the_same_results():
-    plan = JobPlan(CONTROLLERS, FakeRunSettings(), root_seed=3)
+    plan = JobPlan(CONTROLLERS, WORLD, root_seed=3)
     results = []
     for executor in ("processes", PLAIN):
         with Evaluator(fake_runs.drive, workers=2, executor=executor) as evaluator:

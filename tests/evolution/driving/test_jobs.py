@@ -5,16 +5,17 @@ from __future__ import annotations
 import pytest
 
 from evolution.driving.jobs import ControllerSpec, JobPlan
-from evolution.search.settings import EvolveSettings, Experiment
+from evolution.search.experiment import Experiment
+from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError
 from tests.evolution.driving.test_evaluator import map_sets
-from tests.evolution.fake_runs import FakeRunSettings
+from tests.evolution.fake_runs import WORLD
 
 MINE = "tests.metrics.test_run_metrics:half_time"
 
 
 def plan_of(*metrics):
-    return JobPlan((ControllerSpec(name="dwb"),), FakeRunSettings(), metrics=metrics)
+    return JobPlan((ControllerSpec(name="dwb"),), WORLD, metrics=metrics)
 
 
 def key_of(plan):
@@ -34,7 +35,7 @@ def test_metrics_of_others_belong_to_the_job():
 
 def test_the_metric_of_a_search_is_measured():
     search = EvolveSettings(metric=MINE)
-    assert Experiment(search, (ControllerSpec(name="dwb"),), FakeRunSettings()).plan.metrics == (MINE,)
+    assert Experiment(search, (ControllerSpec(name="dwb"),), WORLD).plan.metrics == (MINE,)
 
 
 def test_wrong_metrics():

@@ -9,15 +9,14 @@ import pytest
 from PIL import Image
 
 from evolution.pictures.plots import (
-    COLOURS,
     _cliques,
     box_figure,
     critical_difference_figure,
     curse_figure,
-    save_figure,
     spread_figure,
     times_figure,
 )
+from evolution.pictures.style import COLOURS, save_figure
 from evolution.report.page import picture
 
 

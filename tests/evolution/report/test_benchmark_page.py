@@ -64,6 +64,8 @@ def test_the_command_writes_the_page_and_fails_by_rule(tmp_path, capsys):
     assert "differ from what was recorded" not in text
     (shown,) = json.loads(re.search(r'id="replays">(.*?)</script>', text)[1])["maps"]
     assert [(one["controller"], one["outcome"]) for one in shown["runs"]] == [("rpp", "timeout")]
+    assert shown["title"] == "office: rpp never reaches the goal"
+    assert shown["sample"].startswith("Title: 1 run.")
     assert main([*argv[:-4], "--fail-if", "success<0"]) == 2  # the page exists: nothing is driven, nothing overwritten
     assert "exists already" in capsys.readouterr().err
 

@@ -13,7 +13,6 @@ from evolution.report.page import Attachment, Section, render_page
 from evolution.report.study_page import report_of_study
 from evolution.studies import load_results
 from evolution.studies.analysis.figures import drive_best_sets
-from tests.evolution.fake_study import ENGINE
 
 webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
@@ -26,10 +25,10 @@ pytestmark = pytest.mark.skipif(not (CHROMIUM and DRIVER), reason="chromium or c
 
 
 @pytest.fixture(scope="module")
-def page(study_path, tmp_path_factory):
+def page(study_path, tmp_path_factory, fake_driving):
     """The report of a study as a file."""
-    results = load_results(study_path, ENGINE)
-    report = report_of_study(results, drive_best_sets(results, ENGINE))
+    results = load_results(study_path)
+    report = report_of_study(results, drive_best_sets(results))
     picture = io.BytesIO()
     Image.new("RGB", (400, 300), "#0072b2").save(picture, "png")
     figures = [Attachment("A figure", "image/png", picture.getvalue())]
@@ -208,11 +207,22 @@ def test_the_configuration_is_printed_although_it_is_folded(opened):
         assert details.get_property("open") is is_open
 
 
-def test_only_tables_scroll_sideways_on_a_phone(opened):
-    size = {"width": 400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+def test_nothing_scrolls_sideways_on_a_phone(opened):
+    size = {"width": 390, "height": 900, "deviceScaleFactor": 1, "mobile": False}
     opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    root = opened.find_element(By.TAG_NAME, "html")
-    assert root.get_property("scrollWidth") == root.get_property("clientWidth")
+    for selector in ("html", ".scroll"):
+        found = opened.find_element(By.CSS_SELECTOR, selector)
+        assert found.get_property("scrollWidth") == found.get_property("clientWidth")
     note = opened.find_element(By.CSS_SELECTOR, "caption .hint")
-    assert note.rect["x"] + note.rect["width"] < 400
+    assert note.rect["x"] + note.rect["width"] < 390
+    opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_rows_are_cards_on_a_phone(opened):
+    script = "return getComputedStyle(document.querySelectorAll('table.sortable td')[1], '::before').content"
+    assert opened.execute_script(script) == "none"
+    size = {"width": 390, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    assert opened.execute_script(script) == '"n: "'
+    assert not opened.find_element(By.CSS_SELECTOR, "table.sortable thead").is_displayed()
     opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

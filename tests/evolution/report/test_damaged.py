@@ -15,8 +15,10 @@ from evolution.studies.analysis.figures import drive_best_sets
 from evolution.studies.analysis.tables import write_tables
 from evolution.studies.directory import RESOLVED, STUDY
 from gym_mapbench.errors import MapBenchError, RunError
-from tests.evolution.fake_study import ENGINE, small_study
+from tests.evolution.fake_study import small_study
 from tests.evolution.studies.test_study import lasting_files
+
+pytestmark = pytest.mark.usefixtures("fake_driving")
 
 RUN = "gini_6, seed 0"
 AGAIN = " --resume"
@@ -90,8 +92,8 @@ OF_A_RUN = [
     ("config.json", without("search", "shapes", "resolution"), "search.shapes.resolution: is missing"),
     (
         "config.json",
-        with_value("ginny", "search", "fitness"),
-        "search.fitness: unknown fitness 'ginny'; did you",
+        with_value("ginny", "search", "judging", "fitness"),
+        "search.judging.fitness: unknown fitness 'ginny'; did you",
     ),
     ("checkpoint.json", "{}", "generation: is missing"),
     ("checkpoint.json", "[]", "expected a JSON object, got list"),
@@ -103,7 +105,7 @@ IDS = [f"{name}: {message}" for name, _, message in OF_A_RUN]
 def test_a_damaged_run_is_left_out_of_its_study(study, name, damage, message):
     path = study / "runs" / "gini_6" / "seed-0000"
     spoil(path / name, damage)
-    results = load_results(study, ENGINE)
+    results = load_results(study)
     (line,) = about(results, RUN)
     assert line.startswith(f"{RUN}: {path / name}: ")
     assert message in line
@@ -139,7 +141,7 @@ def test_a_damaged_run_of_its_own_is_one_line(study, name, damage, message):
     ],
 )
 def test_what_only_some_readers_look_into_is_one_line(study, name, damage, message):
-    whole = load_results(study, ENGINE)
+    whole = load_results(study)
     best, other = sorted(whole.of("gini_6"), key=lambda run: run.fitness)
     path = best.path
     spoil(path / name, first_lines(path / name, damage) if isinstance(damage, int) else damage)
@@ -147,12 +149,12 @@ def test_what_only_some_readers_look_into_is_one_line(study, name, damage, messa
         load_run(path)
     assert str(caught.value).startswith(f"{path / name}: ")
     assert message in str(caught.value)
-    results = load_results(study, ENGINE)
+    results = load_results(study)
     (line,) = about(results, f"gini_6, seed {best.seed}")
     assert f": {path / name}: " in line
     assert line.endswith(f"; to repeat the run: rm -r {path} and then mapbench study {study}{AGAIN}")
     assert [run.seed for run in results.of("gini_6")] == [other.seed]
-    assert drive_best_sets(results, ENGINE)[0].run.path == other.path
+    assert drive_best_sets(results)[0].run.path == other.path
 
 
 @pytest.mark.parametrize("damage", [None, b"", b"PK\x03\x04 no archive"])
@@ -179,51 +181,51 @@ OF_A_REEVALUATION = [
 def test_a_damaged_reevaluation_is_said_and_driven_again(study, study_path, damage, message):
     path = study / "reevaluation" / "gini_6" / "seed-0000.json"
     spoil(path, damage)
-    results = load_results(study, ENGINE)
+    results = load_results(study)
     (line,) = about(results, RUN)
     assert line.startswith(f"{RUN}: {path}: ")
     assert message in line
-    assert line.endswith(f"; mapbench study {study}{AGAIN} drives it again")
-    assert results.runs[0].fresh is None
+    assert line.endswith(f"; mapbench study {study}{AGAIN} repeats it")
+    assert results.runs[0].reevaluation is None
     write_tables(results)
-    again = run_study(small_study(), study, engine=ENGINE, resume=True)
+    again = run_study(small_study(), study, resume=True)
     assert again.missing == ()
     assert lasting_files(study / "reevaluation") == lasting_files(study_path / "reevaluation")
 
 
 @pytest.mark.parametrize("libraries", [None, [], {"numpy": 2}])
 def test_a_study_of_unknown_libraries_is_reported(study, libraries):
-    spoil(study / STUDY, with_value(libraries, "libraries"))
-    results = load_results(study, ENGINE)
+    spoil(study / STUDY.mark, with_value(libraries, "libraries"))
+    results = load_results(study)
     assert len(results.runs) == 14
     assert results.libraries == {}
     (line,) = results.missing
-    assert line.startswith(f"{study / STUDY}: libraries")
+    assert line.startswith(f"{study / STUDY.mark}: libraries")
     assert line.endswith("the versions it was run with are unknown")
 
 
 @pytest.mark.parametrize("text", ["{", '{"cluster": {}}', '{"cluster": {"search": {"pop_size": "6"}, "seeds": [0]}}'])
 def test_what_was_taken_can_be_taken_again(study, study_path, text):
     (study / RESOLVED).write_text(text)
-    results = load_results(study, ENGINE)
+    results = load_results(study)
     (line,) = results.missing
     assert line.startswith(str(study / RESOLVED))
     assert line.endswith("; delete it: --resume takes it from the earlier runs again")
     assert len(results.runs) == 14
     with pytest.raises(RunError, match="delete it: --resume takes it from the earlier runs again"):
-        run_study(small_study(), study, engine=ENGINE, resume=True)
+        run_study(small_study(), study, resume=True)
     (study / RESOLVED).unlink()
-    assert run_study(small_study(), study, engine=ENGINE, resume=True).missing == ()
+    assert run_study(small_study(), study, resume=True).missing == ()
     assert (study / RESOLVED).read_bytes() == (study_path / RESOLVED).read_bytes()
 
 
 def test_the_advice_about_a_run_repeats_it(study, study_path):
     (study / "runs" / "gini_6" / "seed-0000" / "best_results.json").write_text("{}")
-    broken = run_study(small_study(), study, engine=ENGINE, resume=True)
+    broken = run_study(small_study(), study, resume=True)
     assert broken.failed == 2 - 1
     assert len(about(broken, RUN)) == 1
     shutil.rmtree(study / "runs" / "gini_6" / "seed-0000")
-    assert run_study(small_study(), study, engine=ENGINE, resume=True).missing == ()
+    assert run_study(small_study(), study, resume=True).missing == ()
     assert lasting_files(study) == lasting_files(study_path)
 
 
@@ -234,22 +236,22 @@ def test_a_run_of_another_experiment_is_left_out(study):
         shutil.copytree(runs / source / "seed-0000", runs / target / "seed-0000")
     shutil.rmtree(runs / "cluster" / "seed-0001")
     shutil.copytree(runs / "cluster" / "seed-0000", runs / "cluster" / "seed-0001")
-    results = load_results(study, ENGINE)
-    assert "config.json: belongs to another experiment: search.pop_size is 12, expected 6" in about(results, RUN)[0]
+    results = load_results(study)
+    assert "config.json: belongs to another experiment: search.ga.pop_size is 12, expected 6" in about(results, RUN)[0]
     assert "belongs to another experiment: search.seed is 0, expected 1" in about(results, "cluster, seed 1")[0]
     assert len(results.runs) == 14 - 2
 
 
 def test_who_wrote_it_is_said(study):
-    for path in (study / STUDY, *(study / "runs").rglob("config.json")):
+    for path in (study / STUDY.mark, *(study / "runs").rglob("config.json")):
         spoil(path, with_value("0.0.1", "version"))
-    (line,) = load_results(study, ENGINE).missing
+    (line,) = load_results(study).missing
     assert line.startswith("written by mapbench 0.0.1; read and replayed by mapbench ")
     path = study / "runs" / "gini_6" / "seed-0000"
     spoil(path / "config.json", with_value("1.0.0", "libraries", "numba"))
     spoil(path / "config.json", with_value("0.0.2", "version"))
-    assert "written by mapbench 0.0.2, numba 1.0.0" in about(load_results(study, ENGINE), RUN)[0]
-    assert "written by mapbench 0.0.2, numba 1.0.0" in write_report(path, engine=ENGINE).read_text()
+    assert "written by mapbench 0.0.2, numba 1.0.0" in about(load_results(study), RUN)[0]
+    assert "written by mapbench 0.0.2, numba 1.0.0" in write_report(path).read_text()
 
 
 def test_runs_that_ended_in_an_error_are_said(study):
@@ -260,11 +262,11 @@ def test_runs_that_ended_in_an_error_are_said(study):
 
     spoil(study / "runs" / "gini_6" / "seed-0000" / "best_results.json", fail)
     spoil(study / "reevaluation" / "gini_12" / "seed-0001.json", fail)
-    results = load_results(study, ENGINE)
+    results = load_results(study)
     assert results.missing == (
         f"{RUN}: 1 of 9 runs on the best set in the search ended in an error, the first of rpp: "
         "ValueError: upside down",
-        "gini_12, seed 1: 4 of 36 runs on the best set on fresh seeds ended in an error, the first of rpp: "
+        "gini_12, seed 1: 4 of 36 runs on the best set on held-out seeds ended in an error, the first of rpp: "
         "ValueError: upside down",
     )
 
@@ -277,13 +279,13 @@ def test_a_page_of_many_damages(study):
     spoil(runs / "cluster" / "seed-0000" / "checkpoint.json", "{}")
     spoil(runs / "cluster" / "seed-0001" / "config.json", "{}")
     spoil(study / "reevaluation" / "random" / "seed-0000.json", without("maps", 0))
-    spoil(study / STUDY, with_value(None, "libraries"))
+    spoil(study / STUDY.mark, with_value(None, "libraries"))
     steps = []
-    text = write_report(study, study.parent / "page.html", engine=ENGINE, on_step=steps.append).read_text()
-    files = ("generations.csv", "best_map_set.json", "runs.csv", "checkpoint.json", "config.json", STUDY)
+    text = write_report(study, study.parent / "page.html", on_step=steps.append).read_text()
+    files = ("generations.csv", "best_map_set.json", "runs.csv", "checkpoint.json", "config.json", STUDY.mark)
     for name in (*files, "reevaluation/random/seed-0000.json"):
         assert f"{name}: " in text
-    assert steps == ["driving the best map set of 5 configurations again for the replays"]
+    assert steps == ["re-running the best map set of 5 configurations for the replays"]
 
 
 def test_a_damaged_run_cannot_be_reported_alone(study, capsys):

@@ -18,17 +18,22 @@ import yaml
 
 from evolution.benchmark import BENCHMARK
 from evolution.cli import main
+from evolution.pictures import drive_best
+from evolution.report import replay_page
 from evolution.report.page import Attachment, Report, Section, Table, render_page
 from evolution.report.replays import ReplayedMap, replays_of, stuck_spots
 from evolution.report.study_page import report_of_study
 from evolution.report.writing import write_report
+from evolution.runs import load_run
 from evolution.studies import StudySettings, load_results
 from evolution.studies.analysis.comparisons import analyse
 from evolution.studies.analysis.figures import drive_best_sets, write_study_figures
 from evolution.studies.analysis.tables import write_tables
 from evolution.studies.analysis.verdict import verdict_of
 from gym_mapbench.errors import ConfigError, RunError
-from tests.evolution.fake_study import ENGINE, small_study
+from tests.evolution.fake_study import drive, small_study
+
+pytestmark = pytest.mark.usefixtures("fake_driving")
 
 
 class Page(HTMLParser):
@@ -63,12 +68,12 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def results(study_path):
-    return load_results(study_path, ENGINE)
+    return load_results(study_path)
 
 
 @pytest.fixture(scope="module")
 def best_sets(results):
-    return drive_best_sets(results, ENGINE)
+    return drive_best_sets(results)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +97,7 @@ def test_the_verdict_comes_first_and_every_configuration_is_there(page):
     for name in small_study().names:
         assert name in page.text
     for words in (
-        "Fresh minus seen",
+        "Held-out minus reported fitness",
         "Table 5.2",
         "Tables 5.3 and 5.4",
         "Every pair of configurations",
@@ -128,7 +133,7 @@ def test_downloads_repeat_the_study(page, results):
 
 
 def test_equal_studies_give_equal_pages(results, best_sets):
-    pages = [render_page(report_of_study(results, drive_best_sets(results, ENGINE))) for _ in range(2)]
+    pages = [render_page(report_of_study(results, drive_best_sets(results))) for _ in range(2)]
     assert pages[0] == pages[1]
 
 
@@ -138,37 +143,37 @@ def test_a_partial_study_says_what_is_missing(study_path, tmp_path):
     for name in small_study().names[1:]:
         shutil.rmtree(path / "runs" / name)
     shutil.rmtree(path / "reevaluation")
-    written = write_report(path, engine=ENGINE)
+    written = write_report(path)
     assert written == path / "report.html"
     text = Page(written.read_text()).text
     assert "This report is partial:" in text
     assert "differ from what was recorded" not in text
     assert "random: none of its 2 runs was begun" in text
     assert "gini_6, seed 0: not re-evaluated yet" in text
-    assert "There is nothing to compare it with." in text
+    assert "It is the only configuration." in text
     shutil.rmtree(path / "runs")
-    assert "No run of this study is finished" in Page(write_report(path, engine=ENGINE).read_text()).text
+    assert "No run of this study is finished" in Page(write_report(path).read_text()).text
 
 
 def test_a_run_that_cannot_be_loaded_makes_way(study_path, tmp_path):
     path = tmp_path / "damaged"
     shutil.copytree(study_path, path)
-    results = load_results(path, ENGINE)
+    results = load_results(path)
     best = min(results.of("gini_6"), key=lambda run: run.fitness)
     for run in [best, *results.of("random")]:
         (run.path / "best_map_set.json").write_text("{")
-    best_sets = drive_best_sets(results, ENGINE)
+    best_sets = drive_best_sets(results)
     other = next(run for run in results.of("gini_6") if run is not best)
     assert best_sets[0].run is other
     assert "random" not in [best.run.configuration.name for best in best_sets]
     text = Page(render_page(report_of_study(results, best_sets))).text
-    assert f"gini_6: the best run (seed {best.seed}) could not be loaded and driven again; seed {other.seed}" in text
-    assert "random: no replay, none of its best sets could be loaded and driven again" in text
+    assert f"gini_6: the best run (seed {best.seed}) could not be loaded and re-run; seed {other.seed}" in text
+    assert "random: no replay, none of its best sets could be loaded and re-run" in text
 
 
-def test_changed_replays_have_a_heading_of_their_own(results, best_sets):
-    drive = replace(ENGINE, drive=lambda job: replace(ENGINE.drive(job), time=1.0))
-    text = Page(render_page(report_of_study(results, drive_best_sets(results, drive)))).text
+def test_changed_replays_have_a_heading_of_their_own(results, best_sets, monkeypatch):
+    monkeypatch.setattr("evolution.pictures.run_figures.drive", lambda job: replace(drive(job), time=1.0))
+    text = Page(render_page(report_of_study(results, drive_best_sets(results)))).text
     assert "Replays that differ from what was recorded:" in text
     assert "gini_6: The replay of dwb on map_1 ends with goal after 1.00 s; the search recorded goal after" in text
     assert "This report is partial" not in text
@@ -177,7 +182,7 @@ def test_changed_replays_have_a_heading_of_their_own(results, best_sets):
 def test_the_subtitle_names_the_controllers_of_all(results):
     run = results.runs[-1]
     fewer = replace(run.experiment, controllers=run.experiment.controllers[1:])
-    mixed = replace(results, runs=(replace(run, experiment=fewer, fresh=None), *results.runs[:1]))
+    mixed = replace(results, runs=(replace(run, experiment=fewer, reevaluation=None), *results.runs[:1]))
     assert "controllers mppi, rpp, dwb; 2 runs" in report_of_study(mixed).subtitle
 
 
@@ -214,7 +219,7 @@ def test_comparisons_are_made_once(results, best_sets, monkeypatch, tmp_path):
 
 def test_a_run_has_a_page_of_its_own(study_path, tmp_path):
     shutil.copytree(study_path / "runs" / "gini_6" / "seed-0000", tmp_path / "run")
-    page = Page(write_report(tmp_path / "run", tmp_path / "page.html", engine=ENGINE).read_text())
+    page = Page(write_report(tmp_path / "run", tmp_path / "page.html").read_text())
     assert "The search improved the best fitness" in page.text
     assert set(page.downloads) == {"config.yaml", "best_map_set.json", "generations.csv"}
     assert set(yaml.safe_load(page.downloads["config.yaml"])) == {"search", "controllers", "run"}
@@ -226,19 +231,19 @@ def test_files_of_others_are_left_alone(study_path, tmp_path):
     mine = tmp_path / "mine.html"
     mine.write_text("mine")
     with pytest.raises(ConfigError, match=r"mine\.html: exists already; nothing is overwritten"):
-        write_report(tmp_path / "run", mine, engine=ENGINE)
+        write_report(tmp_path / "run", mine)
     with pytest.raises(ConfigError, match="exists already"):
-        write_report(tmp_path / "run", tmp_path, engine=ENGINE)
+        write_report(tmp_path / "run", tmp_path)
     assert mine.read_text() == "mine"
     (tmp_path / "run" / "report.html").write_text("the last one")
-    assert write_report(tmp_path / "run", tmp_path / "run" / "report.html", engine=ENGINE).stat().st_size > 10_000
-    with pytest.raises(RunError, match=r"neither a run nor a study \(no config.json, no study.json\)"):
-        write_report(tmp_path, tmp_path / "page.html", engine=ENGINE)
+    assert write_report(tmp_path / "run", tmp_path / "run" / "report.html").stat().st_size > 10_000
+    with pytest.raises(RunError, match=r"expected the directory of a run \(config.json\), study"):
+        write_report(tmp_path, tmp_path / "page.html")
     (tmp_path / BENCHMARK.mark).touch()
     with pytest.raises(RunError, match=r"the page of a benchmark is written by its own command, with --resume --html"):
-        write_report(tmp_path, tmp_path / "page.html", engine=ENGINE)
+        write_report(tmp_path, tmp_path / "page.html")
     with pytest.raises(ConfigError, match=r"page\.html: there is no directory"):
-        write_report(tmp_path / "run", tmp_path / "none" / "page.html", engine=ENGINE)
+        write_report(tmp_path / "run", tmp_path / "none" / "page.html")
 
 
 @pytest.mark.parametrize(
@@ -248,7 +253,7 @@ def test_files_of_others_are_left_alone(study_path, tmp_path):
         (["{run}", "--out", "a.html", "--gif", "a.gif"], "--out: expected without --gif and --mp4"),
         (["{run}", "--gif", "a.txt"], "a.txt: expected a name that ends in .gif or .mp4"),
         (["{run}", "--gif", "a.gif", "--configuration", "x"], "--configuration: expected only with a study"),
-        (["nowhere"], "nowhere: neither a run nor a study"),
+        (["nowhere"], "nowhere: expected the directory of a run (config.json), study (study.json)"),
     ],
 )
 def test_wrong_commands_are_one_line(arguments, message, study_path, capsys):
@@ -303,6 +308,15 @@ def test_stuck_spots_by_hand():
     assert stuck_spots(stand[:10], 0.1) == []
 
 
+def test_replays_alone_need_no_verdict(study_path):
+    run = load_run(study_path / "runs" / "gini_6" / "seed-0000")
+    page = Page(replay_page(run, drive_best(run)))
+    assert len(json.loads(page.data)["maps"]) == 3
+    assert "Maps and replays" in page.text
+    for words in ("Verdict", "Repeat it", "Configuration as used"):
+        assert words not in page.text
+
+
 def test_no_replay_no_board():
     assert replays_of([])["maps"] == []
     assert ReplayedMap("a", [], 0.1).group == ""
@@ -339,7 +353,7 @@ def run_path(study_path, tmp_path):
 
 def test_sections_of_ones_own(run_path):
     names = [f"{HERE}:{name}" for name in ("best_fitness", "silent", "lost", "mistaken", "uneven")]
-    page = Page(write_report(run_path, engine=ENGINE, sections=names).read_text())
+    page = Page(write_report(run_path, sections=names).read_text())
     assert "#section-3" in page.references
     assert "My <own> section It ended at" in page.text
     assert page.text.index("Figures Click") < page.text.index("It ended at") < page.text.index("mapbench evolve")
@@ -354,7 +368,7 @@ def test_sections_of_ones_own(run_path):
 
 def test_sections_that_are_not_there(run_path, study_path):
     with pytest.raises(ConfigError, match="unknown report section 'tabels'; did you mean 'tables'"):
-        write_report(run_path, engine=ENGINE, sections=["tabels"])
+        write_report(run_path, sections=["tabels"])
     assert not (run_path / "report.html").exists()
     with pytest.raises(ConfigError, match="sections: expected only of a run"):
-        write_report(study_path, engine=ENGINE, sections=["tables"])
+        write_report(study_path, sections=["tables"])

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from evolution.report.run_page import _held, _map_sentence, _outcome, _unfinished
-from evolution.report.sections import _how_to_read
+from evolution.pictures import recorded_maps
+from evolution.report.run_page import _held, _outcome, _unfinished, _verdict, replayed_maps
+from evolution.report.sections import _how_to_read, tables_section
+from evolution.runs import load_run
 
 
 def a_run(bests, finished=True, driven=7, **search):
@@ -28,18 +32,18 @@ def a_run(bests, finished=True, driven=7, **search):
         (a_run([-1.0, -2.5]), "The search improved the best fitness from -1.00 to -2.50 (lower is better)."),
         (a_run([-1.0, -1.0]), "found nothing better than its first population, fitness -1.00"),
         (a_run([5578.0, -2.5]), "reached fitness -2.50; its first population had no set that all solve"),
-        (a_run([-3.5, -2.78], archive=True), "The best set has fitness -2.78 (lower is better)."),
-        (a_run([-3.5, -2.78], finished=False, archive=True), "The best set so far has fitness -2.78"),
+        (a_run([-3.5, -2.78], archive={"elite": True}), "The best set has fitness -2.78 (lower is better)."),
+        (a_run([-3.5, -2.78], finished=False, archive={"elite": True}), "The best set so far has fitness -2.78"),
     ],
 )
 def test_a_gain_is_said_where_fitnesses_can_be_compared(run, expected):
     assert expected in _outcome(run)
 
 
-def test_what_is_not_finished_is_not_called_unconfirmed():
-    assert _held(a_run([-1.0], finished=False, confirmation={})) == []
-    assert _held(a_run([-1.0], finished=False, confirmation={"seeds": 5}))[0].startswith("It is not confirmed yet")
-    assert _held(a_run([-1.0], confirmation={"seeds": 5})) == ["No set is confirmed."]
+def test_an_unfinished_run_is_not_called_unconfirmed():
+    assert _held(a_run([-1.0], finished=False, validation={})) == []
+    assert _held(a_run([-1.0], finished=False, validation={"seeds": 5}))[0].startswith("The set is not validated yet")
+    assert _held(a_run([-1.0], validation={"seeds": 5})) == ["No set is validated."]
 
 
 def test_how_far_a_search_has_come_is_counted_in_what_limits_it():
@@ -48,14 +52,29 @@ def test_how_far_a_search_has_come_is_counted_in_what_limits_it():
     assert "7 of 900 runs" in _unfinished(a_run([-1.0], finished=False, runs=900))[0]
 
 
-def test_times_that_look_alike_are_said_once():
-    def entry(low, high):
-        return {"name": "map_1", "values": {"dwb": low, "rpp": high}, "runs": {}}
-
-    assert _map_sentence(entry(19.39, 19.41)).endswith("take about the same (19.4 s).")
-    assert _map_sentence(entry(19.0, 20.0)).endswith("take about the same (19.0 to 20.0 s).")
+def test_verdict_replays_figure_and_table_show_one_sample():
+    """On map_2 of the kept set one of 19 runs of DWB takes 65 s: every part of the page tells it of the same runs."""
+    run = load_run(Path(__file__).parents[3] / "docs" / "gallery" / "quick")
+    recorded = recorded_maps(run)
+    driven = [replace(one, episodes=(SimpleNamespace(controller="dwb"),)) for one in recorded]
+    verdict = next(line for line in _verdict(run) if line.startswith("map_2"))
+    assert verdict == (
+        "map_2: mppi 1.3 times slower than dwb. Medians of 19 runs: dwb 23.8 s (1 outlier: 65.0 s), "
+        "mppi 31.1 s, rpp 25.3 s."
+    )
+    replay = replayed_maps(run, driven)[1]
+    assert replay.title == "map_2: mppi 1.3 times slower than dwb"
+    assert replay.sample.startswith("Title: medians of 19 runs. Replay: run 10 of 19, ")
+    table = tables_section(run).tables[0]
+    (row,) = [dict(zip(table.columns, row, strict=True)) for row in table.rows if tuple(row[:3:2]) == ("map_2", "dwb")]
+    assert (row["runs"], round(row["median s"], 1), row["max s"], row["outliers"]) == (19, 23.8, 65.0, 1)
+    assert recorded[1].summary.difference in replay.title
 
 
 def test_a_rising_line_is_explained():
-    assert "rises where" in _how_to_read("convergence", a_run([-1.0], archive=True))
-    assert _how_to_read("convergence", a_run([-1.0])) == _how_to_read("times", a_run([-1.0], archive=True)) == ""
+    assert "it rises where" in _how_to_read("convergence", a_run([-1.0], archive={"elite": True}))
+    assert (
+        _how_to_read("convergence", a_run([-1.0]))
+        == _how_to_read("times", a_run([-1.0], archive={"elite": True}))
+        == ""
+    )

@@ -10,7 +10,7 @@ import pytest
 
 from evolution.driving import Evaluator
 from evolution.files.locks import LOCKS
-from evolution.runs import RUN, RunDir, filling
+from evolution.runs import RUN, RunDir, exclusive_store
 from evolution.search import evolve
 from gym_mapbench.errors import RunError
 from tests.evolution import fake_study
@@ -24,7 +24,7 @@ def run(path, on_generation=None):
     experiment = read_experiment({"search": SEARCH})
     rundir = RunDir.open(path) if RUN.holds(path) else RunDir.create(path, experiment)
     with (
-        filling(RUN, rundir.path, 0.0) as store,
+        exclusive_store(RUN, rundir.path, 0.0) as store,
         Evaluator(fake_study.run_job, store) as evaluator,
     ):
         evolve(experiment, evaluator, rundir, on_generation=on_generation)

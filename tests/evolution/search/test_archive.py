@@ -12,11 +12,10 @@ from evolution.driving import ControllerSpec, Evaluator, JobPlan, RunResult
 from evolution.search.archive import Archive, best_by_exchange
 from evolution.search.budget import Budget
 from evolution.search.elite import find_elite
-from evolution.search.judging.exact import judge_map
-from evolution.search.judging.fitness import Fitness, is_solved, repeats_of
+from evolution.search.judging import Fitness, JudgingSettings, is_solved, judge_map, repeats_of
 from evolution.search.operators.sampling import sample_map_set
 from evolution.search.settings import EvolveSettings
-from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD
 
 
 def answer(job):
@@ -47,7 +46,7 @@ class Answers(Evaluator):
 
 
 def archive_of(drive_last=(), controllers=CONTROLLERS, how=answer):
-    plan = JobPlan(controllers, FakeRunSettings())
+    plan = JobPlan(controllers, WORLD)
     return Archive(Answers(how), plan, drive_last)
 
 
@@ -79,7 +78,7 @@ def test_costly_controllers_drive_only_what_the_others_solved():
     unsolved = [of_map for of_map in maps if not of_map[0][0].success]
     assert 0 < len(unsolved) < len(maps)
     assert all((len(of_map[1]) == 0) == (of_map in unsolved) for of_map in maps)
-    fitness = Fitness.of(EvolveSettings(drive_last=("mppi",)), 150.0)
+    fitness = Fitness.of(JudgingSettings(), 150.0)
     whole = archive_of().evaluate(sets_of(12))
     for one, other in zip(results, whole, strict=True):
         left_out = sum(len(runs) == 0 for of_map in one for runs in of_map)
@@ -115,25 +114,25 @@ def test_kinds_are_left_out_not_names():
 
 @pytest.mark.parametrize("size", [2, 3, 4])
 def test_the_best_set_is_one_of_solved_maps_that_no_exchange_improves(size):
-    archive, fitness = archive_of(), Fitness.of(EvolveSettings(maps_per_set=size), 150.0)
+    archive, fitness = archive_of(), Fitness.of(JudgingSettings(), 150.0)
     archive.evaluate(sets_of(8))
     solved = archive.solved()
     names = archive.best(fitness, size)
     assert set(names) <= set(solved)
-    least = fitness(archive.results_of(archive.map_set(names))).total
-    assert least == fitness(tuple(solved[name] for name in names)).total
+    least = fitness(archive.results_of(archive.map_set(names))).fitness
+    assert least == fitness(tuple(solved[name] for name in names)).fitness
     for gone in names:
         for new in set(solved) - set(names):
             changed = [new if name == gone else name for name in names]
-            assert fitness(tuple(solved[name] for name in changed)).total >= least - 1e-9
+            assert fitness(tuple(solved[name] for name in changed)).fitness >= least - 1e-9
     if size < 4:
-        everything = (fitness(tuple(solved[name] for name in some)).total for some in combinations(solved, size))
+        everything = (fitness(tuple(solved[name] for name in some)).fitness for some in combinations(solved, size))
         assert least == pytest.approx(min(everything))
     assert archive.best(fitness, size, without=list(solved)[: len(solved) - size + 1]) == ()
 
 
-def test_a_map_is_judged_anew_once_it_was_driven_again_or_by_another_fitness():
-    archive, fitness = archive_of(), Fitness.of(EvolveSettings(caution=1.0), 150.0)
+def test_a_map_is_judged_again_after_further_runs_and_by_another_fitness():
+    archive, fitness = archive_of(), Fitness.of(JudgingSettings(caution=1.0), 150.0)
     archive.evaluate(sets_of(2))
     digest = next(name for name in archive.solved())
     once = archive.judged(digest, fitness)
@@ -142,7 +141,7 @@ def test_a_map_is_judged_anew_once_it_was_driven_again_or_by_another_fitness():
     archive.drive({digest: 4})
     again = archive.judged(digest, fitness)
     assert again == judge_map(archive.results(digest), fitness) != once
-    other = Fitness.of(EvolveSettings(caution=2.0), 150.0)
+    other = Fitness.of(JudgingSettings(caution=2.0), 150.0)
     assert archive.judged(digest, other).spread == pytest.approx(2 * again.spread)
     assert archive.judged(digest, fitness) == again
 
@@ -154,9 +153,9 @@ def test_exchange_ends_where_there_is_nothing_to_exchange():
     assert best_by_exchange(tuple(solved), solved, len) == tuple(solved)
 
 
-def test_the_elite_is_driven_again_and_more_often_while_it_stays():
+def test_the_elite_gets_more_repeats_while_it_stays():
     options = EvolveSettings(archive=True, elite_seeds=2, caution=1.0)
-    archive, fitness = archive_of(), Fitness.of(options, 150.0)
+    archive, fitness = archive_of(), Fitness.of(options.judging, 150.0)
     archive.evaluate(sets_of(8))
     budget = Budget(options, archive)
     for _ in range(12):
@@ -168,22 +167,22 @@ def test_the_elite_is_driven_again_and_more_often_while_it_stays():
 
 def test_the_elite_keeps_to_the_budget():
     options = EvolveSettings(archive=True, elite_seeds=2, runs=72 + 17, pop_size=8, evaluations=8)
-    archive, fitness = archive_of(), Fitness.of(options, 150.0)
+    archive, fitness = archive_of(), Fitness.of(options.judging, 150.0)
     archive.evaluate(sets_of(8))
     assert find_elite(archive, fitness, options, Budget(options, archive)) == archive.best(fitness, 3)
     assert archive.count == 72
 
 
-def test_seeds_are_not_spent_on_newcomers_that_promise_hardly_more(monkeypatch):
+def test_seeds_are_not_spent_on_sets_that_are_hardly_better(monkeypatch):
     options = EvolveSettings(archive=True, elite_seeds=2, caution=1.0)
     counts, fitnesses = {}, {}
     for least in (0.0, 0.1):
         monkeypatch.setattr("evolution.search.elite.LEAST_GAIN", least)
-        archive, fitness = archive_of(), Fitness.of(options, 150.0)
+        archive, fitness = archive_of(), Fitness.of(options.judging, 150.0)
         for seed in range(12):
             archive.evaluate(sets_of(3, seed))
             names = find_elite(archive, fitness, options, Budget(options, archive))
         counts[least] = archive.count
-        fitnesses[least] = fitness(archive.results_of(archive.map_set(names))).total
+        fitnesses[least] = fitness(archive.results_of(archive.map_set(names))).fitness
     assert counts[0.1] < counts[0.0]
     assert fitnesses[0.1] < fitnesses[0.0] + 0.5

@@ -17,19 +17,20 @@ from evolution.driving.store import ResultStore
 from evolution.files.plain import write_text
 from evolution.runs.directory import CHECKPOINT, CONFIG, STORE, TIMING, RunDir
 from evolution.runs.loading import load_run
+from evolution.search.experiment import Experiment
 from evolution.search.loop import evolve
-from evolution.search.settings import EvolveSettings, Experiment
+from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.generator import interior, is_drivable, sample_map
-from gym_mapbench.mapio.bundle import read_bundle
-from tests.evolution.fake_runs import CONTROLLERS, SMALL, FakeRunSettings, drive, never
+from gym_mapbench.mapio.map_set_file import read_map_set
+from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD, drive, never
 
 SEARCH = EvolveSettings(pop_size=8, evaluations=44, shapes=SMALL, seed=5)
-EXPERIMENT = Experiment(SEARCH, CONTROLLERS, FakeRunSettings())
+EXPERIMENT = Experiment(SEARCH, CONTROLLERS, WORLD)
 
 
 def with_search(**options):
-    return Experiment(SEARCH.replace(**options), CONTROLLERS, FakeRunSettings())
+    return Experiment(SEARCH.replace(**options), CONTROLLERS, WORLD)
 
 
 def run(path, experiment=EXPERIMENT, workers=1, run_job=drive, store=None, executor="processes", **options):
@@ -80,7 +81,7 @@ def test_a_search_improves_and_its_records_agree(tmp_path):
     best = [row["best"] for row in loaded.generations]
     assert best == sorted(best, reverse=True)
     assert best[-1] < best[0]
-    assert best[-1] == min(row["fitness"] for row in loaded.individuals) == result.best.fitness.total
+    assert best[-1] == min(row["fitness"] for row in loaded.individuals) == result.best.judgement.fitness
     assert loaded.finished
     assert loaded.controllers == ("dwb", "mppi", "rpp")
     assert loaded.best == type(loaded.best)(tuple(loaded.best))
@@ -97,16 +98,16 @@ def test_a_search_improves_and_its_records_agree(tmp_path):
 def test_the_directory_reads_without_this_package(tmp_path):
     result = run(tmp_path)
     results = json.loads((tmp_path / "best_results.json").read_text())
-    for entry, values, reading in zip(
-        results["maps"], result.best.fitness.values, result.best.fitness.readings, strict=True
+    for entry, values, score in zip(
+        results["maps"], result.best.judgement.values, result.best.judgement.scores, strict=True
     ):
         times = [entry["runs"][name][0]["time_s"] for name in ("dwb", "mppi", "rpp")]
-        assert entry["reading"] == reading
+        assert entry["score"] == score
         assert values is None or tuple(times) == tuple(entry["values"].values()) == values
     rows = json.loads((tmp_path / "best_map_set.json").read_text())["maps"][0]["rows"]
     assert len(rows) == 30
     assert set("".join(rows)) == {"#", "."}
-    assert [tasked.name for tasked in read_bundle(tmp_path / "best_map_set.json")] == ["map_1", "map_2", "map_3"]
+    assert [tasked.name for tasked in read_map_set(tmp_path / "best_map_set.json")] == ["map_1", "map_2", "map_3"]
     with np.load(tmp_path / "maps" / "0001.npz") as maps:
         assert {maps[name].shape for name in maps.files} == {(30, 30)}
         assert {str(maps[name].dtype) for name in maps.files} == {"bool"}
@@ -189,10 +190,10 @@ def test_a_replay_that_goes_astray_is_said(tmp_path):
 
 def test_only_the_same_experiment_continues(tmp_path):
     rundir = RunDir.create(tmp_path, EXPERIMENT)
-    changed = with_search(mutation=SEARCH.mutation.replace(move_distance=3))
-    with pytest.raises(ConfigError, match=r"search.mutation.move_distance was 15 when the run began, got 3"):
+    changed = with_search(mutation=SEARCH.ga.mutation.replace(move_distance=3))
+    with pytest.raises(ConfigError, match=r"search.ga.mutation.move_distance was 15 when the run began, got 3"):
         go_on(rundir, changed)
-    other = Experiment(SEARCH, (*CONTROLLERS[:2], ControllerSpec(name="rl")), FakeRunSettings())
+    other = Experiment(SEARCH, (*CONTROLLERS[:2], ControllerSpec(name="rl")), WORLD)
     with pytest.raises(ConfigError, match="controllers was"):
         go_on(rundir, other)
     config = json.loads((tmp_path / CONFIG).read_text())
@@ -203,13 +204,13 @@ def test_only_the_same_experiment_continues(tmp_path):
 
 def test_an_experiment_reads_back_from_its_directory(tmp_path):
     rundir = RunDir.create(tmp_path, EXPERIMENT)
-    again = Experiment.from_document(RunDir.open(tmp_path).config, FakeRunSettings, "config.json")
+    again = Experiment.from_document(RunDir.open(tmp_path).config, "config.json")
     assert again == EXPERIMENT
     rundir.check_experiment(again)
     with pytest.raises(ConfigError, match=r"config.json: search: unknown key 'pop_sise'; did you mean 'pop_size'\?"):
-        Experiment.from_document({**EXPERIMENT.document(), "search": {"pop_sise": 3}}, FakeRunSettings, "config.json")
+        Experiment.from_document({**EXPERIMENT.document(), "search": {"pop_sise": 3}}, "config.json")
     with pytest.raises(ConfigError, match=r"config.json: expected the keys search, controllers and run"):
-        Experiment.from_document({"search": {}}, FakeRunSettings, "config.json")
+        Experiment.from_document({"search": {}}, "config.json")
 
 
 def test_cluster_scale_is_calibrated_once_and_written_down(tmp_path):
@@ -233,7 +234,7 @@ def test_random_search_samples_anew():
     maps = [row[f"map_{i}"] for row in result.record.individuals for i in (1, 2, 3)]
     assert len(set(maps)) == len(maps) == 3 * 44
     assert len(result.record.runs) == 3 * 44 * 3 * 2
-    assert result.best.fitness.total == min(row["fitness"] for row in result.record.individuals)
+    assert result.best.judgement.fitness == min(row["fitness"] for row in result.record.individuals)
 
 
 def test_maps_and_fitness_can_be_the_callers():
@@ -269,7 +270,7 @@ def test_a_search_draws_of_its_families(tmp_path):
     walls = [max(interior(cells, 1).mean(axis=0).max(), interior(cells, 1).mean(axis=1).max()) for cells in maps]
     assert 0 < sum(wall > 0.6 for wall in walls) < len(maps)
     assert RunDir.open(tmp_path / "run").config["search"]["families"][1] == families[1]
-    documented = Experiment.from_document(json.loads(json.dumps(search.document())), FakeRunSettings, "again")
+    documented = Experiment.from_document(json.loads(json.dumps(search.document())), "again")
     assert documented == search
 
 
@@ -360,62 +361,62 @@ def test_bad_search_options_are_refused():
         ({"evaluations": 10}, "evaluations: expected at least pop_size"),
         ({"fitnes": "gini"}, "unknown key 'fitnes'; did you mean 'fitness'"),
         ({"shapes": {"sise": 3}}, r"shapes: unknown key 'sise'; did you mean 'size'"),
-        ({"crossover": "two-point"}, "crossover: expected 'pool' or 'position'"),
+        ({"crossover": "two-point"}, "ga.crossover: expected 'pool' or 'position'"),
     ):
         with pytest.raises(ConfigError, match=message):
             EvolveSettings(**options)
     with pytest.raises(ConfigError, match="controllers: expected different names, got 'dwb' twice"):
-        Experiment(SEARCH, (CONTROLLERS[0], CONTROLLERS[0]), FakeRunSettings())
+        Experiment(SEARCH, (CONTROLLERS[0], CONTROLLERS[0]), WORLD)
     with pytest.raises(ConfigError, match="controllers: expected at least one"):
-        Experiment(SEARCH, (), FakeRunSettings())
+        Experiment(SEARCH, (), WORLD)
 
 
 ROBUST = {
-    "archive": True,
+    "elite": True,
     "elite_seeds": 1,
     "caution": 1.0,
     "drive_last": ("mppi",),
     "runs": 300,
     "evaluations": 10_000,
     "pop_size": 6,
-    "confirmation": {"seeds": 2, "candidates": 6, "claim_seeds": 3},
+    "validation": {"seeds": 2, "candidates": 6, "held_out_seeds": 3},
     "mutation": {"probability": 1.0, "maps": "one", "adaptive": True},
 }
 
 
 @pytest.fixture(scope="module")
-def confirmed(tmp_path_factory):
-    """An uninterrupted run of a search that confirms its best set."""
-    path = tmp_path_factory.mktemp("confirmed") / "run"
+def validated(tmp_path_factory):
+    """An uninterrupted run of a search with a validation stage."""
+    path = tmp_path_factory.mktemp("validated") / "run"
     return path, run(path, with_search(**ROBUST))
 
 
-def test_a_confirmed_search_keeps_to_its_runs_and_says_what_its_set_is_worth(confirmed):
-    path, result = confirmed
+def test_a_search_with_validation_keeps_to_its_runs_and_reports_held_out_fitness(validated):
+    path, result = validated
     loaded = load_run(path)
     assert 200 < len(loaded.runs) <= 300
-    said = loaded.best_results["confirmation"]
+    said = loaded.best_results["validation"]
     assert said["seeds"] == 3
     assert said["runs"] == 3 * 3 * 3
-    assert loaded.best_results["fitness"] == said["fitness"] == result.confirmation.fitness
+    assert loaded.best_results["fitness"] == said["fitness"] == result.validation.fitness
     assert loaded.best_results["map_set"] == result.best.map_set.digest
     counts = {len(runs) for entry in loaded.best_results["maps"] for runs in entry["runs"].values()}
     assert min(counts) >= 1 + 1 + 2 + 3
-    readings = [entry["reading"] for entry in loaded.best_results["maps"] if entry["reading"] is not None]
-    assert readings == sorted(readings)
+    scores = [entry["score"] for entry in loaded.best_results["maps"] if entry["score"] is not None]
+    assert scores == sorted(scores)
     of_best = [row for row in loaded.runs if row["map"] == loaded.best_results["maps"][0]["map"]]
     assert {row["repeat"] for row in of_best} == set(range(len(of_best) // 3))
 
 
-def test_a_confirmed_search_gives_the_same_files_whatever_the_workers_and_the_store(tmp_path, confirmed):
-    path, _ = confirmed
+def test_a_search_with_validation_gives_the_same_files_whatever_the_workers_and_the_store(tmp_path, validated):
+    path, _ = validated
     run(tmp_path / "two", with_search(**ROBUST), workers=2, store=path / STORE)
     run(tmp_path / "fresh", with_search(**ROBUST), workers=2)
     assert reproducible_files(tmp_path / "two") == reproducible_files(tmp_path / "fresh") == reproducible_files(path)
 
 
 @pytest.mark.parametrize("runs", [60, 150, 220])
-def test_a_confirmed_search_resumes_to_the_same_bytes(tmp_path, confirmed, runs):
+def test_a_search_with_validation_resumes_to_the_same_bytes(tmp_path, validated, runs):
     class StopError(Exception):
         """Somebody pulled the plug."""
 
@@ -431,17 +432,17 @@ def test_a_confirmed_search_resumes_to_the_same_bytes(tmp_path, confirmed, runs)
         run(tmp_path / "run", experiment, on_run=stop)
     for _ in range(2):  # the second time it is finished already
         go_on(RunDir.open(tmp_path / "run"), experiment)
-        assert reproducible_files(tmp_path / "run") == reproducible_files(confirmed[0])
+        assert reproducible_files(tmp_path / "run") == reproducible_files(validated[0])
 
 
 def test_every_part_of_the_search_can_be_left_out(tmp_path):
-    parts = {"archive": {"archive": False, "elite_seeds": 0}, "elite": {"elite_seeds": 0}}
-    parts |= {"confirm": {"confirmation": None}, "last": {"drive_last": ()}}
+    parts = {"archive": {"elite": False, "elite_seeds": 0}, "elite": {"elite_seeds": 0}}
+    parts |= {"stage": {"validation": None}, "last": {"drive_last": ()}}
     parts |= {"one": {"mutation": {}}, "random": {"algorithm": "random"}}
     digests = set()
     for name, options in parts.items():
         result = run(tmp_path / name, with_search(**{**ROBUST, **options}))
-        assert (result.confirmation is None) == (name == "confirm")
+        assert (result.validation is None) == (name == "stage")
         digests.add(result.best.map_set.digest)
     assert len(digests) > 3
 
@@ -449,10 +450,13 @@ def test_every_part_of_the_search_can_be_left_out(tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"runs": 100}, r"runs: expected at least 153 \(54 for the first population and 99 for the confirmation\)"),
-        ({"archive": False}, "elite_seeds: expected 0 without archive, got 1"),
-        ({"failures": "par2"}, r"drive_last: expected \[\] with failures 'par2', or failures 'exclude'"),
-        ({"confirmation": {"candidates": 2}}, r"confirmation.candidates: expected at least maps_per_set \(3\), got 2"),
+        ({"runs": 100}, r"runs: expected at least 153 \(54 for the first population and 99 for the validation stage\)"),
+        ({"elite": False}, "archive.elite_seeds: expected 0 without elite, got 1"),
+        (
+            {"failures": "par2"},
+            r"archive.drive_last: expected \[\] with judging.failures 'par2'",
+        ),
+        ({"validation": {"candidates": 2}}, r"validation.candidates: expected at least maps_per_set \(3\), got 2"),
     ],
 )
 def test_options_that_cannot_go_together_are_one_line(options, message):
@@ -460,10 +464,10 @@ def test_options_that_cannot_go_together_are_one_line(options, message):
         with_search(**{**ROBUST, **options})
 
 
-def test_a_search_whose_maps_nobody_solves_says_that_nothing_is_confirmed(tmp_path):
+def test_a_search_without_solved_maps_has_no_held_out_fitness(tmp_path):
     result = run(tmp_path / "run", with_search(**ROBUST), run_job=never)
-    assert result.confirmation is None
-    assert "confirmation" not in load_run(tmp_path / "run").best_results
+    assert result.validation is None
+    assert "validation" not in load_run(tmp_path / "run").best_results
 
 
 def test_a_random_search_ends_where_there_is_nothing_new_to_draw(tmp_path):
@@ -473,11 +477,11 @@ def test_a_random_search_ends_where_there_is_nothing_new_to_draw(tmp_path):
     assert load_run(tmp_path).finished
 
 
-def test_the_runs_of_the_confirmation_are_among_those_that_are_counted(tmp_path):
-    confirmed = {"confirmation": {"seeds": 2, "candidates": 3, "claim_seeds": 2}, "evaluations": 8}
-    result = run(tmp_path, with_search(**confirmed))
+def test_the_runs_of_the_validation_stage_are_in_the_timing(tmp_path):
+    options = {"validation": {"seeds": 2, "candidates": 3, "held_out_seeds": 2}, "evaluations": 8}
+    result = run(tmp_path, with_search(**options))
     timing = load_run(tmp_path).timing
     assert [row["generation"] for row in timing] == [1, 1]
     assert sum(row["driven"] for row in timing) == len(result.record.runs)
-    go_on(RunDir.open(tmp_path), with_search(**confirmed))
+    go_on(RunDir.open(tmp_path), with_search(**options))
     assert load_run(tmp_path).timing == timing

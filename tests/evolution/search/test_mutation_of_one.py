@@ -1,4 +1,4 @@
-"""Mutation of one map at a time: informed operators, ways that stay open, and credit for what improves sets."""
+"""Mutation of one map at a time: informed operators, ways that stay open, and adaptive operator selection."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy import ndimage
 from evolution.search.operators.adaptive import Credit, Trial
 from evolution.search.operators.mutation import MapMutation, Mutator, draw_changes, label_obstacles, obstacles_near
 from evolution.search.operators.sampling import as_column, sample_map_set
-from evolution.search.settings import MutationSettings
+from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import ShapeSettings, interior, is_drivable, plan_way, sample_map
 from gym_mapbench.world.robot import make_robot
@@ -117,12 +117,12 @@ def test_one_map_of_a_set_is_mutated_and_the_trial_is_noted():
     assert len(changed) == 1
     (trial,) = mutation.trials
     assert (trial.before.digest, trial.after, trial.role) == (before.digest, after.digest, 2 - changed[0])
-    mutation.judge(lambda trial: 3.0)
+    mutation.credit_trials(lambda trial: 3.0)
     assert mutation.trials == []
     assert mutation.credit.of(trial.role) == pytest.approx((3.0 + 3.0) / 2)
 
 
-def test_what_gains_is_used_more_and_nothing_is_given_up():
+def test_operators_with_a_gain_are_selected_more_often_and_none_is_dropped():
     credit = Credit()
     configured = {"move": 0.5, "door": 0.25, "nudge": 0.25}
     assert credit.chances(configured, 0) == pytest.approx(configured)
@@ -139,6 +139,6 @@ def test_what_gains_is_used_more_and_nothing_is_given_up():
     assert credit.of(0) == pytest.approx((1.0 + 100.0) / 101)
 
 
-def test_credit_needs_to_know_which_map_did_it():
+def test_adaptive_operator_selection_needs_a_gain_with_one_cause():
     with pytest.raises(ConfigError, match="adaptive: expected maps 'one' beside it, got 'all'"):
         MutationSettings(adaptive=True)

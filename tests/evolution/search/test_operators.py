@@ -15,7 +15,7 @@ from evolution.search.operators.edits import Edit
 from evolution.search.operators.mutation import MapMutation, Mutator, draw_changes, label_obstacles, mutate_map
 from evolution.search.operators.repair import MapRepair, repair_scenario
 from evolution.search.operators.sampling import MapSampling, as_column, sample_map_set, scenario_on
-from evolution.search.settings import MutationSettings
+from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.errors import ConfigError, PluginError
 from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, sample_map
 from gym_mapbench.world.scenario import MapSet, Scenario
@@ -254,7 +254,7 @@ def test_operators_of_others_are_used_as_often_as_asked_for():
     assert np.array_equal(mutated, clear_and_border(np.ones_like(mutated), SMALL))
 
 
-def test_settings_without_other_operators_are_written_as_ever():
+def test_operators_are_left_out_of_a_file_if_there_are_none():
     assert "operators" not in MutationSettings().model_dump(mode="json")
     options = MutationSettings(operators={f"{HERE}:fill": 0.5}, move_probability=0.0, scale_probability=0.0)
     assert MutationSettings(**options.model_dump(mode="json")) == options

@@ -1,4 +1,4 @@
-"""Confirmation: which set new seeds choose, and what they say of it."""
+"""The validation stage: the set that is selected on held-out seeds, and its held-out fitness."""
 
 from __future__ import annotations
 
@@ -11,24 +11,31 @@ import pytest
 
 from evolution.driving import RunResult
 from evolution.search.budget import Budget
-from evolution.search.judging.fitness import Fitness, singles_of
-from evolution.search.settings import ConfirmationSettings, EvolveSettings
-from evolution.search.validation_stage import (
+from evolution.search.judging import Fitness, singles_of
+from evolution.search.sections import ValidationSettings
+from evolution.search.settings import EvolveSettings
+from evolution.search.validation_stage import validate
+from evolution.search.validation_stage.held_out import held_out
+from evolution.search.validation_stage.selection import (
     MAX_SETS,
     chance_of_order,
-    choose,
-    claim,
-    combined,
-    confirm,
     few_enough,
-    gains_of,
     reached_by,
+    select,
+    values_of_trials,
 )
+from evolution.search.validation_stage.trials import trials_of
 from gym_mapbench.errors import ConfigError
 from tests.evolution.search.test_archive import answer, archive_of, sets_of
 
-OPTIONS = EvolveSettings(confirmation=ConfirmationSettings(), aggregate="median")
-FITNESS = Fitness.of(OPTIONS, 150.0)
+STAGE = ValidationSettings()
+OPTIONS = EvolveSettings(validation=STAGE, aggregate="median")
+FITNESS = Fitness.of(OPTIONS.judging, 150.0)
+
+
+def selected(maps, fitness=FITNESS):
+    """The set of three maps that is selected."""
+    return select(maps, fitness, 3, STAGE.reliability)
 
 
 def map_with(*slowest, outcome="goal"):
@@ -41,46 +48,46 @@ EQUAL, MIDDLE, APART = map_with(*[20.0] * 8), map_with(*[30.0] * 8), map_with(*[
 
 
 def said_of(results, seeds, candidates):
-    """What the last seeds say of a set."""
-    return claim(results, FITNESS(results), FITNESS, seeds, candidates)
+    """The held-out fitness of a set, from its last seeds."""
+    return held_out(results, FITNESS(results), FITNESS, seeds, candidates)
 
 
-def test_the_reliable_set_is_chosen_and_not_the_one_with_the_best_mean():
+def test_the_reliable_set_is_selected_and_not_the_one_with_the_best_mean():
     lucky = map_with(20.0, 20.0, 20.0, 120.0, 120.0, 120.0, 120.0, 120.0)
     maps = {"lucky": lucky, "apart": APART, "equal": EQUAL, "middle": MIDDLE}
-    assert FITNESS((EQUAL, MIDDLE, lucky)).total < FITNESS((EQUAL, MIDDLE, APART)).total
-    assert choose(maps, FITNESS, OPTIONS) == ("equal", "middle", "apart")
+    assert FITNESS((EQUAL, MIDDLE, lucky)).fitness < FITNESS((EQUAL, MIDDLE, APART)).fitness
+    assert selected(maps) == ("equal", "middle", "apart")
 
 
-def test_maps_that_would_swap_places_are_not_put_side_by_side():
+def test_maps_that_are_not_rank_stable_are_not_neighbours():
     near = map_with(*[29.0, 31.0] * 4)
     maps = {"near": near, "middle": MIDDLE, "apart": APART, "equal": EQUAL}
-    assert choose(maps, FITNESS, OPTIONS) in (("equal", "near", "apart"), ("equal", "middle", "apart"))
+    assert selected(maps) in (("equal", "near", "apart"), ("equal", "middle", "apart"))
 
 
-def test_where_no_set_can_be_relied_on_the_one_that_gains_most_in_the_mean_is_chosen():
+def test_where_no_set_is_reliable_the_one_with_the_best_mean_is_selected():
     options = OPTIONS.replace(caution=1.0)
-    careful = Fitness.of(options, 150.0)
+    careful = Fitness.of(options.judging, 150.0)
     times = {"a": (20.0, 34.0), "b": (22.0, 40.0), "c": (24.0, 44.0), "d": (25.0, 60.0)}
     maps = {name: map_with(*both * 4) for name, both in times.items()}
-    gains = {names: gains_of([maps[name] for name in names], careful) for names in combinations(maps, 3)}
-    assert all(np.quantile(of_set, 0.9) == 0.0 for of_set in gains.values())
-    means = {names: np.mean(of_set) for names, of_set in gains.items()}
-    assert means[choose(maps, careful, options)] == min(means.values()) < means["a", "b", "c"]
+    values = {names: values_of_trials([maps[name] for name in names], careful) for names in combinations(maps, 3)}
+    assert all(np.quantile(of_set, 0.9) == 0.0 for of_set in values.values())
+    means = {names: np.mean(of_set) for names, of_set in values.items()}
+    assert means[selected(maps, careful)] == min(means.values()) < means["a", "b", "c"]
 
 
-def test_what_comes_with_a_chance_only_is_reached_less_often():
-    gains = np.linspace(-10.0, -1.0, 91).tolist()
-    assert reached_by(gains, 0.9, 1.0) == pytest.approx(-1.9)
-    assert reached_by(gains, 0.9, 0.95) == pytest.approx(np.quantile(gains, 0.9 / 0.95))
-    assert reached_by(gains, 0.9, 0.9) == reached_by(gains, 0.9, 0.0) == 0.0
-    assert reached_by([*gains, 20_000.0], 0.9, 0.5) == 20_000.0
+def test_a_value_that_has_a_chance_is_reached_less_often():
+    values = np.linspace(-10.0, -1.0, 91).tolist()
+    assert reached_by(values, 0.9, 1.0) == pytest.approx(-1.9)
+    assert reached_by(values, 0.9, 0.95) == pytest.approx(np.quantile(values, 0.9 / 0.95))
+    assert reached_by(values, 0.9, 0.9) == reached_by(values, 0.9, 0.0) == 0.0
+    assert reached_by([*values, 20_000.0], 0.9, 0.5) == 20_000.0
 
 
 def test_a_map_that_failed_once_is_out_while_others_suffice():
     failed = map_with(*[80.0] * 7, 80.0, outcome="timeout")
-    assert "failed" not in choose({"failed": failed, "a": EQUAL, "b": MIDDLE, "c": APART}, FITNESS, OPTIONS)
-    assert set(choose({"failed": failed, "a": EQUAL, "b": MIDDLE}, FITNESS, OPTIONS)) == {"failed", "a", "b"}
+    assert "failed" not in selected({"failed": failed, "a": EQUAL, "b": MIDDLE, "c": APART})
+    assert set(selected({"failed": failed, "a": EQUAL, "b": MIDDLE})) == {"failed", "a", "b"}
 
 
 def test_chances_of_order_are_those_of_all_pairs():
@@ -90,17 +97,17 @@ def test_chances_of_order_are_those_of_all_pairs():
     assert chance_of_order([low, np.array([])]) == 0
 
 
-def test_a_claim_looks_at_the_last_seeds_alone():
+def test_held_out_fitness_uses_the_last_seeds_alone():
     before = map_with(*[150.0] * 3, *[44.0] * 5)
     said = said_of((EQUAL, MIDDLE, before), 5, 12)
-    assert said.fitness == pytest.approx(FITNESS((EQUAL, MIDDLE, APART)).total)
+    assert said.fitness == pytest.approx(FITNESS((EQUAL, MIDDLE, APART)).fitness)
     assert said.interval == pytest.approx((said.fitness, said.fitness))
     assert (said.order_kept, said.goals, said.runs, said.seeds, said.candidates) == (1, 45, 45, 5, 12)
     assert said.goals_interval[0] == pytest.approx(0.921, abs=1e-3)
     assert said.fitness_par2 == pytest.approx(said.fitness)
 
 
-def test_a_claim_tells_failures_and_lost_order():
+def test_held_out_fitness_shows_failures_and_lost_order():
     swapping = map_with(*[20.0, 20.0, 20.0, 50.0, 50.0])
     said = said_of((map_with(*[21.0] * 5), swapping, APART), 5, 3)
     assert said.order_kept == pytest.approx(0.6)  # by its median it is the first map, in two of five drives the last
@@ -111,11 +118,11 @@ def test_a_claim_tells_failures_and_lost_order():
 
 
 @pytest.mark.parametrize(("maps", "repeats", "count"), [(3, 5, 125), (2, 2, 4), (6, 5, 25)])
-def test_sets_are_driven_once_in_every_combination_up_to_a_limit(maps, repeats, count):
+def test_trials_are_all_combinations_up_to_a_limit(maps, repeats, count):
     results = tuple(map_with(*(20.0 + 10 * number + repeat for repeat in range(repeats))) for number in range(maps))
-    drives = combined(results)
-    assert len(drives) == len(set(map(repr, drives))) == count
-    assert all(one[0] in singles_of(results[0]) for one in drives)
+    trials = trials_of(results)
+    assert len(trials) == len(set(map(repr, trials))) == count
+    assert all(one[0] in singles_of(results[0]) for one in trials)
 
 
 def fastest(place, others):
@@ -126,12 +133,12 @@ def fastest(place, others):
 
 def test_the_order_of_maps_does_not_count_where_the_fitness_knows_none():
     options = OPTIONS.replace(fitness="pairs")
-    alike = {name: fastest(place, (30.0, 30.0)) for place, name in enumerate("abc")}
+    equal = {name: fastest(place, (30.0, 30.0)) for place, name in enumerate("abc")}
     weak = {f"weak{n}": fastest(0, (21.0 + n / 2, 22.0 + n)) for n in range(6)}
-    assert set(choose(weak | alike, Fitness.of(options, 150.0), options)) == {"a", "b", "c"}
+    assert set(selected(weak | equal, Fitness.of(options.judging, 150.0))) == {"a", "b", "c"}
 
 
-def test_of_hundreds_of_maps_those_that_failed_least_are_chosen_from():
+def test_of_hundreds_of_maps_those_with_the_fewest_failures_are_eligible():
     often, once = map_with(*[20.0] * 3, outcome="timeout"), map_with(*[20.0] * 3)
     once = (*once[:2], (*once[2][:2], RunResult("timeout", 150.0, 1.0)))
     maps = {f"often{n}": often for n in range(200)} | {f"once{n}": once for n in range(20)}
@@ -143,13 +150,13 @@ def test_of_hundreds_of_maps_those_that_failed_least_are_chosen_from():
 
 
 @pytest.mark.parametrize("elite_seeds", [2, 20])
-def test_the_least_runs_allowed_suffice_to_confirm_a_set(elite_seeds):
+def test_the_least_runs_allowed_suffice_to_validate_a_set(elite_seeds):
     options = OPTIONS.replace(archive=True, elite_seeds=elite_seeds, pop_size=8, evaluations=8)
-    options = options.replace(runs=8 * 3 * 3 + options.runs_to_confirm(3))
+    options = options.replace(runs=8 * 3 * 3 + options.validation_runs(3))
     options.check_runs(3)
     with pytest.raises(ConfigError, match="runs: expected at least"):
         options.replace(runs=options.runs - 1).check_runs(3)
     archive = archive_of(how=lambda job: replace(answer(job), outcome="goal"))
     archive.evaluate(sets_of(8))
-    assert confirm(archive, FITNESS, options, Budget(options, archive)) is not None
+    assert validate(archive, FITNESS, options, STAGE, Budget(options, archive)) is not None
     assert archive.count <= options.runs

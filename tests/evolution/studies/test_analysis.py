@@ -11,22 +11,21 @@ import numpy as np
 import pytest
 
 from evolution.driving.jobs import RunResult
-from evolution.runs import DrivenAgain, judge
-from evolution.search.judging.fitness import Fitness
-from evolution.search.settings import EvolveSettings, Experiment
+from evolution.runs import RecordedExperiment, Reevaluation, judge
+from evolution.search.judging import Fitness, JudgingSettings
+from evolution.search.settings import EvolveSettings
 from evolution.studies import Configuration, StudyResults, StudyRun, StudySettings, load_results
 from evolution.studies.analysis.comparisons import analyse, compare
-from evolution.studies.analysis.held_out import conditions, fresh_rows, order_kept, selected_sets
+from evolution.studies.analysis.held_out import conditions, held_out_rows, rank_agreement, selected_sets
 from evolution.studies.analysis.judges import judges_of, name_of
-from evolution.studies.analysis.reported_fitness import promise_rows
+from evolution.studies.analysis.reported_fitness import reported_fitness_rows
 from evolution.studies.analysis.tables import map_rows, pair_rows, rank_rows, summary_rows, test_rows, write_tables
 from evolution.studies.analysis.verdict import verdict_of
 from gym_mapbench.errors import ConfigError
 from tests.evolution.fake_runs import CONTROLLERS
-from tests.evolution.fake_study import ENGINE, FakeEnvironment, FakeWorld
 
-WORLD = FakeWorld()
-GINI = Fitness.of(EvolveSettings(), 150.0)
+WORLD = {"time_limit": 150.0, "noise": "none"}
+GINI = Fitness.of(JudgingSettings(), 150.0)
 
 
 def goal(time):
@@ -56,18 +55,21 @@ def made_run(
     results=None,
     readings=(0.1, 0.2, 0.3),
     configuration=None,
-    world=WORLD,
+    world=None,
     controllers=CONTROLLERS,
     scale=None,
     map_set=None,
     **search,
 ):
     """A run whose best set has this fitness, seen and on every fresh seed."""
-    experiment = Experiment(EvolveSettings(seed=seed, **search), controllers, world)
+    specs = tuple(spec.model_dump(mode="json") for spec in controllers)
+    experiment = RecordedExperiment(
+        EvolveSettings(seed=seed, **search), specs, {"environment": {**WORLD, **(world or {})}}
+    )
     entries = [
         {
             "name": f"map_{i}",
-            "reading": r,
+            "score": r,
             "runs": {spec.name: [{"time_s": 9.0, "outcome": "goal"}] for spec in controllers},
         }
         for i, r in enumerate(readings, start=1)
@@ -84,8 +86,8 @@ def made_run(
     if fresh is not None:
         results = results or set_of([ALIKE], [TWICE], [FAR])
         one = GINI(set_of([ALIKE], [TWICE], [FAR]))
-        one = type(one)(**{**vars(one), "total": fresh})
-        again = DrivenAgain(results, (one,), (one,), readings)
+        one = type(one)(**{**vars(one), "objectives": (fresh,)})
+        again = Reevaluation(results, (one,), (one,), readings)
     chosen = Configuration(name=name, **(configuration or {}))
     return StudyRun(chosen, seed, Path(name), experiment, generations, document, [], again)
 
@@ -110,7 +112,7 @@ def groups(**means):
 def test_every_fresh_seed_is_judged_alone():
     results = set_of([ALIKE, FAR], [TWICE, TWICE], [FAR, ALIKE])
     one = judge(results, GINI, 1)
-    assert [f.readings for f in one] == [
+    assert [f.scores for f in one] == [
         pytest.approx(
             (
                 0.0,
@@ -134,15 +136,15 @@ def test_every_fresh_seed_is_judged_alone():
 def test_order_and_curse_by_hand():
     results = set_of([ALIKE, FAR, ALIKE], [TWICE, TWICE, [None, 1, 4]], [FAR, ALIKE, FAR])
     singles = judge(results, GINI, 1)
-    again = DrivenAgain(results, singles, singles, (0.0, 0.3, 0.6))
-    assert again.orders == (True, False)  # once as seen, once reversed; once a map has no reading
-    assert again.order_kept == 0.5
+    again = Reevaluation(results, singles, singles, (0.0, 0.3, 0.6))
+    assert again.ranks_kept == (True, False)  # once as seen, once reversed; once a map has no reading
+    assert again.rank_agreement == 0.5
     assert again.success_rate == pytest.approx((1 + 1 + 8 / 9) / 3)
-    assert again.fitness == np.median([one.total for one in singles])
-    assert np.isnan(DrivenAgain(results, singles, singles, (0.0, None, 0.6)).order_kept)
+    assert again.fitness == np.median([one.fitness for one in singles])
+    assert np.isnan(Reevaluation(results, singles, singles, (0.0, None, 0.6)).rank_agreement)
     run = made_run("a", 0, -8.0, -6.5)
-    assert run.winners_curse == pytest.approx(1.5)
-    assert np.isnan(made_run("a", 0, -8.0).winners_curse)
+    assert run.selection_bias == pytest.approx(1.5)
+    assert np.isnan(made_run("a", 0, -8.0).selection_bias)
 
 
 def test_only_one_fitness_is_compared_at_a_time():
@@ -154,9 +156,9 @@ def test_only_one_fitness_is_compared_at_a_time():
     found = compare(study)
     assert [(one.judge, one.quantity, sorted(one.values)) for one in found] == [
         ("gini fitness", "fitness", ["a", "b"]),
-        ("gini fitness", "fresh_fitness", ["a", "b"]),
+        ("gini fitness", "held_out_fitness", ["a", "b"]),
         ("cluster fitness (cluster_scale 2.7)", "fitness", ["c"]),
-        ("cluster fitness (cluster_scale 2.7)", "fresh_fitness", ["c"]),
+        ("cluster fitness (cluster_scale 2.7)", "held_out_fitness", ["c"]),
     ]
     assert found[2].pairs == []
     assert found[2].ranking is None
@@ -167,8 +169,8 @@ def test_only_one_fitness_is_compared_at_a_time():
     ("other", "named"),
     [
         ({"controllers": CONTROLLERS[:2]}, "gini fitness, controllers dwb, mppi"),
-        ({"world": FakeWorld(time_limit=60.0)}, "gini fitness, time_limit 60"),
-        ({"world": FakeWorld(environment=FakeEnvironment(noise="nominal"))}, "gini fitness, environment.noise nominal"),
+        ({"world": {"time_limit": 60.0}}, "gini fitness, environment.time_limit 60"),
+        ({"world": {"noise": "nominal"}}, "gini fitness, environment.noise nominal"),
         ({"aggregate": "median"}, "gini fitness (aggregate median)"),
     ],
 )
@@ -201,8 +203,8 @@ def test_scales_of_their_own_are_not_compared():
     assert [row["configuration"] for row in summary_rows(seen)] == ["a", "b"]
     assert len(analyse(study).of(alike)[0].pairs) == 1
     assert verdict_of(study)[0] == (
-        "Cluster fitness (cluster_scale calibrated by every run): not compared. Every run calibrated a cluster scale "
-        "of its own (2 to 4.5), so the values of different runs are on different scales (a and b)."
+        "Cluster fitness (cluster_scale calibrated by every run): not compared. Every run calibrated its own cluster "
+        "scale (2 to 4.5), so the values of different runs are on different scales (a and b)."
     )
 
 
@@ -215,8 +217,8 @@ def test_what_a_value_means_is_said_with_the_costs_of_the_search():
         "value, or two that read the same) costs 20000 times its success rate (thesis, Alg. 2)."
     )
     every_run_failed = set_of(*[[[None, None, None]]] * 3)
-    assert GINI(every_run_failed).total == 190.0
-    assert GINI(set_of([ALIKE], [ALIKE], [FAR])).total == 20000.0
+    assert GINI(every_run_failed).fitness == 190.0
+    assert GINI(set_of([ALIKE], [ALIKE], [FAR])).fitness == 20000.0
     (cluster,) = judges_of(made_study(made_run("a", 0, -8.0, fitness="cluster", base_cost=90.0, scale=1.0)))
     assert "its share of 90 (10.0 if" in cluster.meaning
     assert "pattern" not in cluster.meaning
@@ -264,8 +266,8 @@ def test_what_differs_by_construction_is_not_tested():
     assert np.isnan(marked["p_holm"])
     assert marked["a12"] > 0.9
     assert not any(row["by_construction"] for row in [*pair_rows(seen)[:-1], *pair_rows(fresh)])
-    not_again = made_study(*[type(run)(**{**vars(run), "fresh": None}) for run in study.runs])
-    assert verdict_of(not_again)[2].startswith("exact chose afterwards among all maps that random had driven")
+    not_again = made_study(*[type(run)(**{**vars(run), "reevaluation": None}) for run in study.runs])
+    assert verdict_of(not_again)[2].startswith("exact selects among all maps of random afterwards")
 
 
 def test_what_cannot_be_worse_is_not_tested_either_where_it_is_as_good():
@@ -279,7 +281,7 @@ def test_what_cannot_be_worse_is_not_tested_either_where_it_is_as_good():
 
 
 @pytest.mark.parametrize(
-    ("method", "options"), [("again", {}), ("best_triple", {"confirmation": {"seeds": 2, "claim_seeds": 2}})]
+    ("method", "options"), [("again", {}), ("best_triple", {"validation": {"seeds": 2, "held_out_seeds": 2}})]
 )
 def test_nothing_is_so_by_construction_where_a_set_was_taken_over_or_confirmed(method, options):
     later = {"method": method, "of": "ours"}
@@ -289,7 +291,7 @@ def test_nothing_is_so_by_construction_where_a_set_was_taken_over_or_confirmed(m
     )
     (seen,) = compare(study)
     assert [pair.groups for pair in seen.pairs] == [("later", "ours")]
-    assert not any("chose afterwards" in sentence for sentence in verdict_of(study))
+    assert not any("afterwards" in sentence for sentence in verdict_of(study))
 
 
 def test_ranks_use_the_seeds_that_all_share():
@@ -308,7 +310,7 @@ def test_ranks_use_the_seeds_that_all_share():
 def test_a_clear_difference_is_said_with_all_its_numbers():
     study = groups(ga=-8.0, random=-6.0)
     first, second = verdict_of(study)[:2]
-    assert first.startswith("Gini fitness, on fresh seeds: ga has the best median, -8.03 (95 % interval -8.")
+    assert first.startswith("Gini fitness, held out: ga has the best median, -8.03 (95 % interval -8.")
     assert first.endswith(", mean -8.03, n = 12; lower is better).")
     assert second == (
         "ga beats random (median 2.00 behind; ga better in 100 % of pairs of runs, A12; p < 0.001; n = 12 and 12)."
@@ -326,13 +328,13 @@ def test_what_is_judged_in_another_way_is_compared_by_what_it_is_worth_on_fresh_
     lucky = [made_run("lucky", s, v - 5.0, v) for s, v in enumerate(spread(-1.0))]
     careful = [made_run("careful", s, v, v, aggregate="median") for s, v in enumerate(spread(-3.0))]
     first, *rest = verdict_of(made_study(*lucky, *careful))
-    assert first.startswith("On fresh seeds, lower is better, the sets of careful are worth -3.02 in the median (95 % ")
-    assert "those of lucky are worth -1.02 in the median" in first
-    assert "-6.03 claimed" in first
-    assert first.endswith(": careful is better in 100 % of pairs of runs (A12; p < 0.001).")
-    assert not any(sentence.startswith("On fresh seeds, lower is better") for sentence in rest)
+    assert first.startswith("Median held-out fitness: careful -3.02 (95 % interval ")
+    assert "; lucky -1.02 (95 % interval " in first
+    assert "reported -6.03; rank agreement in 100 % of trials; n = 12" in first
+    assert first.endswith(" Lower is better: careful is better in 100 % of pairs of runs (A12; p < 0.001).")
+    assert not any(sentence.startswith("Median held-out fitness") for sentence in rest)
     alike = [made_run("alike", s, v, v, aggregate="median") for s, v in enumerate(spread(-1.0))]
-    assert not verdict_of(made_study(*lucky, *alike))[0].startswith("On fresh seeds, lower")
+    assert not verdict_of(made_study(*lucky, *alike))[0].startswith("Median held-out fitness")
 
 
 @pytest.mark.parametrize(
@@ -345,16 +347,16 @@ def test_promises_that_mean_something_else_are_not_held_against_each_other(other
         *[made_run("b", s, v, 2 * v, **other) for s, v in enumerate(spread(-8.0))],
         *[made_run("c", s, v, v, aggregate="median") for s, v in enumerate(spread(-4.0))],
     )
-    assert [row["against"] for row in promise_rows(study)] == ["", "", "a"]
-    assert not any("the sets of b" in sentence for sentence in verdict_of(study))
+    assert [row["against"] for row in reported_fitness_rows(study)] == ["", "", "a"]
+    assert not any("held-out fitness: b" in sentence for sentence in verdict_of(study))
 
 
 def test_promises_are_tested_with_a_correction_for_all_rows():
     one = [made_run("a", s, v, v) for s, v in enumerate(spread(-8.0))]
     others = [made_run(name, s, v, v) for name in "bcd" for s, v in enumerate(spread(-4.0))]
     (_, alone), (_, *together) = (
-        promise_rows(made_study(*one, *others[: len(one)])),
-        promise_rows(made_study(*one, *others)),
+        reported_fitness_rows(made_study(*one, *others[: len(one)])),
+        reported_fitness_rows(made_study(*one, *others)),
     )
     assert 0 < alone["p_holm"] < 0.01
     assert [row["p_holm"] for row in together] == pytest.approx([3 * alone["p_holm"]] * 3)
@@ -373,8 +375,8 @@ def test_text_and_table_give_one_direction():
 
 def test_no_difference_is_said_as_well():
     sentences = verdict_of(groups(ga=-8.0, random=-7.98))
-    assert sentences[1].startswith("No difference could be shown between ga and random (median 0.02 behind; ga better")
-    assert not any("so few" in sentence for sentence in sentences)
+    assert sentences[1].startswith("No significant difference between ga and random (median 0.02 behind; ga better")
+    assert not any("too few" in sentence for sentence in sentences)
 
 
 def test_too_few_runs_are_named_pair_by_pair():
@@ -383,7 +385,7 @@ def test_too_few_runs_are_named_pair_by_pair():
         *[made_run("random", s, v) for s, v in enumerate(spread(-7.98))],
         *[made_run("short", s, -7.9) for s in range(2)],
     )
-    assert "With so few runs no difference from short could have been shown." in verdict_of(study)
+    assert "The runs are too few for a significant difference from short." in verdict_of(study)
 
 
 def test_the_interval_is_of_the_median_and_needs_five_runs():
@@ -401,29 +403,28 @@ def test_few_fresh_values_are_no_verdict():
     seen = [made_run(name, s, v) for name in ("ga", "random") for s, v in enumerate(spread(-8.0, 4))]
     few = made_study(*[made_run("lucky", s, -8.0, -99.0) for s in range(3)], *seen)
     first, *others = verdict_of(few)
-    assert first.startswith("Gini fitness, as the search saw it: ")
+    assert first.startswith("Gini fitness, reported: ")
     assert (
-        "Fewer than half of the runs were driven on fresh seeds, so this compares what the searches saw. Not driven "
-        "again: ga (4 of 4 runs) and random (4 of 4 runs)."
+        "Fewer than half of the runs are re-evaluated, so this compares the reported fitness. Not re-evaluated: "
+        "ga (4 of 4 runs) and random (4 of 4 runs)."
     ) in others
     most = made_study(*[made_run("ga", s, -8.0, -7.0) for s in range(5)], *seen[:1])
     first, *others = verdict_of(most)
-    assert first.startswith("Gini fitness, on fresh seeds: ")
-    assert "Left out, because not driven on fresh seeds yet: ga (1 of 6 runs)." in others
+    assert first.startswith("Gini fitness, held out: ")
+    assert "Left out, because not re-evaluated yet: ga (1 of 6 runs)." in others
 
 
 def test_fresh_minus_seen_is_said_with_its_interval():
     study = made_study(*[made_run("ga", s, -8.0, -6.0) for s in range(6)])
-    assert verdict_of(study)[2] == "Runs of the best sets that reached the goal on fresh seeds: ga 100 %."
+    assert verdict_of(study)[2] == "Success rate of the best sets on held-out seeds: ga 100 %."
     assert verdict_of(study)[3] == (
-        "Fresh minus seen, gini fitness: the searches saw a median of -8.00 on the sets they selected by driven runs; "
-        "with new seeds and nominal noise the difference is +2.00 in the median (95 % interval +2.00 to +2.00, n = 6 "
-        "different sets). This holds the luck of the selection (the winner's curse) and the other noise, and does not "
-        "tell them apart. All maps of a set were solved by all controllers on 100 % of the fresh seeds; on 100 % of "
-        "these they kept the order the search saw."
+        "Held-out minus reported fitness, gini fitness: the searches report a median of -8.00. With held-out seeds and "
+        "nominal noise the median difference is +2.00 (95 % interval +2.00 to +2.00, n = 6 different sets). It is the "
+        "selection bias (winner's curse) and the effect of the other noise together. All controllers solved all maps "
+        "of a set in 100 % of trials. In 100 % of these the maps keep their rank."
     )
     better = made_study(*[made_run("ga", s, -8.0, -8.5) for s in range(6)])
-    assert "the difference is -0.50 in the median" in verdict_of(better)[3]
+    assert "the median difference is -0.50" in verdict_of(better)[3]
     assert not any("worse" in sentence for sentence in verdict_of(better))
 
 
@@ -436,21 +437,21 @@ def test_luck_is_counted_once_and_where_something_was_selected():
         made_run("long", 0, 30.0, 9000.0, configuration={"method": "path_length"}),
     )
     assert [(run.configuration.name, run.seed) for run in selected_sets(study.runs)] == [("a", 0), ("a", 1)]
-    assert [row["configuration"] for row in fresh_rows(study)] == ["a", "b", "long"]
+    assert [row["configuration"] for row in held_out_rows(study)] == ["a", "b", "long"]
 
 
 @pytest.mark.parametrize(
     ("searched", "again", "words"),
     [
-        ("none", "nominal", "new seeds and nominal noise"),
-        ("nominal", "none", "new seeds without noise"),
-        ("none", {"scan": 0.1}, "new seeds and other noise"),
-        ("none", None, "new seeds"),
-        ("nominal", "nominal", "new seeds"),
+        ("none", "nominal", "held-out seeds and nominal noise"),
+        ("nominal", "none", "held-out seeds without noise"),
+        ("none", {"scan": 0.1}, "held-out seeds and other noise"),
+        ("none", None, "held-out seeds"),
+        ("nominal", "nominal", "held-out seeds"),
     ],
 )
 def test_added_noise_is_called_noise(searched, again, words):
-    run = made_run("a", 0, -8.0, -6.0, world=FakeWorld(environment=FakeEnvironment(noise=searched)))
+    run = made_run("a", 0, -8.0, -6.0, world={"noise": searched})
     settings = StudySettings(name="made", configurations=[{"name": "a"}], reevaluation={"noise": again})
     study = StudyResults(Path("made"), settings, "0", {}, {}, (run,), ())
     assert conditions(run, study) == words
@@ -469,16 +470,16 @@ def test_the_order_is_judged_where_all_maps_are_solved():
     results = set_of([ALIKE, FAR, ALIKE], [TWICE, TWICE, [None, 1, 4]], [FAR, ALIKE, FAR])
     singles = judge(results, GINI, 1)
     run = made_run("a", 0, -8.0, -6.0)
-    again = DrivenAgain(results, singles, singles, (0.0, 0.3, 0.6))
-    driven = type(run)(**{**vars(run), "fresh": again})
-    assert order_kept([driven]) == pytest.approx((1 / 2, 2 / 3))  # as seen, reversed, and once not solved
-    unseen = type(run)(**{**vars(run), "fresh": DrivenAgain(results, singles, singles, (0.0, None, 0.6))})
-    assert order_kept([unseen]) == pytest.approx((np.nan, np.nan), nan_ok=True)
-    never = DrivenAgain(results, singles[2:], singles[2:], (0.0, 0.3, 0.6))
-    failed = type(run)(**{**vars(run), "fresh": never})
-    assert order_kept([failed]) == pytest.approx((np.nan, 0.0), nan_ok=True)
-    assert "On no fresh seed were all maps of a set solved" in verdict_of(made_study(failed))[-1]
-    assert order_kept([]) == pytest.approx((np.nan, np.nan), nan_ok=True)
+    again = Reevaluation(results, singles, singles, (0.0, 0.3, 0.6))
+    driven = type(run)(**{**vars(run), "reevaluation": again})
+    assert rank_agreement([driven]) == pytest.approx((1 / 2, 2 / 3))  # as seen, reversed, and once not solved
+    unseen = type(run)(**{**vars(run), "reevaluation": Reevaluation(results, singles, singles, (0.0, None, 0.6))})
+    assert rank_agreement([unseen]) == pytest.approx((np.nan, np.nan), nan_ok=True)
+    never = Reevaluation(results, singles[2:], singles[2:], (0.0, 0.3, 0.6))
+    failed = type(run)(**{**vars(run), "reevaluation": never})
+    assert rank_agreement([failed]) == pytest.approx((np.nan, 0.0), nan_ok=True)
+    assert "In no trial did all controllers solve all maps" in verdict_of(made_study(failed))[-1]
+    assert rank_agreement([]) == pytest.approx((np.nan, np.nan), nan_ok=True)
 
 
 def test_what_repeats_buy_is_said():
@@ -486,31 +487,31 @@ def test_what_repeats_buy_is_said():
         *[made_run("once", s, -8.0, -5.0) for s in range(3)],
         *[made_run("thrice", s, -8.0, -7.5, repeats=3) for s in range(3)],
     )
-    rows = {row["configuration"]: row for row in fresh_rows(study)}
-    assert (rows["once"]["winners_curse"], rows["thrice"]["winners_curse"]) == (3.0, 0.5)
+    rows = {row["configuration"]: row for row in held_out_rows(study)}
+    assert (rows["once"]["selection_bias"], rows["thrice"]["selection_bias"]) == (3.0, 0.5)
     assert verdict_of(study)[-1] == (
-        "Repeats of every run in the search (once with 1: fresh minus seen +3.00, order kept on 100 %; thrice with 3: "
-        "fresh minus seen +0.50, order kept on 100 %)."
+        "Repeats of every run in the search (once with 1: held-out minus reported fitness +3.00, rank agreement 100 %; "
+        "thrice with 3: held-out minus reported fitness +0.50, rank agreement 100 %)."
     )
 
 
 def test_little_is_said_about_little():
-    assert verdict_of(made_study()) == ["No run of this study is finished, so there is nothing to say yet."]
+    assert verdict_of(made_study()) == ["No run of this study is finished."]
     assert verdict_of(made_study(made_run("ga", 0, -8.0)))[0] == (
-        "Gini fitness, as the search saw it: ga has a median of -8.00 (mean -8.00, n = 1; lower is better). "
-        "There is nothing to compare it with."
+        "Gini fitness, reported: ga has the median -8.00 (mean -8.00, n = 1; lower is better). It is the only "
+        "configuration."
     )
     no_pattern = verdict_of(made_study(made_run("a", 0, -8.0), made_run("b", 0, 20000.0)))
     shown = "b (no pattern in the median; a better in 100 % of pairs of runs, A12; p = 1; n = 1 and 1)"
-    assert no_pattern[1] == f"No difference could be shown between a and {shown}."
-    assert no_pattern[2] == "With so few runs no difference from b could have been shown."
+    assert no_pattern[1] == f"No significant difference between a and {shown}."
+    assert no_pattern[2] == "The runs are too few for a significant difference from b."
 
 
 def test_maps_by_hand():
     results = set_of([[5, 6, 7], [7, None, 7]], [[5, 6, 7], [5, 6, 7]], [[None, 6, 7], [None, 6, 7]])
     rows = map_rows(made_run("ga", 3, -8.0, -7.0, results=results))
     assert len(rows) == 9
-    columns = ("map", "controller", "seen_s", "mean_s", "min_s", "max_s", "goals", "runs")
+    columns = ("map", "controller", "searched_s", "mean_s", "min_s", "max_s", "goals", "runs")
     assert [rows[0][name] for name in columns] == ["map_1", "dwb", 9.0, 6.0, 5.0, 7.0, 2, 2]
     assert rows[0]["std_s"] == pytest.approx(np.sqrt(2))
     assert (rows[1]["goals"], rows[1]["otherwise"]) == (1, "1 timeout")
@@ -519,11 +520,11 @@ def test_maps_by_hand():
 
 
 def test_a_study_is_written_as_tidy_tables(study_path):
-    results = load_results(study_path, ENGINE)
+    results = load_results(study_path)
     files = {path.stem: path for path in write_tables(results)}
     assert set(files) == {
         "runs", "reevaluation", "generations", "summary", "tests", "pairs", "ranks", "maps", "measures", "repeats",
-        "promises",
+        "reported_fitness",
     }  # fmt: skip
     read = {name: list(csv.DictReader(io.StringIO(path.read_text()))) for name, path in files.items()}
     assert len(read["runs"]) == 14
@@ -532,10 +533,10 @@ def test_a_study_is_written_as_tidy_tables(study_path):
     assert float(read["runs"][0]["fitness"]) == results.runs[0].fitness
     assert {row["outcome"] for row in read["reevaluation"]} <= {"goal", "timeout"}
     assert {row["min_clearance"] for row in read["reevaluation"]} == {"0.2"}
-    promised = {row["configuration"]: row for row in read["promises"]}
+    promised = {row["configuration"]: row for row in read["reported_fitness"]}
     assert {row["n"] for row in promised.values()} == {"2"}
     of_first = [run for run in results.runs if run.configuration.name == results.runs[0].configuration.name]
-    assert float(promised[of_first[0].configuration.name]["claimed"]) == pytest.approx(
+    assert float(promised[of_first[0].configuration.name]["reported_fitness"]) == pytest.approx(
         np.median([run.fitness for run in of_first])
     )
     assert promised[of_first[0].configuration.name]["a12"] == ""  # it is what others are compared with
@@ -543,7 +544,16 @@ def test_a_study_is_written_as_tidy_tables(study_path):
         results.rows("run")
 
 
+def test_rows_are_read_by_their_former_names_too(study_path):
+    row = load_results(study_path).rows()[0]
+    assert row["fresh_fitness"] == row["held_out_fitness"]
+    assert row["winners_curse"] == row["selection_bias"]
+    assert "winners_curse" not in row
+    with pytest.raises(KeyError, match="fitnes"):
+        row["fitnes"]
+
+
 def test_a_study_is_a_data_frame_where_pandas_is_there(study_path):
     pytest.importorskip("pandas")
-    frame = load_results(study_path, ENGINE).to_pandas()
+    frame = load_results(study_path).to_pandas()
     assert frame.groupby("configuration")["fitness"].count().to_dict() == dict.fromkeys(frame["configuration"], 2)

@@ -11,13 +11,22 @@ from hypothesis import strategies as st
 
 from evolution.cli import main
 from evolution.statistics import wilson_interval
-from evolution.studies import Engine, SweepSettings, load_definition, load_sweep, run_sweep
+from evolution.studies import SweepSettings, load_definition, load_sweep, run_sweep
 from evolution.studies.sweep.effects import effect_rows
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.world.noise import NOISES, NoiseSettings
 from tests.evolution import fake_runs
 
-ENGINE = Engine(run_job=fake_runs.noisy, warm_up=None)
+
+@pytest.fixture(scope="module", autouse=True)
+def noisy_runs():
+    """Runs without a robot."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("evolution.studies.sweep.running.run_job", fake_runs.noisy)
+        patch.setattr("evolution.studies.sweep.running.warm_up", None)
+        yield
+
+
 SMALL = {
     "name": "small",
     "maps": 6,
@@ -28,7 +37,7 @@ SMALL = {
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    return run_sweep(SweepSettings(**SMALL), tmp_path_factory.mktemp("sweep") / "small", engine=ENGINE)
+    return run_sweep(SweepSettings(**SMALL), tmp_path_factory.mktemp("sweep") / "small")
 
 
 def row(world, name, outcome, time=10.0, recoveries=0.0):
@@ -81,8 +90,8 @@ def test_maps_and_seeds_are_the_same_in_all_worlds(done):
 
 def test_files_are_the_same_after_an_interruption(done, tmp_path):
     settings = SweepSettings(**SMALL)
-    run_sweep(settings, tmp_path / "s", maps=3, engine=ENGINE)
-    run_sweep(settings, tmp_path / "s", resume=True, engine=ENGINE)
+    run_sweep(settings, tmp_path / "s", maps=3)
+    run_sweep(settings, tmp_path / "s", resume=True)
     for name in ("sweep.json", "runs.csv", "effects.csv", "figures/effects.svg"):
         assert (tmp_path / "s" / name).read_bytes() == (done.path / name).read_bytes()
     again = load_sweep(tmp_path / "s")
@@ -101,7 +110,7 @@ def test_files_are_the_same_after_an_interruption(done, tmp_path):
 )
 def test_bad_sweeps_are_one_line(changes, message, tmp_path):
     with pytest.raises(ConfigError, match=message) as caught:
-        run_sweep(SweepSettings.from_mapping({**SMALL, **changes}, "file"), tmp_path / "s", engine=ENGINE)
+        run_sweep(SweepSettings.from_mapping({**SMALL, **changes}, "file"), tmp_path / "s")
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "s").exists()
 
@@ -110,9 +119,9 @@ def test_other_sweeps_and_damage_are_refused(done, tmp_path):
     copy = tmp_path / "copy"
     shutil.copytree(done.path, copy)
     with pytest.raises(ConfigError, match="seed was 0 when the sweep began, got 1"):
-        run_sweep(SweepSettings(**{**SMALL, "seed": 1}), copy, resume=True, engine=ENGINE)
+        run_sweep(SweepSettings(**{**SMALL, "seed": 1}), copy, resume=True)
     with pytest.raises(ConfigError, match="already holds a sweep"):
-        run_sweep(SweepSettings(**SMALL), copy, engine=ENGINE)
+        run_sweep(SweepSettings(**SMALL), copy)
     (copy / "runs.csv").unlink()
     with pytest.raises(RunError, match="nothing was finished"):
         load_sweep(copy)

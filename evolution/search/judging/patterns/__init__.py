@@ -1,10 +1,8 @@
-"""Patterns: what a fitness looks for in the driven maps of a set; each pattern has a file of its own."""
+"""Patterns: what a fitness looks for in the maps of a set; each pattern has a file of its own."""
 
 from __future__ import annotations
 
-from typing import Any
-
-from evolution.search.judging.patterns.base import Pattern, Times
+from evolution.search.judging.patterns.base import Parts, Pattern, PatternSettings, Times
 from evolution.search.judging.patterns.cluster import (
     Cluster,
     cluster_score,
@@ -14,10 +12,9 @@ from evolution.search.judging.patterns.cluster import (
 )
 from evolution.search.judging.patterns.gini import NO_PATTERN, Gini, gini, gini_fitness
 from evolution.search.judging.patterns.pairs import Pairs, pair_scores
-from evolution.search.judging.patterns.pools import Found, Pool, Readings, held_apart
+from evolution.search.judging.patterns.pools import Found, Pool, Scores, held_apart
 from evolution.search.judging.patterns.roles import Roles, groups, role_scores
-from gym_mapbench.errors import ConfigError
-from gym_mapbench.registry import Registry
+from gym_mapbench.registry import Registry, must_be_subclass
 
 __all__ = [
     "FITNESSES",
@@ -26,10 +23,12 @@ __all__ = [
     "Found",
     "Gini",
     "Pairs",
+    "Parts",
     "Pattern",
+    "PatternSettings",
     "Pool",
-    "Readings",
     "Roles",
+    "Scores",
     "Times",
     "cluster_score",
     "gini",
@@ -43,15 +42,10 @@ __all__ = [
     "role_scores",
 ]
 
-
-def _pattern(entry: Any) -> type[Pattern]:
-    """Accept a pattern's class."""
-    if isinstance(entry, type) and issubclass(entry, Pattern):
-        return entry
-    raise ConfigError(f"expected a subclass of {Pattern.__module__}.Pattern, got {entry!r:.80}")
-
-
 FITNESSES: Registry[type[Pattern]] = Registry(
-    "fitness", "fitnesses", {"gini": Gini, "cluster": Cluster, "roles": Roles, "pairs": Pairs}, check=_pattern
+    "fitness",
+    "fitnesses",
+    {"gini": Gini, "cluster": Cluster, "roles": Roles, "pairs": Pairs},
+    check=must_be_subclass(Pattern),
 )
 """The fitnesses by name."""

@@ -1,125 +1,151 @@
-"""What a pattern is: the part of a fitness that says which maps belong together in a good set."""
+"""The base class of patterns: the part of a fitness that says which maps belong together in a good set."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar, Protocol
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evolution.search.judging.patterns.pools import Found, Pool
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.quantities import NonNegative
+from gym_mapbench.settings import Settings
 
 Times = Sequence[float]
 """One value per controller on one map."""
 
 SHORTEST = 1e-9
 
+FORMER_NAMES = {"read": "score", "reading_name": "score_name"}
+"""Former names of attributes of :class:`Pattern`; a subclass may still define them."""
+
 
 def log_times(times: Times) -> NDArray[np.float64]:
-    """Return the logarithms of some values; those below 1e-9 are taken for that, as zero has no logarithm."""
+    """Return the logarithms of some values; values below 1e-9 count as 1e-9, because zero has no logarithm."""
     return np.log(np.maximum(np.asarray(times, dtype=np.float64), SHORTEST))
 
 
-class PatternOptions(Protocol):
-    """The options of a search that the patterns here look at; all of :class:`EvolveSettings` are there at run time."""
+class PatternSettings(Settings):
+    """The options that patterns read.
 
-    @property
-    def fitness(self) -> str:
-        """Name of the pattern."""
-        ...
+    Args:
+        epsilon: Smallest difference between two Gini coefficients (Alg. 2).
+        unevenness_weight: lambda of Alg. 2.
+    """
 
-    @property
-    def failures(self) -> str:
-        """How a failed run counts."""
-        ...
+    epsilon: NonNegative = 1e-8
+    unevenness_weight: NonNegative = 1.0
 
-    @property
-    def maps_per_set(self) -> int:
-        """Maps in a set."""
-        ...
 
-    @property
-    def epsilon(self) -> float:
-        """Smallest difference between two Gini coefficients."""
-        ...
+@dataclass(frozen=True)
+class Parts:
+    """The parts of the fitness of a map set.
 
-    @property
-    def unevenness_weight(self) -> float:
-        """Weight of unevenly spread Gini coefficients."""
-        ...
+    Args:
+        penalty: Cost of failed runs and timeouts, 0 or more: the first two terms of Eq. 4.5.
+        gain: Weighted pattern of the set, the last term of Eq. 4.5.
+        success_rate: Successful runs / all runs.
+        timeouts: Timed-out runs per repeat.
+        pattern: Value of the pattern; greater is better.
+    """
+
+    penalty: float
+    gain: float
+    success_rate: float
+    timeouts: float
+    pattern: float
 
 
 class Pattern:
-    """Reads every map of a set, and says how good the readings are together.
+    """Scores every map of a set, and says how good the scores are together.
 
-    Subclass it, and register the subclass in :data:`~evolution.search.judging.patterns.FITNESSES`, or name it
+    Subclass it, and register the subclass in :data:`~evolution.search.judging.FITNESSES`, or name it
     ``module:attribute``. The class attributes are all that tables, pictures and pages need.
 
     Attributes:
-        reading_name: What a map's reading is called, beside its value.
+        score_name: What the score of a map is called, beside its value.
         wanted: What is rewarded, in words that continue "maps whose ...".
-        nothing: What :meth:`judge` returns where there is no pattern at all.
-        needs_scale: Whether maps cannot be read without a scale, which is calibrated on the first population.
-        exact: Whether :meth:`best_of` is implemented.
+        nothing: What :meth:`judge` returns where there is no pattern.
+        needs_scale: Whether maps cannot be scored without a scale, which is calibrated on the first population.
+        exact: Whether :meth:`best_of` is implemented, for the fitness of Eq. 4.5.
         solved_only: Whether a failed run must not count as a time.
-        ordered: Whether a set is meant to keep the order of its maps' readings when it is driven again.
+        ordered: Whether a set is meant to keep the ranks of its maps' scores on other seeds.
+        objectives: Names of the values that :meth:`objectives_of` returns; the first is the fitness in every table.
+        constraints: Names of the values that :meth:`constraints_of` returns.
 
     Args:
-        settings: Options of the search.
+        settings: Options of patterns; those of a search are all options of its section ``judging``.
         scale: The scale, in units of the metric; None until it is known, or if none is needed.
     """
 
-    reading_name: ClassVar[str] = "reading"
-    wanted: ClassVar[str] = "readings this fitness rewards"
+    score_name: ClassVar[str] = "score"
+    wanted: ClassVar[str] = "scores this fitness rewards"
     nothing: ClassVar[float] = 0.0
     needs_scale: ClassVar[bool] = False
     exact: ClassVar[bool] = False
     solved_only: ClassVar[bool] = False
     ordered: ClassVar[bool] = True
+    objectives: ClassVar[tuple[str, ...]] = ("fitness",)
+    constraints: ClassVar[tuple[str, ...]] = ()
 
-    def __init__(self, settings: PatternOptions, scale: float | None = None) -> None:
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Accept the former names of attributes."""
+        super().__init_subclass__(**options)
+        for former, name in FORMER_NAMES.items():
+            if former in vars(cls):
+                setattr(cls, name, vars(cls)[former])
+
+    def __init__(self, settings: PatternSettings, scale: float | None = None) -> None:
         self.settings = settings
         self.scale = scale
 
     @classmethod
-    def check(cls, settings: PatternOptions, controllers: int) -> None:
-        """Refuse a search in which the pattern means nothing; by default, any will do.
+    def check(cls, maps_per_set: int, controllers: int) -> None:
+        """Refuse a search in which the pattern means nothing; the base class accepts every search.
 
         Args:
-            settings: Options of the search.
-            controllers: How many are compared.
+            maps_per_set: Maps in a set.
+            controllers: Number of compared controllers.
 
         Raises:
-            ConfigError: Naming the option, what is expected, and what was given.
+            ConfigError: Naming the option, the expected value, and the given one.
         """
 
-    def read(self, times: Times) -> float:
-        """Return the reading of one map.
+    def score(self, times: Times) -> float:
+        """Return the score of one map.
 
         Args:
             times: One value of the search's metric per controller, in their order.
         """
         raise NotImplementedError
 
-    def judge(self, readings: Sequence[float], maps: Sequence[Times]) -> float:
+    def judge(self, scores: Sequence[float], maps: Sequence[Times]) -> float:
         """Return how good a set is; greater is better.
 
         Args:
-            readings: Readings of the maps that have a value; there may be none.
-            maps: The values that :meth:`read` saw of the same maps, for a pattern that compares them across maps.
+            scores: Scores of the maps that have a value; there may be none.
+            maps: The values that :meth:`score` got for the same maps, for a pattern that compares them across maps.
         """
         raise NotImplementedError
+
+    def objectives_of(self, parts: Parts) -> tuple[float, ...]:
+        """Return the objectives of a set, smaller is better; by default its fitness (Eq. 4.5) alone."""
+        return (parts.penalty - parts.gain,)
+
+    def constraints_of(self, parts: Parts) -> tuple[float, ...]:
+        """Return the constraints of a set; a value above 0 is violated. By default there are none."""
+        return ()
 
     def bound(self, widest: float) -> float:
         """Return a value that :meth:`judge` never exceeds.
 
         Args:
-            widest: Difference between the largest and the smallest reading of all maps.
+            widest: Difference between the largest and the smallest score of all maps.
         """
         return float("inf")
 
     def best_of(self, pools: Sequence[Pool]) -> Found:
-        """Return the best pattern that one map from each of these pools can show, and which maps show it."""
-        raise ConfigError(f"fitness {self.settings.fitness!r}: how to find its exact best set is not known")
+        """Return the best pattern that one map from each of these pools can show, and the maps that show it."""
+        raise NotImplementedError

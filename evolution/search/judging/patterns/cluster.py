@@ -9,7 +9,7 @@ from statistics import fmean
 import numpy as np
 
 from evolution.search.judging.patterns.base import Pattern, Times
-from evolution.search.judging.patterns.pools import Found, Pool, Readings, held_apart, orders_of, readings_in
+from evolution.search.judging.patterns.pools import Found, Pool, Scores, held_apart, orders_of, scores_in
 from gym_mapbench.errors import ConfigError
 
 
@@ -54,24 +54,24 @@ def partial_pattern_score(values: Sequence[float]) -> float:
 class Cluster(Pattern):
     """Cluster scores near 1, 2, ..., n; from 0 to 1."""
 
-    reading_name = "clusters"
+    score_name = "clusters"
     wanted = "cluster scores are near 1, 2, ..."
     needs_scale = True
     exact = True
 
-    def read(self, times: Times) -> float:
+    def score(self, times: Times) -> float:
         """Return the cluster score of the times.
 
         Raises:
             ConfigError: If the scale is not known yet.
         """
         if self.scale is None:
-            raise ConfigError("cluster_scale: expected a value, or results to calibrate it from, got neither")
+            raise ConfigError("judging.cluster_scale: expected a value, or results to calibrate it from, got neither")
         return cluster_score(times, self.scale)
 
-    def judge(self, readings: Sequence[float], maps: Sequence[Times]) -> float:
+    def judge(self, scores: Sequence[float], maps: Sequence[Times]) -> float:
         """Return the pattern fitness of the cluster scores."""
-        return partial_pattern_score(readings)
+        return partial_pattern_score(scores)
 
     def bound(self, widest: float) -> float:
         """Return 1, the best pattern fitness there can be."""
@@ -80,20 +80,20 @@ class Cluster(Pattern):
     def best_of(self, pools: Sequence[Pool]) -> Found:
         """Return one score from each pool so that they are closest to 1, 2, ..., n; two are as far apart as possible.
 
-        Only the ``n`` readings of a pool nearest to its number are tried. Without ``caution`` this is exact: if another
+        Only the ``n`` scores of a pool nearest to its number are tried. Without ``caution`` this is exact: if another
         one were chosen, one of these ``n`` would be free and at least as good. With it, a better set may be missed, in
-        which an extreme reading is moved no further than to its neighbour.
+        which an extreme score is moved no further than to its neighbour.
         """
         if len(pools) < 2:
             return None
         best: Found = None
         for order in orders_of(pools):
-            readings = readings_in(order)
-            for places in product(*_candidates(readings)):
+            scores = scores_in(order)
+            for places in product(*_candidates(scores)):
                 found = list(zip(order, places, strict=True))
                 if len(set(found)) < len(found) or not _ascends(found):
                     continue
-                chosen = [float(one[place]) for one, place in zip(readings, places, strict=True)]
+                chosen = [float(one[place]) for one, place in zip(scores, places, strict=True)]
                 pattern = partial_pattern_score(held_apart(chosen))
                 if best is None or pattern > best[0]:
                     best = pattern, found
@@ -101,16 +101,16 @@ class Cluster(Pattern):
 
 
 def _ascends(found: Sequence[tuple[Pool, int]]) -> bool:
-    """Whether the first map reads least and the last most, as the order in which they are tried says."""
-    readings = [float(pool.readings[place]) for pool, place in found if pool.readings is not None]
-    return all(one <= other for one, other in pairwise(readings))
+    """Whether the scores of these maps ascend, as the order in which they are tried says."""
+    scores = [float(pool.scores[place]) for pool, place in found if pool.scores is not None]
+    return all(one <= other for one, other in pairwise(scores))
 
 
-def _candidates(order: Sequence[Readings]) -> list[list[int]]:
-    """Return for each number 1, 2, ... the places worth trying among its readings."""
+def _candidates(order: Sequence[Scores]) -> list[list[int]]:
+    """Return for each number 1, 2, ... the places of the scores to try."""
     if len(order) == 2:
         return [[int(np.argmin(order[0]))], [int(np.argmax(order[1]))]]
     return [
-        [int(place) for place in np.argsort(np.abs(readings - number), kind="stable")[: len(order)]]
-        for number, readings in enumerate(order, start=1)
+        [int(place) for place in np.argsort(np.abs(scores - number), kind="stable")[: len(order)]]
+        for number, scores in enumerate(order, start=1)
     ]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evolution.search.judging.patterns.base import Pattern, Times
-from evolution.search.judging.patterns.pools import Found, Pool, Readings, orders_of, readings_in
+from evolution.search.judging.patterns.pools import Found, Pool, Scores, orders_of, scores_in
 
 NO_PATTERN = -1e3
 """What Alg. 2 returns where there is no pattern."""
@@ -47,45 +47,45 @@ class Gini(Pattern):
     grows with the distance from it. The exact best set is therefore found directly.
     """
 
-    reading_name = "Gini"
+    score_name = "Gini"
     wanted = "Gini coefficients spread wide and evenly"
     nothing = NO_PATTERN
     exact = True
 
-    def read(self, times: Times) -> float:
+    def score(self, times: Times) -> float:
         """Return the Gini coefficient of the times."""
         return gini(times)
 
-    def judge(self, readings: Sequence[float], maps: Sequence[Times]) -> float:
+    def judge(self, scores: Sequence[float], maps: Sequence[Times]) -> float:
         """Return the pattern fitness of the Gini coefficients."""
-        return gini_fitness(readings, self.settings.epsilon, self.settings.unevenness_weight)
+        return gini_fitness(scores, self.settings.epsilon, self.settings.unevenness_weight)
 
     def bound(self, widest: float) -> float:
         """Return the spread, which unevenness can only reduce."""
         return widest
 
     def best_of(self, pools: Sequence[Pool]) -> Found:
-        """Return the widest and most even spread of one reading from each pool."""
+        """Return the widest and most even spread of one score from each pool."""
         if len(pools) < 2:
             return None
         best: Found = None
         for order in orders_of(pools):
-            readings = readings_in(order)
-            found = self._best_pair(readings) if len(order) == 2 else self._best_triple(readings)
+            scores = scores_in(order)
+            found = self._best_pair(scores) if len(order) == 2 else self._best_triple(scores)
             if found is not None and (best is None or found[0] > best[0]):
                 best = found[0], list(zip(order, found[1], strict=True))
         return best
 
-    def _best_pair(self, readings: Sequence[Readings]) -> tuple[float, tuple[int, ...]] | None:
-        """Take the smallest and the largest reading."""
-        low, high = readings
+    def _best_pair(self, scores: Sequence[Scores]) -> tuple[float, tuple[int, ...]] | None:
+        """Take the smallest and the largest score."""
+        low, high = scores
         first, last = int(np.argmin(low)), int(np.argmax(high))
         spread = float(high[last] - low[first])
         return (spread, (first, last)) if spread > self.settings.epsilon else None
 
-    def _best_triple(self, readings: Sequence[Readings]) -> tuple[float, tuple[int, ...]] | None:
-        """Try every pair of extremes with the middle reading nearest to their midpoint."""
-        low, middle, high = readings
+    def _best_triple(self, scores: Sequence[Scores]) -> tuple[float, tuple[int, ...]] | None:
+        """Try every pair of extremes with the middle score nearest to their midpoint."""
+        low, middle, high = scores
         best, places = -np.inf, None
         highest = high.max()
         for first, lowest in enumerate(low):
@@ -101,7 +101,7 @@ class Gini(Pattern):
         return None if places is None else (best, places)
 
 
-def _nearest(values: Readings, wanted: Readings) -> NDArray[np.intp]:
+def _nearest(values: Scores, wanted: Scores) -> NDArray[np.intp]:
     """Index of the value nearest to each wanted one; ``values`` are ascending."""
     right = np.searchsorted(values, wanted).clip(1, max(len(values) - 1, 1))
     left = right - 1

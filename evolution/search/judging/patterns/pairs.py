@@ -9,7 +9,7 @@ from itertools import permutations, product
 import numpy as np
 from numpy.typing import NDArray
 
-from evolution.search.judging.patterns.base import Pattern, PatternOptions, Times, log_times
+from evolution.search.judging.patterns.base import Pattern, Times, log_times
 from evolution.search.judging.patterns.pools import Found, Pool
 from gym_mapbench.errors import ConfigError
 
@@ -32,22 +32,22 @@ def pair_scores(times: Times) -> NDArray[np.float64]:
 class Pairs(Pattern):
     """For every ordered pair of controllers a map on which the first beats the second; from 0 to 1, the mean."""
 
-    reading_name = "lead"
+    score_name = "lead"
     wanted = "fastest controllers differ: each beats each other somewhere"
     exact = True
     ordered = False
 
     @classmethod
-    def check(cls, settings: PatternOptions, controllers: int) -> None:
+    def check(cls, maps_per_set: int, controllers: int) -> None:
         """Refuse single maps: on one map, one of two controllers is faster."""
-        if settings.maps_per_set < FEWEST_MAPS:
-            raise ConfigError(f"maps_per_set: expected {FEWEST_MAPS} or more with pairs, got {settings.maps_per_set}")
+        if maps_per_set < FEWEST_MAPS:
+            raise ConfigError(f"maps_per_set: expected {FEWEST_MAPS} or more with pairs, got {maps_per_set}")
 
-    def read(self, times: Times) -> float:
+    def score(self, times: Times) -> float:
         """Return how many times as long as the fastest controller the slowest takes, as a logarithm."""
         return float(np.ptp(log_times(times)))
 
-    def judge(self, readings: Sequence[float], maps: Sequence[Times]) -> float:
+    def judge(self, scores: Sequence[float], maps: Sequence[Times]) -> float:
         """Return the mean over the ordered pairs of the clearest lead on any of the maps."""
         if not maps or len(maps[0]) < FEWEST_MAPS:
             return 0.0
@@ -67,7 +67,7 @@ class Pairs(Pattern):
         if len(pools) < FEWEST_MAPS:
             return None
         scores = [np.array([pair_scores(times) for times in pool.times]) for pool in pools]
-        *others, last = [_worth_trying(of_pool, len(pools)) for of_pool in scores]
+        *others, last = [_candidates(of_pool, len(pools)) for of_pool in scores]
         best: Found = None
         for places in product(*others):
             found = list(zip(pools[:-1], places, strict=True))
@@ -82,7 +82,7 @@ class Pairs(Pattern):
         return best
 
 
-def _worth_trying(scores: NDArray[np.float64], size: int) -> list[int]:
+def _candidates(scores: NDArray[np.float64], size: int) -> list[int]:
     """Return the places of the rows that no other row reaches in every column, then of ``size`` others."""
     first: list[int] = []
     others: list[int] = []

@@ -1,7 +1,7 @@
-"""Roles: one map on which all controllers are alike, one on which one stands apart, one on which all differ.
+"""Roles: maps with one group of controllers, two groups, ..., each of them different from all others.
 
-Gini and cluster scores see how far apart the controllers are on the whole; neither sees whether the middle one drives
-with the fast or with the slow ones. Roles look at every gap between controllers that follow each other in time.
+Gini and cluster scores measure how far apart the controllers are as a whole. They do not tell whether the middle
+controller belongs to the fast or to the slow ones. Roles use every gap between controllers that are neighbours in time.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from evolution.search.judging.patterns.base import Pattern, PatternOptions, Times, log_times
+from evolution.search.judging.patterns.base import Pattern, Times, log_times
 from evolution.search.judging.patterns.pools import Found, Pool, orders_of
 from gym_mapbench.errors import ConfigError
 
 ALIKE = math.log(1.2)
-"""Gap of the logarithms of two times that a person still calls equal: a factor of 1.2."""
+"""Gap of the logarithms of two times that count as equal: a factor of 1.2."""
 APART = math.log(1.5)
-"""Gap at which two controllers stand wholly apart: a factor of 1.5."""
+"""Gap of the logarithms of two times that differ fully: a factor of 1.5."""
 FEWEST = 3
 
 
@@ -32,15 +32,15 @@ def log_gaps(times: Times) -> NDArray[np.float64]:
 
 
 def groups(times: Times) -> float:
-    """Return in how many groups the controllers drive: 1 if all are alike, their number if all stand apart."""
+    """Return the number of groups of controllers: 1 if all are equally fast, their number if all differ."""
     return 1.0 + float(np.minimum(log_gaps(times) / APART, 1.0).sum())
 
 
 def role_scores(times: Times) -> NDArray[np.float64]:
     """Return how well a map fills each role, ``(n,)`` from 0 to 1.
 
-    With three controllers, whose gaps are ``a <= b``: ``1 - (a + b) / ln 1.2`` (all alike),
-    ``b / ln 1.5 (1 - a / ln 1.2)`` (two groups) and ``a / ln 1.5`` (all apart), every quotient and score cut off at 0
+    With three controllers, whose gaps are ``a <= b``: ``1 - (a + b) / ln 1.2`` (all equal),
+    ``b / ln 1.5 (1 - a / ln 1.2)`` (two groups) and ``a / ln 1.5`` (all differ), every quotient and score cut off at 0
     and 1. With more, role ``i`` is filled by ``i`` groups.
 
     Args:
@@ -61,34 +61,30 @@ def _cut_off(scores: NDArray[np.float64]) -> NDArray[np.float64]:
 class Roles(Pattern):
     """Maps that fill the roles of 1, 2, ..., n groups of controllers; from 0 to 1, the mean over the roles."""
 
-    reading_name = "groups"
+    score_name = "groups"
     wanted = "controllers form one group, two groups, ..."
     exact = True
     solved_only = True
 
     @classmethod
-    def check(cls, settings: PatternOptions, controllers: int) -> None:
-        """Refuse fewer than three maps or controllers, and failures that count as times: three would look alike."""
-        if settings.maps_per_set < FEWEST:
-            raise ConfigError(f"maps_per_set: expected {FEWEST} or more with roles, got {settings.maps_per_set}")
+    def check(cls, maps_per_set: int, controllers: int) -> None:
+        """Refuse fewer than three maps or controllers."""
+        if maps_per_set < FEWEST:
+            raise ConfigError(f"maps_per_set: expected {FEWEST} or more with roles, got {maps_per_set}")
         if controllers < FEWEST:
             raise ConfigError(f"controllers: expected {FEWEST} or more with roles, got {controllers}")
-        if settings.failures != "exclude":
-            raise ConfigError(
-                f"failures: expected 'exclude' with roles, got {settings.failures!r}, by which three failures are equal"
-            )
 
-    def read(self, times: Times) -> float:
+    def score(self, times: Times) -> float:
         """Return the number of groups."""
         return groups(times)
 
-    def judge(self, readings: Sequence[float], maps: Sequence[Times]) -> float:
+    def judge(self, scores: Sequence[float], maps: Sequence[Times]) -> float:
         """Return the mean over the roles of the best assignment of maps to roles; a role without a map counts 0."""
         if not maps:
             return 0.0
-        scores = np.array([role_scores(times) for times in maps])
-        filled = scores[linear_sum_assignment(scores, maximize=True)]
-        return float(filled.sum()) / int(scores.shape[1])
+        of_roles = np.array([role_scores(times) for times in maps])
+        filled = of_roles[linear_sum_assignment(of_roles, maximize=True)]
+        return float(filled.sum()) / int(of_roles.shape[1])
 
     def bound(self, widest: float) -> float:
         """Return 1: every role is filled."""
@@ -97,8 +93,8 @@ class Roles(Pattern):
     def best_of(self, pools: Sequence[Pool]) -> Found:
         """Return one map from each pool so that they fill the roles best.
 
-        Only the ``n`` maps of a pool that fill a role best are tried, for sets of ``n`` maps. This is exact: if another
-        one were chosen, one of these would be free and at least as good.
+        Only the ``n`` maps of a pool that fill a role best are tried, for sets of ``n`` maps. The result is exact:
+        for any other map, one of these maps is free and at least as good.
         """
         if not pools:
             return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from evolution.driving.evaluator import Evaluator
+from evolution.driving.pool import Processes, WorkerDiedError, process_start
 from tests.evolution import fake_runs
 from tests.evolution.driving.test_evaluator import jobs_of, plan_of
 
@@ -77,31 +79,66 @@ def test_workers_get_ready_before_there_is_a_job(tmp_path):
         assert ready.exists()
 
 
-@pytest.mark.parametrize("fault", ["hangs", "holds_the_lock", "leaves_a_child_and_hangs"])
-def test_a_killed_parent_takes_its_workers_along(fault):
-    script = f"""
-        import os, sys
+def test_a_killed_parent_takes_its_workers_along():
+    """Also a worker that holds Python's lock, and one that has left a copy of itself behind."""
+    script = """
+        import time
         from tests.evolution.fake_runs import misbehave
         from tests.evolution.driving.test_evaluator import jobs_of, plan_of
-        from evolution.driving.evaluator import Evaluator
+        from evolution.driving.pool import Processes
 
-        def report(*_):
-            [worker] = evaluator._executor._workers
-            print(worker.pid, flush=True)
-
-        evaluator = Evaluator(misbehave)
-        evaluator.run(jobs_of(plan_of("good")), report)
-        evaluator.run(jobs_of(plan_of({fault!r})))
+        pool = Processes(3, 600.0, int)
+        jobs = jobs_of(plan_of("hangs", "holds_the_lock", "leaves_a_child_and_hangs"))
+        futures = [pool.submit(misbehave, job) for job in jobs]
+        while not all(future.running() for future in futures) or len(pool._workers) < 3:
+            time.sleep(0.01)
+        print(*(worker.process.pid for worker in pool._workers), flush=True)
+        futures[0].result()
     """
     parent = subprocess.Popen([sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True)
     with parent:
         assert parent.stdout is not None
-        worker = int(parent.stdout.readline())
-        time.sleep(0.5)  # until it is inside the second run
+        workers = [int(pid) for pid in parent.stdout.readline().split()]
+        time.sleep(0.5)  # until they are inside their runs
         parent.kill()
-    if not is_gone(worker):
+    left = [worker for worker in workers if not is_gone(worker)]
+    for worker in left:
         os.kill(worker, signal.SIGKILL)
-        pytest.fail("the worker outlived its parent")
+    assert len(workers) == 3
+    assert not left
+
+
+def test_a_fork_server_that_dies_is_replaced():
+    with Processes(1, 60.0, int) as pool:
+        server = pool.submit(os.getppid).result()
+        os.kill(server, signal.SIGKILL)
+        with pytest.raises(WorkerDiedError):
+            pool.submit(time.sleep, 600).result()
+        assert pool.submit(os.getppid).result() != server
+
+
+def test_a_copy_of_the_parent_has_a_fork_server_of_its_own():
+    with Processes(1, 60.0, int) as pool:
+        server = pool.submit(os.getppid).result()
+        copy = multiprocessing.get_context("fork").Process(target=use_another_server, args=(server,))
+        copy.start()
+        copy.join()
+        assert copy.exitcode == 0
+        assert pool.submit(os.getppid).result() == server
+
+
+def use_another_server(server):
+    with Processes(1, 60.0, int) as pool:
+        assert pool.submit(os.getppid).result() != server
+
+
+def test_workers_where_no_process_can_copy_itself(monkeypatch):
+    monkeypatch.setattr(process_start, "_start", process_start.start_interpreter)
+    with Processes(1, 60.0, int) as pool:
+        assert pool.submit(abs, -1).result() == 1
+        assert pool.submit(os.getppid).result() == os.getpid()
+        with pytest.raises(WorkerDiedError, match=r"exit code 7"):
+            pool.submit(os._exit, 7).result()
 
 
 def test_workers_drive_with_the_modules_of_their_parent(tmp_path):
@@ -112,11 +149,10 @@ def test_workers_drive_with_the_modules_of_their_parent(tmp_path):
     script.write_text(f"""
 import sys
 sys.path.insert(0, {str(ROOT)!r})
-from evolution.driving.pool.process_start import worker_context
-from evolution.driving.pool.processes import Processes
+from evolution.driving.pool import Processes
 from tests.evolution import fake_runs
 
-with Processes(1, 60.0, int, worker_context(["evolution.driving.worker"])) as workers:
+with Processes(1, 60.0, int) as workers:
     print(workers.submit(fake_runs.file_of, "evolution").result())
 """)
     done = subprocess.run(

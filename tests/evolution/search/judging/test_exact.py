@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evolution.driving.jobs import RunResult
+from evolution.search.judging import Fitness, JudgingSettings
 from evolution.search.judging.exact import best_set
-from evolution.search.judging.fitness import Fitness
-from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError
 
 TIME_LIMIT = 50.0
@@ -41,11 +40,11 @@ OPTIONS = st.fixed_dictionaries(
 
 
 def fitness_of(**options):
-    return Fitness.of(EvolveSettings(cluster_scale=2.7, **options), TIME_LIMIT)
+    return Fitness.of(JudgingSettings(cluster_scale=2.7, **options), TIME_LIMIT)
 
 
 def brute_force(maps, fitness, size):
-    return min(fitness(tuple(maps[name] for name in names)).total for names in combinations(maps, size))
+    return min(fitness(tuple(maps[name] for name in names)).fitness for names in combinations(maps, size))
 
 
 @settings(max_examples=120)
@@ -55,7 +54,7 @@ def test_no_set_is_better(results, options, size):
     fitness = fitness_of(**options)
     names = best_set(maps, fitness, size)
     assert len(set(names)) == size
-    found = fitness(tuple(maps[name] for name in names)).total
+    found = fitness(tuple(maps[name] for name in names)).fitness
     assert found == pytest.approx(brute_force(maps, fitness, size), abs=1e-9)
 
 
@@ -66,7 +65,7 @@ def test_many_maps(kind):
         f"m{i}": tuple((RunResult("goal", float(time), 1.0),) for time in rng.gamma(2.0, 4.0, 3) + 4) for i in range(30)
     }
     fitness = fitness_of(fitness=kind)
-    found = fitness(tuple(maps[name] for name in best_set(maps, fitness, 3))).total
+    found = fitness(tuple(maps[name] for name in best_set(maps, fitness, 3))).fitness
     assert found == pytest.approx(brute_force(maps, fitness, 3), abs=1e-9)
 
 
@@ -77,11 +76,11 @@ def test_by_hand():
 
     maps = {"equal": runs(5.0, 5.0, 5.0), "even": runs(1.0, 1.0, 4.0), "one": runs(0.0, 0.0, 9.0), "x": runs(4, 5, 6)}
     assert set(best_set(maps, fitness_of(fitness="gini"), 3)) == {"equal", "even", "one"}
-    assert fitness_of()(tuple(maps[name] for name in ("equal", "even", "one"))).total == pytest.approx(-20 * 2 / 3)
+    assert fitness_of()(tuple(maps[name] for name in ("equal", "even", "one"))).fitness == pytest.approx(-20 * 2 / 3)
 
 
 def test_what_cannot_be_answered_is_said():
     with pytest.raises(ConfigError, match="expected 1 to 3 maps per set, got 4"):
         best_set({}, fitness_of(), 4)
-    with pytest.raises(ConfigError, match="expected at least 3 driven maps, got 0"):
+    with pytest.raises(ConfigError, match="expected at least 3 maps, got 0"):
         best_set({}, fitness_of(), 3)

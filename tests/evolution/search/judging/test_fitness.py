@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evolution.driving.jobs import RunResult
+from evolution.search.judging import Fitness, JudgingSettings, calibrate_scale
 from evolution.search.judging.exact import best_set
-from evolution.search.judging.fitness import Fitness, calibrate_scale
 from evolution.search.judging.patterns import (
     NO_PATTERN,
     Pattern,
@@ -19,7 +19,6 @@ from evolution.search.judging.patterns import (
     partial_pattern_score,
     pattern_score,
 )
-from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError, PluginError, RunError
 
 # Means of DWB, MPPI and RPP on maps 1 to 3, s.
@@ -40,21 +39,21 @@ def run_of(value, outcome="goal"):
 
 
 def fitness_of(results, **options):
-    return Fitness.of(EvolveSettings(**options), time_limit=150.0)(results)
+    return Fitness.of(JudgingSettings(**options), time_limit=150.0)(results)
 
 
 def test_table_5_3_of_the_thesis():
     breakdown = fitness_of(results_of(*TABLE_5_3))
-    assert sorted(breakdown.readings) == pytest.approx([0.0284, 0.1165, 0.4441], abs=5e-5)
+    assert sorted(breakdown.scores) == pytest.approx([0.0284, 0.1165, 0.4441], abs=5e-5)
     assert breakdown.pattern == pytest.approx(0.4014, abs=5e-5)
-    assert breakdown.total == pytest.approx(-20 * 0.4014, abs=1e-3)
+    assert breakdown.fitness == pytest.approx(-20 * 0.4014, abs=1e-3)
     assert breakdown.values == TABLE_5_3
 
 
 def test_table_5_4_of_the_thesis():
     breakdown = fitness_of(results_of(*TABLE_5_4), fitness="cluster", cluster_scale=THESIS_SCALE)
     assert breakdown.pattern == pytest.approx(0.6791, abs=5e-5)
-    assert breakdown.total == pytest.approx(-20 * 0.6791, abs=1e-3)
+    assert breakdown.fitness == pytest.approx(-20 * 0.6791, abs=1e-3)
 
 
 def test_gini_by_hand():
@@ -94,26 +93,26 @@ def test_composition_by_hand():
     # Gini 0.25 and 0, fitness 0.25; f = 100 * 2/9 + 10 - 20 * 0.25 * 7/9 = 28.333...
     results = results_of((4.0, 1.0, 3.0), (5.0, 5.0, 5.0), ("timeout", 5.0, "collision"))
     breakdown = fitness_of(results)
-    assert breakdown.readings == (pytest.approx(0.25), 0.0, None)
+    assert breakdown.scores == (pytest.approx(0.25), 0.0, None)
     assert (breakdown.success_rate, breakdown.timeouts) == (pytest.approx(7 / 9), 1.0)
-    assert breakdown.total == pytest.approx(100 * 2 / 9 + 10 - 20 * 0.25 * 7 / 9)
+    assert breakdown.fitness == pytest.approx(100 * 2 / 9 + 10 - 20 * 0.25 * 7 / 9)
     counted = fitness_of(results, timeout_outcomes=("timeout", "collision"))
-    assert counted.total == pytest.approx(breakdown.total + 10)
+    assert counted.fitness == pytest.approx(breakdown.fitness + 10)
 
 
 def test_all_failed():
     results = results_of(*[["timeout"] * 3] * 3)
-    assert fitness_of(results).total == pytest.approx(100 + 9 * 10)
+    assert fitness_of(results).fitness == pytest.approx(100 + 9 * 10)
     assert fitness_of(results).pattern == NO_PATTERN
-    assert fitness_of(results, fitness="cluster", cluster_scale=1.0).total == pytest.approx(190)
+    assert fitness_of(results, fitness="cluster", cluster_scale=1.0).fitness == pytest.approx(190)
     crashed = results_of(*[["collision"] * 3] * 3)
-    assert fitness_of(crashed).total == pytest.approx(100)
+    assert fitness_of(crashed).fitness == pytest.approx(100)
 
 
 def test_equal_ginis_cost_a_thousand_patterns():
     breakdown = fitness_of(results_of((1.0, 2.0), (2.0, 4.0), (1.0, 5.0)))
     assert breakdown.pattern == NO_PATTERN
-    assert breakdown.total == pytest.approx(20 * 1000)
+    assert breakdown.fitness == pytest.approx(20 * 1000)
 
 
 def test_failure_rules():
@@ -123,7 +122,7 @@ def test_failure_rules():
     assert fitness_of(results, failures="par2").values[1] == (3.0, 300.0)
     for rule in ("censor", "par2"):
         with pytest.raises(ConfigError, match="failures: expected 'exclude' with metric 'path_length'"):
-            EvolveSettings(failures=rule, metric="path_length")
+            JudgingSettings(failures=rule, metric="path_length")
 
 
 def test_repeats_are_aggregated_and_timeouts_counted_per_repeat():
@@ -146,14 +145,14 @@ def test_any_metric_can_be_compared():
 def test_the_scale_is_the_median_gap_of_the_first_results():
     # Gaps: 1, 3, 2 and 4, 8, 4 -> sorted 1, 2, 3, 4, 4, 8: median 3.5; the failed map does not count.
     results = [results_of((1.0, 2.0, 4.0), (0.0, 4.0, 8.0)), results_of((1.0, 99.0, "timeout"))]
-    fitness = Fitness.of(EvolveSettings(fitness="cluster"), 150.0)
+    fitness = Fitness.of(JudgingSettings(fitness="cluster"), 150.0)
     assert fitness.needs_scale
     with pytest.raises(ConfigError, match="cluster_scale: expected a value"):
         fitness(results[0])
     calibrated = fitness.calibrated(results)
     assert calibrated.cluster_scale == 3.5
     assert calibrated.calibrated(results[:1]) is calibrated
-    given_one = Fitness.of(EvolveSettings(fitness="cluster", cluster_scale=1.5), 150.0)
+    given_one = Fitness.of(JudgingSettings(fitness="cluster", cluster_scale=1.5), 150.0)
     assert given_one.calibrated(results) is given_one
     with pytest.raises(RunError, match="no map that all controllers solved"):
         fitness.calibrated(results[1:])
@@ -198,34 +197,48 @@ def test_patterns_lie_between_0_and_1_whatever_the_order(values):
 class Contrast(Pattern):
     """Slowest over fastest; who is fastest counts too."""
 
-    reading_name = "contrast"
+    score_name = "contrast"
 
-    def read(self, times):
+    def score(self, times):
         return max(times) / min(times)
 
-    def judge(self, readings, maps):
-        return sum(readings) + len({times.index(min(times)) for times in maps})
+    def judge(self, scores, maps):
+        return sum(scores) + len({times.index(min(times)) for times in maps})
 
 
 class Broken(Contrast):
-    def read(self, times):
+    def score(self, times):
         raise ValueError("no idea")
 
 
+class Former(Contrast):
+    """Written for an earlier version."""
+
+    reading_name = "quotient"
+
+    def read(self, times):
+        return 10.0
+
+
 class Lost(Contrast):
-    def judge(self, readings, maps):
+    def judge(self, scores, maps):
         return float("nan")
 
 
 HERE = "tests.evolution.search.judging.test_fitness"
 
 
-def test_a_fitness_of_ones_own_gets_readings_and_times():
+def test_a_fitness_of_ones_own_gets_scores_and_times():
     # Ratios 4 and 5, the first controller is fastest on one map, the second on the other: 4 + 5 + 2 = 11, no failures.
     results = results_of((1.0, 4.0), (10.0, 2.0))
     breakdown = fitness_of(results, fitness=f"{HERE}:Contrast")
-    assert (breakdown.readings, breakdown.pattern, breakdown.total) == ((4.0, 5.0), 11.0, -220.0)
-    assert not Fitness.of(EvolveSettings(fitness=f"{HERE}:Contrast"), 150.0).needs_scale
+    assert (breakdown.scores, breakdown.pattern, breakdown.fitness) == ((4.0, 5.0), 11.0, -220.0)
+    assert not Fitness.of(JudgingSettings(fitness=f"{HERE}:Contrast"), 150.0).needs_scale
+
+
+def test_a_fitness_may_use_the_former_names_of_its_methods():
+    assert fitness_of(results_of((1.0, 4.0)), fitness=f"{HERE}:Former").scores == (10.0,)
+    assert Former.score_name == "quotient"
 
 
 def test_a_fitness_that_fails_says_so():
@@ -233,13 +246,13 @@ def test_a_fitness_that_fails_says_so():
         with pytest.raises(PluginError, match=f"fitness '{HERE}:{name}': {message}"):
             fitness_of(results_of((1.0, 4.0)), fitness=f"{HERE}:{name}")
     with pytest.raises(ConfigError, match="fitness: unknown fitness 'ginni'; did you mean 'gini'"):
-        EvolveSettings(fitness="ginni")
+        JudgingSettings(fitness="ginni")
     with pytest.raises(ConfigError, match="expected a subclass of"):
-        EvolveSettings(fitness=f"{HERE}:fitness_of")
+        JudgingSettings(fitness=f"{HERE}:fitness_of")
 
 
 def test_the_exact_best_set_of_a_fitness_that_does_not_know_it():
-    fitness = Fitness.of(EvolveSettings(fitness=f"{HERE}:Contrast"), 150.0)
+    fitness = Fitness.of(JudgingSettings(fitness=f"{HERE}:Contrast"), 150.0)
     maps = {str(i): results_of((1.0, 2.0 + i))[0] for i in range(3)}
     with pytest.raises(ConfigError, match="how to find its exact best set is not known"):
         best_set(maps, fitness, 2)

@@ -11,12 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evolution.driving import RunResult
+from evolution.search.experiment import Experiment
+from evolution.search.judging import Fitness, JudgingSettings
 from evolution.search.judging.exact import best_set
-from evolution.search.judging.fitness import Fitness
 from evolution.search.judging.patterns import groups, pair_scores, role_scores
-from evolution.search.settings import EvolveSettings, Experiment
+from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError
-from tests.evolution.fake_runs import CONTROLLERS, FakeRunSettings
+from tests.evolution.fake_runs import CONTROLLERS, WORLD
 
 TIMES = st.lists(st.floats(5.0, 140.0), min_size=3, max_size=3)
 
@@ -47,20 +48,20 @@ def test_more_controllers_fill_roles_by_their_number_of_groups():
     assert role_scores((10, 10, 10, 10)) == pytest.approx((1, 0, 0, 0))
 
 
-def test_a_set_is_worth_its_best_assignment_of_maps_to_roles():
-    fitness = Fitness.of(EvolveSettings(fitness="roles"), 150.0)
+def test_the_pattern_is_that_of_the_best_assignment_of_maps_to_roles():
+    fitness = Fitness.of(JudgingSettings(fitness="roles"), 150.0)
     equal, mixed, spread = results_of((20, 20, 20)), results_of((20, 20, 40)), results_of((20, 30, 60))
     for order in ((equal, mixed, spread), (spread, equal, mixed)):
         assert fitness(order).pattern == pytest.approx(1)
-        assert fitness(order).total == pytest.approx(-20)
+        assert fitness(order).fitness == pytest.approx(-20)
     assert fitness((equal, equal, spread)).pattern == pytest.approx(2 / 3)
     failed = ((RunResult("timeout", 150.0, 1.0),),) * 3
-    assert fitness((failed, failed, failed)).pattern == 0  # three failures are not alike
+    assert fitness((failed, failed, failed)).pattern == 0  # three failures are not equally fast controllers
 
 
 def test_pairs_ask_who_beats_whom():
     assert pair_scores((20, 20 * 1.2, 60)) == pytest.approx((1, 1, 0, 1, 0, 0))
-    fitness = Fitness.of(EvolveSettings(fitness="pairs", maps_per_set=2), 150.0)
+    fitness = Fitness.of(JudgingSettings(fitness="pairs"), 150.0)
     there, back = results_of((20, 30, 60)), results_of((60, 30, 20))
     assert fitness((there, back)).pattern == pytest.approx(1)
     assert fitness((there, there)).pattern == pytest.approx(0.5)
@@ -70,13 +71,13 @@ def test_pairs_ask_who_beats_whom():
 @given(times=st.lists(TIMES, min_size=3, max_size=9))
 @settings(max_examples=40, deadline=None)
 def test_the_exact_best_set_is_the_best_of_all_sets(name, times):
-    options = EvolveSettings(fitness=name, cluster_scale=10.0 if name == "cluster" else None)
+    options = JudgingSettings(fitness=name, cluster_scale=10.0 if name == "cluster" else None)
     fitness = Fitness.of(options, 150.0)
     maps = {str(number): results_of(one) for number, one in enumerate(times)}
-    totals = [fitness(tuple(maps[name] for name in names)).total for names in combinations(maps, 3)]
+    values = [fitness(tuple(maps[name] for name in names)).fitness for names in combinations(maps, 3)]
     found = best_set(maps, fitness, 3)
     assert len(set(found)) == 3
-    assert fitness(tuple(maps[name] for name in found)).total == pytest.approx(min(totals))
+    assert fitness(tuple(maps[name] for name in found)).fitness == pytest.approx(min(values))
 
 
 @given(times=TIMES, factor=st.floats(0.1, 10.0))
@@ -92,10 +93,10 @@ def test_scores_depend_on_ratios_alone(times, factor):
     [
         ({"fitness": "roles", "maps_per_set": 2}, 3, "maps_per_set: expected 3 or more with roles, got 2"),
         ({"fitness": "roles"}, 2, "controllers: expected 3 or more with roles, got 2"),
-        ({"fitness": "roles", "failures": "par2"}, 3, "failures: expected 'exclude' with roles, got 'par2'"),
+        ({"fitness": "roles", "failures": "par2"}, 3, "failures: expected 'exclude' with fitness 'roles', got 'par2'"),
         ({"fitness": "pairs", "maps_per_set": 1}, 3, "maps_per_set: expected 2 or more with pairs, got 1"),
     ],
 )
 def test_what_a_pattern_cannot_be_used_for_is_one_line(options, controllers, message):
     with pytest.raises(ConfigError, match=message):
-        Experiment(EvolveSettings(**options), CONTROLLERS[:controllers], FakeRunSettings())
+        Experiment(EvolveSettings(**options), CONTROLLERS[:controllers], WORLD)

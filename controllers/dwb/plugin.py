@@ -1,0 +1,47 @@
+"""DWB as Nav2 names it, and as parameter files hold it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from controllers.descriptor import Limits, Nav2Controller, named_limits
+from controllers.dwb.controller import DwbFollower
+from controllers.dwb.params import RENAMED_KEYS, ROS_ONLY_KEYS, DwbParams
+from gym_mapbench.ros_params import Keys, Section, in_every_release
+
+SIDEWAYS = ("min_vel_y", "max_vel_y")
+LIMITS = {
+    "max_linear_velocity": "max_vel_x",
+    "max_reverse_velocity": "min_vel_x",
+    "max_angular_velocity": "max_vel_theta",
+    "max_linear_acceleration": "acc_lim_x",
+    "max_angular_acceleration": "acc_lim_theta",
+}
+
+
+def adapt(section: Section) -> None:
+    """Set the speeds sideways to 0, since the robots here cannot move sideways."""
+    for key in SIDEWAYS:
+        value = section.values.get(key)
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and value != 0:
+            section.values[key] = 0.0
+            section.findings.add(
+                "replaced", f"{section.name}.{key}", "taken as 0: the robots here cannot move sideways"
+            )
+
+
+def limits(params: Mapping[str, Any]) -> Limits:
+    """Return the limits of the robot that DWB's parameters state."""
+    return named_limits(params, LIMITS)
+
+
+DWB = Nav2Controller(
+    in_every_release("dwb_core::DWBLocalPlanner"),
+    "DWB",
+    DwbParams,
+    Keys(ros_only=ROS_ONLY_KEYS, renamed=RENAMED_KEYS),
+    adapt=adapt,
+    make=DwbFollower,
+    limits=limits,
+)

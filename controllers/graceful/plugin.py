@@ -1,0 +1,34 @@
+"""The Graceful Controller as Nav2 names it, and as parameter files hold it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from controllers.descriptor import Limits, Nav2Controller, highest, named_limits
+from controllers.graceful.controller import GracefulFollower
+from controllers.graceful.params import RENAMED_KEYS, ROS_ONLY_KEYS, GracefulParams
+from gym_mapbench.ros_params import Keys, in_every_release
+
+LIMITS = {"max_linear_velocity": "v_linear_max", "max_angular_velocity": "v_angular_max"}
+
+
+def limits(params: Mapping[str, Any]) -> Limits:
+    """Return the limits of the robot that the parameters state.
+
+    ``v_angular_max`` does not limit turns on the spot, of which half a turn is the fastest.
+    """
+    half_turn = params["rotation_scaling_factor"] * math.pi * params["v_angular_max"]
+    return highest([named_limits(params, LIMITS), {"max_angular_velocity": float(half_turn)}])
+
+
+GRACEFUL = Nav2Controller(
+    in_every_release("nav2_graceful_controller::GracefulController"),
+    "the Graceful Controller",
+    GracefulParams,
+    Keys(ros_only=ROS_ONLY_KEYS, renamed=RENAMED_KEYS),
+    make=GracefulFollower,
+    limits=limits,
+    needs_no_section=True,
+)

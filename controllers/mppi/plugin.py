@@ -1,0 +1,110 @@
+"""MPPI as Nav2 names it, and as parameter files hold it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from controllers.descriptor import Limits, Nav2Controller, named_limits
+from controllers.mppi.controller import MppiFollower
+from controllers.mppi.params import RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
+from controllers.releases import RELEASES, Release
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import Keys, Section, in_every_release
+
+MODELS = {"DiffDriveMotionModel": "DiffDrive", "AckermannMotionModel": "Ackermann", "OmniMotionModel": "Omni"}
+"""Lyrical's classes of the motion models -> their older names."""
+OLD_CRITICS: Mapping[Release, Mapping[str, str]] = {"humble": {"PathAlignLegacyCritic": "PathAlignCritic"}, "jazzy": {}}
+EXCHANGED = {
+    "PathAngleCritic.forward_preference": ("mode", {"true": "0", "false": "1"}),
+    "PathAngleCritic.mode": ("forward_preference", {"0": "true", "1": "false"}),
+}
+"""Mode 2 has no counterpart in Humble."""
+LIMITS = {
+    "max_linear_velocity": "vx_max",
+    "max_reverse_velocity": "vx_min",
+    "max_angular_velocity": "wz_max",
+    "max_linear_acceleration": "ax_max",
+    "max_angular_acceleration": "az_max",
+}
+
+
+def adapt(section: Section) -> None:
+    """Choose a motion model and critics that are built here."""
+    model = section.values.get("motion_model")
+    block = section.values.get(model) if isinstance(model, str) else None
+    if isinstance(model, str) and isinstance(block, Mapping) and "plugin" in block:
+        section.values["motion_model"] = MODELS.get(str(block["plugin"]).rpartition("::")[2], block["plugin"])
+        section.values.setdefault("AckermannConstraints", block.get("AckermannConstraints", {}))
+        del section.values[model]
+        section.findings.add("renamed", f"{section.name}.{model}", "motion_model")
+    for key in ("vy_std", "AckermannConstraints.min_turning_r"):
+        _drop_zero(section, key)
+    if section.values.get("motion_model") == "Omni":
+        section.values["motion_model"] = "DiffDrive"
+        why = "driven as DiffDrive: the robots here cannot move sideways"
+        section.findings.add("replaced", f"{section.name}.motion_model", why)
+    _replace_old_critics(section)
+
+
+def _drop_zero(section: Section, key: str) -> None:
+    """Leave out a 0, which is not a valid value, if the motion model does not read it."""
+    *inner, name = key.split(".")
+    holder = section.values.get(inner[0], {}) if inner else section.values
+    if isinstance(holder, dict) and holder.get(name) in (0, 0.0) and section.values.get("motion_model") != "Ackermann":
+        del holder[name]
+        section.findings.add("unused", f"{section.name}.{key}", "this motion model does not read it")
+
+
+def _replace_old_critics(section: Section) -> None:
+    """Let today's critic stand in for the older one that a release still has beside it."""
+    critics = section.values.get("critics")
+    for other in (release for release in RELEASES if release != section.findings.release):
+        _refuse_critics_of(other, section)
+    for old, new in OLD_CRITICS[section.findings.release].items():
+        if isinstance(critics, list) and old in critics and new not in critics:
+            critics = section.values["critics"] = [new if name == old else name for name in critics]
+            section.values[new] = section.values.pop(old, {})
+            section.findings.add("replaced", f"{section.name}.{old}", f"{new} stands in for it")
+
+
+def _refuse_critics_of(release: Release, section: Section) -> None:
+    """Refuse the critics that only another release has.
+
+    Raises:
+        ConfigError: If there is one; the error names the critic that comes nearest to it.
+    """
+    critics = section.values.get("critics")
+    for old, new in OLD_CRITICS[release].items():
+        if isinstance(critics, list) and old in critics:
+            raise ConfigError(
+                f"{section.name}.critics: only Nav2 {release.capitalize()} has the critic {old!r} (--nav2 {release}); "
+                f"{new!r} comes nearest to it in {section.findings.release.capitalize()}"
+            )
+
+
+def limits(params: Mapping[str, Any]) -> Limits:
+    """Return the limits of the robot that MPPI's parameters state."""
+    return named_limits(params, LIMITS)
+
+
+MPPI = Nav2Controller(
+    in_every_release("nav2_mppi_controller::MPPIController"),
+    "MPPI",
+    MppiParams,
+    Keys(
+        ros_only=ROS_ONLY_KEYS | {"Visualization"},
+        renamed=RENAMED_KEYS,
+        elsewhere={
+            "vy_min": "no release reads it; vy_max counts for both sides",
+            "OptimalTrajectoryValidator": "the chosen trajectory is not checked once more here",
+            "TwirlingCritic.twirling_cost_power": "an older name of cost_power",
+            "TwirlingCritic.twirling_cost_weight": "an older name of cost_weight",
+        },
+    ),
+    adapt=adapt,
+    make=MppiFollower,
+    limits=limits,
+    old_critics=OLD_CRITICS,
+    exchanged=EXCHANGED,
+)

@@ -1,0 +1,40 @@
+"""Regulated Pure Pursuit as Nav2 names it, and as parameter files hold it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from controllers.descriptor import Limits, Nav2Controller, named_limits
+from controllers.rpp.controller import RppFollower
+from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
+from gym_mapbench.ros_params import Keys, in_every_release
+
+TURNING = {
+    "max_angular_velocity": "rotate_to_heading_angular_vel",
+    "max_angular_acceleration": "max_angular_accel",
+}
+"""Limit of the robot -> the parameter that states it; the Rotation Shim has parameters of the same names."""
+
+
+def limits(params: Mapping[str, Any]) -> Limits:
+    """Return the limits of the robot that the parameters state."""
+    return named_limits(params, {"max_linear_velocity": "desired_linear_vel", **TURNING})
+
+
+RPP = Nav2Controller(
+    in_every_release("nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"),
+    "Regulated Pure Pursuit",
+    RppParams,
+    Keys(
+        ros_only=ROS_ONLY_KEYS,
+        renamed={"max_allowed_time_to_collision": "max_allowed_time_to_collision_up_to_carrot", **RENAMED_KEYS},
+        elsewhere={
+            "allow_obstacle_checking_beyond_goal": "the look-ahead ends at the carrot here",
+            "use_approach_linear_velocity_scaling": "a parameter of older releases; the approach is always scaled now",
+            "use_approach_vel_scaling": "a parameter of older releases; the approach is always scaled now",
+        },
+    ),
+    make=RppFollower,
+    limits=limits,
+)

@@ -1,0 +1,41 @@
+"""The pictures of the first screen, ``docs/evolved.png`` and ``docs/controllers.gif``, from the kept run ``quick``.
+
+``python -m docs.generate.front``, from the root of the project, writes both. They are kept in the repository because
+README.md shows them without a build of the site.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from docs.generate.gallery import KEPT
+from evolution.pictures import best_maps_figure, drive_best, save_comparison, save_figure
+from evolution.report import picture
+from evolution.runs import load_run
+from gym_mapbench.errors import RunError
+
+DOCS = Path(__file__).parents[1]
+LABELS = {"dwb": "DWB", "mppi": "MPPI", "rpp": "RPP"}
+
+
+def main() -> None:
+    """Write the figure of the set, and the film of its last map.
+
+    Raises:
+        RunError: If no run could be recorded.
+    """
+    run = load_run(KEPT / "quick")
+    maps = drive_best(run)
+    figure = best_maps_figure(maps, run.controllers)
+    if figure is None:
+        raise RunError(f"{run.path}: no run could be recorded")
+    (drawn,) = save_figure(figure, DOCS / "evolved", formats=("png",))
+    drawn.write_bytes(picture("evolved", drawn.read_bytes()).content)
+    last, radius = maps[-1], run.config["run"]["environment"]["robot"]["radius"]
+    title = f"Three Nav2 controllers on an evolved map: {last.recorded_sample}"
+    labels = [LABELS[one.controller] for one in last.episodes]
+    save_comparison(last.episodes, radius, DOCS / "controllers.gif", title, labels)
+
+
+if __name__ == "__main__":
+    main()

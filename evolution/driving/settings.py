@@ -1,0 +1,103 @@
+"""DriveSettings: world, robot and navigation of a run, with the parameter file of a user laid over it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from controllers.nav2_params import (
+    PRESETS,
+    Nav2Params,
+    NavigationParams,
+    load_preset,
+    read_nav2_params,
+    robot_of,
+)
+from controllers.releases import Release
+from evolution.driving.unknown_map import check_sensors
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.settings import Settings
+from gym_mapbench.world.robot import RobotSpec
+
+
+class ParameterFile(Settings):
+    """A user's ``nav2_params.yaml``, and how it is read; in a config the mapping ``navigation: {params: FILE, ...}``.
+
+    Args:
+        params: The file.
+        nav2: The ROS distribution; None to recognise it by the file's keys.
+        define: Values of the file's placeholders, by name.
+        only: The controller of the file that drives, where the one it would use is not available here.
+    """
+
+    params: str
+    nav2: Release | None = None
+    define: dict[str, str] = Field(default_factory=dict)
+    only: str | None = None
+
+    def load(self) -> NavigationParams:
+        """Read the file.
+
+        Raises:
+            ConfigError: If the file cannot be used.
+        """
+        return read_nav2_params(self.params, release=self.nav2, defines=self.define, only=self.only).navigation
+
+
+class DriveSettings(Settings):
+    """World, robot and navigation of every run.
+
+    Args:
+        environment: The env: robot, rates, time limit, noise, effect of a collision.
+        navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``, or the options of a
+            :class:`ParameterFile`.
+        own_goal_check: Whether Nav2's own goal checker decides when the goal is reached; if False, the env does.
+        unknown_map: Whether Nav2's costmaps hold only the cells that the sensors have observed.
+    """
+
+    environment: EnvConfig = EnvConfig()
+    navigation: NavigationParams
+    own_goal_check: bool = True
+    unknown_map: bool = False
+
+    @field_validator("navigation", mode="before")
+    @classmethod
+    def _load(cls, value: Any) -> Any:
+        if isinstance(value, str):
+            return load_navigation(value)
+        if isinstance(value, Mapping) and "params" in value:
+            return ParameterFile.from_mapping(value, "navigation").load()
+        return value
+
+    @model_validator(mode="after")
+    def _sees(self) -> Self:
+        if self.unknown_map:
+            check_sensors(self.navigation)
+        return self
+
+    @property
+    def time_limit(self) -> float:
+        """Simulated seconds after which a run is a timeout."""
+        return self.environment.time_limit
+
+    @property
+    def robot(self) -> RobotSpec:
+        """The robot."""
+        return self.environment.robot
+
+
+def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
+    """Overlay settings with a parameter file: its navigation, its robot, and its control frequency at least."""
+    world = settings.environment
+    control = max(world.control_hz, read.navigation.controller_server.controller_frequency)
+    physics = control * math.ceil(world.physics_hz / control - 1e-9)
+    world = world.replace(robot=robot_of(read, world.robot), control_hz=control, physics_hz=physics)
+    return settings.replace(navigation=read.navigation, environment=world)
+
+
+def load_navigation(name: str) -> NavigationParams:
+    """Load a preset by name, or a user's ``nav2_params.yaml``."""
+    return load_preset(name) if name in PRESETS else ParameterFile(params=name).load()

@@ -1,0 +1,69 @@
+"""The answer of judging: objectives and constraints of a map set, and how two answers compare."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """How good one map set is.
+
+    Args:
+        objectives: Values to minimise; the first is the fitness that tables and pages show.
+        success_rate: s of Eq. 4.5: successful runs / all runs.
+        timeouts: t of Eq. 4.5: timed-out runs per repeat.
+        pattern: How good the scores are together; greater is better.
+        scores: The score of each map, e.g. its Gini coefficient; None where the map has no value.
+        values: For each map the aggregated value of each controller; None where the map has no value.
+        constraints: Values that must not be above 0.
+    """
+
+    objectives: tuple[float, ...]
+    success_rate: float
+    timeouts: float
+    pattern: float
+    scores: tuple[float | None, ...]
+    values: tuple[tuple[float, ...] | None, ...]
+    constraints: tuple[float, ...] = ()
+
+    @property
+    def fitness(self) -> float:
+        """The first objective."""
+        return self.objectives[0]
+
+    @property
+    def rank_key(self) -> tuple[float, tuple[float, ...]]:
+        """Sort key, the best first: by the sum of violated constraints, then by the objectives in their order."""
+        return sum(max(one, 0.0) for one in self.constraints), self.objectives
+
+    def gain_over(self, other: Judgement) -> float:
+        """Return by how much the fitness is better than another; negative if it is worse."""
+        return other.fitness - self.fitness
+
+
+class Judged(Protocol):
+    """Anything with a judgement."""
+
+    @property
+    def judgement(self) -> Judgement:
+        """How good it is."""
+        ...
+
+
+T = TypeVar("T", bound=Judged)
+
+
+def best_of(judged: Iterable[T]) -> T:
+    """Return the best; of equals, the first."""
+    return min(judged, key=lambda one: one.judgement.rank_key)
+
+
+def order_of(scores: Sequence[float | None]) -> tuple[int, ...] | None:
+    """Return the places of the maps in order of their scores, the smallest first; None if a map has no score."""
+    known = [score for score in scores if score is not None]
+    return tuple(int(place) for place in np.argsort(known, kind="stable")) if len(known) == len(scores) else None

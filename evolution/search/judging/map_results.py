@@ -1,0 +1,31 @@
+"""The results of one map: how many repeats there are, and whether every run reached the goal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from evolution.driving import RunResult
+
+MapResults = tuple[tuple[RunResult, ...], ...]
+"""Results of one map: ``results[controller][repeat]``."""
+
+
+def repeats_of(of_map: Sequence[Sequence[RunResult]]) -> int:
+    """Return the number of repeats on a map: of the controller that has most."""
+    return max(map(len, of_map))
+
+
+def is_solved(of_map: Sequence[Sequence[RunResult]]) -> bool:
+    """Return whether all controllers reached the goal in every repeat, and none was left out."""
+    repeats = repeats_of(of_map)
+    return all(len(runs) == repeats and all(run.success for run in runs) for runs in of_map)
+
+
+def singles_of(of_map: MapResults) -> list[MapResults]:
+    """Return each repeat of a map alone."""
+    return [tuple(runs[number : number + 1] for runs in of_map) for number in range(repeats_of(of_map))]
+
+
+def success_share(of_map: MapResults) -> float:
+    """Return the share of successful runs; runs that were left out count as failed."""
+    return sum(run.success for runs in of_map for run in runs) / (len(of_map) * repeats_of(of_map))

@@ -1,0 +1,87 @@
+"""The options of judging: how the results of a map set become its fitness."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, field_validator, model_validator
+
+from evolution.driving import check_metric
+from evolution.search.judging.failures import FAILURES, FailurePolicy
+from evolution.search.judging.patterns import FITNESSES, PatternSettings
+from gym_mapbench.metrics.episode import Outcome
+from gym_mapbench.quantities import NonNegative, Positive
+from gym_mapbench.registry import Registry
+from gym_mapbench.settings import OptionError
+
+
+def _in(registry: Registry[type]) -> AfterValidator:
+    """Return a validator that refuses names a registry does not have."""
+
+    def check(name: str) -> str:
+        registry.get(name)
+        return name
+
+    return AfterValidator(check)
+
+
+FitnessName = Annotated[str, _in(FITNESSES)]
+FailureName = Annotated[str, _in(FAILURES)]
+
+
+class JudgingSettings(PatternSettings):
+    """How the results of a map set become its fitness (thesis, sections 4.1.8 to 4.1.12).
+
+    Args:
+        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), ``roles``, ``pairs``, or a third-party fitness
+            (see :mod:`evolution.search.judging.patterns`).
+        metric: Quantity compared between controllers: one of ``METRIC_NAMES``, or a third-party metric.
+        aggregate: How the repeats of a controller on a map become one value.
+        failures: What a failed run counts: ``exclude`` (its map has no value, as in the thesis), ``censor`` (the time
+            limit), ``par2`` (twice the time limit), or a third-party failure policy
+            (see :mod:`evolution.search.judging.failures`).
+        timeout_outcomes: Outcomes that count as timeouts in Eq. 4.5.
+        caution: Standard deviations of single runs by which the extreme scores of a set count as less extreme, where
+            its maps have several runs; for fitnesses that judge by scores.
+        base_cost: C_b of Eq. 4.5.
+        timeout_cost: C_t of Eq. 4.5.
+        pattern_weight: w_p of Eq. 4.5.
+        cluster_scale: Scale of Alg. 3, in units of ``metric``; if None, the median gap over the first population.
+        epsilon: Smallest difference between two Gini coefficients (Alg. 2).
+        unevenness_weight: lambda of Alg. 2.
+    """
+
+    fitness: FitnessName = "gini"
+    metric: str = "time"
+    aggregate: Literal["mean", "median"] = "mean"
+    failures: FailureName = "exclude"
+    timeout_outcomes: tuple[Outcome, ...] = ("timeout",)
+    caution: NonNegative = 0.0
+    base_cost: NonNegative = 100.0
+    timeout_cost: NonNegative = 10.0
+    pattern_weight: NonNegative = 20.0
+    cluster_scale: Positive | None = None
+
+    @field_validator("metric")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        return check_metric(value)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        policy, name = self.policy, self.failures
+        if policy.metric not in (None, self.metric):
+            raise OptionError(
+                "failures", f"expected 'exclude' with metric {self.metric!r} ({name} counts in {policy.metric})"
+            )
+        if FITNESSES.get(self.fitness).solved_only and not policy.excludes:
+            raise OptionError(
+                "failures",
+                f"expected 'exclude' with fitness {self.fitness!r}, got {name!r}: it makes failures equal",
+            )
+        return self
+
+    @property
+    def policy(self) -> FailurePolicy:
+        """The failure policy."""
+        return FAILURES.get(self.failures)()

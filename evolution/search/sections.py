@@ -1,0 +1,55 @@
+"""The sections of the options of a search that have no room of their own: archive and validation stage."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from gym_mapbench.quantities import Few
+from gym_mapbench.settings import OptionError, Settings
+
+Seeds = Annotated[int, Field(ge=2)]
+
+
+class ArchiveSettings(Settings):
+    """How the archive of all evaluated maps takes part in a search.
+
+    Args:
+        elite: Whether the best set of the archive joins the population after every generation.
+        elite_seeds: Further runs of each controller, each with a new seed, on the maps of that set before it joins; one
+            more after every generation that a map stays in it, up to four times as many.
+        drive_last: Controllers, by kind, that run on a map only where all others have reached the goal; their missing
+            runs count as failed. Names of controllers that are not compared are ignored.
+    """
+
+    elite: bool = False
+    elite_seeds: Annotated[int, Field(ge=0, le=100_000)] = 0
+    drive_last: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.elite_seeds and not self.elite:
+            raise OptionError("elite_seeds", f"expected 0 without elite, got {self.elite_seeds}")
+        return self
+
+
+class ValidationSettings(Settings):
+    """How the best maps are validated on held-out seeds before the best set is named.
+
+    Args:
+        seeds: Held-out seeds of every candidate, used until it fails once; the chosen set gets as many again.
+        candidates: Maps without a failure on these seeds, at most.
+        held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.
+        reliability: Share of trials that reach at least the value by which a set is chosen.
+    """
+
+    seeds: Seeds = 5
+    candidates: Few = 9
+    held_out_seeds: Seeds = 10
+    reliability: Annotated[float, Field(gt=0, lt=1)] = 0.9
+
+    @property
+    def seeds_of_set(self) -> int:
+        """Held-out seeds for which runs of a whole set are reserved: two selections, and the held-out fitness."""
+        return 2 * self.seeds + self.held_out_seeds

@@ -1,0 +1,15 @@
+"""The validation stage: the best maps get held-out seeds before the best set of a search is named.
+
+The set with the best fitness in a search is subject to selection bias (winner's curse). The stage therefore
+re-evaluates the best maps on held-out seeds and drops a map at its first failure. Of the rest it selects the set with
+the best value that nine in ten of its trials reach, where a trial without the order of the maps gains nothing. The
+maps of this set get as many held-out seeds again, until the selection stays. Its held-out fitness is measured on
+further seeds, which took no part in the selection.
+"""
+
+from __future__ import annotations
+
+from evolution.search.validation_stage.held_out import ValidationResult
+from evolution.search.validation_stage.stage import Validated, validate
+
+__all__ = ["Validated", "ValidationResult", "validate"]

@@ -1,0 +1,125 @@
+"""Selection of the best set among candidates: by the value that most of its trials reach."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import combinations, pairwise
+from statistics import fmean
+
+import numpy as np
+
+from evolution.driving import SetResults
+from evolution.search.judging import Fitness, MapResults, Names, is_solved, scores_of, success_share
+from evolution.search.judging.expected_fitness import chances_in_time
+from evolution.search.validation_stage.trials import order_kept, trials_of
+
+MAX_SETS = 100_000
+"""Most sets that are judged; each takes some tenths of a millisecond."""
+SHORT_LIST = 40
+"""Sets whose trials are judged: those with the best fitness times the chances of order and of no timeout."""
+
+
+def select(maps: Mapping[str, MapResults], fitness: Fitness, size: int, reliability: float) -> Names:
+    """Return the set with the best value that a share of its trials reaches, its maps in order of their scores.
+
+    Maps without a failure come first. Of sets with equal values, the set with the best mean is returned.
+
+    Args:
+        maps: Results of the candidates, by name.
+        fitness: Judges sets.
+        size: Maps in a set.
+        reliability: That share.
+    """
+    solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
+    eligible = few_enough(solved if len(solved) >= size else maps, size)
+    values = _Values(eligible, fitness, reliability)
+    short_list = sorted(combinations(eligible, size), key=values.estimate)[:SHORT_LIST]
+    best = min(short_list, key=values.reliable)
+    return tuple(sorted(best, key=lambda name: _place(fitness((maps[name],)).scores[0])))
+
+
+def few_enough(maps: Mapping[str, MapResults], size: int) -> dict[str, MapResults]:
+    """Return the maps with the fewest failures, as many as make at most :data:`MAX_SETS` sets, in their order.
+
+    Args:
+        maps: Results of the candidates, by name.
+        size: Maps in a set.
+    """
+    most = len(maps)
+    while math.comb(most, size) > MAX_SETS:
+        most -= 1
+    kept = set(sorted(maps, key=lambda name: -success_share(maps[name]))[:most])
+    return {name: of_map for name, of_map in maps.items() if name in kept}
+
+
+class _Values:
+    """Values of sets of some maps in single trials; less is better."""
+
+    def __init__(self, maps: Mapping[str, MapResults], fitness: Fitness, reliability: float) -> None:
+        self.maps = maps
+        self.fitness = fitness
+        self.reliability = reliability
+        self.scores = {name: scores_of(of_map, fitness) for name, of_map in maps.items()}
+        solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
+        self.in_time = chances_in_time(solved, self.scores, fitness.time_limit)
+
+    def estimate(self, names: Names) -> float:
+        """Return the fitness times the chances of order, if it counts, and of no timeout; a penalty stays."""
+        value = self.fitness(self._results(names)).fitness
+        chance = self._chance_in_time(names)
+        if self.fitness.kind.ordered:
+            chance *= chance_of_order([self.scores[name] for name in names])
+        return min(value, 0.0) * chance + max(value, 0.0)
+
+    def reliable(self, names: Names) -> tuple[float, float]:
+        """Return the value that enough trials of a set reach, and the mean value."""
+        values, chance = values_of_trials(self._results(names), self.fitness), self._chance_in_time(names)
+        return reached_by(values, self.reliability, chance), fmean(values) * chance
+
+    def _results(self, names: Names) -> SetResults:
+        return tuple(self.maps[name] for name in names)
+
+    def _chance_in_time(self, names: Names) -> float:
+        return float(np.prod([self.in_time.get(name, 1.0) for name in names]))
+
+
+def _place(score: float | None) -> float:
+    """Return the sort key of a map; maps without a score come last."""
+    return np.inf if score is None else score
+
+
+def values_of_trials(results: SetResults, fitness: Fitness) -> list[float]:
+    """Return the fitness of each trial; at least 0 where the maps lose their order."""
+    trials = [fitness(one) for one in trials_of(results)]
+    return [
+        trial.fitness if kept else max(trial.fitness, 0.0)
+        for trial, kept in zip(trials, order_kept(trials, fitness(results), fitness), strict=True)
+    ]
+
+
+def reached_by(values: Sequence[float], share: float, chance: float) -> float:
+    """Return the value that a share of all trials reaches, if trials have these values with a chance, and 0 otherwise.
+
+    Where the chance is too small, the value is 0, or the worst of the values above 0.
+
+    Args:
+        values: Values of trials, less is better.
+        share: Share of all trials.
+        chance: Chance of a trial to have one of these values.
+    """
+    if share < chance:
+        return float(np.quantile(values, share / chance))
+    return max(0.0, *values)
+
+
+def chance_of_order(scores: Sequence[Sequence[float]]) -> float:
+    """Return the chance that trials keep the ranks of the mean scores, if maps are independent of each other.
+
+    Args:
+        scores: For each map the scores of its repeats.
+    """
+    if not all(len(one) for one in scores):
+        return 0.0
+    ordered = [np.array(one) for one in sorted(scores, key=fmean)]
+    return float(np.prod([(below[:, None] < above[None, :]).mean() for below, above in pairwise(ordered)]))

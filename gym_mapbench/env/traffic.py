@@ -1,0 +1,72 @@
+"""The bodies of many worlds side by side, for the kernels of the vector env."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.kernels.bodies import scan_bodies, worlds_near_bodies
+from gym_mapbench.world.state import Records
+from gym_mapbench.world.world import World
+
+Mask = NDArray[np.bool_]
+
+
+class Traffic:
+    """Moves the bodies of many worlds on, and asks the kernels about them; false where no world has bodies.
+
+    Args:
+        count: Number of worlds.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._worlds: dict[int, World] = {}
+        self._poses = np.zeros((count, 0, 3))
+        self._radii = np.zeros((count, 0))
+        self._paces = np.zeros(count)
+
+    def __bool__(self) -> bool:
+        return bool(self._worlds)
+
+    def settle(self, index: int, world: World) -> None:
+        """Take over the bodies of a world whose episode begins."""
+        self._worlds.pop(index, None)
+        self._radii[index] = 0.0
+        more = len(world.bodies) - self._radii.shape[1]
+        if more > 0:
+            self._poses = np.pad(self._poses, ((0, 0), (0, more), (0, 0)))
+            self._radii = np.pad(self._radii, ((0, 0), (0, more)))
+        if world.bodies:
+            self._worlds[index] = world
+            self._radii[index, : len(world.bodies)] = world.radii
+            self._poses[index, : len(world.bodies)], self._paces[index] = world.poses, world.pace
+
+    def advance(self, ticks: int, running: Mask) -> None:
+        """Let time pass in the worlds that are running."""
+        for index, world in self._worlds.items():
+            if running[index]:
+                world.advance(ticks)
+                self._poses[index, : len(world.bodies)], self._paces[index] = world.poses, world.pace
+
+    def near(self, robots: Records, drive: Records, ticks: int) -> Mask:
+        """Return in which worlds the robot might meet a body within the next ticks, ``(count,)``."""
+        near = np.empty(len(robots), np.bool_)
+        worlds_near_bodies(robots, self._poses, self._radii, self._paces, drive, ticks, near)
+        return near
+
+    def scan(
+        self,
+        robots: Records,
+        seen: Mask,
+        scanner: tuple[NDArray[np.float64], NDArray[np.float64], float],
+        ranges: Records,
+    ) -> None:
+        """Shorten the ranges ``(count, beams)`` where a body is nearer than the wall.
+
+        Args:
+            robots: ``(count,)`` ROBOT.
+            seen: ``(count,)`` which worlds to look at.
+            scanner: Place on the robot, directions of the beams, and longest range.
+            ranges: Out, m.
+        """
+        scan_bodies(robots, seen, self._poses, self._radii, *scanner, ranges)

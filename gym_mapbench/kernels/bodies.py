@@ -1,0 +1,125 @@
+"""Bodies, which are discs, as the robot meets them: which are near, and what the scanner sees of them.
+
+``poses`` is ``(n, 3)`` x, y (m), yaw (rad) of every body, ``radii`` is ``(n,)`` m. Where many worlds lie side by side,
+a row with radius 0 is no body.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gym_mapbench.kernels.frames import compose
+from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.kernels.motion import MARGIN
+
+
+@kernel
+def bodies_near(poses, radii, pace, x, y, drive, ticks):
+    """Return the numbers of the bodies that a robot might meet within some ticks.
+
+    Args:
+        poses: Bodies.
+        radii: Bodies.
+        pace: Longest distance that a body moves in a tick, m.
+        x: Position of the robot, m.
+        y: The same.
+        drive: ``(1,)`` DRIVE of the robot.
+        ticks: Number of physics steps.
+    """
+    return np.flatnonzero(meets(poses, radii, x, y, reach_of_robot(drive[0], pace, ticks)))
+
+
+@kernel
+def worlds_near_bodies(robots, poses, radii, paces, drive, ticks, near):
+    """Write which robots might meet a body within some ticks.
+
+    Args:
+        robots: ``(worlds,)`` ROBOT.
+        poses: ``(worlds, n, 3)`` bodies.
+        radii: ``(worlds, n)`` bodies.
+        paces: ``(worlds,)`` longest distance that a body moves in a tick, m.
+        drive: ``(1,)`` DRIVE.
+        ticks: Number of physics steps.
+        near: ``(worlds,)`` bool, out.
+    """
+    for i in range(len(robots)):
+        reach = reach_of_robot(drive[0], paces[i], ticks)
+        near[i] = meets(poses[i], radii[i], robots[i].x, robots[i].y, reach).any()
+
+
+@kernel
+def meets(poses, radii, x, y, reach):
+    """Return which bodies are within ``reach`` (m) of a point, ``(n,)`` bool."""
+    met = np.empty(len(radii), np.bool_)
+    for k in range(len(radii)):
+        met[k] = radii[k] > 0.0 and math.hypot(poses[k, 0] - x, poses[k, 1] - y) - radii[k] <= reach
+    return met
+
+
+@kernel
+def reach_of_robot(can, pace, ticks):
+    """How far from a robot's centre a body can be, at its nearest point, that meets the robot within some ticks.
+
+    The body moves, and another body may push the robot as fast.
+    """
+    return can.radius + MARGIN + ticks * (2.0 * pace + max(can.forward, can.reverse) * can.tick)
+
+
+@kernel
+def scan_bodies(robots, seen, poses, radii, place, beams, range_max, ranges):
+    """Shorten the ranges of many worlds where a body is nearer than the wall.
+
+    Args:
+        robots: ``(worlds,)`` ROBOT.
+        seen: ``(worlds,)`` bool, which worlds to look at.
+        poses: ``(worlds, n, 3)`` bodies.
+        radii: ``(worlds, n)`` bodies.
+        place: ``(3,)`` pose of the scanner on the robot, m, rad.
+        beams: ``(beams, 2)`` cosine and sine of every beam's angle.
+        range_max: Longest range, m.
+        ranges: ``(worlds, beams)`` m, in and out.
+    """
+    centred = place[0] == 0.0 and place[1] == 0.0 and place[2] == 0.0
+    for i in range(len(robots)):
+        if seen[i]:
+            x, y, yaw = robots[i].x, robots[i].y, robots[i].yaw
+            if not centred:
+                x, y, yaw = compose(x, y, yaw, place[0], place[1], place[2])
+            see_bodies(poses[i], radii[i], x, y, yaw, beams, range_max, ranges[i])
+
+
+@kernel
+def see_bodies(poses, radii, x, y, yaw, beams, range_max, ranges):
+    """Shorten ranges where a body is nearer than the wall.
+
+    Args:
+        poses: Bodies.
+        radii: Bodies.
+        x: Sensor, m.
+        y: Sensor, m.
+        yaw: Heading of the sensor, rad.
+        beams: ``(beams, 2)`` cosine and sine of every beam's angle to the heading.
+        range_max: Longest range, m.
+        ranges: ``(beams,)`` m, in and out; 0 inside a body.
+    """
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    for k in range(len(radii)):
+        dx, dy, radius = poses[k, 0] - x, poses[k, 1] - y, radii[k]
+        outside = math.hypot(dx, dy) - radius
+        if radius == 0.0 or outside >= range_max:
+            continue
+        ahead, left = dx * cos + dy * sin, dy * cos - dx * sin
+        for i in range(len(beams)):
+            ranges[i] = min(ranges[i], 0.0 if outside <= 0.0 else disc_range(ahead, left, radius, beams[i]))
+
+
+@kernel
+def disc_range(ahead, left, radius, beam):
+    """Distance at which a ray from outside enters a disc around ``(ahead, left)``, inf where it does not."""
+    along, aside = ahead * beam[0] + left * beam[1], left * beam[0] - ahead * beam[1]
+    half_squared = radius * radius - aside * aside
+    if along <= 0.0 or half_squared < 0.0:
+        return math.inf
+    return along - math.sqrt(half_squared)

@@ -1,0 +1,59 @@
+"""Sections of ROS parameter files: read key by key, so that no key goes unnoticed, and written back.
+
+A :class:`Section` is one group of a file. :class:`Keys` describes the keys that are no parameters, and
+:class:`Findings` collects them. A :class:`RosPlugin` describes a plugin of Nav2, beside the plugin's own code.
+"""
+
+from gym_mapbench.ros_params.findings import KINDS, Finding, Findings, Kind
+from gym_mapbench.ros_params.keys import Keys
+from gym_mapbench.ros_params.nested import leaves, nest_dotted, overlay, value_at
+from gym_mapbench.ros_params.plugin import (
+    RosNames,
+    RosPlugin,
+    in_every_release,
+    known_class,
+    name_of_class,
+    refuse_missing,
+    since,
+    slashed_in_humble,
+    take_class,
+)
+from gym_mapbench.ros_params.section import RELEASE, Section, parameter_names
+from gym_mapbench.ros_params.templates import (
+    Template,
+    fill_templates,
+    find_template,
+    first_unreadable,
+    no_value,
+    parse_defines,
+)
+
+__all__ = [
+    "KINDS",
+    "RELEASE",
+    "Finding",
+    "Findings",
+    "Keys",
+    "Kind",
+    "RosNames",
+    "RosPlugin",
+    "Section",
+    "Template",
+    "fill_templates",
+    "find_template",
+    "first_unreadable",
+    "in_every_release",
+    "known_class",
+    "leaves",
+    "name_of_class",
+    "nest_dotted",
+    "no_value",
+    "overlay",
+    "parameter_names",
+    "parse_defines",
+    "refuse_missing",
+    "since",
+    "slashed_in_humble",
+    "take_class",
+    "value_at",
+]

@@ -1,0 +1,187 @@
+"""RosPlugin: the description of a plugin of Nav2 with which parameter files are read and written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+from gym_mapbench.errors import ConfigError, nearest_name
+from gym_mapbench.releases import RELEASES, Release
+from gym_mapbench.ros_params.keys import Keys
+from gym_mapbench.ros_params.nested import leaves, nest_dotted, value_at
+from gym_mapbench.ros_params.section import RELEASE, Section, parameter_names
+from gym_mapbench.settings import Settings
+
+RosNames = Mapping[Release, str]
+"""Release -> the class of a plugin in ROS; a release that does not have the plugin is left out."""
+MISSPELT = 0.9
+"""Similarity from which on an unknown class is probably a misspelt known one."""
+
+
+def in_every_release(ros_class: str) -> RosNames:
+    """Return the names of a class that has the same name in all releases."""
+    return dict.fromkeys(RELEASES, ros_class)
+
+
+def since(release: Release, ros_class: str) -> RosNames:
+    """Return the names of a class that only this release and the releases after it have."""
+    return dict.fromkeys(RELEASES[RELEASES.index(release) :], ros_class)
+
+
+def slashed_in_humble(package: str, name: str) -> RosNames:
+    """Return the names of a planner's or behaviour's class, written with ``/`` up to Iron and ``::`` since Jazzy."""
+    return {release: f"{package}/{name}" if release == "humble" else f"{package}::{name}" for release in RELEASES}
+
+
+def known_class(ros_class: object, classes: Mapping[str, RosNames]) -> str | None:
+    """Return our name of a class, None if it is not built here; ``/`` and ``::`` both separate its package."""
+    given = str(ros_class).replace("/", "::")
+    spelt = {name: {known.replace("/", "::") for known in names.values()} for name, names in classes.items()}
+    return next((name for name, known in spelt.items() if given in known), None)
+
+
+def name_of_class(ros_class: object, classes: Mapping[str, RosNames], where: str, what: str) -> str:
+    """Return our name of a class.
+
+    Args:
+        ros_class: The class; ``/`` and ``::`` both separate its package.
+        classes: Our name -> names in ROS.
+        where: Full name of the key that gives the class.
+        what: What kind of plugin it is.
+
+    Raises:
+        ConfigError: If the class is not built here; the error gives the nearest that is.
+    """
+    name = known_class(ros_class, classes)
+    if name is not None:
+        return name
+    built = [next(iter(names.values())) for names in classes.values()]
+    near = nearest_name(str(ros_class), built, MISSPELT)
+    hint = f"did you mean {near!r}?" if near else f"expected one of: {', '.join(built)}"
+    raise ConfigError(f"{where}: {what} {str(ros_class)!r} is not built here ({hint})")
+
+
+def refuse_missing(names: RosNames, release: Release, where: str) -> None:
+    """Refuse a plugin that a release does not have.
+
+    Raises:
+        ConfigError: Naming the first release that has it.
+    """
+    if release not in names:
+        other, ros_class = next(iter(names.items()))
+        short = ros_class.replace("/", "::").rpartition("::")[2]
+        raise ConfigError(f"{where}: Nav2 {release.capitalize()} has no {short}; --nav2 {other} has")
+
+
+def take_class(group: Section, default: str | None, known: Mapping[str, RosNames], what: str) -> str:
+    """Take the class of a plugin out of its group and return our name of it.
+
+    Raises:
+        ConfigError: If there is none, it is not built here, or the release of the file does not have it.
+    """
+    ros_class = group.values.pop("plugin", default)
+    where = f"{group.name}.plugin"
+    if ros_class is None:
+        raise ConfigError(f"{where}: expected the class of this {what}, got none")
+    name = name_of_class(ros_class, known, where, what)
+    refuse_missing(known[name], group.findings.release, where)
+    return name
+
+
+def _nothing(group: Section) -> None:
+    """Leave a group as it is."""
+
+
+def _no_more(values: Mapping[str, Any], release: Release) -> Mapping[str, Any]:
+    """Add no keys."""
+    return {}
+
+
+@dataclass(frozen=True)
+class RosPlugin:
+    """A plugin of Nav2 as parameter files know it.
+
+    Args:
+        names: Release -> its class in ROS.
+        title: Its name in a sentence.
+        params: The class of its parameters. If they depend on the release, they have a field ``release``, and the
+            tables ``DEFAULTS``, ``MISSING`` and ``OURS`` (see ``controllers.parameters.ReleaseSettings``).
+        other_keys: The other keys of its section.
+        stands_in_for: Parts of the names of foreign classes that it stands in for.
+        adapt: Brings the section of a file into the form that ``params`` reads, and lists the changes.
+        more_keys: Given parameters and a release, returns the keys that a written section has besides ``params``.
+    """
+
+    names: RosNames
+    title: str
+    params: type[Settings]
+    other_keys: Keys = field(default_factory=Keys)
+    stands_in_for: tuple[str, ...] = ()
+    adapt: Callable[[Section], None] = _nothing
+    more_keys: Callable[[Mapping[str, Any], Release], Mapping[str, Any]] = _no_more
+
+    @cached_property
+    def keys(self) -> Keys:
+        """The other keys of its section, and the parameters that not every release has."""
+        return replace(self.other_keys, missing=getattr(self.params, "MISSING", {}))
+
+    @cached_property
+    def our_keys(self) -> frozenset[str]:
+        """Dotted names of those of its parameters that Nav2 does not have."""
+        ours: frozenset[str] = getattr(self.params, "OURS", frozenset({RELEASE}))
+        return ours
+
+    @cached_property
+    def parameters(self) -> tuple[str, ...]:
+        """Dotted names of its parameters, except the release."""
+        return tuple(name for name in parameter_names(self.params) if name != RELEASE)
+
+    def default(self, name: str, release: Release) -> Any:
+        """Return the default of a parameter in a release; None if the release does not have the parameter."""
+        first, _, rest = name.partition(".")
+        of_class = self.params.model_fields[first].default
+        usual = value_at(of_class, rest) if rest else of_class
+        return getattr(self.params, "DEFAULTS", {}).get(release, {}).get(name, usual)
+
+    def changed_defaults(self, source: Release, target: Release) -> dict[str, Any]:
+        """Return, by dotted name, the source's defaults that differ in the target; both must have the parameter."""
+        pairs = {name: (self.default(name, source), self.default(name, target)) for name in self.parameters}
+        return {name: old for name, (old, new) in pairs.items() if None not in (old, new) and old != new}
+
+    def complete(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Check parameters and fill in the defaults; the result can be written as JSON and leaves out None."""
+        return self.params(**values).model_dump(mode="json", exclude_none=True)
+
+    def given(self, group: Section, strays: Mapping[str, str] | None = None) -> dict[str, Any]:
+        """Return the parameters that a section gives, nested; all other keys become findings.
+
+        Args:
+            group: The section.
+            strays: Parameters of other plugins that are often left over in such a section -> whose they are.
+
+        Raises:
+            ConfigError: If the value of a parameter is a template.
+        """
+        elsewhere = {name: why for name, why in (strays or {}).items() if name not in self.parameters}
+        keys = replace(self.keys, elsewhere={**elsewhere, **self.keys.elsewhere})
+        return group.read(keys, self.parameters)
+
+    def read(self, group: Section, strays: Mapping[str, str] | None = None) -> dict[str, Any]:
+        """Read a section; values are checked here, where their full names are known.
+
+        Raises:
+            ConfigError: If a value is wrong.
+        """
+        self.adapt(group)
+        values = self.given(group, strays)
+        if RELEASE in self.params.model_fields:
+            values[RELEASE] = group.findings.release
+        group.make(self.params, values)
+        return values
+
+    def write(self, values: Mapping[str, Any], release: Release) -> dict[str, Any]:
+        """Return the section that a release reads: the class, those of the parameters that Nav2 has, and more keys."""
+        of_nav2 = {name: value for name, value in leaves(values) if name not in self.our_keys}
+        return {"plugin": self.names[release], **nest_dotted(of_nav2), **self.more_keys(values, release)}

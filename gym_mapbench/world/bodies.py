@@ -1,0 +1,66 @@
+"""Bodies: what moves through a world besides the robot, as frozen data of a scenario.
+
+A body has a shape and a motion (:mod:`gym_mapbench.world.motions`). Nothing stops a body: neither walls nor the robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.settings import Settings
+from gym_mapbench.world.motions import MOTIONS, Floats, MotionSpec
+
+
+class Disc(Settings):
+    """The shape of a body.
+
+    Args:
+        radius: Radius, m.
+    """
+
+    radius: Annotated[float, Field(gt=0, le=100)]
+
+
+class Body(Settings):
+    """A moving obstacle.
+
+    Args:
+        shape: Its shape, around its pose.
+        motion: Name and options of its motion: ``{name: line, options: {start: [1, 1], end: [3, 1], speed: 0.5}}``.
+    """
+
+    shape: Disc
+    motion: MotionSpec
+
+
+def place_bodies(bodies: Sequence[Body], times: Floats) -> Floats:
+    """Return where bodies are: ``(times, bodies, 3)`` x, y (m), yaw (rad).
+
+    Args:
+        bodies: The bodies of a scenario.
+        times: ``(n,)`` simulated seconds since the start.
+
+    Raises:
+        ConfigError: If a motion returns anything but a finite pose for every time.
+        PluginError: If a third party's motion fails.
+    """
+    if not bodies:
+        return np.empty((len(times), 0, 3))
+    return np.stack([_poses(number, body.motion, times) for number, body in enumerate(bodies)], axis=1)
+
+
+def _poses(number: int, spec: MotionSpec, times: Floats) -> Floats:
+    """Return the poses ``(times, 3)`` of one body."""
+    with MOTIONS.blamed(spec.name):
+        poses = np.asarray(spec.motion.at(times), dtype=np.float64)
+    if poses.shape != (len(times), 3):
+        raise ConfigError(f"body {number} ({spec.name}): expected poses {(len(times), 3)}, got {poses.shape}")
+    if not np.isfinite(poses).all():
+        bad = times[~np.isfinite(poses).all(axis=1)][0]
+        raise ConfigError(f"body {number} ({spec.name}): expected a finite pose at all times, got none at {bad:g} s")
+    return poses

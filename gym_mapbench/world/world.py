@@ -1,0 +1,107 @@
+"""World: the walls of a map and the bodies that move among them, and the one clock that moves the bodies on.
+
+Whatever sees or touches the world asks here: the scanner (:mod:`gym_mapbench.world.lidar`), Box2D
+(:mod:`gym_mapbench.world.box2d`), the env's pictures, and the vector env. A recorded run is drawn from the same
+function of time, :func:`~gym_mapbench.world.bodies.place_bodies`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.kernels.bodies import bodies_near
+from gym_mapbench.kernels.motion import MAX_TICK_TRAVEL
+from gym_mapbench.world.bodies import Body, place_bodies
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.state import Records
+
+Floats = NDArray[np.float64]
+
+WALL, BODY = 1, 2
+"""What the robot touched; the values add up where it touched both, and 0 stands for nothing."""
+
+LOOK_AHEAD = 1024
+"""Control steps for which the poses of all bodies are computed at once."""
+
+NO_POSES: Floats = np.empty((1, 0, 3))
+
+
+class World:
+    """One world from the start of an episode on. A world without bodies never changes.
+
+    Motions say where bodies are at every control step; in between, bodies move evenly.
+
+    Args:
+        grid: The walls; unknown cells are free, the map's edge is a wall.
+        bodies: What moves.
+        physics_hz: Ticks per second.
+        ticks: Ticks per control step.
+
+    Attributes:
+        pace: Longest distance that a body moves in a tick, m, as far as is known by now.
+        radii: ``(bodies,)`` radius of every body, m.
+        poses: ``(bodies, 3)`` where the bodies are now: x, y (m), yaw (rad).
+
+    Raises:
+        ConfigError: If a motion has no finite pose, or is too fast for Box2D.
+    """
+
+    def __init__(self, grid: GridMap, bodies: Sequence[Body] = (), physics_hz: float = 100.0, ticks: int = 1) -> None:
+        self.grid, self.bodies, self.physics_hz = grid, tuple(bodies), physics_hz
+        self.radii: Floats = np.array([body.shape.radius for body in self.bodies])
+        self._ticks = ticks
+        self._now = self._first = 0
+        self.pace = 0.0
+        self._table = self._poses_from(0) if self.bodies else NO_POSES
+        self.poses: Floats = self._table[0]
+
+    def advance(self, ticks: int) -> None:
+        """Let time pass: the bodies move on by some physics ticks."""
+        self.poses = self.after(ticks)
+        self._now += ticks
+
+    def after(self, ticks: int) -> Floats:
+        """Return where the bodies are after some more ticks, ``(bodies, 3)``."""
+        step, rest = divmod(self._now + ticks, self._ticks)
+        if step + 1 - self._first >= len(self._table):
+            self._first = step
+            self._table = self._poses_from(step)
+        before: Floats = self._table[step - self._first]
+        if not rest:
+            return before
+        poses = before.copy()
+        poses[:, :2] += rest / self._ticks * (self._table[step + 1 - self._first] - before)[:, :2]
+        return poses
+
+    def near(self, x: float, y: float, drive: Records, ticks: int) -> list[int]:
+        """Return the numbers of the bodies that a robot might meet within the next ticks.
+
+        Args:
+            x: Position of the robot, m.
+            y: The same.
+            drive: ``(1,)`` DRIVE of the robot.
+            ticks: Number of physics steps.
+        """
+        met: list[int] = bodies_near(self.poses, self.radii, self.pace, x, y, drive, ticks).tolist()
+        return met
+
+    def _poses_from(self, step: int) -> Floats:
+        """Compute the poses ``(steps, bodies, 3)`` from a control step on."""
+        ticks = np.arange(step, step + LOOK_AHEAD + 1) * self._ticks
+        poses = place_bodies(self.bodies, ticks / self.physics_hz)
+        moved = poses[1:] - poses[:-1]
+        farthest = (moved[:, :, 0] ** 2 + moved[:, :, 1] ** 2).max(axis=0)
+        number = int(farthest.argmax())
+        self.pace = math.sqrt(farthest[number]) / self._ticks
+        if self.pace > MAX_TICK_TRAVEL * (1 + 1e-9):
+            limit, speed = MAX_TICK_TRAVEL * self.physics_hz, self.pace * self.physics_hz
+            raise ConfigError(
+                f"body {number} ({self.bodies[number].motion.name}): expected at most {limit:g} m/s at "
+                f"{self.physics_hz:g} physics steps per second, got {speed:g} m/s"
+            )
+        return poses

@@ -1,0 +1,164 @@
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from stable_baselines3.common.env_checker import check_env as check_env_sb3
+
+import gym_mapbench  # noqa: F401, registers the env
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.groups import OBSERVATION_KEYS
+from gym_mapbench.env.render import BODY
+from gym_mapbench.env.single import MapBenchEnv
+from gym_mapbench.env.vector import MapBenchVectorEnv
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.world.scenario import MapSet
+from tests.env.test_vector import assert_same
+from tests.worlds import ROOM, among, line
+
+CROSSING = line((2.5, 0.8), (0.5, 0.8), 0.3)
+"""Comes towards the robot, which starts at x = 0.8 m and looks at it."""
+
+SCENARIOS = (
+    among(CROSSING, line((0.5, 2.5), (2.5, 1.5), 0.5, 0.1)),
+    among(),
+    among(line((2.5, 1.6), (0.5, 1.6), 0.5), start=(0.8, 1.6, 0.0)),
+    among(*(line((2.6, y), (0.4, y), 0.5, 0.1) for y in (0.7, 1.2, 1.7)), rows=ROOM[:1] + ROOM[1:2] * 26 + ROOM[-1:]),
+)
+OPTIONS = {
+    "default": {},
+    "nominal": {"noise": "nominal"},
+    "jackal": {"robot": "jackal"},
+    "jackal goes on": {"robot": "jackal", "collision_ends_episode": False},
+    "goes on": {"collision_ends_episode": False, "noise": "rough"},
+    "mounted scanner": {"lidar": {"beams": 16, "x": -0.06, "yaw": 0.3, "range_min": 0.12}},
+    "slow scanner": {"lidar": {"beams": 16, "scan_rate": 5}},
+    "late": {"noise": {"latency": 0.4}},
+}
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+@pytest.mark.parametrize("name", OPTIONS)
+def test_every_world_with_bodies_is_the_single_env_of_its_seed(name, mode):
+    options = {"observation": OBSERVATION_KEYS, "lidar": {"beams": 16}, "costmap": {"cells": 9}, "time_limit": 4.0}
+    options |= {"scenarios": SCENARIOS, **OPTIONS[name]}
+    alone = SyncVectorEnv([lambda: MapBenchEnv(**options)] * 6, autoreset_mode=mode)
+    together = MapBenchVectorEnv(6, autoreset_mode=mode, **options)
+    assert_same(alone.reset(seed=5), together.reset(seed=5))
+    together.action_space.seed(5)
+    touched, ended = set(), np.zeros(6, bool)
+    for count in range(100):
+        if count % 15 == 0:
+            actions = 0.3 * together.action_space.sample()
+        expected = alone.step(actions)
+        assert_same(expected, together.step(actions), f"step {count} ")
+        touched |= set(expected[4]["touched"]) | set(expected[4].get("final_info", {}).get("touched", ()))
+        over = expected[2] | expected[3]
+        ended |= over
+        if over.any() and mode is AutoresetMode.DISABLED:
+            resets = [envs.reset(options={"reset_mask": over.copy()}) for envs in (alone, together)]
+            assert_same(*resets, f"reset {count} ")
+    assert ended.all()
+    assert "body" in touched
+
+
+def drive(scenario, action=(0.0, 0.0), **options):
+    """Observations and infos of an episode with one action."""
+    env = MapBenchEnv(scenarios=[scenario], time_limit=10.0, **options)
+    observation, info = env.reset(seed=3)
+    steps, over = [(observation, info)], False
+    while not over:
+        observation, _, terminated, truncated, info = env.step(action)
+        steps.append((observation, info))
+        over = terminated or truncated
+    return steps
+
+
+def test_a_body_that_touches_the_robot_ends_the_episode():
+    steps = drive(among(CROSSING), (0.1, 0.0))
+    last = steps[-1][1]
+    assert (last["outcome"], last["contact"], last["touched"]) == ("collision", True, "body")
+    # They start 1.7 m apart, touch at 0.42 m, and approach at 0.4 m/s once the robot has accelerated.
+    assert last["time"] == pytest.approx((1.7 - 0.42) / 0.4, abs=0.06)
+    assert {info["touched"] for _, info in steps[:-1]} == {"nothing"}
+    assert last["reward_terms"]["collision"] == -10.0
+
+
+def test_a_touch_of_a_wall_is_told_from_one_of_a_body():
+    assert drive(among(), (0.5, 0.0))[-1][1]["touched"] == "wall"
+
+
+def test_the_episode_goes_on_where_collisions_do_not_end_it():
+    last = drive(among(CROSSING), collision_ends_episode=False)[-1][1]
+    assert last["outcome"] == "timeout"
+    assert last["pose"][0] < 0.8
+
+
+def test_the_scan_follows_the_body():
+    steps = drive(among(CROSSING), lidar={"beams": 4})
+    for number, (observation, info) in enumerate(steps[:-1]):
+        body = 2.5 - 0.3 * number / 20
+        assert observation["scan"][0] == pytest.approx(body - 0.2 - info["pose"][0], abs=1e-6)
+
+
+def test_the_same_seed_is_the_same_episode():
+    first, again = (drive(SCENARIOS[0], (0.1, 0.2), noise="rough") for _ in range(2))
+    assert_same(tuple(first), tuple(again))
+
+
+def test_an_episode_begins_with_the_bodies_at_their_start():
+    env = MapBenchEnv(scenarios=[among(CROSSING)], lidar={"beams": 4})
+    first, _ = env.reset(seed=0)
+    for _ in range(30):
+        env.step((0.0, 0.0))
+    assert (env.reset(seed=0)[0]["scan"] == first["scan"]).all()
+
+
+def test_bodies_are_drawn_where_they_are():
+    env = MapBenchEnv(scenarios=[among(CROSSING)], render_mode="rgb_array", observation=["pose"])
+    env.reset(seed=0)
+    for seconds in (0, 2):
+        coloured = (np.abs(env.render() - BODY).sum(axis=2) < 2).nonzero()
+        x, y = coloured[1].mean() / 200, 3.0 - coloured[0].mean() / 200
+        assert (x, y) == pytest.approx((2.5 - 0.3 * seconds, 0.8), abs=0.03)
+        for _ in range(40):
+            env.step((0.0, 0.0))
+
+
+@pytest.mark.parametrize("at", [(0.8, 1.1), (2.2, 2.3)])
+def test_reset_refuses_a_body_on_start_or_goal(at):
+    env = MapBenchEnv(scenarios=[among(line(at, (1.5, 1.5), 0.2))])
+    with pytest.raises(ConfigError, match=r"expected room for the robot .* body 0 \(line\)") as caught:
+        env.reset()
+    assert "\n" not in str(caught.value)
+
+
+def test_a_disturbed_start_keeps_clear_of_bodies():
+    beside = among(line((0.8, 0.8 + 0.43), (1.5, 1.5), 0.1))
+    for seed in range(20):
+        env = MapBenchEnv(scenarios=[beside], noise={"start_xy": 0.05})
+        _, info = env.reset(seed=seed)
+        assert np.hypot(*(info["pose"][:2] - (0.8, 1.23))) > 0.42
+
+
+def test_another_start_keeps_the_bodies():
+    env = MapBenchEnv(scenarios=[among(CROSSING)])
+    env.reset(options={"start": (0.8, 1.6, 0.0)})
+    assert env.scenario.bodies == (CROSSING,)
+
+
+def test_a_map_set_as_configuration_keeps_its_bodies():
+    config = EnvConfig().with_maps(MapSet(SCENARIOS[:2]))
+    assert [one.bodies for one in config.load_scenarios()] == [one.bodies for one in SCENARIOS[:2]]
+    assert [one.digest for one in config.load_scenarios()] == [one.digest for one in SCENARIOS[:2]]
+    with_start = config.replace(start=(0.8, 1.6, 0.0)).load_scenarios()
+    assert with_start[0].bodies == SCENARIOS[0].bodies
+
+
+@pytest.mark.parametrize("check", [check_env, check_env_sb3])
+def test_the_checkers_have_nothing_to_say(check, monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    maps = EnvConfig().with_maps(MapSet(SCENARIOS[:1])).maps
+    check(gymnasium.make("MapBench-v0", maps=maps, action="normalized").unwrapped)

@@ -1,0 +1,83 @@
+"""The figure of a map set: titles say who is slower, the strips below show every run, rings mark outliers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from evolution.pictures import DrivenMap, map_set_figure, save_comparison
+from evolution.pictures.comparison_film import STEP, _draw_legend_at, comparison_frames
+from evolution.pictures.style import RING, new_figure
+from evolution.runs import summary_of_map
+from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
+
+ROOM = Scenario(GridMap(np.zeros((20, 30), np.bool_), 0.1), Pose(0.5, 0.5), Pose(2.5, 1.5), "map_1")
+
+
+def straight(controller, time, outcome="goal"):
+    share = np.linspace(0.0, 1.0, round(time / 0.1) + 1)[:, None]
+    trajectory = np.zeros((len(share), 5))
+    trajectory[:, :2] = (1 - share) * ROOM.start[:2] + share * ROOM.goal[:2]
+    return Episode(ROOM, controller, 0, outcome, "", time, 0.1, trajectory, np.zeros((len(share) - 1, 2)), ())
+
+
+def goals(*times):
+    return [{"outcome": "goal", "time_s": time} for time in times]
+
+
+@pytest.fixture
+def driven():
+    runs = {"dwb": goals(4.0, 4.2, 9.0), "rpp": [*goals(8.0, 8.4), {"outcome": "timeout", "time_s": 60.0}]}
+    return DrivenMap(summary_of_map("map_1", runs), 1, (straight("dwb", 4.2), straight("rpp", 8.4)))
+
+
+def test_title_labels_and_rings_show_the_same_runs(driven):
+    maps, times = map_set_figure([driven], ["dwb", "rpp"]).axes
+    assert maps.get_title() == "map_1: rpp 2.0 times slower than dwb"
+    assert [label.get_text() for label in times.get_yticklabels()] == ["dwb 4.2 s", "rpp 8.2 s\n1 of 3 failed"]
+    rings = [line.get_xdata().tolist() for line in times.lines if line.get_markersize() == RING["markersize"]]
+    assert rings == [[9.0], []]
+    dots = [line.get_xdata().tolist() for line in times.lines if line.get_markersize() == 3]
+    assert dots == [[4.0, 4.2, 9.0], [8.0, 8.4]]
+    assert [text.get_text() for text in times.texts] == ["9 s"]
+    assert "medians of 3 runs" in times.get_xlabel()
+
+
+def test_the_recorded_sample_is_named(driven):
+    assert driven.recorded_sample == "run 2 of 3, nearest to the medians"
+    single = replace(driven, summary=summary_of_map("map_1", {"dwb": goals(4.0)}), repeat=0)
+    assert single.recorded_sample == "the only run"
+
+
+def texts(time, episodes):
+    figure, _ = new_figure()
+    figure.clear()
+    _draw_legend_at(figure, episodes, ["DWB", "RPP"], time, "A title")
+    return [text.get_text() for text in (*figure.texts, *figure.axes[0].texts)]
+
+
+def test_an_outcome_appears_when_its_run_ends():
+    episodes = [straight("dwb", 4.2), straight("rpp", 8.4)]
+    first, middle, last = (" | ".join(texts(time, episodes)) for time in (0.0, 5.0, 8.4))
+    assert "DWB" in first
+    assert "goal" not in first
+    assert "slower" not in first
+    assert "goal, 4.2 s" in middle
+    assert "8.4" not in middle
+    assert "RPP 2.0 times slower\nthan DWB" in last
+
+
+def test_a_film_lasts_as_long_as_the_longest_run(tmp_path):
+    episodes = [straight("dwb", 1.0), straight("rpp", 1.3)]
+    frames = list(comparison_frames(episodes, 0.1, "t", ["dwb", "rpp"]))
+    assert len(frames) == int(1.3 / STEP) + 2
+    for name in ("a.gif", "b.gif"):
+        save_comparison(episodes, 0.1, tmp_path / name)
+    assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
+    with Image.open(tmp_path / "a.gif") as film:
+        assert film.n_frames == len(frames)

@@ -1,0 +1,67 @@
+"""Runs among moving bodies: recorded, seeded, and drawn again from the record."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from controllers.nav2_params import load_preset
+from controllers.rl import as_controller
+from evolution.driving import ControllerSpec, DriveSettings, JobPlan
+from evolution.driving.one_run import environment_for, run_episode
+from evolution.pictures.animation import frames
+from evolution.report.replays import ReplayedMap, replays_of
+from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.render import BODY
+from gym_mapbench.metrics import Event
+from tests.worlds import among, line
+
+SCENARIO = among(line((2.5, 0.8), (0.5, 0.8), 0.5))
+
+
+@pytest.fixture(scope="module")
+def episode():
+    controller = as_controller(lambda observation: (0.1, 0.0), "ahead", ("goal",))
+    env = environment_for(EnvConfig(time_limit=10.0), controller)
+    return run_episode(env, controller, SCENARIO, name="ahead", seed=0)
+
+
+def test_the_record_says_that_a_body_was_touched(episode):
+    assert episode.outcome == "collision"
+    assert episode.reason.startswith("the robot touched a body")
+    assert episode.events == (Event(episode.first_contact_time, "contact", "body"),)
+    assert 2.0 < episode.time < 2.3
+
+
+def test_films_show_the_bodies_where_they_were(episode):
+    drawn = list(frames(episode, episode.robot, 300))
+    for row in (0, len(drawn) // 2, len(drawn) - 1):
+        coloured = (np.abs(drawn[row] - BODY).sum(axis=2) < 2).nonzero()[1]
+        left = (2.5 - 0.5 * row * episode.control_period - 0.2) * 100
+        assert coloured.min() == pytest.approx(left, abs=2)
+
+
+def test_replays_hold_the_bodies_until_the_last_run_ends(episode):
+    (shown,) = replays_of([ReplayedMap("room", [episode], 0.22)])["maps"]
+    (body,) = shown["bodies"]
+    assert body["radius"] == 0.2
+    assert shown["period"] * (len(body["x"]) - 1) >= episode.time
+    assert body["x"][:3] == pytest.approx([2.5, 2.45, 2.4])
+    assert set(body["y"]) == {0.8}
+
+
+def test_replays_without_bodies_say_nothing_of_them():
+    controller = as_controller(lambda observation: (0.5, 0.0), "ahead", ("goal",))
+    env = environment_for(EnvConfig(time_limit=10.0), controller)
+    (shown,) = replays_of([ReplayedMap("room", [run_episode(env, controller, among(), name="a", seed=0)], 0.22)])[
+        "maps"
+    ]
+    assert not {"bodies", "period"} & set(shown)
+
+
+def test_bodies_are_part_of_the_seeds_of_a_run():
+    plan = JobPlan((ControllerSpec(name="rpp"),), DriveSettings(navigation=load_preset("thesis")))
+    moving, empty = plan.job(SCENARIO, 0, 0), plan.job(among(), 0, 0)
+    assert moving.seed != empty.seed
+    assert moving.noise_seed != empty.noise_seed
+    assert moving.key != empty.key
