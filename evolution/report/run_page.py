@@ -64,9 +64,8 @@ def changed_replays(run: LoadedRun, driven: Sequence[DrivenMap]) -> list[str]:
 
 def replayed_maps(run: LoadedRun, driven: Sequence[DrivenMap], group: str = "") -> list[ReplayedMap]:
     """Return the replays of the maps that have recorded runs; ``group`` is the heading under which they stand."""
-    radius = _radius(run)
     return [
-        ReplayedMap(f"{one.name}: {one.summary.difference}", one.episodes, radius, group, _samples(one))
+        ReplayedMap(f"{one.name}: {one.summary.difference}", one.episodes, _radius(run), group, _samples(one))
         for one in driven
         if one.episodes
     ]

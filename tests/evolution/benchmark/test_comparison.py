@@ -57,7 +57,7 @@ def test_sample_by_hand(files):
     # map_3 is left out: their DWB never arrived. On the others the gap grows from map_1 to map_2 on both sides.
     assert comparison.order_kept == {"map_1": True, "map_2": True}
     assert comparison.correlation[0] == pytest.approx(1.0)
-    assert comparison.missing == ("map_5/rpp: not in the results", "map_4/mppi: not driven by us")
+    assert comparison.missing == ("map_5/rpp: not in the results", "map_4/mppi: no run of ours")
 
 
 def test_changed_order_is_said():

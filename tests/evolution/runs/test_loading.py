@@ -10,7 +10,7 @@ from evolution.runs.loading import _time_or_outcome
 @pytest.mark.parametrize(
     ("outcomes", "shown"),
     [
-        ({}, "not driven"),
+        ({}, "no run"),
         ({20.0: "goal", 24.0: "goal", 60.0: "goal"}, 24.0),
         ({20.0: "goal", 24.0: "goal", 60.0: "goal", 150.0: "timeout"}, "24.00 (1 of 4 failed)"),
         ({150.0: "timeout", 3.0: "collision"}, "timeout"),
