@@ -123,12 +123,12 @@ class Engine:
                 plan_ticks(robots, self._yaw, v, w, number + 1, drive, rows)
                 plan = rows.tolist()
             touched |= stopped
-        self._write(robots, plan[-1][3:])
+        self._write(robots)
         return touched
 
-    def _write(self, robots: Records, wheels: list[float]) -> None:
-        """Write the state after a control step."""
-        *_, target_v, target_w, _ = robots.item(0)
+    def _write(self, robots: Records) -> None:
+        """Write the state after a control step; the speeds of the wheels are there already."""
+        _, _, _, *wheels, _, _, target_v, target_w, _ = robots.item(0)
         speeds = self._velocity() if self._touch.count else wheels
         robots[0] = (self._x, self._y, wrap_angle(self._yaw), *wheels, *speeds, target_v, target_w, self.holds)
 
