@@ -43,11 +43,19 @@ class ControllerError(MapBenchError):
 
 
 class ControllerAbort(MapBenchError):  # noqa: N818 - it ends the action, whatever the tolerance
-    """The action ends at once: any other exception of a controller, such as the runtime errors of Humble's MPPI."""
+    """The action ends at once: any other exception of a controller, such as the runtime errors of Humble's MPPI.
+
+    Attributes:
+        code: The error code of Jazzy's ``FollowPath``.
+    """
+
+    code = 101
 
 
 class InvalidPath(ControllerAbort):
     """Nothing is left of the path to follow (Jazzy's ``InvalidPath``): no recovery would help."""
+
+    code = 104
 
 
 @dataclass(frozen=True)

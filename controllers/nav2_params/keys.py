@@ -44,7 +44,6 @@ FRAMES = frozenset({"global_frame", "local_frame", "robot_base_frame", "transfor
 CONTROLLER_SERVER = Keys(
     ros_only=frozenset(
         {
-            "costmap_update_timeout",
             "odom_duration",
             "odom_topic",
             "speed_limit_topic",
@@ -61,7 +60,7 @@ CONTROLLER_SERVER = Keys(
     },
 )
 PLANNER_SERVER = Keys(
-    ros_only=frozenset({"costmap_update_timeout", "expected_planner_frequency"}),
+    ros_only=frozenset({"expected_planner_frequency"}),
     elsewhere={
         "allow_partial_planning": "a goal that cannot be planned to fails here",
         "planner_plugin_ids": "Eloquent's name of planner_plugins",
@@ -79,6 +78,7 @@ BEHAVIOR_SERVER = Keys(
         "local_footprint_topic",
     },
     renamed={"projection_time": "simulate_ahead_time"},
+    missing={"jazzy": {"backup": "its back-up has one speed"}},
     elsewhere={"transform_timeout": "an older name of transform_tolerance"},
 )
 BT_NAVIGATOR = Keys(
@@ -124,7 +124,6 @@ COSTMAP = Keys(
         "initial_transform_timeout",
         "map_topic",
         "map_vis_z",
-        "publish_frequency",
         "subscribe_to_stamped_footprint",
     },
     elsewhere={

@@ -25,6 +25,7 @@ __all__ = [
     "BehaviorTree",
     "ControllerPlugin",
     "ControllerServer",
+    "DriveLimits",
     "GoalChecker",
     "NavigationParams",
     "PlannerPlugin",
@@ -32,6 +33,9 @@ __all__ = [
     "VelocitySmoother",
     "default_tree",
 ]
+
+LatencyModel = Literal["ideal", "nav2"]
+"""Duration of messages and plans: none, or those of a computer that is otherwise idle."""
 
 
 def _three(value: object) -> object:
@@ -56,6 +60,7 @@ class ControllerServer(Settings):
         min_theta_velocity_threshold: Likewise of the turn rate, rad/s.
         failure_tolerance: Seconds for which a controller may have no valid command; 0 for none, -1 for any time.
         publish_zero_velocity: Whether the robot is told to stop at the goal.
+        costmap_update_timeout: Seconds after which the server gives up to wait for a cleared costmap (Jazzy).
         progress_checker: Parameters of the progress checker.
         goal_checker: Parameters of the goal checker.
     """
@@ -66,6 +71,7 @@ class ControllerServer(Settings):
     min_theta_velocity_threshold: NonNegative = 1e-4
     failure_tolerance: Annotated[float, Field(ge=-1)] = 0.0
     publish_zero_velocity: bool = True
+    costmap_update_timeout: Positive = 0.3
     progress_checker: ProgressChecker = ProgressChecker()
     goal_checker: GoalChecker = GoalChecker()
 
@@ -76,10 +82,12 @@ class PlannerPlugin(Settings):
     Args:
         name: ``navfn``, ``smac_2d``, ``theta_star``, or a third party's (see :mod:`gym_mapbench.planners`).
         params: Its parameters; they are checked, completed and brought into a form that JSON can hold.
+        costmap_update_timeout: Seconds after which the planner server gives up to wait for a cleared costmap (Jazzy).
     """
 
     name: str = "navfn"
     params: dict[str, Any] = Field(default_factory=dict, validate_default=True)
+    costmap_update_timeout: Positive = 1.0
 
     @field_validator("name")
     @classmethod
@@ -119,6 +127,20 @@ class ControllerPlugin(Settings):
         return CONTROLLERS[info.data["kind"]].complete(value) if "kind" in info.data else value
 
 
+class DriveLimits(Settings):
+    """Limits of a behaviour that drives straight (Humble); an acceleration of 0 means no limit.
+
+    Args:
+        acceleration_limit: Largest acceleration, m/s^2.
+        deceleration_limit: Largest deceleration, m/s^2; not positive.
+        minimum_speed: Lowest speed, m/s.
+    """
+
+    acceleration_limit: NonNegative = 0.0
+    deceleration_limit: Annotated[float, Field(le=0)] = 0.0
+    minimum_speed: NonNegative = 0.0
+
+
 class BehaviorServer(Settings):
     """Nav2's ``behavior_server``: spin, back-up and wait.
 
@@ -129,6 +151,7 @@ class BehaviorServer(Settings):
         min_rotational_vel: Lowest turn rate of a spin, rad/s.
         rotational_acc_lim: Angular acceleration of a spin, rad/s^2.
         behavior_plugins: Which of the behaviours exist; the tree's other ones fail.
+        backup: Limits of the back-up (Humble).
     """
 
     cycle_frequency: Annotated[Positive, Field(le=1000)] = 10.0
@@ -137,21 +160,24 @@ class BehaviorServer(Settings):
     min_rotational_vel: NonNegative = 0.4
     rotational_acc_lim: Positive = 3.2
     behavior_plugins: tuple[Literal["spin", "backup", "wait"], ...] = ("spin", "backup", "wait")
+    backup: DriveLimits = DriveLimits()
 
 
 class BehaviorTree(Settings):
     """Numbers of ``navigate_to_pose_w_replanning_and_recovery.xml``; all but the first are no ROS parameters.
 
     Args:
-        bt_loop_duration: Period of the tree's ticks, ms as in Nav2; it is written for ROS and has no effect here.
+        bt_loop_duration: Period of the tree's ticks, ms as in Nav2; with ``latency: ideal`` it has no effect.
         replanning_frequency: Rate of replanning, Hz.
         number_of_retries: Largest number of recoveries per goal.
         spin_dist: Angle of a spin, rad.
         wait_duration: Duration of a wait, s.
         backup_dist: Distance of a back-up, m.
         backup_speed: Speed of a back-up, m/s.
-        time_allowance: Seconds that a spin or a back-up may take.
+        time_allowance: Seconds that a spin or a back-up may take; 0 for no limit.
         recoveries: Whether there are recoveries at all; without them the first failure ends the run.
+        latency: ``ideal``: the tree ticks once in a control period, and everything is answered at once. ``nav2``: it
+            ticks every ``bt_loop_duration``; actions, services and plans take time.
     """
 
     bt_loop_duration: Annotated[int, Field(gt=0)] = 10
@@ -161,8 +187,9 @@ class BehaviorTree(Settings):
     wait_duration: NonNegative = 5.0
     backup_dist: NonNegative = 0.30
     backup_speed: Positive = 0.05
-    time_allowance: Positive = 10.0
+    time_allowance: NonNegative = 10.0
     recoveries: bool = True
+    latency: LatencyModel = "ideal"
 
 
 BACKUP_SPEED: dict[Release, float] = {"humble": 0.05, "jazzy": 0.15}
@@ -175,10 +202,13 @@ def default_tree(release: Release) -> BehaviorTree:
 
 
 class VelocitySmoother(Settings):
-    """Nav2's ``velocity_smoother`` between controller and base; recoveries bypass it. Axes are x, y, theta.
+    """Nav2's ``velocity_smoother`` between controller and base. Axes are x, y, theta.
+
+    Humble's recoveries bypass it; for ``velocity_timeout`` after the controller's last command its zeros come between
+    their commands. Jazzy's recoveries go through it.
 
     Args:
-        smoothing_frequency: Rate of the smoother, Hz; here it works once in every control period.
+        smoothing_frequency: Rate of the smoother, Hz.
         scale_velocities: Whether all axes are slowed by the ratio of the most restricted one.
         feedback: ``OPEN_LOOP`` goes on from the last output, ``CLOSED_LOOP`` from the measured velocity.
         max_velocity: Highest velocities, m/s, m/s, rad/s.
@@ -187,7 +217,7 @@ class VelocitySmoother(Settings):
         max_decel: Decelerations, m/s^2, m/s^2, rad/s^2; not positive.
         odom_duration: Time over which the measured velocity is averaged, s.
         deadband_velocity: Velocities below which the output becomes 0, m/s, m/s, rad/s.
-        velocity_timeout: Seconds without a command after which the robot is stopped; here it never passes.
+        velocity_timeout: Seconds without a command after which the robot is stopped and the smoother falls silent.
     """
 
     smoothing_frequency: Annotated[Positive, Field(le=1000)] = 20.0

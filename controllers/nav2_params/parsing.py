@@ -45,7 +45,7 @@ class Nav2Params:
         foreign: Controllers of the file that are not built here -> why they cannot drive.
         asked_for: The controller of the file that Nav2's default tree asks for; empty if it has none.
         document: The file itself, which knows its lines.
-        ros_only: Numbers and switches that mean nothing without ROS, such as ``publish_frequency``; nested, by node,
+        ros_only: Numbers and switches that mean nothing without ROS, such as ``map_topic``; nested, by node,
             in the groups in which :func:`~controllers.nav2_params.writing.write_nav2_params` writes them back.
     """
 
@@ -142,15 +142,16 @@ def _read_planner(server: Section) -> PlannerPlugin:
         group.stand_in = True
         group.findings.add("replaced", group.name, f"{ros_class} is not built; {PLANNERS[kind].title} plans here")
     server.leave_groups()
-    server.read(keys.PLANNER_SERVER, ())
-    return PlannerPlugin(name=kind, params=PLANNERS[kind].read(group))
+    own = server.read(keys.PLANNER_SERVER, ("costmap_update_timeout",))
+    return server.make(PlannerPlugin, {"name": kind, "params": PLANNERS[kind].read(group), **own})
 
 
 def _read_behaviors(server: Section) -> BehaviorServer:
-    """Read the behaviours; one whose class the tree does not expect is left out, and so are their own settings."""
+    """Read the behaviours without those whose class the tree does not expect; only a back-up has its own settings."""
     names = server.take_names("behavior_plugins", ("spin", "backup", "drive_on_heading", "wait"))
     enabled = [name for name in names if _read_behavior(server, name)]
-    server.leave_groups()
+    for key in [key for key, value in server.values.items() if isinstance(value, Mapping) and key not in enabled]:
+        server.leave(key)
     return server.build(BehaviorServer, keys.BEHAVIOR_SERVER, behavior_plugins=tuple(enabled))
 
 
@@ -161,11 +162,13 @@ def _read_behavior(server: Section, name: str) -> bool:
         return False
     group = server.take_group(name)
     ros_class = str(group.values.pop("plugin", BEHAVIORS[name][group.findings.release]))
-    for key in group.values:
-        server.findings.add("left_out", f"{group.name}.{key}", "the behaviours have no settings of their own here")
+    own = group.values if name == "backup" else {}
+    for key in group.values.keys() - own.keys():
+        server.findings.add("left_out", f"{group.name}.{key}", "this behaviour has no settings of its own here")
     if _last_part(ros_class) != _last_part(BEHAVIORS[name][group.findings.release]):
         server.findings.add("left_out", group.name, f"{ros_class}: this behaviour is not built")
         return False
+    server.values |= {name: own} if own else {}
     return True
 
 

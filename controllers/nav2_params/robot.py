@@ -23,7 +23,7 @@ def robot_of(read: Nav2Params, base: RobotSpec) -> RobotSpec:
 
     The shape is the local costmap's footprint or radius, or else the global costmap's. The limits are those of the
     velocity smoother if the file configures one, since it stands between controllers and base, or else the highest of
-    the file's own controllers. They are never below the speeds of the recoveries, which bypass the smoother.
+    the file's own controllers. They are never below the speeds of the recoveries; Humble's bypass the smoother.
 
     Args:
         read: The file.

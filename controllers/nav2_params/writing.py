@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
-from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams
+from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, PLANNERS
 from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams
@@ -34,6 +34,7 @@ BEHAVIOR_FRAMES = {
 """Release -> topics and frames of its behaviour server."""
 ERROR_CODES = ["compute_path_error_code", "follow_path_error_code"]
 """Error codes that the trees of Jazzy and newer releases report."""
+COSTMAP_TIMEOUT = "costmap_update_timeout"
 UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother")
 """Nodes that publish Twist in Jazzy, but TwistStamped in newer releases unless they are told otherwise."""
 
@@ -120,7 +121,7 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
         chosen = navigation.controller(follow_path)
         plugins = {"FollowPath" if plugin is chosen else name: plugin for name, plugin in plugins.items()}
     return {
-        **_own_options(server),
+        **_without_timeout(_own_options(server), navigation.release, ControllerServer),
         "odom_topic": "/odom",
         **_list_progress_checker(navigation.release),
         "goal_checker_plugins": ["goal_checker"],
@@ -137,6 +138,13 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
 def _own_options(server: ControllerServer) -> dict[str, Any]:
     """Return the options of the server without those of its checkers."""
     return {name: value for name, value in _options(server).items() if not name.endswith("_checker")}
+
+
+def _without_timeout(values: dict[str, Any], release: Release, settings: type[Settings]) -> dict[str, Any]:
+    """Leave out for Humble how long a server waits for its costmap, unless a user gave it: Humble waits for ever."""
+    default = settings.model_fields[COSTMAP_TIMEOUT].default
+    keeps = release != "humble" or values[COSTMAP_TIMEOUT] != default
+    return {name: value for name, value in values.items() if keeps or name != COSTMAP_TIMEOUT}
 
 
 def _list_progress_checker(release: Release) -> dict[str, Any]:
@@ -157,15 +165,19 @@ def _planner_server(navigation: NavigationParams) -> dict[str, Any]:
     if planner.name not in PLANNERS:
         raise ConfigError(f"planner.name: expected one that ROS has, got {planner.name!r}")
     plugin = PLANNERS[planner.name].write(planner.params, navigation.release)
-    return {"planner_plugins": ["GridBased"], "GridBased": plugin}
+    values = {COSTMAP_TIMEOUT: planner.costmap_update_timeout, "planner_plugins": ["GridBased"], "GridBased": plugin}
+    return _without_timeout(values, navigation.release, PlannerPlugin)
 
 
 def _behavior_server(server: BehaviorServer, release: Release) -> dict[str, Any]:
+    options = _options(server)
+    limits = {name: value for name, value in options.pop("backup").items() if value and release == "humble"}
+    own = {"backup": limits}
     return {
-        **_options(server),
+        **options,
         **BEHAVIOR_FRAMES[release],
         "robot_base_frame": BASE_FRAME,
-        **{name: {"plugin": BEHAVIORS[name][release]} for name in server.behavior_plugins},
+        **{name: {"plugin": BEHAVIORS[name][release], **own.get(name, {})} for name in server.behavior_plugins},
     }
 
 

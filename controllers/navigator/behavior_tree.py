@@ -48,26 +48,6 @@ class Node(ABC):
         """Stop whatever is running."""
 
 
-class Action(Node):
-    """A leaf that begins something when it is first ticked and continues it at every tick while it runs."""
-
-    def tick(self) -> Status:
-        """Begin unless the action runs already, then do this tick's part."""
-        if self.status is not Status.RUNNING:
-            self.start()
-        return self.update()
-
-    def start(self) -> None:
-        """Begin; the first update follows in the same tick."""
-
-    @abstractmethod
-    def update(self) -> Status:
-        """Do this tick's part."""
-
-    def halt(self) -> None:
-        """Cancel the action; by default there is nothing to do."""
-
-
 class Condition(Node):
     """A leaf that asks a question: SUCCESS for yes, FAILURE for no."""
 
@@ -92,6 +72,14 @@ class Control(Node):
         """Stop all children."""
         for child in self.children:
             child.stop()
+
+
+def halt_tree(root: Node) -> None:
+    """Halt every node, RUNNING or not, as Jazzy does when navigation ends (BehaviorTree.CPP 4)."""
+    root.halt()
+    root.status = Status.IDLE
+    for child in root.children if isinstance(root, Control) else ():
+        halt_tree(child)
 
 
 class Sequence(Control):

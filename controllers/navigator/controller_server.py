@@ -9,136 +9,195 @@ transform.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import STOP, ControllerAbort, ControllerError, InvalidPath, PathFollower, Twist
+from controllers.base import STOP, ControllerAbort, ControllerError, PathFollower, Twist
 from controllers.nav2_params.navigation import ControllerServer as ControllerServerParams
-from controllers.navigator.behavior_tree import Status
+from controllers.navigator import error_codes
+from controllers.navigator.actions import Outcome, Result
 from controllers.navigator.checkers import make_goal_checker, make_progress_checker
-from controllers.navigator.rate import TIME_RESOLUTION, Rate
+from controllers.navigator.costmap_wait import CostmapWait, UpdatedCostmap
+from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Rate
+from controllers.navigator.robot_state import RobotState
 from controllers.releases import Release
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.world.frames import IDENTITY, transform_path
 from gym_mapbench.world.scenario import Pose
 
+REACHED = Outcome(Result.SUCCEEDED)
+
+
+class LocalCostmap(UpdatedCostmap, Protocol):
+    """The local costmap."""
+
+    @property
+    def costmap(self) -> Costmap:
+        """The costmap as of its last update."""
+        ...
+
+
+def no_time() -> float:
+    """Return 0 s: the follower computes its command at once."""
+    return 0.0
+
 
 class ControllerServer:
     """Follows a path until its end is reached or the follower has failed for too long.
 
-    It cycles at ``controller_frequency``; a command is held until the next cycle.
+    It cycles at ``controller_frequency``, and waits for the local costmap where that has been cleared.
 
     Args:
         follower: DWB, MPPI or any other :class:`controllers.base.PathFollower`.
         params: The parameters: checkers, thresholds and failure tolerance.
+        robot: What is measured of the robot.
+        costmap: The local costmap.
+        publish: Takes the commands.
         abort_is_exception: Whether ``failure_tolerance`` also covers a ControllerAbort; in Nav2 such an exception ends
             the action at once.
-        release: The release of Nav2. In Jazzy a controller is reset whenever an action ends: its ``end_action()`` is
-            called, if it has one.
+        release: The release of Nav2. In Jazzy the goal is checked before the follower is asked, and a controller is
+            reset whenever an action ends: its ``end_action()`` is called, if it has one.
+        computing_time: Returns how long the follower took for its last command, s in simulated time.
 
     Attributes:
-        command: The command in force.
-        failure_reason: Why the action was aborted.
-        recovery_would_help: Whether the failure is one that, by Jazzy's error codes, a recovery may help against.
+        next_time: When the next cycle begins, s.
         seconds: Wall-clock seconds spent inside the follower.
         calls: Number of calls of the follower.
     """
+
+    _path: NDArray[np.float64]
+    _goal: Pose
+    _map_seen: Pose
+    _last_valid_time: float
 
     def __init__(
         self,
         follower: PathFollower,
         params: ControllerServerParams,
+        robot: RobotState,
+        costmap: LocalCostmap,
+        publish: Callable[[Twist], None],
         *,
         abort_is_exception: bool = False,
         release: Release = "humble",
+        computing_time: Callable[[], float] = no_time,
     ) -> None:
-        self._follower = follower
-        self._params = params
+        self._follower, self._params, self._robot, self._costmap = follower, params, robot, costmap
+        self._publish, self._computing_time = publish, computing_time
         self._abort_is_exception = abort_is_exception
         self._goal_checker = make_goal_checker(params.goal_checker)
         self._progress_checker = make_progress_checker(params.progress_checker)
-        self._rate = Rate(params.controller_frequency)
-        self.command = STOP
-        self.failure_reason = ""
-        self.recovery_would_help = False
+        self._rate = Rate(1.0 / params.controller_frequency, restarts=True)
+        self._checks_goal_first = release != "humble"
+        self._wait = CostmapWait(costmap, NEVER if release == "humble" else params.costmap_update_timeout)
         self._end_action = getattr(follower, "end_action", None) if release != "humble" else None
+        self.next_time = NEVER
         self.seconds = 0.0
         self.calls = 0
 
-    def start(self, path: NDArray[np.float64], now: float) -> None:
-        """Begin to follow ``path``, ``(n, 3)`` x, y in m and yaw in rad on the map."""
-        self.set_plan(path)
+    @property
+    def listens(self) -> bool:
+        """Whether cancellations and new paths are looked at: not while the server waits for the costmap."""
+        return not self._wait.is_waiting
+
+    def accepts(self, goal: NDArray[np.float64]) -> bool:
+        """Return True: every path is taken."""
+        return True
+
+    def begin(self, goal: NDArray[np.float64], now: float) -> None:
+        """Begin to follow a path, ``(n, 3)`` x, y in m and yaw in rad on the map."""
+        self._set_plan(goal)
         self._progress_checker.reset()
-        self._last_valid_time = now
+        self._last_valid_time = self.next_time = now
+        self._wait.forget()
         self._rate.start(now)
 
-    def set_plan(self, path: NDArray[np.float64]) -> None:
-        """Take a new path; the goal checker begins anew, the progress checker does not."""
+    def update(self, goal: NDArray[np.float64], now: float) -> bool:
+        """Go on with a new path; the goal checker begins anew, the progress checker does not."""
+        self._set_plan(goal)
+        return True
+
+    def step(self, now: float) -> Outcome | None:
+        """Do the cycle that is due, or go on waiting for the costmap."""
+        if not len(self._path):
+            return self._abort("Path is empty.", error_codes.INVALID_PATH)
+        if not self._wait.is_over(now):
+            self.next_time = self._wait.next_time
+            return None
+        if self._wait.has_failed:
+            return self._abort("Costmap timed out waiting for update", error_codes.CONTROLLER_TIMED_OUT)
+        try:
+            outcome = self._cycle(now)
+        except ControllerAbort as error:
+            outcome = self._abort(str(error), error.code)
+        self.next_time = self._rate.next_after(now + self._spent)
+        return None if outcome is None else outcome._replace(delay=self._spent)
+
+    def cancel(self) -> None:
+        """Stop the robot."""
+        self._end()
+
+    def _cycle(self, now: float) -> Outcome | None:
+        """Check progress, ask for a command, and test the goal: in Humble last, with a fresh pose, in Jazzy first."""
+        self._spent = 0.0
+        pose = self._robot.local_pose
+        self._place_plan()
+        if self._checks_goal_first and self._is_goal_reached():
+            return self._reach()
+        if not self._progress_checker.check(pose, now):
+            return self._abort("Failed to make progress", error_codes.FAILED_TO_MAKE_PROGRESS)
+        outcome = self._command(pose, now)
+        if outcome is None and not self._checks_goal_first and self._is_goal_reached():
+            return self._reach()
+        return outcome
+
+    def _command(self, pose: Pose, now: float) -> Outcome | None:
+        """Ask the follower for a command and publish it; an outcome if the server's patience is over."""
+        try:
+            command = self._compute(pose, now)
+            self._last_valid_time = now + self._spent
+        except (ControllerError, ControllerAbort) as error:
+            if not self._is_patient_with(error, now + self._spent):
+                return self._abort(str(error), self._code_of(error))
+            command = STOP
+        self._publish(command)
+        return None
+
+    def _compute(self, pose: Pose, now: float) -> Twist:
+        """Ask the follower for a command, and measure how long it takes."""
+        began = time.perf_counter()
+        try:
+            velocity = self._without_noise(self._robot.odometry)
+            return self._follower.compute_velocity_commands(pose, velocity, self._costmap.costmap, now)
+        finally:
+            self.seconds += time.perf_counter() - began
+            self.calls += 1
+            self._spent = self._computing_time()
+
+    def _set_plan(self, path: NDArray[np.float64]) -> None:
         self._path, self._map_seen = path, IDENTITY
         self._goal_checker.reset()
         if len(path):
             self._goal = Pose(*map(float, path[-1]))
             self._follower.set_plan(path)
 
-    def step(
-        self, pose: Pose, odometry: Twist, costmap: Costmap, now: float, map_in_costmap: Pose = IDENTITY
-    ) -> Status:
-        """Do a cycle if one is due: check progress, ask for a command, and test the goal at the same pose.
-
-        Args:
-            pose: Pose of the robot, in the costmap's frame.
-            odometry: Measured velocity.
-            costmap: The local costmap.
-            now: Seconds since the start of the run.
-            map_in_costmap: Pose of the map's frame in the costmap's frame.
-        """
-        if not self._rate.is_due(now):
-            return Status.RUNNING
-        if not len(self._path):
-            return self._abort("Path is empty.", recovery_would_help=False)
-        if map_in_costmap != self._map_seen:
-            self._move_plan(map_in_costmap)
-        if not self._progress_checker.check(pose, now):
-            return self._abort("Failed to make progress")
-        velocity = self._without_noise(odometry)
-        try:
-            self.command = self._compute(pose, velocity, costmap, now)
-            self._last_valid_time = now
-        except (ControllerError, ControllerAbort) as error:
-            if not self._is_patient_with(error, now):
-                return self._abort(str(error), recovery_would_help=not isinstance(error, InvalidPath))
-            self.command = STOP
-        if self._goal_checker.is_goal_reached(pose, self._goal, velocity):
-            self._end()
-            return Status.SUCCESS
-        return Status.RUNNING
-
-    def cancel(self) -> None:
-        """Stop the robot."""
-        self._end()
-
-    def _end(self) -> None:
-        """Stop the robot and, in Jazzy, reset the controller."""
-        self.command = STOP
-        if self._end_action is not None:
-            self._end_action()
-
-    def _move_plan(self, map_in_costmap: Pose) -> None:
-        """Give the follower the path at its new place."""
+    def _place_plan(self) -> None:
+        """Give the follower the path at its new place, if the frames have moved."""
+        map_in_costmap = self._robot.map_in_local
+        if map_in_costmap == self._map_seen:
+            return
         self._map_seen = map_in_costmap
         path = transform_path(map_in_costmap, self._path)
         self._goal = Pose(*path[-1].tolist())
         self._follower.move_plan(path)
 
-    def _compute(self, pose: Pose, velocity: Twist, costmap: Costmap, now: float) -> Twist:
-        """Ask the follower for a command, and measure how long it takes."""
-        began = time.perf_counter()
-        try:
-            return self._follower.compute_velocity_commands(pose, velocity, costmap, now)
-        finally:
-            self.seconds += time.perf_counter() - began
-            self.calls += 1
+    def _is_goal_reached(self) -> bool:
+        """Whether the newest pose is at the end of the path."""
+        robot = self._robot
+        return self._goal_checker.is_goal_reached(robot.local_pose, self._goal, self._without_noise(robot.odometry))
 
     def _without_noise(self, odometry: Twist) -> Twist:
         """Return the measured velocity with components below the thresholds set to 0."""
@@ -153,7 +212,23 @@ class ControllerServer:
             return False
         return tolerance == -1.0 or now - self._last_valid_time <= tolerance + TIME_RESOLUTION
 
-    def _abort(self, reason: str, *, recovery_would_help: bool = True) -> Status:
+    def _code_of(self, error: ControllerError | ControllerAbort) -> int:
+        """Return the error code of an exception that ends the action."""
+        if isinstance(error, ControllerAbort):
+            return error.code
+        impatient = self._params.failure_tolerance == 0.0
+        return error_codes.NO_VALID_CONTROL if impatient else error_codes.PATIENCE_EXCEEDED
+
+    def _reach(self) -> Outcome:
         self._end()
-        self.failure_reason, self.recovery_would_help = reason, recovery_would_help
-        return Status.FAILURE
+        return REACHED
+
+    def _abort(self, reason: str, code: int) -> Outcome:
+        self._end()
+        return Outcome(Result.ABORTED, code, reason)
+
+    def _end(self) -> None:
+        """Stop the robot and, in Jazzy, reset the controller."""
+        self._publish(STOP)
+        if self._end_action is not None:
+            self._end_action()

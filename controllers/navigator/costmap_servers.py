@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.navigator.rate import Rate
+from controllers.navigator.costmap_wait import UpdateSchedule
+from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from gym_mapbench.costmap import Costmap, CostmapParams, LaserScan, LayeredCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.footprint import Footprint
@@ -42,7 +43,10 @@ class CostmapServer:
 
     def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint, lidar: LidarSettings) -> None:
         self._layered = LayeredCostmap(params, grid, footprint)
-        self._rate = Rate(params.update_frequency)
+        self._schedule = UpdateSchedule(params.update_frequency)
+        self._publish_period = 1.0 / params.publish_frequency if params.publish_frequency > 0.0 else NEVER
+        self._published: Costmap | None = None
+        self._published_at = -NEVER
         self._lidar = lidar
         self._measured = b""
         self._is_buffered = True
@@ -52,14 +56,26 @@ class CostmapServer:
         """The costmap as of its last update."""
         return self._costmap
 
-    def observe(self, pose: Pose, scan: Ranges | None, now: float, on_map: Pose | None = None) -> None:
-        """Take this step's measurements, and update the costmap if that is due.
+    def published(self) -> Costmap | None:
+        """Return the costmap as it was last published, which is how the recovery behaviours see it; None before."""
+        return self._published
+
+    @property
+    def next_update(self) -> float:
+        """When the next update is due, s."""
+        return self._schedule.next_update
+
+    def is_current(self, now: float) -> bool:
+        """Whether the costmap, at ``now`` (s), has been updated since it was cleared."""
+        return self._schedule.is_current(now)
+
+    def observe(self, pose: Pose, scan: Ranges | None, on_map: Pose | None = None) -> None:
+        """Take this step's measurements; the next update uses them.
 
         Args:
             pose: Pose of the robot, in the costmap's frame.
             scan: ``(beams,)`` ranges, m. If all of them equal the last ones, it is still the last scan, taken at the
                 pose at which it first came.
-            now: Seconds since the start of the run.
             on_map: The same pose in the map's frame; None where this is the costmap's frame.
 
         Raises:
@@ -71,16 +87,19 @@ class CostmapServer:
         if scan is not None and (measured := scan.tobytes()) != self._measured:  # a seventh of array_equal's time
             self._measured, self._scan, self._is_buffered = measured, scan, False
             self._taken_at = self._lidar.sensor_pose(pose)
-        if self._rate.is_due(now):
-            self._update()
+
+    def advance(self, now: float) -> None:
+        """Update the costmap if that is due at ``now`` (s), and publish it if that is due then."""
+        if not self._schedule.is_due(now):
+            return
+        self._update()
+        if now - self._published_at > self._publish_period + TIME_RESOLUTION:
+            self._published, self._published_at = self._costmap, now
 
     def clear(self) -> None:
-        """Forget all layers (``ClearEntirely``) and fill them again from the newest scan.
-
-        Nav2 fills them at the next regular update, for which the planner and the controller wait.
-        """
+        """Forget all layers (``ClearEntirely``); the next update fills them again from the newest scan."""
         self._layered.clear()
-        self._update()
+        self._schedule.clear()
 
     def _update(self) -> None:
         if not self._is_buffered:

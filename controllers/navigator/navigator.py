@@ -1,8 +1,9 @@
 """Navigator: Nav2's NavigateToPose as a policy over the env API.
 
-One ``act`` is one control period. It does the following, in this order: update the costmaps if that is due, replan if
-that is due, check progress, ask the path follower for a command, and test the goal at the same pose. Time is counted in
-control periods, never by a wall clock.
+One ``act`` is one control period. It does all that was due since the last one, with the measurements of now: update the
+costmaps, tick the tree, and let the servers of planner, controller and recoveries do their cycles. With ``latency:
+ideal`` the tree ticks once: replan if that is due, check progress, ask the path follower for a command, and test the
+goal at the same pose. Time is counted in control periods, never by a wall clock.
 
 The planner works on the map. The controller, its checkers and the recovery behaviours work in the frame of the local
 costmap, which is ``odom`` (a costmap's ``global_frame`` in Nav2). It is shifted and turned against the map; the robot
@@ -11,6 +12,7 @@ moves smoothly in it, but it drifts.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -27,16 +29,21 @@ from controllers.base import (
     Twist,
 )
 from controllers.nav2_params.navigation import NavigationParams
-from controllers.navigator.behavior_tree import Node, Status
-from controllers.navigator.behaviors import BehaviorServer
+from controllers.navigator.actions import ActionServer
+from controllers.navigator.behavior_server import BehaviorServer
+from controllers.navigator.behavior_tree import Status
 from controllers.navigator.controller_server import ControllerServer
 from controllers.navigator.costmap_servers import CostmapServer
+from controllers.navigator.latency import LATENCIES
 from controllers.navigator.navigate_to_pose import (
     Blackboard,
+    Servers,
     navigate_to_pose_w_replanning,
     navigate_to_pose_w_replanning_and_recovery,
 )
-from controllers.navigator.rate import TIME_RESOLUTION
+from controllers.navigator.planner_server import PlannerServer
+from controllers.navigator.rate import NEVER, TIME_RESOLUTION
+from controllers.navigator.tree_loop import TreeLoop
 from controllers.navigator.velocity_smoother import VelocitySmoother
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.env.render import SeenCostmap
@@ -45,6 +52,26 @@ from gym_mapbench.metrics.episode import RECOVERY_KINDS, Event, Outcome
 from gym_mapbench.planners import make_planner
 from gym_mapbench.world.frames import relate
 from gym_mapbench.world.scenario import Pose
+
+
+@dataclass
+class Measured:
+    """What is measured of the robot.
+
+    Attributes:
+        pose: Its pose on the map.
+        local_pose: Its pose in the frame of the local costmap.
+        odometry: Its velocity.
+    """
+
+    pose: Pose
+    local_pose: Pose
+    odometry: Twist = STOP
+
+    @property
+    def map_in_local(self) -> Pose:
+        """Pose of the map's frame in the local costmap's frame, from the robot's two poses."""
+        return relate(self.pose, self.local_pose)
 
 
 class Navigator:
@@ -68,7 +95,12 @@ class Navigator:
 
     decides_goal = True
     _board: Blackboard
-    _tree: Node
+    _robot: Measured
+    _local_costmap: CostmapServer
+    _global_costmap: CostmapServer
+    _controller_server: ControllerServer
+    _servers: Servers
+    _loop: TreeLoop
 
     def __init__(
         self, follower: PathFollower, params: NavigationParams, name: str, *, abort_is_exception: bool = False
@@ -128,47 +160,45 @@ class Navigator:
         self._forget_outcome()
         self._period = context.control_period
         self._steps = 0
-        self._board = self._make_board(context)
-        recoveries = self.params.bt.recoveries
-        build_tree = navigate_to_pose_w_replanning_and_recovery if recoveries else navigate_to_pose_w_replanning
-        self._tree = build_tree(self._board, self.params)
+        self._now = 0.0
+        self._cmd_vel = STOP
+        self._robot = Measured(context.start, context.start)
+        self._board = Blackboard(context.goal, events=self.events)
+        self._servers = self._make_servers(context)
+        self._loop = self._make_loop()
         limits = self.params.velocity_smoother
-        self._smoother = VelocitySmoother(limits, context.control_period) if limits else None
+        self._smoother = VelocitySmoother(limits) if limits else None
 
     def act(self, observation: Observation) -> Twist:
         """Return the command for one control period; zero when the run is over."""
         if self.status != "running":
             return STOP
-        pose, odometry = Pose(*_floats(observation["pose"])), Twist(*_floats(observation["velocity"]))
-        local_pose = Pose(*_floats(observation["odom"])) if self._local_in_odom else pose
-        now = round(self._steps * self._period, 9)
-        board, scan = self._board, observation.get("scan")
-        board.begin_tick(now, pose, local_pose, odometry)
-        board.global_costmap.observe(pose, scan, now)
-        board.local_costmap.observe(local_pose, scan, now, pose)
+        self._now = round(self._steps * self._period, 9)
         self._steps += 1
-        outcome = self._tree.execute_tick()
+        self._measure(observation)
+        outcome = self._loop.run_until(self._now)
         self._remember_path()
         if outcome is not Status.RUNNING:
             self._finish(outcome)
             return STOP
-        return self._command(odometry)
+        self._advance_servers()
+        return self._command()
 
     def explain(self) -> str:
         """Say in one line what keeps the path follower from driving on; empty if it cannot tell."""
         explain = getattr(self.follower, "explain", None)
-        if explain is None or not len(self._board.path):
+        if explain is None or not len(self.path):
             return ""
         try:
-            return str(explain(self._board.local_pose, self._board.local_costmap.costmap, self._board.now))
+            return str(explain(self._robot.local_pose, self._local_costmap.costmap, self._now))
         except (ControllerError, ControllerAbort) as error:
             return str(error)
 
     @property
     def seen_costmap(self) -> SeenCostmap:
         """The current local costmap, placed on the map where the robot believes it to be."""
-        board = self._board
-        return SeenCostmap(board.local_costmap.costmap, relate(board.local_pose, board.pose), board.pose)
+        robot = self._robot
+        return SeenCostmap(self._local_costmap.costmap, relate(robot.local_pose, robot.pose), robot.pose)
 
     @property
     def number_recoveries(self) -> int:
@@ -178,12 +208,12 @@ class Navigator:
     @property
     def controller_seconds(self) -> float:
         """Wall-clock seconds spent inside the path follower in this run."""
-        return self._board.controller_server.seconds
+        return self._controller_server.seconds
 
     @property
     def controller_calls(self) -> int:
         """Number of calls of the path follower in this run."""
-        return self._board.controller_server.calls
+        return self._controller_server.calls
 
     def _forget_outcome(self) -> None:
         self.status: Literal["running", "succeeded", "failed"] = "running"
@@ -192,28 +222,56 @@ class Navigator:
         self.events: list[Event] = []
         self.path = self.first_path = np.empty((0, 3))
 
-    def _make_board(self, context: Context) -> Blackboard:
+    def _make_servers(self, context: Context) -> Servers:
         """Build the servers on this run's map."""
-        params = self.params
+        params, latency = self.params, LATENCIES[self.params.bt.latency]
         setup = self.follower_setup(context)
         self.follower.reset(setup)
         global_footprint = params.global_costmap.make_footprint(context.robot)
-        return Blackboard(
-            goal=context.goal,
-            planner=make_planner(params.planner.name, **params.planner.params),
-            global_costmap=CostmapServer(params.global_costmap, context.grid, global_footprint, context.lidar),
-            local_costmap=CostmapServer(params.local_costmap, context.grid, setup.footprint, context.lidar),
-            controller_server=ControllerServer(
-                self.follower,
-                params.controller_server,
-                abort_is_exception=self._abort_is_exception,
-                release=params.release,
-            ),
-            behavior_server=BehaviorServer(params.behavior_server, setup.footprint),
-            pose=context.start,
-            local_pose=context.start,
-            events=self.events,
+        self._global_costmap = CostmapServer(params.global_costmap, context.grid, global_footprint, context.lidar)
+        self._local_costmap = CostmapServer(params.local_costmap, context.grid, setup.footprint, context.lidar)
+        self._controller_server = ControllerServer(
+            self.follower,
+            params.controller_server,
+            self._robot,
+            self._local_costmap,
+            self._take_nav_command,
+            abort_is_exception=self._abort_is_exception,
+            release=params.release,
         )
+        return Servers(
+            planner=ActionServer(self._make_planner_server(latency.planning), latency),
+            controller=ActionServer(self._controller_server, latency),
+            behaviors={
+                kind: ActionServer(self._make_behavior_server(setup), latency)
+                for kind in params.behavior_server.behavior_plugins
+            },
+            clear=self._clear,
+        )
+
+    def _make_planner_server(self, planning_time: float) -> PlannerServer:
+        planner = self.params.planner
+        timeout = NEVER if self.params.release == "humble" else planner.costmap_update_timeout
+        made = make_planner(planner.name, **planner.params)
+        return PlannerServer(made, self._robot, self._global_costmap, planning_time, timeout)
+
+    def _make_behavior_server(self, setup: FollowerSetup) -> BehaviorServer:
+        return BehaviorServer(
+            self.params.behavior_server,
+            setup.footprint,
+            self._robot,
+            self._local_costmap.published,
+            self._take_recovery_command,
+        )
+
+    def _make_loop(self) -> TreeLoop:
+        """Build the tree, and what ticks it."""
+        params, latency = self.params, LATENCIES[self.params.bt.latency]
+        recoveries = params.bt.recoveries
+        build_tree = navigate_to_pose_w_replanning_and_recovery if recoveries else navigate_to_pose_w_replanning
+        tree = build_tree(self._board, params, self._servers, latency)
+        period = self._period if latency.is_ideal else params.bt.bt_loop_duration / 1000.0
+        return TreeLoop(tree, self._board.clock, period, self._update_costmaps, params.release)
 
     def follower_setup(self, context: Context) -> FollowerSetup:
         """Return what Nav2's controller server tells the path follower before a run."""
@@ -228,14 +286,54 @@ class Navigator:
             rng=context.rng,
         )
 
-    def _command(self, odometry: Twist) -> Twist:
-        """Return the smoothed command of the controller, or that of a recovery, which bypasses the smoother."""
-        board = self._board
-        command = self._smoother.smooth(board.cmd_vel_nav, odometry) if self._smoother else board.cmd_vel_nav
-        return command if board.recovery_command is None else board.recovery_command
+    def _measure(self, observation: Observation) -> None:
+        """Take this step's measurements."""
+        robot, scan = self._robot, observation.get("scan")
+        robot.pose, robot.odometry = Pose(*_floats(observation["pose"])), Twist(*_floats(observation["velocity"]))
+        robot.local_pose = Pose(*_floats(observation["odom"])) if self._local_in_odom else robot.pose
+        self._global_costmap.observe(robot.pose, scan)
+        self._local_costmap.observe(robot.local_pose, scan, robot.pose)
+
+    def _update_costmaps(self, now: float) -> None:
+        """Update the costmaps if that is due."""
+        self._global_costmap.advance(now)
+        self._local_costmap.advance(now)
+
+    def _advance_servers(self) -> None:
+        """Do what the servers had to do since the last tick."""
+        self._update_costmaps(self._now)
+        for server in (self._servers.planner, self._servers.controller, *self._servers.behaviors.values()):
+            server.advance(self._now)
+
+    def _clear(self, which: str) -> float:
+        """Clear a costmap; returns how long the service takes."""
+        (self._local_costmap if which == "local" else self._global_costmap).clear()
+        return LATENCIES[self.params.bt.latency].service
+
+    def _take_nav_command(self, command: Twist) -> None:
+        """Take a command of the controller server."""
+        if self._smoother is None:
+            self._cmd_vel = command
+        else:
+            self._smoother.take(command, self._now)
+
+    def _take_recovery_command(self, command: Twist) -> None:
+        """Take a command of a recovery: Humble's go to the robot, Jazzy's to the smoother."""
+        if self.params.release == "humble":
+            self._cmd_vel = command
+        else:
+            self._take_nav_command(command)
+
+    def _command(self) -> Twist:
+        """Return the newest command that the robot was given."""
+        if self._smoother is not None:
+            self._smoother.measure(self._robot.odometry, self._now)
+            self._cmd_vel = self._smoother.advance(self._now) or self._cmd_vel
+        return self._cmd_vel
 
     def _remember_path(self) -> None:
-        self.path = self._board.path
+        if len(self._board.path):
+            self.path = self._board.path
         if not len(self.first_path):
             self.first_path = self.path
 

@@ -1,29 +1,64 @@
-"""Rate: a loop rate in simulated time."""
+"""Times in simulated seconds: a clock, and a loop rate.
+
+Source: rclcpp (Humble and Jazzy) include/rclcpp/rate.hpp.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 TIME_RESOLUTION = 1e-9
-"""Times closer than this (s) count as equal: they are sums of control periods, which are no exact binary fractions."""
+"""Times closer than this (s) count as equal: they are sums of periods, which are no exact binary fractions."""
+NEVER = float("inf")
+"""The time of what is not going to happen, s."""
+
+
+@dataclass
+class Clock:
+    """The time at which the tree is; a node that waits for an answer moves it on.
+
+    Attributes:
+        now: The time, s.
+        is_woken: Whether a result has come for which BehaviorTree.CPP 4 (Jazzy) ticks the tree once more.
+    """
+
+    now: float = 0.0
+    is_woken: bool = False
+
+    def __call__(self) -> float:
+        """Return the time, s."""
+        return self.now
 
 
 class Rate:
-    """Says when the next cycle of a server is due.
+    """Says when the next cycle of a loop begins; copied from rclcpp with its quirk.
+
+    A cycle that takes longer than its period delays the next one. After a cycle that takes longer than two periods,
+    every pause lasts a whole period from the end of a cycle on, until these delays add up to a period.
 
     Args:
-        hz: Cycles per second.
+        period: Seconds between the beginnings of two cycles.
+        restarts: Whether every cycle that lasts too long starts the rate again, as in the controller server.
     """
 
-    def __init__(self, hz: float) -> None:
-        self._period = 1.0 / hz
-        self._next = 0.0
+    def __init__(self, period: float, *, restarts: bool = False) -> None:
+        self._restarts = restarts
+        self._period = int(period * 1e9) / 1e9  # Nav2 counts whole nanoseconds
+        self._last = 0.0
 
     def start(self, now: float) -> None:
-        """Make the first cycle due now, s."""
-        self._next = now
+        """Begin the first cycle at ``now``, s."""
+        self._last = now
 
-    def is_due(self, now: float) -> bool:
-        """Return whether a cycle is due at ``now`` (s); it then counts as done."""
-        if now < self._next - TIME_RESOLUTION:
-            return False
-        self._next += self._period
-        return True
+    def next_after(self, now: float) -> float:
+        """Return when the next cycle begins, s, if this one has ended at ``now``."""
+        is_behind = now < self._last - TIME_RESOLUTION
+        due = round((now if is_behind else self._last) + self._period, 9)
+        self._last = round(self._last + self._period, 9)
+        if due > now + TIME_RESOLUTION:
+            return due
+        if self._restarts:
+            self._last = now
+        elif now > due + self._period + TIME_RESOLUTION:
+            self._last = now + self._period
+        return now

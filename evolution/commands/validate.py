@@ -5,17 +5,19 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from evolution.commands import options
 from evolution.commands.console import errors, print_table
 from evolution.driving import available_cores
 from evolution.files import Table
 from evolution.validation import (
+    AroundOracle,
     LayersOracle,
     Measure,
     Oracle,
     PlantOracle,
+    around_measures,
     closed_loop_measures,
     costmap_measures,
     disagreements,
@@ -33,7 +35,15 @@ EXAMPLES = """  mapbench validate nav2-oracle
   mapbench validate nav2-oracle --format json > validation.json
   mapbench validate nav2-oracle --units-only           single calls only, in a few seconds
   mapbench validate nav2-oracle-layers                 costmap layers, fed with recorded scans
+  mapbench validate nav2-bt-oracle                     behaviour tree, recoveries, controller server, smoother
   mapbench validate fortress-plant                     motion and contacts in the physics of Gazebo Fortress"""
+
+RECORDINGS: tuple[tuple[Callable[[str], bool], Callable[[str], list[Measure]]], ...] = (
+    (PlantOracle.is_in, lambda directory: plant_measures(PlantOracle(directory))),
+    (AroundOracle.is_in, lambda directory: around_measures(AroundOracle(directory))),
+    (LayersOracle.is_in, lambda directory: layer_measures(LayersOracle(directory))),
+)
+"""Kinds of recordings without whole runs: whether a directory holds them, and their measures."""
 
 UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, other_measures, mppi_measures)
 
@@ -64,15 +74,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def measure(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
-    """Compare with what a directory holds; returns the measures, and the runs that ended differently in words."""
-    if PlantOracle.is_in(args.directory):
-        return plant_measures(PlantOracle(args.directory)), []
-    return measure_layers(args) if LayersOracle.is_in(args.directory) else measure_navigation(args)
+    """Compare with the recordings of a directory; returns the measures, and a line for each run that ended differently.
 
-
-def measure_layers(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
-    """Compare with recorded costmap layers; there are no runs, so no run can differ."""
-    return layer_measures(LayersOracle(args.directory)), []
+    The directory's files tell which recordings they are.
+    """
+    take = next((take for is_in, take in RECORDINGS if is_in(args.directory)), None)
+    return measure_navigation(args) if take is None else (take(args.directory), [])
 
 
 def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:

@@ -1,4 +1,7 @@
-"""Validation: compares ours with recorded results of Nav2's own code, and our plant with Gazebo Fortress.
+"""Validation: compares our navigation with recorded results of Nav2's own code, and our plant with Gazebo Fortress.
+
+The recordings hold costmaps, their layers, planner, controllers, and the parts around the controllers: behaviour tree,
+recoveries, controller server, velocity smoother.
 
 In: a directory of recorded results. Out: a list of :class:`Measure`, each with its target, the number of cases and the
 worst of them.
@@ -6,6 +9,7 @@ worst of them.
 
 from __future__ import annotations
 
+from evolution.validation.around import AroundOracle, around_measures
 from evolution.validation.closed_loop import closed_loop_measures, disagreements, drive_recorded
 from evolution.validation.layers import LayersOracle, layer_measures
 from evolution.validation.measures import Measure
@@ -15,10 +19,12 @@ from evolution.validation.plant import PlantOracle, plant_measures
 from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
 
 __all__ = [
+    "AroundOracle",
     "LayersOracle",
     "Measure",
     "Oracle",
     "PlantOracle",
+    "around_measures",
     "closed_loop_measures",
     "costmap_measures",
     "disagreements",

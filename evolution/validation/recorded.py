@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
+import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,18 +34,31 @@ def read_config(directory: str | Path) -> dict[str, Any]:
 
 
 def read_json(path: Path, kind: type) -> Any:
-    """Read a JSON file that holds a ``kind``.
+    """Read a JSON file that holds a ``kind``; a name that ends in ``.gz`` is that of a packed file.
 
     Raises:
         MapFormatError: If it is missing, unreadable, or holds something else.
     """
     try:
-        loaded = json.loads(bounded.read_text(_there(path), MAX_BYTES, MapFormatError))
-    except (ValueError, RecursionError) as error:
+        loaded = json.loads(_unpacked(path) if path.suffix == ".gz" else _text(path))
+    except (ValueError, RecursionError, OSError, EOFError) as error:
         raise MapFormatError(f"{path}: not readable as JSON ({error})") from None
     if not isinstance(loaded, kind):
         raise MapFormatError(f"{path}: expected a JSON {kind.__name__}, got {type(loaded).__name__}")
     return loaded
+
+
+def _text(path: Path) -> str:
+    return bounded.read_text(_there(path), MAX_BYTES, MapFormatError)
+
+
+def _unpacked(path: Path) -> bytes:
+    packed = bounded.read_bytes(_there(path), MAX_BYTES, MapFormatError)
+    with gzip.open(io.BytesIO(packed)) as file:
+        unpacked = file.read(MAX_BYTES + 1)
+    if len(unpacked) > MAX_BYTES:
+        raise MapFormatError(f"{path}: expected at most {MAX_BYTES} bytes unpacked, got more")
+    return unpacked
 
 
 def read_arrays(path: Path, required: Sequence[str]) -> Arrays:

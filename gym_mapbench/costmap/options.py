@@ -37,6 +37,8 @@ class CostmapOptions(Settings):
         origin_y: World y of the same corner, m.
         rolling_window: Whether the costmap is a window that follows the robot.
         update_frequency: Updates per second, Hz.
+        publish_frequency: Publications per second, Hz. The recovery behaviours see the published costmap; without a
+            positive rate they see none, and fail.
         track_unknown_space: Whether unknown cells stay unknown (255) instead of free.
         use_maximum: Whether the static layer writes the greater cost instead of overwriting.
         lethal_cost_threshold: Map value, 0 to 100, from which on a cell is an obstacle.
@@ -57,6 +59,7 @@ class CostmapOptions(Settings):
     origin_y: float = 0.0
     rolling_window: bool = False
     update_frequency: Positive = 5.0
+    publish_frequency: float = 1.0
     track_unknown_space: bool = False
     use_maximum: bool = False
     lethal_cost_threshold: Annotated[Natural, Field(le=100)] = 100

@@ -45,6 +45,7 @@ class CostmapParams(CostmapOptions):
     def example_local(cls, **changes: Any) -> CostmapParams:
         """Return the local costmap of ``nav2_bringup/params/nav2_params.yaml``: 3 m x 3 m around the robot."""
         example: dict[str, Any] = {
+            "publish_frequency": 2.0,
             "rolling_window": True,
             "width": 3,
             "height": 3,

@@ -1,7 +1,7 @@
 """A footprint on a grid: the highest cost under its outline, and the cells within it.
 
-Source: nav2_costmap_2d/src/footprint_collision_checker.cpp, footprint.cpp, costmap_2d.cpp; for the cost Bresenham as in
-nav2_util's line iterator.
+Source: nav2_costmap_2d/src/footprint_collision_checker.cpp, footprint.cpp, costmap_2d.cpp, and
+dwb_critics/src/obstacle_footprint.cpp; for the cost Bresenham as in nav2_util's line iterator.
 """
 
 from __future__ import annotations
@@ -48,21 +48,33 @@ def line_cost(costs, row0, col0, row1, col1):
 
 @kernel
 def footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners):
-    """Largest cost under the outline of ``corners`` ``(n, 2)`` placed at a pose; 254 if a corner is off the map."""
+    """Largest cost under the outline of ``corners`` ``(n, 2)`` placed at a pose; 254 if a corner is off the map.
+
+    The closing edge runs from the first corner to the last, as in ``FootprintCollisionChecker``.
+    """
+    return outline_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners, False)
+
+
+@kernel
+def critic_footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners):
+    """:func:`footprint_cost` of DWB's ``ObstacleFootprintCritic``, whose closing edge runs from the last corner on."""
+    return outline_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners, True)
+
+
+@kernel
+def outline_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners, closes_from_last):
+    """Largest cost under an outline; Bresenham's line depends on the end at which an edge begins."""
     rows, cols = costs.shape
     cos, sin = math.cos(yaw), math.sin(yaw)
     worst = 0
     first = -1
     previous = -1
-    for i in range(len(corners) + 1):
-        if i < len(corners):
-            corner_x = x + (corners[i, 0] * cos - corners[i, 1] * sin)
-            corner_y = y + (corners[i, 0] * sin + corners[i, 1] * cos)
-            cell = cell_index(corner_x, corner_y, origin_x, origin_y, resolution, rows, cols)
-            if cell < 0:
-                return LETHAL
-        else:
-            cell = first
+    for i in range(len(corners)):
+        corner_x = x + (corners[i, 0] * cos - corners[i, 1] * sin)
+        corner_y = y + (corners[i, 0] * sin + corners[i, 1] * cos)
+        cell = cell_index(corner_x, corner_y, origin_x, origin_y, resolution, rows, cols)
+        if cell < 0:
+            return LETHAL
         if i == 0:
             first = cell
         else:
@@ -71,7 +83,9 @@ def footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw, corners):
             if edge == LETHAL:
                 return LETHAL
         previous = cell
-    return worst
+    start, end = (previous, first) if closes_from_last else (first, previous)
+    edge = line_cost(costs, start // cols, start % cols, end // cols, end % cols)
+    return LETHAL if edge == LETHAL else max(worst, edge)
 
 
 @kernel

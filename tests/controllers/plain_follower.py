@@ -64,11 +64,12 @@ class PlainFollower:
 
 
 def plain_navigation(recoveries: bool = False, **changes) -> NavigationParams:
-    """The thesis' parameters, or Jazzy's, on the whole known map; recoveries off."""
+    """The thesis' parameters, or Jazzy's, on the whole known map; without recoveries and without a smoother."""
     release = changes.get("release", "humble")
     preset = load_preset("thesis" if release == "humble" else release)
     plugins = ("static_layer", "inflation_layer")
     known = {
+        "velocity_smoother": None,
         "local_costmap": CostmapParams.example_local(rolling_window=False, plugins=plugins, release=release),
         "global_costmap": CostmapParams.example_global(plugins=plugins, release=release),
     }

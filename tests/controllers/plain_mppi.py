@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -131,7 +132,7 @@ class PlainMppi:
         if None in cells:
             return 254
         worst = 0
-        for (r0, c0), (r1, c1) in zip(cells, cells[1:] + cells[:1], strict=True):
+        for (r0, c0), (r1, c1) in [*itertools.pairwise(cells), (cells[0], cells[-1])]:
             for col, row in bresenham(c0, r0, c1, r1):
                 worst = max(worst, int(self.costmap.costs[row, col]))
                 if worst == 254:

@@ -38,7 +38,8 @@ def outline_cost(costmap, pose, corners):
     if None in at:
         return 254
     worst = 0
-    for a, b in zip(at, at[1:] + at[:1], strict=True):
+    # The closing edge runs from the first corner to the last.
+    for a, b in [*itertools.pairwise(at), (at[0], at[-1])]:
         edge = 0
         for cell in bresenham(*a, *b):
             edge = max(edge, int(costmap.costs[cell]))

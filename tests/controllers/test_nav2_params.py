@@ -19,6 +19,7 @@ from controllers.nav2_params.navigation import (
     GoalChecker,
     PlannerPlugin,
     ProgressChecker,
+    VelocitySmoother,
 )
 from controllers.nav2_params.parsing import SECTIONS
 from gym_mapbench.costmap import CostmapParams, InflationLayer, ObservationSource, ObstacleLayer
@@ -233,7 +234,7 @@ def test_the_bringup_file_of_humble_is_the_preset_but_for_its_robot_and_smoother
     assert navigation.velocity_smoother.max_velocity == (0.26, 0.0, 1.0)
     changes = {
         "controllers": thesis.controllers,
-        "velocity_smoother": None,
+        "velocity_smoother": thesis.velocity_smoother,
         "local_costmap": navigation.local_costmap.replace(robot_radius=None),
         "global_costmap": navigation.global_costmap.replace(robot_radius=None),
     }
@@ -365,7 +366,7 @@ def _groups(value):
 def test_thesis_has_the_values_of_the_examples():
     thesis = load_preset("thesis")
     assert list(thesis.controllers) == ["dwb", "mppi", "rpp"]
-    assert thesis.velocity_smoother is None
+    assert thesis.velocity_smoother == VelocitySmoother()
     assert thesis.controllers["dwb"].params["max_vel_x"] == 0.26
     assert thesis.controllers["mppi"].params["batch_size"] == 2000
     assert thesis.controllers["mppi"].params["CostCritic"]["consider_footprint"] is False
@@ -382,7 +383,9 @@ def test_fair_gives_everybody_the_limits_of_the_robot():
     assert {dwb["max_vel_theta"], mppi["wz_max"], rpp["rotate_to_heading_angular_vel"]} == {robot.max_angular_velocity}
     assert {dwb["acc_lim_theta"], rpp["max_angular_accel"]} == {robot.max_angular_acceleration}
     assert dwb["acc_lim_x"] == robot.max_linear_acceleration
-    assert fair.replace(controllers={}) == load_preset("thesis").replace(controllers={})
+    assert fair.velocity_smoother.max_velocity == (robot.max_linear_velocity, 0.0, robot.max_angular_velocity)
+    others = {"controllers": {}, "velocity_smoother": None}
+    assert fair.replace(**others) == load_preset("thesis").replace(**others)
 
 
 def test_an_unknown_preset_is_refused():

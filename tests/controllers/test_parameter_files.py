@@ -389,7 +389,7 @@ def test_a_goal_checker_of_the_position_alone_is_jazzys():
         parse_nav2_params(document, None, "humble")
 
 
-def test_behaviours_of_other_classes_and_ramps_are_left_out():
+def test_behaviours_of_other_classes_are_left_out():
     server = node(
         behavior_plugins=["spin", "backup"],
         spin={"plugin": "mine/Twirl"},
@@ -397,7 +397,16 @@ def test_behaviours_of_other_classes_and_ramps_are_left_out():
     )
     read = parse_nav2_params({"behavior_server": server})
     assert read.navigation.behavior_server.behavior_plugins == ("backup",)
-    assert read.named("left_out") == ("behavior_server.spin", "behavior_server.backup.acceleration_limit")
+    assert read.named("left_out") == ("behavior_server.spin",)
+
+
+def test_humbles_back_up_is_read_with_its_limits_and_jazzys_has_none():
+    server = node(behavior_plugins=["backup"], backup={"plugin": "nav2_behaviors/BackUp", "acceleration_limit": 2.5})
+    read = parse_nav2_params({"behavior_server": server}, release="humble")
+    assert read.navigation.behavior_server.backup.acceleration_limit == 2.5
+    read = parse_nav2_params({"behavior_server": server}, release="jazzy")
+    assert read.navigation.behavior_server.backup.acceleration_limit == 0.0
+    assert read.named("other_release") == ("behavior_server.backup.acceleration_limit",)
 
 
 # --- Costmaps ---------------------------------------------------------------------------------------------------------

@@ -20,6 +20,7 @@ from controllers.nav2_params.navigation import (
     BehaviorTree,
     ControllerPlugin,
     ControllerServer,
+    DriveLimits,
     GoalChecker,
     PlannerPlugin,
     ProgressChecker,
@@ -86,7 +87,12 @@ navigations = st.builds(
     | st.builds(PlannerPlugin, name=st.just("theta_star"), params=st.fixed_dictionaries({"w_euc_cost": positive})),
     local_costmap=costmap_params,
     global_costmap=costmap_params,
-    behavior_server=st.builds(BehaviorServer, behavior_plugins=st.sampled_from([(), ("wait",), ("spin", "wait")])),
+    behavior_server=st.builds(BehaviorServer, behavior_plugins=st.sampled_from([(), ("wait",), ("spin", "wait")]))
+    | st.builds(
+        BehaviorServer,
+        behavior_plugins=st.just(("backup",)),
+        backup=st.builds(DriveLimits, acceleration_limit=positive, minimum_speed=positive),
+    ),
     bt=st.builds(BehaviorTree, recoveries=st.booleans(), number_of_retries=st.integers(0, 9)),
     velocity_smoother=st.none()
     | st.builds(VelocitySmoother, max_velocity=axes, max_decel=negative_axes, feedback=st.just("CLOSED_LOOP")),
@@ -139,7 +145,7 @@ def test_what_is_written_is_what_ros_takes():
     assert write_nav2_params(thesis, robot=make_robot("turtlebot3_burger"))["local_costmap"]["local_costmap"][
         "ros__parameters"
     ]["robot_radius"] == pytest.approx(0.105)
-    assert "velocity_smoother" not in document
+    assert document["velocity_smoother"]["ros__parameters"]["max_velocity"] == [0.5, 0.0, 2.5]
     assert _values_of_type(document, tuple | type(None)) == []
 
 
@@ -228,7 +234,7 @@ planner_server:
 
 def test_what_serves_ros_alone_comes_back_as_it_was():
     read = parse_nav2_params(yaml.safe_load(KEPT))
-    assert read.ros_only["local_costmap"]["publish_frequency"] == 2.5
+    assert read.navigation.local_costmap.publish_frequency == 2.5
     document = write_nav2_params(read.navigation, ros_only=read.ros_only)
     server = document["controller_server"]["ros__parameters"]
     assert (server["odom_duration"], server["Slow"]["transform_tolerance"]) == (0.4, 0.7)
@@ -258,3 +264,10 @@ def test_writing_refuses_what_ros_does_not_have():
         write_nav2_params(NavigationParams(controller_server=server))
     with pytest.raises(ConfigError, match="unknown controller 'teb'"):
         write_nav2_params(load_preset("thesis"), follow_path="teb")
+
+
+@pytest.mark.parametrize(("release", "timeouts"), [("jazzy", (0.3, 1.0)), ("humble", (None, None))])
+def test_only_jazzys_servers_give_up_to_wait_for_their_costmaps(release, timeouts):
+    written = write_nav2_params(load_preset("thesis" if release == "humble" else release))
+    servers = [written[name]["ros__parameters"] for name in ("controller_server", "planner_server")]
+    assert tuple(server.get("costmap_update_timeout") for server in servers) == timeouts

@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as hnp
 
 from gym_mapbench.costmap import LaserScan
 from gym_mapbench.kernels import layers
-from gym_mapbench.kernels.footprint import clear_polygon, touch_footprint
+from gym_mapbench.kernels.footprint import clear_polygon, critic_footprint_cost, footprint_cost, touch_footprint
 from gym_mapbench.kernels.inflation import inflate
 from gym_mapbench.kernels.layers import shifted
 from gym_mapbench.kernels.obstacle_layer import clear_rays, mark_hits
@@ -203,3 +203,13 @@ def test_points_of_a_scan_equal_their_plain_twin(ranges, sensor, angle_min):
     assert seen.points.dtype == np.float32
     assert np.array_equal(seen.points, plain_project(ranges, angle_min, 0.0174, 0.12, 3.5, yaw, x, y))
     assert (seen.origin, seen.z) == ((x, y, 0.132), float(np.float32(0.132)))
+
+
+def test_the_closing_edge_begins_at_the_first_corner_but_for_dwbs_critic():
+    # Closing edge between the cells (0, 0) and (2, 4), row and column: through (1, 1) one way, (0, 1) the other.
+    corners = np.array([[0.5, 0.5], [0.5, 2.5], [4.5, 2.5]])
+    for cell, expected in (((1, 1), (254, 0)), ((0, 1), (0, 254))):
+        costs = np.zeros((5, 5), np.uint8)
+        costs[cell] = 254
+        placed = (costs, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, corners)
+        assert (footprint_cost(*placed), critic_footprint_cost(*placed)) == expected

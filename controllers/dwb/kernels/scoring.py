@@ -12,7 +12,7 @@ Source: nav2_dwb_controller/dwb_critics.
 from __future__ import annotations
 
 from controllers.dwb.kernels.rollout import advance
-from gym_mapbench.kernels.footprint import footprint_cost
+from gym_mapbench.kernels.footprint import critic_footprint_cost
 from gym_mapbench.kernels.geometry import cell_index, normalize_angle
 from gym_mapbench.kernels.jit import kernel
 
@@ -59,7 +59,9 @@ def last_footprint_scores(steps, headings, ends, yaw, cells, costs, origin_x, or
         cost = LETHAL
         if cells[i] >= 0:
             heading = yaw[headings[i] + steps[i]]
-            cost = footprint_cost(costs, resolution, origin_x, origin_y, ends[i, 0], ends[i, 1], heading, corners)
+            cost = critic_footprint_cost(
+                costs, resolution, origin_x, origin_y, ends[i, 0], ends[i, 1], heading, corners
+            )
         scores[i] = cost if cost < LETHAL else ILLEGAL
 
 
@@ -74,7 +76,7 @@ def summed_footprint_scores(
         v, x, y = state[3], state[0], state[1]
         total, cost = 0.0, 0
         for k in range(steps[i] + 1):
-            cost = footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw[first + k], corners)
+            cost = critic_footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw[first + k], corners)
             if cost >= LETHAL:
                 break
             total += cost

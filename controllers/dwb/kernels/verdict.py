@@ -14,7 +14,7 @@ import numpy as np
 
 from controllers.dwb.kernels.rollout import advance
 from controllers.dwb.kernels.scoring import ILLEGAL, LETHAL
-from gym_mapbench.kernels.footprint import footprint_cost
+from gym_mapbench.kernels.footprint import critic_footprint_cost
 from gym_mapbench.kernels.geometry import cell_index
 from gym_mapbench.kernels.jit import inlined, kernel
 
@@ -73,7 +73,7 @@ def outline_touches(i, tuning, robot, candidates, place, corners):
     dt, first = tuning.sim_time / steps[i], headings[i]
     v, x, y = robot[3], robot[0], robot[1]
     for k in range(steps[i] + 1):
-        if footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw[first + k], corners) >= LETHAL:
+        if critic_footprint_cost(costs, resolution, origin_x, origin_y, x, y, yaw[first + k], corners) >= LETHAL:
             return True
         v, x, y = advance(v, x, y, twists[i, 0], tuning.limits, dt, cos[first + k], sin[first + k])
     return False

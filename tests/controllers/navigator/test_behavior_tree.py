@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controllers.navigator.behavior_tree import (
-    Action,
     Condition,
+    Node,
     PipelineSequence,
     RateController,
     ReactiveFallback,
@@ -14,22 +14,21 @@ from controllers.navigator.behavior_tree import (
     RoundRobin,
     Sequence,
     Status,
+    halt_tree,
 )
 
 R, S, F = Status.RUNNING, Status.SUCCESS, Status.FAILURE
 
 
-class Scripted(Action):
+class Scripted(Node):
     """Answers from a list, the last answer for ever; counts what happens to it."""
 
     def __init__(self, *answers: Status) -> None:
         self.answers = list(answers)
         self.starts = self.ticks = self.halts = 0
 
-    def start(self) -> None:
-        self.starts += 1
-
-    def update(self) -> Status:
+    def tick(self) -> Status:
+        self.starts += self.status is not Status.RUNNING
         self.ticks += 1
         return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
 
@@ -42,12 +41,6 @@ class Clock:
 
     def __call__(self) -> float:
         return self.now
-
-
-def test_action_starts_once_and_again_after_it_ended():
-    action = Scripted(R, R, S, R)
-    assert [action.execute_tick() for _ in range(4)] == [R, R, S, R]
-    assert action.starts == 2
 
 
 def test_stop_halts_only_what_runs():
@@ -213,3 +206,17 @@ class TestRateController:
         node.stop()
         clock.now = 0.1
         assert node.execute_tick() is S
+
+
+def test_round_robin_keeps_its_place_for_the_next_goal_unless_the_whole_tree_is_halted():
+    first, second = Scripted(S), Scripted(S)
+    robin = RoundRobin(first, second)
+    robin.execute_tick()
+    robin.stop()
+    robin.execute_tick()
+    assert (first.ticks, second.ticks) == (1, 1)
+    robin = RoundRobin(Scripted(S), second)
+    robin.execute_tick()
+    halt_tree(robin)
+    robin.execute_tick()
+    assert second.ticks == 1

@@ -38,6 +38,11 @@ def server(which="global", grid=ROOM, lidar=LIDAR, **changes):
     return CostmapServer(PARAMS[which].replace(**changes), grid, Footprint.from_radius(0.22), lidar)
 
 
+def observe(costmap_server, pose, ranges, now):
+    costmap_server.observe(pose, ranges)
+    costmap_server.advance(now)
+
+
 def cost_at(costmap_server, x, y=1.025):
     costmap = costmap_server.costmap
     return costmap.costs[costmap.world_to_map(x, y)]
@@ -46,44 +51,66 @@ def cost_at(costmap_server, x, y=1.025):
 def test_a_costmap_takes_the_newest_scan_when_it_is_updated():
     seen = server()
     for step, ranges in enumerate([ahead(1.0), *(ahead(0.6 + 0.02 * i) for i in range(19)), ahead(2.0), ahead(1.5)]):
-        seen.observe(POSE, ranges, step * 0.05)
+        observe(seen, POSE, ranges, step * 0.05)
     assert [cost_at(seen, x) == LETHAL_OBSTACLE for x in (2.03, 3.03, 2.53)] == [False, True, False]
 
 
 def test_a_scan_that_is_held_stays_where_it_was_taken():
     seen = server("local")
-    seen.observe(POSE, ahead(1.0), 0.0)
-    seen.observe(Pose(1.325, 1.025), ahead(1.0), 0.2)
+    observe(seen, POSE, ahead(1.0), 0.0)
+    observe(seen, Pose(1.325, 1.025), ahead(1.0), 0.2)
     assert cost_at(seen, 2.03) == LETHAL_OBSTACLE
     assert cost_at(seen, 2.33) != LETHAL_OBSTACLE
-    seen.observe(Pose(1.325, 1.025), ahead(1.01), 0.4)
+    observe(seen, Pose(1.325, 1.025), ahead(1.01), 0.4)
     assert cost_at(seen, 2.34) == LETHAL_OBSTACLE
 
 
 @pytest.mark.parametrize("which", PARAMS)
 def test_clearing_forgets_all_but_the_newest_scan_and_the_map(which):
     seen = server(which)
-    seen.observe(POSE, ahead(1.0), 0.0)
-    seen.observe(POSE, ahead(0.8), 1.0)
+    observe(seen, POSE, ahead(1.0), 0.0)
+    observe(seen, POSE, ahead(0.8), 1.0)
     assert cost_at(seen, 1.83) == cost_at(seen, 2.03) == LETHAL_OBSTACLE
     seen.clear()
+    observe(seen, POSE, ahead(0.8), 2.0)
     assert cost_at(seen, 1.83) == LETHAL_OBSTACLE
     assert cost_at(seen, 2.03) != LETHAL_OBSTACLE
-    seen.observe(POSE, NOTHING, 1.05)
     seen.clear()
+    observe(seen, POSE, NOTHING, 3.0)
     assert cost_at(seen, 1.83) == FREE_SPACE
     if which == "global":
         assert cost_at(seen, 0.025) == LETHAL_OBSTACLE
 
 
-def test_clearing_does_not_move_the_next_update():
+def test_a_cleared_costmap_is_not_current_until_its_next_regular_update():
     seen = server()
-    seen.observe(POSE, NOTHING, 0.0)
+    observe(seen, POSE, NOTHING, 0.0)
+    assert seen.is_current(0.0)
     seen.clear()
-    seen.observe(POSE, ahead(1.0), 0.5)
-    assert cost_at(seen, 2.03) == FREE_SPACE
-    seen.observe(POSE, ahead(1.0), 1.0)
+    observe(seen, POSE, ahead(1.0), 0.5)
+    assert (seen.is_current(0.5), seen.next_update, cost_at(seen, 2.03)) == (False, 1.0, FREE_SPACE)
+    observe(seen, POSE, ahead(1.0), 1.0)
     assert cost_at(seen, 2.03) == LETHAL_OBSTACLE
+    assert (seen.is_current(1.0), seen.is_current(0.9)) == (True, False)
+
+
+@pytest.mark.parametrize(
+    ("publish_frequency", "times"), [(2.0, [0.0, 0.6, 1.2, 1.8]), (5.0, [0.0, 0.4, 0.8, 1.2, 1.6])]
+)
+def test_a_costmap_is_published_after_more_than_its_period(publish_frequency, times):
+    seen = server("local", publish_frequency=publish_frequency)
+    published = []
+    for step in range(40):
+        observe(seen, POSE, ahead(1.0 + 0.01 * step), step * 0.05)
+        if not published or seen.published() is not published[-1][1]:
+            published.append((pytest.approx(step * 0.05), seen.published()))
+    assert times == [time for time, _ in published]
+
+
+def test_a_costmap_that_is_not_published_does_not_exist_for_others():
+    seen = server("local", publish_frequency=0.0)
+    observe(seen, POSE, ahead(1.0), 0.0)
+    assert seen.published() is None
 
 
 @given(st.integers(0, 10**6), st.sampled_from([0.0, -300.0]))
@@ -98,7 +125,7 @@ def test_exact_hits_mark_the_walls_own_cells(seed, origin):
         grid=grid, lidar=lidar, plugins=("obstacle_layer",), width=5, height=5, origin_x=origin, origin_y=origin
     )
     pose = Pose(*(origin + rng.uniform(2.2, 2.8, 2)), rng.uniform(-3, 3))
-    seen.observe(pose, Lidar(lidar, World(grid)).scan(pose), 0.0)
+    observe(seen, pose, Lidar(lidar, World(grid)).scan(pose), 0.0)
     marked = seen.costmap.costs == LETHAL_OBSTACLE
     assert marked.sum() > 20
     # Hits within a hair of a corner may lie in the next cell.
@@ -107,10 +134,10 @@ def test_exact_hits_mark_the_walls_own_cells(seed, origin):
 
 def test_without_obstacle_layers_nothing_is_computed_again():
     seen = server(plugins=("static_layer", "inflation_layer"))
-    seen.observe(POSE, None, 0.0)
+    observe(seen, POSE, None, 0.0)
     first = seen.costmap
-    seen.observe(POSE, None, 1.0)
     seen.clear()
+    observe(seen, POSE, None, 1.0)
     assert seen.costmap is first
 
 
@@ -136,8 +163,8 @@ def test_the_planner_sees_what_the_lidar_saw_until_the_costmap_is_cleared(monkey
     navigator.reset(dataclasses.replace(context(ROOM, POSE, Pose(4.0, 1.025)), lidar=LIDAR))
     observation = {"pose": np.array(POSE), "odom": np.array(POSE), "velocity": np.zeros(2)}
     # Something is seen at 0.5 s; then all beams come back with nothing, which clears nothing.
-    for step in range(22):
+    for step in range(32):
         navigator.act({**observation, "scan": ahead(1.0) if step == 10 else NOTHING})
     assert planner.blocked == [False, True, False]
     kinds = [(event.time, event.kind) for event in navigator.events]
-    assert kinds == [(0.0, "replan"), (1.0, "replan_failure"), (1.0, "clear_global"), (1.0, "replan")]
+    assert kinds == [(0.0, "replan"), (1.0, "replan_failure"), (1.0, "clear_global"), (1.5, "replan")]

@@ -233,7 +233,7 @@ class TestRecoveries:
         navigator, run = drive(PlainFollower(answer), plain_navigation(recoveries=True))
         assert navigator.status == "succeeded"
         assert kinds(navigator).count("spin") == 1
-        assert run.commands[2] == (0.0, 1.0)
+        assert run.commands[27] == (0.0, 1.0)
 
     def test_one_contextual_retry_until_an_outer_recovery(self):
         fails = iter(step in (10, 30, 50) for step in range(10_000))
@@ -255,18 +255,23 @@ class TestRecoveries:
         assert Counter(kinds(navigator))["wait"] == 3
         assert not {"spin", "backup"} & set(kinds(navigator))
 
-    def test_recoveries_bypass_the_smoother(self):
-        params = plain_navigation(recoveries=True).replace(
+    @pytest.mark.parametrize(("release", "turns_after", "fastest"), [("humble", 1.0, 1.0), ("jazzy", 0.0, 0.2)])
+    def test_a_spin_and_the_smoother(self, release, turns_after, fastest):
+        """Humble's smoother stops the robot for a second after the controller has failed; Jazzy's smooths the spin."""
+        params = plain_navigation(recoveries=True, release=release).replace(
             velocity_smoother=VelocitySmoother(max_velocity=(0.1, 0.0, 0.2), min_velocity=(-0.1, 0.0, -0.2))
         )
 
         def answer(now: float) -> Twist | None:
-            if now < 1.0:
-                raise ControllerAbort("stuck")
+            if now < 3.0:
+                raise ControllerError("stuck")
             return None
 
-        _, run = drive(PlainFollower(answer), params)
-        assert max(command.w for command in run.commands) == 1.0
+        navigator, run = drive(PlainFollower(answer), params)
+        spin = next(event.time for event in navigator.events if event.kind == "spin")
+        turning = [step * PERIOD for step, command in enumerate(run.commands) if command.w]
+        assert turning[0] - spin == pytest.approx(turns_after, abs=0.101)
+        assert max(command.w for command in run.commands) == pytest.approx(fastest)
         assert max(command.v for command in run.commands) == pytest.approx(0.1)
 
 
@@ -308,9 +313,59 @@ class TestPlanning:
         monkeypatch.setattr(navigator_module, "make_planner", lambda name, **params: self.Planner({1, *range(6, 99)}))
         navigator, run = drive(params=plain_navigation(recoveries=True))
         assert navigator.status == "succeeded"
-        assert run.commands[20] == (0.0, 1.0)
-        spin = next(event.time for event in navigator.events if event.kind == "spin")
-        assert spin == 1.0
+        # The first attempt fails at 1.0 s, the second one when the cleared costmap is updated; then clear, then spin.
+        assert run.commands[39] != STOP
+        assert run.commands[40] == STOP
+        first = [(event.time, event.kind) for event in navigator.events[1:6]]
+        assert first == [
+            (1.0, "replan_failure"),
+            (1.0, "clear_global"),
+            (2.0, "replan_failure"),
+            (2.0, "clear_local"),
+            (2.0, "clear_global"),
+        ]
+
+
+class TestLatency:
+    """``latency: nav2``: the recorded times of a tree that waits for costmaps, for updates on whole seconds."""
+
+    def params(self, **changes):
+        params = plain_navigation(recoveries=True, **changes)
+        return params.replace(bt=params.bt.replace(latency="nav2"))
+
+    def test_replans_are_a_second_and_the_planning_time_apart(self):
+        navigator, _ = drive(params=self.params())
+        assert navigator.status == "succeeded"
+        replans = [event.time for event in navigator.events]
+        assert replans[:4] == pytest.approx([0.03, 1.06, 2.09, 3.12])
+        assert len(navigator.follower.calls("set_plan")) == len(replans)
+
+    def test_the_controller_cycles_from_its_first_path_on(self):
+        navigator, _ = drive(params=self.params())
+        times = [entry[1] for entry in navigator.follower.calls("compute")]
+        assert times[:3] == pytest.approx([0.0305, 0.0805, 0.1305])
+
+    @pytest.mark.parametrize(
+        ("error", "grid", "latest"),
+        [
+            (None, walled_off(), 22.04),
+            (ControllerError("nothing legal"), OPEN, 20.12),
+            (ControllerAbort("no"), OPEN, 17.02),
+        ],
+    )
+    def test_a_run_without_a_chance_lasts_as_long_as_in_nav2(self, error, grid, latest):
+        follower = PlainFollower() if error is None else PlainFollower(raises(error))
+        navigator, run = drive(follower, self.params(), grid)
+        assert (navigator.status, navigator.number_recoveries) == ("failed", 15)
+        assert run.time == pytest.approx(latest, abs=PERIOD)
+        assert not any(command.v > 0.0 for command in run.commands)
+
+    def test_a_run_continues_after_pickling(self):
+        navigator = Navigator(PlainFollower(_nothing), self.params(), "plain")
+        navigator.reset(context())
+        begun = Drive(navigator).run(30)
+        copy = pickle.loads(pickle.dumps(begun))
+        assert copy.run().commands == begun.run().commands
 
 
 class TestJazzy:
@@ -335,6 +390,20 @@ class TestJazzy:
         assert set(kinds(navigator)) == {"replan_failure", "planner_failure"}
         navigator, _ = drive(params=params, grid=walled_off())
         assert navigator.number_recoveries == 15
+
+    def test_the_goal_is_checked_before_the_controller_is_asked(self):
+        calls = {}
+        for release in ("humble", "jazzy"):
+            navigator, run = drive(params=plain_navigation(release=release))
+            assert navigator.status == "succeeded"
+            calls[release] = len(run.commands) - navigator.controller_calls
+        assert calls == {"humble": 0, "jazzy": 1}
+
+    def test_a_controller_that_waits_too_long_for_its_costmap_ends_the_navigation(self):
+        slow = plain_navigation(release="jazzy").local_costmap.replace(update_frequency=1.0)
+        navigator, run = drive(PlainFollower(raises(ControllerError("stuck"))), self.params(local_costmap=slow))
+        assert (navigator.status, navigator.failure_reason) == ("failed", "Costmap timed out waiting for update")
+        assert run.time == pytest.approx(0.35 + 0.35)
 
     def test_the_controller_forgets_whenever_an_action_ends(self):
         class Forgetful(PlainFollower):

@@ -1,0 +1,202 @@
+"""Leaves of the tree that ask a server, and how long they wait for its answers.
+
+Source: nav2_behavior_tree (Humble and Jazzy) include/nav2_behavior_tree/bt_action_node.hpp, bt_service_node.hpp.
+Times are truncated to milliseconds where Nav2 does so.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any
+
+from controllers.navigator.actions import ActionServer, GoalHandle, Outcome, Result
+from controllers.navigator.behavior_tree import Node, Status
+from controllers.navigator.latency import Latency
+from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Clock
+
+SERVER_TIMEOUT = 0.02
+"""Seconds after which a leaf fails because its server has not answered (``default_server_timeout``)."""
+LONGEST_WAIT = 0.005
+"""Seconds that a tick waits at most for the answer to a goal or to a service: half of ``bt_loop_duration``."""
+
+
+class ActionNode(Node):
+    """A leaf that sends a goal to an action server when it is first ticked, and then waits for the result.
+
+    Args:
+        clock: The time at which the tree is.
+        server: The server.
+        latency: How long messages take.
+    """
+
+    def __init__(self, clock: Clock, server: ActionServer, latency: Latency) -> None:
+        self._clock, self._server = clock, server
+        self._round_trip = 2.0 * latency.message
+        self._patience = 0.0 if latency.is_ideal else SERVER_TIMEOUT
+        self._sent: list[GoalHandle] = []
+        self._accepted: dict[GoalHandle, float] = {}
+        self._awaited: GoalHandle | None = None
+        self._goal: GoalHandle | None = None
+        self._outcome: Outcome | None = None
+
+    @abstractmethod
+    def make_goal(self) -> Any:
+        """Return the goal; None makes the leaf fail."""
+
+    def newer_goal(self) -> Any:
+        """Return a goal that replaces the running one; None for none."""
+        return None
+
+    @abstractmethod
+    def on_result(self, outcome: Outcome) -> None:
+        """Take the result, also that of a goal that has been cancelled."""
+
+    def tick(self) -> Status:
+        """Send the goal, or look whether there is an answer, a newer goal, or the result."""
+        if self.status is not Status.RUNNING:
+            goal = self.make_goal()
+            if goal is None:
+                return Status.FAILURE
+            self._send(goal)
+        if (waiting := self._wait_for_answer()) is not None:
+            return waiting
+        if self._outcome is None and (newer := self.newer_goal()) is not None:
+            self._send(newer)
+            if (waiting := self._wait_for_answer()) is not None:
+                return waiting
+        self._spin(self._clock.now)
+        return Status.RUNNING if self._outcome is None else self._end(self._outcome)
+
+    def halt(self) -> None:
+        """Cancel the goal, and wait a little for the answer and then for the result."""
+        if self.status is not Status.RUNNING:
+            return
+        goal, self._goal, self._awaited = self._goal, None, None
+        self._spin(self._clock.now)
+        if goal is None or goal.ended + self._round_trip <= self._clock.now + TIME_RESOLUTION:
+            return
+        answered = self._server.request_cancel(goal, self._clock.now)
+        self._spin_until(lambda: False, min(answered, self._clock.now + self._patience))
+        self._spin_until(lambda: goal not in self._accepted, self._clock.now + self._patience)
+        self.on_result(Outcome(Result.CANCELED))
+
+    def _take_result(self, handle: GoalHandle) -> None:
+        """Take a result that has come; only that of the goal in force counts."""
+        del self._accepted[handle]
+        handle.seen = self._clock.now
+        if self._awaited is None and handle is self._goal:
+            self._outcome, self._clock.is_woken = handle.outcome, True
+
+    def _send(self, goal: Any) -> None:
+        self._outcome = None
+        self._awaited = self._server.send(goal, self._clock.now)
+        self._sent.append(self._awaited)
+
+    def _wait_for_answer(self) -> Status | None:
+        """Wait for the answer to the goal; the status if that is not there in time or is a refusal, else None."""
+        awaited = self._awaited
+        if awaited is None:
+            return None
+        elapsed = milliseconds(self._clock.now - awaited.sent)
+        wait = min(SERVER_TIMEOUT - elapsed, LONGEST_WAIT)
+        if wait <= TIME_RESOLUTION:
+            self._awaited = None
+            return Status.FAILURE
+        if self._spin_until(lambda: awaited not in self._sent, self._clock.now + wait):
+            self._awaited = None
+            if not awaited.is_accepted:
+                return Status.FAILURE
+            self._goal = awaited
+            return None
+        if elapsed + wait < SERVER_TIMEOUT - TIME_RESOLUTION:
+            return Status.RUNNING
+        self._awaited = None
+        return Status.FAILURE
+
+    def _end(self, outcome: Outcome) -> Status:
+        self._goal = None
+        self.on_result(outcome)
+        return Status.SUCCESS if outcome.result is Result.SUCCEEDED else Status.FAILURE
+
+    def _spin_until(self, done: Callable[[], bool], deadline: float) -> bool:
+        """Let time pass and take messages until something is done; False if it is not done by the deadline."""
+        while not done():
+            self._server.advance(self._clock.now)
+            next_message = self._next_message()
+            if next_message <= self._clock.now + TIME_RESOLUTION:
+                self._take_message()
+                continue
+            next_time = min(self._server.next_time, next_message)
+            if next_time > deadline + TIME_RESOLUTION or self._clock.now >= deadline - TIME_RESOLUTION:
+                self._clock.now = max(self._clock.now, deadline)
+                return done()
+            self._clock.now = next_time
+        return True
+
+    def _spin(self, now: float) -> None:
+        """Take all messages that have come by ``now``, in the order in which they came."""
+        self._server.advance(now)
+        while self._next_message() <= now + TIME_RESOLUTION:
+            self._take_message()
+
+    def _next_message(self) -> float:
+        """When the next message comes, s, as far as is known now."""
+        answer = self._sent[0].answered if self._sent else NEVER
+        return min(answer, min(map(self._result_comes, self._accepted), default=NEVER))
+
+    def _take_message(self) -> None:
+        """Take the next message: the answer to a goal, or a result."""
+        first = min(self._accepted, key=self._result_comes, default=None)
+        if first is not None and (not self._sent or self._result_comes(first) <= self._sent[0].answered):
+            self._take_result(first)
+            return
+        answered = self._sent.pop(0)
+        if answered.is_accepted:
+            self._accepted[answered] = max(self._clock.now, answered.answered)
+
+    def _result_comes(self, handle: GoalHandle) -> float:
+        """When the result of an accepted goal comes, s: it is asked for when the answer to the goal has come."""
+        return max(handle.ended, self._accepted[handle] + self._round_trip) + self._round_trip
+
+
+class ServiceNode(Node):
+    """A leaf that calls a service when it is first ticked, and waits for its answer.
+
+    Args:
+        clock: The time at which the tree is.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._is_sent = False
+
+    @abstractmethod
+    def call(self) -> float:
+        """Call the service; returns how long its answer takes, s."""
+
+    def tick(self) -> Status:
+        """Call the service, or look whether there is an answer."""
+        if not self._is_sent:
+            self._is_sent, self._sent = True, self._clock.now
+            self._answered = self._clock.now + self.call()
+        wait = min(SERVER_TIMEOUT - milliseconds(self._clock.now - self._sent), LONGEST_WAIT)
+        if wait > TIME_RESOLUTION:
+            deadline = self._clock.now + wait
+            self._clock.now = max(self._clock.now, min(self._answered, deadline))
+            if self._answered <= deadline + TIME_RESOLUTION:
+                self._is_sent = False
+                return Status.SUCCESS
+            if milliseconds(self._clock.now - self._sent) < SERVER_TIMEOUT - TIME_RESOLUTION:
+                return Status.RUNNING
+        self._is_sent = False
+        return Status.FAILURE
+
+    def halt(self) -> None:
+        """Forget the call."""
+        self._is_sent = False
+
+
+def milliseconds(seconds: float) -> float:
+    """Return a duration truncated to whole milliseconds, s."""
+    return int((seconds + TIME_RESOLUTION) * 1000.0) / 1000.0

@@ -1,0 +1,110 @@
+"""BehaviorServer: runs the recovery behaviours, cycle by cycle.
+
+Source: nav2_behaviors (Humble and Jazzy) timed_behavior.hpp; nav2_costmap_2d costmap_topic_collision_checker.cpp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from controllers.base import STOP, Twist
+from controllers.nav2_params.navigation import BehaviorServer as BehaviorServerParams
+from controllers.navigator.actions import Outcome, Result
+from controllers.navigator.behaviors import Behavior
+from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Rate
+from controllers.navigator.robot_state import RobotState
+from gym_mapbench.costmap import LETHAL_OBSTACLE, Costmap
+from gym_mapbench.kernels.footprint import footprint_cost
+from gym_mapbench.world.footprint import Footprint
+from gym_mapbench.world.scenario import Pose
+
+DONE, FAILED = Outcome(Result.SUCCEEDED), Outcome(Result.ABORTED)
+
+
+class BehaviorServer:
+    """Runs one behaviour at a time, at its own slower rate; it is what an action server of a behaviour executes.
+
+    Args:
+        params: The parameters.
+        footprint: The padded footprint.
+        robot: What is measured of the robot.
+        costmap: Returns the local costmap as it was last published; None if it never was.
+        publish: Takes the commands.
+
+    Attributes:
+        next_time: When the next cycle begins, s.
+    """
+
+    listens = True
+    _behavior: Behavior
+    _started: float
+
+    def __init__(
+        self,
+        params: BehaviorServerParams,
+        footprint: Footprint,
+        robot: RobotState,
+        costmap: Callable[[], Costmap | None],
+        publish: Callable[[Twist], None],
+    ) -> None:
+        self._rate = Rate(1.0 / params.cycle_frequency)
+        self._footprint, self._robot, self._costmap, self._publish = footprint, robot, costmap, publish
+        self.next_time = NEVER
+
+    def accepts(self, goal: Behavior) -> bool:
+        """Return True: every goal is taken."""
+        return True
+
+    def begin(self, goal: Behavior, now: float) -> None:
+        """Start a behaviour; its first cycle begins at once."""
+        self._behavior, self._started, self.next_time = goal, now, now
+        self._makes_sense = goal.on_run(self._robot.local_pose)
+        self._rate.start(now)
+
+    def update(self, goal: Behavior, now: float) -> bool:
+        """Return False: a newer goal begins a behaviour of its own."""
+        return False
+
+    def step(self, now: float) -> Outcome | None:
+        """Do the cycle that is due."""
+        if not self._makes_sense:
+            return FAILED
+        outcome = self._cycle(self._robot.local_pose, now - self._started)
+        self.next_time = self._rate.next_after(now)
+        if outcome is not None and self._behavior.moves:
+            self._publish(STOP)
+        return outcome
+
+    def cancel(self) -> None:
+        """Stop the robot."""
+        self._publish(STOP)
+
+    def _cycle(self, pose: Pose, elapsed: float) -> Outcome | None:
+        """Do one ``onCycleUpdate``: the behaviour is out of time, complete, blocked or on its way."""
+        behavior = self._behavior
+        if behavior.time_allowance > 0.0 and elapsed > behavior.time_allowance + TIME_RESOLUTION:
+            return FAILED
+        if behavior.is_complete(pose, elapsed):
+            return DONE
+        command = behavior.next_command(pose)
+        if command is None:
+            return None
+        costmap = self._costmap()
+        if costmap is None or not all(self._is_free(at, costmap) for at in behavior.poses_ahead(pose, command)):
+            return FAILED
+        self._publish(command)
+        return None
+
+    def _is_free(self, pose: Pose, costmap: Costmap) -> bool:
+        """Whether the outline at ``pose`` touches neither an obstacle nor unknown space, and stays on the map."""
+        if costmap.world_to_map(pose.x, pose.y) is None:
+            return False
+        cost = footprint_cost(
+            costmap.costs,
+            costmap.resolution,
+            costmap.origin_x,
+            costmap.origin_y,
+            *pose,
+            self._footprint.corners,
+        )
+        return bool(cost < LETHAL_OBSTACLE)

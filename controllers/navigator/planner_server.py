@@ -1,0 +1,107 @@
+"""PlannerServer: Nav2's ComputePathToPose action around one global planner.
+
+Source: nav2_planner (Humble and Jazzy) src/planner_server.cpp.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from controllers.navigator import error_codes
+from controllers.navigator.actions import Outcome, Result
+from controllers.navigator.costmap_wait import CostmapWait, UpdatedCostmap
+from controllers.navigator.rate import NEVER
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.errors import EndpointError, PlanningError
+from gym_mapbench.planners.base import GlobalPlanner
+from gym_mapbench.world.scenario import Pose
+
+TIMED_OUT = Outcome(Result.ABORTED, error_codes.PLANNER_TIMED_OUT, "Costmap timed out waiting for update")
+
+
+class GlobalCostmap(UpdatedCostmap, Protocol):
+    """The global costmap."""
+
+    @property
+    def costmap(self) -> Costmap:
+        """The costmap as of its last update."""
+        ...
+
+
+class RobotOnMap(Protocol):
+    """Where the robot is on the map."""
+
+    @property
+    def pose(self) -> Pose:
+        """Pose of the robot on the map, m and rad."""
+        ...
+
+
+class PlannerServer:
+    """Plans from where the robot is to the goal; it waits for the global costmap where that has been cleared.
+
+    It does not look at cancellations, and takes a new goal when it is done with the old one.
+
+    Args:
+        planner: The planner.
+        robot: Where the robot is.
+        costmap: The global costmap.
+        planning_time: Seconds that a plan takes, in simulated time.
+        timeout: Seconds after which it gives up to wait for the costmap.
+
+    Attributes:
+        next_time: When it has something to do, s.
+    """
+
+    listens = False
+
+    def __init__(
+        self,
+        planner: GlobalPlanner,
+        robot: RobotOnMap,
+        costmap: GlobalCostmap,
+        planning_time: float = 0.0,
+        timeout: float = NEVER,
+    ) -> None:
+        self._planner, self._robot, self._costmap = planner, robot, costmap
+        self._planning_time = planning_time
+        self._wait = CostmapWait(costmap, timeout)
+        self._outcome: Outcome | None = None
+        self.next_time = NEVER
+
+    def accepts(self, goal: Pose) -> bool:
+        """Return True: every goal is taken."""
+        return True
+
+    def begin(self, goal: Pose, now: float) -> None:
+        """Begin to plan to a pose on the map."""
+        self._goal, self._outcome, self.next_time = goal, None, now
+        self._wait.forget()
+
+    def update(self, goal: Pose, now: float) -> bool:
+        """Return False: a newer goal is a plan of its own."""
+        return False
+
+    def step(self, now: float) -> Outcome | None:
+        """Go on waiting for the costmap, plan, or hand over the plan."""
+        if self._outcome is not None:
+            return self._outcome
+        if not self._wait.is_over(now):
+            self.next_time = self._wait.next_time
+            return None
+        if self._wait.has_failed:
+            return TIMED_OUT
+        self._outcome, self.next_time = self._plan(), now + self._planning_time
+        return None
+
+    def cancel(self) -> None:
+        """Do nothing: a planner does not move the robot."""
+
+    def _plan(self) -> Outcome:
+        try:
+            path = self._planner.plan(self._costmap.costmap, self._robot.pose, self._goal)
+        except EndpointError as error:
+            return Outcome(Result.ABORTED, error_codes.START_OR_GOAL_OUTSIDE, str(error))
+        except PlanningError as error:
+            return Outcome(Result.ABORTED, error_codes.NO_VALID_PATH, str(error))
+        return Outcome(Result.SUCCEEDED, value=path)
