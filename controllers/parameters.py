@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import field_validator, model_validator
 
-from controllers.releases import RELEASES, Release
+from controllers.releases import MODELLED, RELEASES, Release
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.ros_params import nest_dotted, overlay, value_at
 from gym_mapbench.settings import Settings
@@ -22,6 +22,7 @@ class ReleaseSettings(Settings):
     Attributes:
         DEFAULTS: Release -> dotted name -> default, where it differs from that of the field.
         MISSING: Release -> dotted name of a parameter it does not have -> what it does instead.
+        REPRODUCED: The releases whose behaviour is built.
         OURS: Dotted names of the parameters that no release of Nav2 has.
 
     Args:
@@ -30,6 +31,7 @@ class ReleaseSettings(Settings):
 
     DEFAULTS: ClassVar[Mapping[Release, Mapping[str, Any]]] = {}
     MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = {}
+    REPRODUCED: ClassVar[tuple[Release, ...]] = RELEASES
     OURS: ClassVar[frozenset[str]] = frozenset({"release"})
     release: Release = "humble"
 
@@ -41,7 +43,9 @@ class ReleaseSettings(Settings):
             return values
         given = nest_dotted(values)
         release = given.get("release", "humble")
-        if release not in RELEASES:
+        if release in MODELLED and release not in cls.REPRODUCED:
+            raise ConfigError(f"release: expected {' or '.join(cls.REPRODUCED)}, got {release}, which is not built yet")
+        if release not in MODELLED:
             return given
         for name, instead in cls.MISSING.get(release, {}).items():
             if value_at(given, name) is not None:

@@ -13,6 +13,7 @@ import pytest
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 ORACLE = SHARED / "nav2-oracle"
 JAZZY_ORACLE = SHARED / "nav2-oracle-jazzy"
+LYRICAL_ORACLE = SHARED / "nav2-oracle-lyrical"
 LAYERS_ORACLE = SHARED / "nav2-oracle-layers"
 PLANT_ORACLE = SHARED / "fortress-plant"
 AROUND_ORACLE = SHARED / "nav2-bt-oracle"
@@ -20,6 +21,9 @@ DATA = SHARED / "data"
 
 needs_oracle = pytest.mark.skipif(not ORACLE.is_dir(), reason="recorded Nav2 results are not at hand")
 needs_jazzy_oracle = pytest.mark.skipif(not JAZZY_ORACLE.is_dir(), reason="recorded Jazzy results are not at hand")
+needs_lyrical_oracle = pytest.mark.skipif(
+    not LYRICAL_ORACLE.is_dir(), reason="recorded Lyrical results are not at hand"
+)
 needs_layers_oracle = pytest.mark.skipif(not LAYERS_ORACLE.is_dir(), reason="recorded Nav2 layers are not at hand")
 needs_around_oracle = pytest.mark.skipif(
     not AROUND_ORACLE.is_dir(), reason="recordings of Nav2 around the controllers are not at hand"
@@ -80,6 +84,7 @@ RECORDINGS = [
     pytest.param(Recording("humble", "B", ORACLE), id="humble B", marks=needs_oracle),
     pytest.param(Recording("jazzy", "A", JAZZY_ORACLE), id="jazzy A", marks=needs_jazzy_oracle),
 ]
+LYRICAL = pytest.param(Recording("lyrical", "A", LYRICAL_ORACLE), id="lyrical A", marks=needs_lyrical_oracle)
 each_recording = pytest.mark.parametrize("recorded", RECORDINGS)
 each_jazzy_recording = pytest.mark.parametrize("recorded", RECORDINGS[2:])
 needs_plant_oracle = pytest.mark.skipif(not PLANT_ORACLE.is_dir(), reason="recorded motion is not at hand")

@@ -12,6 +12,7 @@ from evolution.commands.console import errors, print_table
 from evolution.driving import available_cores
 from evolution.files import Table
 from evolution.validation import (
+    KINDS,
     AroundOracle,
     LayersOracle,
     Measure,
@@ -23,6 +24,7 @@ from evolution.validation import (
     disagreements,
     drive_recorded,
     dwb_measures,
+    is_reproduced,
     layer_measures,
     mppi_measures,
     navfn_measures,
@@ -46,6 +48,7 @@ RECORDINGS: tuple[tuple[Callable[[str], bool], Callable[[str], list[Measure]]], 
 """Kinds of recordings without whole runs: whether a directory holds them, and their measures."""
 
 UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, other_measures, mppi_measures)
+"""Measures of single calls; those of a controller that is not built for the recorded release are left out."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -86,7 +89,11 @@ def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[st
     """Compare with recorded costmaps, plans, commands and runs, and name the runs that ended differently."""
     oracle = Oracle(args.directory)
     measures = [measure for take in UNIT_MEASURES for measure in take(oracle)]
-    if args.units_only:
+    missing = [kind for kind in KINDS if not is_reproduced(oracle, kind)]
+    if missing:
+        name = oracle.release.capitalize()
+        errors.print(f"not compared: whole runs and {', '.join(missing)} of Nav2 {name}, which are not built yet")
+    if args.units_only or missing:
         return measures, []
     episodes = drive_recorded(oracle, args.workers or available_cores())
     return measures + closed_loop_measures(episodes), disagreements(episodes)

@@ -16,9 +16,11 @@ from evolution.validation.measures import Measure
 from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
 from evolution.validation.plant import PlantOracle, plant_measures
+from evolution.validation.setup import KINDS, is_reproduced
 from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
 
 __all__ = [
+    "KINDS",
     "AroundOracle",
     "LayersOracle",
     "Measure",
@@ -30,6 +32,7 @@ __all__ = [
     "disagreements",
     "drive_recorded",
     "dwb_measures",
+    "is_reproduced",
     "layer_measures",
     "mppi_measures",
     "navfn_measures",

@@ -15,7 +15,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from controllers.releases import RELEASES, Release
+from controllers.releases import MODELLED, Release
 from evolution.validation.recorded import Arrays, read_arrays, read_config, read_json
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.world.gridmap import GridMap
@@ -23,7 +23,7 @@ from gym_mapbench.world.scenario import Pose
 
 _REQUIRED = {
     "maps.npz": ("occupied", "map_id"),
-    "plans": ("map_id", "costmap", "potential", "potential_map_id", "found", "path", "path_offset"),
+    "plans": ("map_id", "costmap", "found", "path", "path_offset"),
     "runs": ("traj", "cmd", "offset"),
     "units": (
         *("map_id", "pose", "vel", "plan_from", "rpp_cmd", "rpp_exception", "rpp_carrot", "dwb_cmd"),
@@ -131,10 +131,10 @@ class Oracle:
     def _release(self) -> Release:
         """Return the release of Nav2 whose code was recorded."""
         branch = self.config.get("nav2_branch", "humble")
-        for release in RELEASES:
+        for release in MODELLED:
             if release == branch:
                 return release
-        expected = " or ".join(RELEASES)
+        expected = " or ".join(MODELLED)
         raise MapFormatError(f"{self.directory / 'config.json'}: nav2_branch: expected {expected}, got {branch!r}")
 
     def _preset(self, name: str, values: dict[str, Any]) -> Preset:

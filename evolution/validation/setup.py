@@ -16,6 +16,7 @@ from controllers.nav2_params.navigation import (
     ProgressChecker,
 )
 from controllers.nav2_params.plugins import CONTROLLERS
+from controllers.parameters import ReleaseSettings
 from controllers.registry import FOLLOWERS
 from evolution.validation.oracle import Oracle, Preset
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_static_costmap
@@ -81,9 +82,16 @@ def follower_params(oracle: Oracle, kind: str, variant: str = "default") -> dict
     return {name: v for name, v in values.items() if not keys.is_ros_only(name)} | {"release": oracle.release}
 
 
+def is_reproduced(oracle: Oracle, kind: str) -> bool:
+    """Whether a recorded controller is built here as the recorded release has it."""
+    params = CONTROLLERS[KINDS[kind]].params
+    return issubclass(params, ReleaseSettings) and oracle.release in params.REPRODUCED
+
+
 def make_planner(oracle: Oracle) -> NavfnPlanner:
-    """Make NavFn with the recorded parameters."""
-    return NavfnPlanner(NavfnParams(**oracle.config["planner"], release=oracle.release))
+    """Make NavFn with the recorded parameters; ``max_cycles_factor`` has the fixed value of the older releases."""
+    given = {name: value for name, value in oracle.config["planner"].items() if name != "max_cycles_factor"}
+    return NavfnPlanner(NavfnParams(**given, release=oracle.release))
 
 
 def follower_setup(oracle: Oracle, preset: Preset) -> FollowerSetup:

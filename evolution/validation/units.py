@@ -15,7 +15,7 @@ from controllers.rpp.controller import RppFollower
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset, ragged
 from evolution.validation.recorded import Arrays
-from evolution.validation.setup import follower_setup, full_costmaps, make_follower, make_planner
+from evolution.validation.setup import follower_setup, full_costmaps, is_reproduced, make_follower, make_planner
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.planners.navfn import NavfnPlanner
@@ -43,18 +43,26 @@ def navfn_measures(oracle: Oracle) -> list[Measure]:
     planner = make_planner(oracle)
     for preset in oracle.presets:
         costmaps, plans = full_costmaps(oracle, preset), oracle.table("plans", preset)
-        for number, recorded in zip(plans["potential_map_id"], plans["potential"], strict=True):
-            ours = planner.potential(costmaps[int(number)], preset.start, preset.goal)
+        for number, recorded in _potentials(plans):
+            ours = planner.potential(costmaps[number], preset.start, preset.goal)
             potentials.add(_potential_error(ours, recorded[::-1]), f"preset {preset.name} map {number}")
         for number, found, path in zip(plans["map_id"], plans["found"], ragged(plans, "path"), strict=True):
             error = _path_deviation(_plan(planner, costmaps[int(number)], preset.start, preset.goal), path, bool(found))
             paths.add(error / preset.resolution, f"preset {preset.name} map {number}")
-    return [potentials.largest(), paths.largest()]
+    return [*([potentials.largest()] if potentials.errors else []), paths.largest()]
+
+
+def _potentials(plans: Arrays) -> Iterator[tuple[int, NDArray[np.float32]]]:
+    """Yield the id of a map and its recorded potential, for the maps that have one; Lyrical's recordings have none."""
+    if "potential" in plans:
+        yield from zip(plans["potential_map_id"].tolist(), plans["potential"], strict=True)
 
 
 def rpp_measures(oracle: Oracle) -> list[Measure]:
     """Largest difference of a command's components, and of the carrot's; an exception counts as a zero command."""
     commands, carrots = Cases("rpp_cmd_abs_err_max", "< 1e-6"), Cases("rpp_carrot_abs_err_max", "< 1e-6")
+    if not is_reproduced(oracle, "RPP"):
+        return []
     for unit in each_unit(oracle, "RPP"):
         if not isinstance(unit.follower, RppFollower):
             continue
@@ -67,6 +75,8 @@ def rpp_measures(oracle: Oracle) -> list[Measure]:
 def dwb_measures(oracle: Oracle) -> list[Measure]:
     """Whether the same sample is chosen, and how far scores differ; 1 if a sample is legal on one side only."""
     choices, scores = Cases("dwb_choice_agreement", ">= 1"), Cases("dwb_score_rel_err_max", "<= 1e-6")
+    if not is_reproduced(oracle, "DWB"):
+        return []
     for preset in oracle.presets:
         recorded = oracle.table("units_dwb", preset)
         totals, best = list(ragged(recorded, "total")), recorded["best_index"]
@@ -88,7 +98,7 @@ def other_measures(oracle: Oracle) -> list[Measure]:
         commands = Cases(f"{column}_cmd_abs_err_max", "< 1e-6")
         for preset in oracle.presets:
             recorded = oracle.table("units", preset).get(f"{column}_cmd")
-            if recorded is None or kind not in oracle.config["controllers"]:
+            if recorded is None or kind not in oracle.config["controllers"] or not is_reproduced(oracle, kind):
                 continue
             for unit in each_unit(oracle, kind, preset):
                 commands.add(difference(_command(unit), recorded[unit.row]), unit.name)

@@ -43,9 +43,15 @@ class InflationLayer(Settings):
 
 
 @functools.lru_cache(maxsize=64)
-def inflation_costs(layer: InflationLayer, reach: int, resolution: float, inscribed_radius: float) -> NDArray[np.uint8]:
-    """Cost ``(reach**2 + 1,)`` uint8 at every squared distance from an obstacle, in cells^2 (``computeCost``)."""
-    distance = np.sqrt(np.arange(reach * reach + 1)) * resolution
+def inflation_costs(
+    layer: InflationLayer, reach: int, resolution: float, inscribed_radius: float, hundredths: bool = False
+) -> NDArray[np.uint8]:
+    """Cost ``(reach**2 + 1,)`` uint8 at every squared distance from an obstacle, in cells^2 (``computeCost``).
+
+    With ``hundredths`` (Lyrical) the distance is rounded to 0.01 cell.
+    """
+    cells = np.sqrt(np.arange(reach * reach + 1))
+    distance = (np.floor(cells * 100 + 0.5) / 100 if hundredths else cells) * resolution
     decay = np.exp(-layer.cost_scaling_factor * np.maximum(distance - inscribed_radius, 0.0))
     costs = np.where(distance <= inscribed_radius, INSCRIBED_INFLATED_OBSTACLE, np.trunc(252 * decay))
     costs[0] = LETHAL_OBSTACLE
@@ -70,13 +76,15 @@ class Inflation(Layer):
         self._reach = math.ceil(options.inflation_radius / context.resolution)
         if self._reach > MAX_REACH_CELLS:
             raise ConfigError(f"inflation_radius: expected at most {MAX_REACH_CELLS} cells, got {self._reach}")
-        self._cost_of = inflation_costs(options, self._reach, context.resolution, context.footprint.inscribed_radius)
-        self._reset_is_news = context.costmap.release == "jazzy"
+        release = context.costmap.release
+        self._reset_is_news, self._exact = release != "humble", release == "lyrical"
+        inscribed_radius = context.footprint.inscribed_radius
+        self._cost_of = inflation_costs(options, self._reach, context.resolution, inscribed_radius, self._exact)
         self._all_is_news = True
         self._last = np.array(EVERYWHERE)
 
     def reset(self) -> None:
-        """Inflate everything again at the next update; only Jazzy does so."""
+        """Inflate everything again at the next update; Humble does not."""
         self._all_is_news |= self._reset_is_news
 
     def update_bounds(self, window: Window, robot: Pose, box: Box) -> None:
@@ -91,7 +99,7 @@ class Inflation(Layer):
         if not self._options.enabled or self._reach == 0:
             return
         unknown = self._options.inflate_unknown, self._options.inflate_around_unknown
-        inflate(master, self._reach, self._cost_of, *unknown, *cells)
+        inflate(master, self._reach, self._cost_of, self._exact, *unknown, *cells)
 
 
 INFLATION_LAYER = LayerEntry(

@@ -84,7 +84,7 @@ class ObstacleGrid(Layer):
 
     def __init__(self, layer: ObstacleLayer, context: LayerContext) -> None:
         self.layer = layer
-        self._jazzy = context.costmap.release == "jazzy"
+        self._jazzy = context.costmap.release != "humble"
         self._corners = context.footprint.corners
         self._default = context.costmap.default_cost
         self._observation: Observation | None = None

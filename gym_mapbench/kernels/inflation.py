@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gym_mapbench.kernels.distance import squared_distance
 from gym_mapbench.kernels.jit import inlined, kernel
 
 OUT_OF_REACH = 2**31 - 1
@@ -19,7 +20,7 @@ END = np.uint32(2**32 - 1)
 
 
 @kernel
-def inflate(costs, reach, cost_of, inflate_unknown, inflate_around_unknown, row0, col0, row1, col1):
+def inflate(costs, reach, cost_of, exact, inflate_unknown, inflate_around_unknown, row0, col0, row1, col1):
     """Write inflated costs over ``costs`` ``(rows, cols)`` uint8, in place, in rows ``row0:row1`` and ``col0:col1``.
 
     Obstacles up to ``reach`` outside these rows and columns count, none beyond.
@@ -28,6 +29,7 @@ def inflate(costs, reach, cost_of, inflate_unknown, inflate_around_unknown, row0
         costs: Cost values with obstacles of 254.
         reach: Largest distance, cells.
         cost_of: ``(reach**2 + 1,)`` uint8, cost at a squared distance in cells.
+        exact: Whether the nearest obstacle counts (Lyrical), or the obstacle that the brushfire finds.
         inflate_unknown: Whether any cost replaces 255, not only 253 and more.
         inflate_around_unknown: Whether cells of 255 count as obstacles.
         row0: First row to write.
@@ -45,7 +47,8 @@ def inflate(costs, reach, cost_of, inflate_unknown, inflate_around_unknown, row0
         for col in range(max(0, col0 - reach), min(cols, col1 + reach)):
             cost = around[row, col]
             sources[row, col] = cost == LETHAL or (inflate_around_unknown and cost == UNKNOWN)
-    write_inflated(around, brushfire(sources, reach), cost_of, inflate_unknown, row0, col0, row1, col1)
+    squared = whole_squared_distance(sources) if exact else brushfire(sources, reach)
+    write_inflated(around, squared, cost_of, inflate_unknown, row0, col0, row1, col1)
 
 
 @kernel
@@ -68,6 +71,17 @@ def write_inflated(costs, squared, cost_of, inflate_unknown, row0, col0, row1, c
                 old = costs[row, col]
                 if cost > old or (old == UNKNOWN and cost >= least):
                     costs[row, col] = cost
+
+
+@kernel
+def whole_squared_distance(sources):
+    """Squared distance ``(rows, cols)`` int32, cells^2, to the nearest source; OUT_OF_REACH without a source."""
+    rows, cols = sources.shape
+    exact, whole = squared_distance(sources), np.empty((rows, cols), np.int32)
+    for row in range(rows):
+        for col in range(cols):
+            whole[row, col] = min(exact[row, col], OUT_OF_REACH)
+    return whole
 
 
 @kernel

@@ -84,7 +84,7 @@ class NavfnPlanner:
 
     def _cells(self, costmap: Costmap, start: Pose, goal: Pose) -> tuple[tuple[int, int], tuple[int, int]]:
         """Cells of start and goal, rounded; Jazzy also looks at the cell that the costmap gives for the goal."""
-        if self.params.release == "jazzy":
+        if self.params.release != "humble":
             _, goal_cell = cells_of(costmap, start, goal)
             if self.params.tolerance == 0.0 and costmap.costs[goal_cell] == LETHAL_OBSTACLE:
                 raise no_path(start, goal, "the goal is in an obstacle", EndpointError)

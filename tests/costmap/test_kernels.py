@@ -151,23 +151,37 @@ def test_looking_up_the_map_equals_its_plain_twin(x, y, yaw, use_maximum, seed):
     assert np.array_equal(master, plain)
 
 
-@given(hnp.arrays(np.uint8, (14, 16), elements=COSTS), st.integers(1, 4), st.booleans(), st.booleans(), st.data())
+def plain_nearest(sources, reach):
+    rows, cols = np.indices(sources.shape)
+    away = [(rows - row) ** 2 + (cols - col) ** 2 for row, col in np.argwhere(sources)]
+    return np.min(away, axis=0) if away else np.full(sources.shape, reach * reach + 1)
+
+
+@given(
+    hnp.arrays(np.uint8, (14, 16), elements=COSTS),
+    st.integers(1, 4),
+    st.booleans(),
+    st.booleans(),
+    st.booleans(),
+    st.data(),
+)
 @settings(max_examples=60, deadline=None)
-def test_inflation_of_a_part_equals_its_plain_twin(costs, reach, inflate_unknown, around_unknown, data):
+def test_inflation_of_a_part_equals_its_plain_twin(costs, reach, exact, inflate_unknown, around_unknown, data):
     row0, col0 = data.draw(st.integers(0, 13)), data.draw(st.integers(0, 15))
     row1, col1 = data.draw(st.integers(row0, 14)), data.draw(st.integers(col0, 16))
     cost_of = np.linspace(254, 1, reach * reach + 1).astype(np.uint8)
     sources = (costs == 254) | (around_unknown & (costs == 255))
     near = np.zeros_like(sources)
     near[max(0, row0 - reach) : row1 + reach, max(0, col0 - reach) : col1 + reach] = True
-    squared, plain = plain_brushfire(sources & near, reach), costs.copy()
+    find = plain_nearest if exact else plain_brushfire
+    squared, plain = find(sources & near, reach), costs.copy()
     for row in range(row0, row1):
         for col in range(col0, col1):
             if squared[row, col] <= reach * reach:
                 old, new = plain[row, col], cost_of[squared[row, col]]
                 over_unknown = old == 255 and (new > 0 if inflate_unknown else new >= 253)
                 plain[row, col] = new if over_unknown else max(old, new)
-    inflate(costs, reach, cost_of, inflate_unknown, around_unknown, row0, col0, row1, col1)
+    inflate(costs, reach, cost_of, exact, inflate_unknown, around_unknown, row0, col0, row1, col1)
     assert np.array_equal(costs, plain)
 
 
