@@ -129,8 +129,9 @@ class Engine:
     def _write(self, robots: Records) -> None:
         """Write the state after a control step; the speeds of the wheels are there already."""
         _, _, _, *wheels, _, _, target_v, target_w, _ = robots.item(0)
+        self._yaw = wrap_angle(self._yaw)
         speeds = self._velocity() if self._touch.count else wheels
-        robots[0] = (self._x, self._y, wrap_angle(self._yaw), *wheels, *speeds, target_v, target_w, self.holds)
+        robots[0] = (self._x, self._y, self._yaw, *wheels, *speeds, target_v, target_w, self.holds)
 
     def _step(self, vx: float, vy: float, w: float, tick: float) -> int:
         """Move by one tick with a mean velocity (m/s, m/s, rad/s); return what was touched."""
