@@ -26,6 +26,7 @@ COMMANDS = {
     "list": "List names: controllers, planners, robots, presets, metrics and more.",
     "show": "Print the content of a preset, a study, a robot or a noise level.",
     "doctor": "Report what is installed and compiled, the speed, and what is missing.",
+    "kernels": "Export compiled kernels, or import them on an equal machine.",
     "completion": "Print a completion script for a shell.",
 }
 """Summary of each command, in the order of the help."""

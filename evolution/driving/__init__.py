@@ -21,6 +21,13 @@ from evolution.driving.jobs import (
     check_controllers,
     check_metric,
 )
+from evolution.driving.kernel_files import (
+    clear_kernels,
+    compiled_kernels,
+    export_kernels,
+    import_kernels,
+    import_shipped_kernels,
+)
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool import RunJob, WorkerSetup, available_cores
 from evolution.driving.resources import DEFAULT_RESOURCES, Resources
@@ -59,9 +66,14 @@ __all__ = [
     "check_controllers",
     "check_metric",
     "check_room",
+    "clear_kernels",
+    "compiled_kernels",
     "derive_seed",
     "drive",
     "environment_for",
+    "export_kernels",
+    "import_kernels",
+    "import_shipped_kernels",
     "is_compiled",
     "preparation",
     "run_episode",
