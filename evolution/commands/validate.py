@@ -9,13 +9,14 @@ from collections.abc import Sequence
 
 from evolution.commands import options
 from evolution.commands.console import errors, print_table
-from evolution.driving import available_cores
+from evolution.driving import Resources, available_cores, run_job, warm_up
 from evolution.files import Table
 from evolution.validation import (
     LayersOracle,
     Measure,
     Oracle,
     PlantOracle,
+    PlantRuns,
     closed_loop_measures,
     costmap_measures,
     disagreements,
@@ -26,6 +27,7 @@ from evolution.validation import (
     navfn_measures,
     other_measures,
     plant_measures,
+    plant_run_measures,
     rpp_measures,
 )
 
@@ -33,7 +35,8 @@ EXAMPLES = """  mapbench validate nav2-oracle
   mapbench validate nav2-oracle --format json > validation.json
   mapbench validate nav2-oracle --units-only           single calls only, in a few seconds
   mapbench validate nav2-oracle-layers                 costmap layers, fed with recorded scans
-  mapbench validate fortress-plant                     motion and contacts in the physics of Gazebo Fortress"""
+  mapbench validate fortress-plant                     motion, contacts and runs in the physics of Gazebo Fortress
+  mapbench validate fortress-plant --units-only        motion and contacts only, in seconds"""
 
 UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, other_measures, mppi_measures)
 
@@ -66,8 +69,17 @@ def run(args: argparse.Namespace) -> int:
 def measure(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
     """Compare with what a directory holds; returns the measures, and the runs that ended differently in words."""
     if PlantOracle.is_in(args.directory):
-        return plant_measures(PlantOracle(args.directory)), []
+        return measure_plant(args), []
     return measure_layers(args) if LayersOracle.is_in(args.directory) else measure_navigation(args)
+
+
+def measure_plant(args: argparse.Namespace) -> list[Measure]:
+    """Compare with recorded motion, contacts and whole runs in the physics of Gazebo Fortress."""
+    measures, recorded = plant_measures(PlantOracle(args.directory)), PlantRuns(args.directory)
+    if args.units_only or not recorded:
+        return measures
+    with Resources(workers=args.workers).evaluator(run_job, warm_up=warm_up) as evaluator:
+        return measures + plant_run_measures(recorded, evaluator.run)
 
 
 def measure_layers(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
@@ -111,4 +123,4 @@ def _print_table(measures: Sequence[Measure]) -> None:
         }
         for one in measures
     ]
-    print_table(Table(rows, "Against recorded Nav2"))
+    print_table(Table(rows, "Against the recordings"))
