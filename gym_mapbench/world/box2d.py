@@ -2,13 +2,14 @@
 
 Lengths inside Box2D are metres times :data:`~gym_mapbench.kernels.motion.SCALE`: its fixed tolerances (5 mm of
 permitted overlap, 15 mm at the first touch) shrink to 0.13 mm and 0.38 mm. Coordinates count from the map's lower-left
-corner. Walls, robot and bodies have no friction.
+corner. Walls, robot and bodies have no friction: with friction a robot would not slide along walls as in Gazebo.
 """
 
 from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,8 @@ with warnings.catch_warnings():
 
 SKIN = 0.02
 """Rounding of a polygon robot in Box2D units: four times its slop, so that fast contacts are found in time."""
+HOLDS = 1e-3
+"""Largest speed of a wheel over the ground that counts as rounding, m/s."""
 VELOCITY_ITERATIONS = 6
 POSITION_ITERATIONS = 2
 
@@ -52,10 +55,14 @@ class Engine:
         grid: The map.
         robot: Its shape.
         area: Only walls in a square are built, given by its centre x, y and half its side, m; None for all.
+        slips: Whether wheels that slip the same way cannot turn the robot.
     """
 
-    def __init__(self, grid: GridMap, robot: RobotSpec, area: tuple[float, float, float] | None) -> None:
+    def __init__(
+        self, grid: GridMap, robot: RobotSpec, area: tuple[float, float, float] | None, slips: bool = False
+    ) -> None:
         self._area = area
+        self._slips, self._lever = slips, 0.5 * robot.wheel_separation
         self._rows = np.empty((0, 5))
         self._origin_x, self._origin_y = grid.origin
         self._touch = _Touch() if robot.footprint is None else _SeamlessTouch(grid)
@@ -107,7 +114,7 @@ class Engine:
         Returns:
             What was touched: 0, or a sum of ``WALL`` and ``BODY``.
         """
-        self._x, self._y, self._yaw, *_ = robots.item(0)
+        self._x, self._y, self._yaw, *wheels = robots.item(0)[:5]
         if len(self._rows) != ticks:
             self._rows = np.empty((ticks, 5))
         rows, tick = self._rows, drive.item(0)[0]
@@ -118,6 +125,9 @@ class Engine:
         touched = 0
         for number in range(ticks):
             vx, vy, turn, *_ = plan[number]
+            if self._slips and self._touch.count:
+                turn = self._turn_rate(turn, wheels)
+            wheels = plan[number][3:]
             stopped = self._step(vx, vy, turn, tick)
             if stopped and number + 1 < ticks:
                 plan_ticks(robots, self._yaw, v, w, number + 1, drive, rows)
@@ -145,6 +155,19 @@ class Engine:
         self._y += vy * tick
         self._yaw += w * tick
         return 0
+
+    def _turn_rate(self, turn: float, wheels: Sequence[float]) -> float:
+        """Return the turn rate of a robot that touches something and whose wheels would turn it (rad/s).
+
+        Two wheels that slip the same way push with the same force (Coulomb), so the robot keeps its turn rate.
+
+        Args:
+            turn: Turn rate if the wheels hold, rad/s.
+            wheels: Speeds of the wheels, m/s and rad/s.
+        """
+        v, w = self._velocity()
+        slip = abs(wheels[0] - v) - self._lever * abs(wheels[1] - w)
+        return w if slip > HOLDS else turn
 
     def _follow(self) -> None:
         """Set the body to the float64 pose."""

@@ -63,6 +63,18 @@ class RobotSpec(Settings):
         return value
 
     @property
+    def width(self) -> float:
+        """Extent across the heading, m: the diameter of a disc, or the width of the box around the polygon."""
+        if self.footprint is None:
+            return 2 * self.radius
+        return 2 * float(np.abs(np.asarray(self.footprint)[:, 1]).max())
+
+    @property
+    def wheel_separation(self) -> float:
+        """Distance between the wheels, m: three quarters of the width, as on a TurtleBot3."""
+        return 0.75 * self.width
+
+    @property
     def circumscribed_radius(self) -> float:
         """Largest distance of the robot's outline from its centre, m."""
         if self.footprint is None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from gym_mapbench.kernels.motion import BOX, MARGIN, drive_robot
 from gym_mapbench.world.box2d import Engine
-from gym_mapbench.world.plant import PlantName
+from gym_mapbench.world.plant import PLANTS, PlantName
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.state import Worlds, drive_of, ground_of
@@ -33,7 +33,7 @@ class Simulation:
         world: Walls and bodies; its unknown cells are free.
         robot: Shape and limits of the robot.
         start: Where it stands, at rest.
-        plant: How the wheels follow a command: a name of :data:`~gym_mapbench.world.plant.PLANTS`.
+        plant: How the wheels follow a command and hold: a name of :data:`~gym_mapbench.world.plant.PLANTS`.
         rests: Whether Box2D rests while no wall and no body is within reach. For a disc, nothing changes; for a
             polygon, nothing up to the first touch: after it, which of several walls touched at once Box2D solves first
             depends on where the robot has been all along.
@@ -62,6 +62,7 @@ class Simulation:
         self._worlds.robots[0] = (*start, *[0.0] * 6, False)
         self._worlds.boxes[0] = np.zeros((), BOX)
         self._robot = robot
+        self._slipping = PLANTS[plant].slips
         self._walls = world.grid.framed.reshape(-1)
         self._drive = drive_of(robot, world.physics_hz, plant)
         self._can: tuple[float, ...] = self._drive.item(0)
@@ -143,5 +144,6 @@ class Simulation:
             tick, forward, reverse, _, _, _, radius, *_ = self._can
             reach = radius + max(forward, reverse) * ticks * tick + MARGIN
             if self._engine is None or not self._engine.covers(x, y, reach):
-                self._engine = Engine(self.world.grid, self._robot, (x, y, reach + SPARE) if self._nearby else None)
+                area = (x, y, reach + SPARE) if self._nearby else None
+                self._engine = Engine(self.world.grid, self._robot, area, self._slipping)
         return self._engine
