@@ -145,6 +145,7 @@ class Engine:
     def _step(self, vx: float, vy: float, w: float, tick: float) -> int:
         """Move by one tick with a mean velocity (m/s, m/s, rad/s); return what was touched."""
         body, touch = self._body, self._touch
+        touch.robot_rests = not (vx or vy or w)
         body.linearVelocity = vx * SCALE, vy * SCALE
         body.angularVelocity = w
         self._world.Step(tick, VELOCITY_ITERATIONS, POSITION_ITERATIONS)
@@ -220,10 +221,15 @@ class _Traffic:
 
 
 class _Touch(b2ContactListener):  # type: ignore[misc]
-    """Counts the contacts that touch; Box2D calls it only when one begins, persists or ends."""
+    """Counts the contacts that touch; Box2D calls it only when one begins, persists or ends.
+
+    Attributes:
+        robot_rests: Whether the wheels stand still in this tick; bodies then do not push the robot.
+    """
 
     def __init__(self) -> None:
         super().__init__()
+        self.robot_rests = False
         self.count = 0
         self.begun = 0
         self._of_bodies = 0
@@ -243,6 +249,10 @@ class _Touch(b2ContactListener):  # type: ignore[misc]
         self.count -= 1
         self._of_bodies -= _is_of_body(contact)
 
+    def PreSolve(self, contact: b2Contact, old_manifold: b2Manifold) -> None:  # noqa: N802, the name is Box2D's
+        if self.robot_rests and _is_of_body(contact):
+            contact.enabled = False
+
 
 def _is_of_body(contact: b2Contact) -> bool:
     """Whether a contact is with a moving body, and not with a wall."""
@@ -258,6 +268,7 @@ class _SeamlessTouch(_Touch):
         self._occupied = grid.framed
 
     def PreSolve(self, contact: b2Contact, old_manifold: b2Manifold) -> None:  # noqa: N802, the name is Box2D's
+        super().PreSolve(contact, old_manifold)
         if _is_of_body(contact):
             return
         manifold = contact.worldManifold

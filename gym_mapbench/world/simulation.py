@@ -27,7 +27,8 @@ class Simulation:
     """One robot in one world, from a start pose on.
 
     The map's edge is a wall. Walls, bodies and robot have no friction: the robot slides along walls, or is
-    stopped by them, while its wheels keep turning as told; a body that moves pushes it.
+    stopped by them, while its wheels keep turning as told. A body that moves pushes a robot that moves, and no robot
+    that stands still.
 
     Args:
         world: Walls and bodies; its unknown cells are free.
