@@ -81,8 +81,8 @@ class Engine:
 
     @property
     def holds(self) -> bool:
-        """Whether there are walls or bodies in the box that Box2D keeps around the robot."""
-        held: bool = self._world.contactCount > 0
+        """Whether there are walls in the box that Box2D keeps around the robot."""
+        held: bool = self._world.contactCount > self._traffic.contacts
         return held
 
     def box(self) -> tuple[float, ...]:
@@ -199,6 +199,11 @@ class _Traffic:
     def __init__(self, world: b2World, grid: GridMap) -> None:
         self._world, self._origin = world, np.array(grid.origin)
         self._here: dict[int, b2Body] = {}
+
+    @property
+    def contacts(self) -> int:
+        """Number of bodies in the box that Box2D keeps around the robot."""
+        return sum(len(body.contacts) for body in self._here.values())
 
     def meet(self, world: World, near: list[int], ticks: int) -> None:
         """As :meth:`Engine.meet`."""

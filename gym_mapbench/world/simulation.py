@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gym_mapbench.kernels.bodies import is_near_body
 from gym_mapbench.kernels.motion import BOX, MARGIN, drive_robot
 from gym_mapbench.world.box2d import Engine
 from gym_mapbench.world.plant import PLANTS, PlantName
@@ -107,7 +108,7 @@ class Simulation:
     def _drive_free(self, v: float, w: float, ticks: int) -> bool:
         """Drive without Box2D if nothing is within reach; return whether that was done."""
         worlds = self._worlds
-        if not self._rests or (self.world.bodies and self._near(ticks)):
+        if not self._rests or (self.world.bodies and self._may_touch(v, ticks)):
             return False
         moved: bool = drive_robot(worlds.robots, worlds.boxes, 0, v, w, ticks, self._drive, worlds.grounds, self._walls)
         return moved
@@ -125,6 +126,12 @@ class Simulation:
         if self._is_boxed and not engine.holds:
             worlds.boxes[0] = engine.box()
         return touched
+
+    def _may_touch(self, v: float, ticks: int) -> bool:
+        """Return whether the robot might touch a body within the next ticks."""
+        world = self.world
+        touch: bool = is_near_body(self._worlds.robots, 0, v, world.poses, world.radii, world.pace, self._drive, ticks)
+        return touch
 
     def _near(self, ticks: int) -> list[int]:
         """Return the numbers of the bodies that the robot might meet within the next ticks."""
