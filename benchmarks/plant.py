@@ -1,7 +1,7 @@
 """The effect of the plant on runs: ``python benchmarks/plant.py --maps 200`` (about half an hour on one core).
 
-Families of maps, controllers, world and noise are those of the preset ``robust``. Each run is compared with the run of the
-plant ``ideal`` with the same seed. The control is ``ideal`` with another seed.
+Families of maps, controllers, world and noise are those of the preset ``robust``. Each run is compared with the run of
+the plant ``ideal`` with the same seed. The control is ``ideal`` with another seed.
 """
 
 from __future__ import annotations
