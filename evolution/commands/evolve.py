@@ -9,7 +9,7 @@ from evolution.api import compose, evolve
 from evolution.commands import COMMON, driving_options, options
 from evolution.commands.console import console, note, print_table
 from evolution.commands.progress import SearchBar
-from evolution.runs import LoadedRun, RunDir, experiment_in, validation_sentence
+from evolution.runs import LoadedRun, RunDir, contact_sentence, experiment_in, validation_sentence
 from evolution.search import (
     DEFAULT_PRESET,
     FAILURES,
@@ -94,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
             resources=driving_options.resources_of(args),
         )
     print_table(found.table())
-    for line in validation_sentence(found.best_results, found.config["search"]):
+    for line in (*validation_sentence(found.best_results, found.config["search"]), *contact_sentence(found.runs)):
         console.print(line)
     console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     console.print(f"A page with replays: mapbench report {found.path}")

@@ -42,12 +42,15 @@ class ValidationSettings(Settings):
         candidates: Maps without a failure on these seeds, at most.
         held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.
         reliability: Share of trials that reach at least the value by which a set is chosen.
+        avoid_contact: Whether a set is chosen only among the maps on which no run touched a wall or body, where these
+            suffice. Contacts are what a simulator and Gazebo agree on least.
     """
 
     seeds: Seeds = 5
     candidates: Few = 9
     held_out_seeds: Seeds = 10
     reliability: Annotated[float, Field(gt=0, lt=1)] = 0.9
+    avoid_contact: bool = False
 
     @property
     def seeds_of_set(self) -> int:

@@ -1,4 +1,4 @@
-"""The results of one map: how many repeats there are, and whether every run reached the goal."""
+"""The results of one map: number of repeats, whether every run reached the goal, whether any touched a wall."""
 
 from __future__ import annotations
 
@@ -19,6 +19,11 @@ def is_solved(of_map: Sequence[Sequence[RunResult]]) -> bool:
     """Return whether all controllers reached the goal in every repeat, and none was left out."""
     repeats = repeats_of(of_map)
     return all(len(runs) == repeats and all(run.success for run in runs) for runs in of_map)
+
+
+def is_untouched(of_map: Sequence[Sequence[RunResult]]) -> bool:
+    """Return whether no run touched a wall or body; runs that ended in an error measured nothing."""
+    return not any(run.value("n_contacts") for runs in of_map for run in runs if run.outcome != "error")
 
 
 def singles_of(of_map: MapResults) -> list[MapResults]:
