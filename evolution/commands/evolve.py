@@ -57,8 +57,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--failures",
         metavar="NAME",
         help=f"what a failed run counts: {options.names_in(FAILURES)}; with exclude, its map has no value; with "
-        "censor, the time limit; with par2, twice the time limit. censor and par2 need drive_last: [] in the section "
-        "archive of the search in --config, or --preset thesis",
+        "censor, the time limit; with par2, twice the time limit",
     )
     options.add_family_option(search, "those of the preset")
     driving_options.add_controllers_option(

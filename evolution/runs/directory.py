@@ -148,7 +148,7 @@ class RunDir:
         """Runs of every controller on every map; None where the search drives some maps more or less often."""
         search = self.config["search"]
         archive = search.get("archive", {})
-        uneven = archive.get("drive_last") or archive.get("elite") or search.get("validation")
+        uneven = archive.get("staged") or archive.get("elite") or search.get("validation")
         return None if uneven else int(search["repeats"])
 
     def check_files(self) -> None:

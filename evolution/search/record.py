@@ -14,7 +14,7 @@ import numpy as np
 from evolution.driving import RESULT_FIELDS, Job, JobPlan, RunResult
 from evolution.files import Row
 from evolution.search.algorithms import Evaluation
-from evolution.search.judging import Judgement, best_of
+from evolution.search.judging import Judgement, best_of, missing_runs
 from gym_mapbench.world.gridmap import GridMap
 
 DrivenRun = tuple[Job, RunResult]
@@ -99,7 +99,10 @@ def generation_row(generation: int, evaluations: int, population: Sequence[Evalu
 
 
 def individual_row(generation: int, individual: int, evaluation: Evaluation) -> Row:
-    """Return a line of ``individuals.csv``: an evaluated map set, its fitness and the parts of it."""
+    """Return a line of ``individuals.csv``: an evaluated map set, its fitness and the parts of it.
+
+    Runs that were not driven count as failed in these values; the set could not survive with any result of them.
+    """
     judgement = evaluation.judgement
     row: Row = {
         "generation": generation,
@@ -109,6 +112,7 @@ def individual_row(generation: int, individual: int, evaluation: Evaluation) -> 
         "success_rate": judgement.success_rate,
         "timeouts": judgement.timeouts,
         "pattern": judgement.pattern,
+        "not_driven": missing_runs(evaluation.results),
     }
     for number, (scenario, score) in enumerate(zip(evaluation.map_set, judgement.scores, strict=True), start=1):
         row |= {f"map_{number}": scenario.map.digest, f"score_{number}": score}

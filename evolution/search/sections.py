@@ -19,13 +19,13 @@ class ArchiveSettings(Settings):
         elite: Whether the best set of the archive joins the population after every generation.
         elite_seeds: Further runs of each controller, each with a new seed, on the maps of that set before it joins; one
             more after every generation that a map stays in it, up to four times as many.
-        drive_last: Controllers, by kind, that run on a map only where all others have reached the goal; their missing
-            runs count as failed. Names of controllers that are not compared are ignored.
+        staged: Whether controllers run on a map one after the other, the cheapest first, until one fails. Only runs
+            that cannot change the search are left out. A failure policy that gives failed runs a value leaves out none.
     """
 
     elite: bool = False
     elite_seeds: Annotated[int, Field(ge=0, le=100_000)] = 0
-    drive_last: tuple[str, ...] = ()
+    staged: bool = True
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from evolution.driving import RunResult
+from evolution.driving import RunResult, SetResults
 
 MapResults = tuple[tuple[RunResult, ...], ...]
 """Results of one map: ``results[controller][repeat]``."""
@@ -24,6 +24,11 @@ def is_solved(of_map: Sequence[Sequence[RunResult]]) -> bool:
 def is_untouched(of_map: Sequence[Sequence[RunResult]]) -> bool:
     """Return whether no run touched a wall or body; runs that ended in an error measured nothing."""
     return not any(run.value("n_contacts") for runs in of_map for run in runs if run.outcome != "error")
+
+
+def missing_runs(results: SetResults) -> int:
+    """Return the number of runs of a set that controllers lack on maps where another controller has more."""
+    return sum(repeats_of(of_map) - len(runs) for of_map in results for runs in of_map)
 
 
 def singles_of(of_map: MapResults) -> list[MapResults]:

@@ -90,7 +90,8 @@ def test_a_search_improves_and_its_records_agree(tmp_path):
     assert len({row["map_set"] for row in loaded.individuals}) == 44
     driven = {(row["map"], row["controller"]) for row in loaded.runs}
     used = {row[f"map_{i}"] for row in loaded.individuals for i in (1, 2, 3)}
-    assert driven == {(digest, name) for digest in used for name in loaded.controllers}
+    assert driven <= {(digest, name) for digest in used for name in loaded.controllers}
+    assert {digest for digest, _ in driven} == used
     assert set(loaded.maps) == used
     assert all(grid.digest == digest for digest, grid in loaded.maps.items())
 
@@ -219,9 +220,9 @@ def test_cluster_scale_is_calibrated_once_and_written_down(tmp_path):
     assert scale == result.fitness.cluster_scale == load_run(tmp_path).best_results["cluster_scale"]
     first = [row for row in load_run(tmp_path).runs if row["generation"] == 1]
     gaps = []
-    for start in range(0, len(first), 3):
-        of_map = first[start : start + 3]
-        assert len({row["map"] for row in of_map}) == 1
+    for digest in dict.fromkeys(row["map"] for row in first):
+        of_map = [row for row in first if row["map"] == digest]
+        assert len(of_map) == 3
         times = [row["time_s"] for row in of_map]
         if all(row["outcome"] == "goal" for row in of_map):
             gaps += [abs(a - b) for i, a in enumerate(times) for b in times[i + 1 :]]
@@ -230,7 +231,7 @@ def test_cluster_scale_is_calibrated_once_and_written_down(tmp_path):
 
 def test_random_search_samples_anew():
     with Evaluator(drive) as evaluator:
-        result = evolve(with_search(algorithm="random", repeats=2), evaluator)
+        result = evolve(with_search(algorithm="random", repeats=2, staged=False), evaluator)
     maps = [row[f"map_{i}"] for row in result.record.individuals for i in (1, 2, 3)]
     assert len(set(maps)) == len(maps) == 3 * 44
     assert len(result.record.runs) == 3 * 44 * 3 * 2
@@ -375,7 +376,6 @@ ROBUST = {
     "elite": True,
     "elite_seeds": 1,
     "caution": 1.0,
-    "drive_last": ("mppi",),
     "runs": 300,
     "evaluations": 10_000,
     "pop_size": 6,
@@ -437,7 +437,7 @@ def test_a_search_with_validation_resumes_to_the_same_bytes(tmp_path, validated,
 
 def test_every_part_of_the_search_can_be_left_out(tmp_path):
     parts = {"archive": {"elite": False, "elite_seeds": 0}, "elite": {"elite_seeds": 0}}
-    parts |= {"stage": {"validation": None}, "last": {"drive_last": ()}}
+    parts |= {"stage": {"validation": None}, "stages": {"staged": False}}
     parts |= {"one": {"mutation": {}}, "random": {"algorithm": "random"}}
     digests = set()
     for name, options in parts.items():
@@ -452,10 +452,6 @@ def test_every_part_of_the_search_can_be_left_out(tmp_path):
     [
         ({"runs": 100}, r"runs: expected at least 153 \(54 for the first population and 99 for the validation stage\)"),
         ({"elite": False}, "archive.elite_seeds: expected 0 without elite, got 1"),
-        (
-            {"failures": "par2"},
-            r"archive.drive_last: expected \[\] with judging.failures 'par2'",
-        ),
         ({"validation": {"candidates": 2}}, r"validation.candidates: expected at least maps_per_set \(3\), got 2"),
     ],
 )
