@@ -2,7 +2,7 @@
 
 ::
 
-    from evolution import bench, evolve, load, study, train
+    from evolution import bench, evolve, load, study, train, tune
 
 Work happens in worker processes, so these functions may be called from a script, with or without a ``__main__`` guard,
 and from a notebook.
@@ -26,6 +26,7 @@ from evolution.driving import (
     Evaluator,
     JobPlan,
     OnRun,
+    ParameterFile,
     Resources,
     ResultStore,
     check_room,
@@ -45,6 +46,7 @@ from evolution.inputs import (
     read_parameters,
     run_of,
     specs_of,
+    tuning_of,
     world_from,
 )
 from evolution.pictures import write_run_figures
@@ -81,10 +83,17 @@ from evolution.training import (
     learn,
     train_settings,
 )
+from evolution.tuning import (
+    OnTrial,
+    TuneSettings,
+    Tuning,
+    optuna,
+    run_tuning,
+)
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike
 
-__all__ = ["bench", "compose", "evolve", "load", "study", "train"]
+__all__ = ["bench", "compose", "evolve", "load", "study", "train", "tune"]
 
 LOG = logging.getLogger(__name__)
 
@@ -297,6 +306,56 @@ def train(
     path = Path(out or Path("runs") / f"{settings.algorithm}-seed{settings.seed}")
     directory = begin_training(settings, path, listed(maps), levels_of(curriculum))
     return learn(directory, on_progress)
+
+
+def tune(
+    controller: str,
+    train: Maps | Sequence[Maps],
+    test: Maps | Sequence[Maps],
+    *,
+    out: str | Path,
+    params: str | ParameterFile | None = None,
+    space: str | Path | None = None,
+    settings: DriveSettings | None = None,
+    resume: bool = False,
+    on_trial: OnTrial | None = None,
+    on_run: OnRun | None = None,
+    resources: Resources = DEFAULT_RESOURCES,
+    **options: Any,
+) -> Tuning:
+    """Search for better values of a controller's parameters, and compare them with the user's on maps not searched on.
+
+    Args:
+        controller: The controller, by its name in the parameter file or by its kind.
+        train: Maps of the search, in any form that :func:`bench` takes.
+        test: Maps of the comparison; none of them may be a training map.
+        out: New directory of the tuning; ``nav2_params.yaml`` in it holds the tuned values.
+        params: A preset's name, a ``nav2_params.yaml``, or the options with which it is read; ``thesis`` if None.
+        space: File of a search space; the controller's shipped space if None.
+        settings: World and navigation in one value, instead of fields of the env.
+        resume: Whether to continue the tuning in ``out``; the results equal those without interruption.
+        on_trial: Called after each trial with the number of runs so far.
+        on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
+        resources: Workers, executor and time limits; the results do not depend on it.
+        options: Fields of :class:`evolution.tuning.TuneSettings`, e.g. ``trials=50``, of
+            :class:`gym_mapbench.env.config.EnvConfig`, e.g. ``noise="none"`` (``nominal`` if left out), and of
+            :class:`evolution.driving.Resources`, e.g. ``workers=2``.
+
+    Returns:
+        The tuning; a notebook shows the changed parameters.
+
+    Raises:
+        ConfigError: If an option cannot be used, training and test maps overlap, or Optuna is not installed.
+        MapFormatError: If a file is no map.
+        RunError: If no worker starts, nothing can be written, or a tuning cannot be continued.
+    """
+    optuna()
+    resources, others = resources.taking(options)
+    tuned = TuneSettings(**{name: others.pop(name) for name in list(others) if name in TuneSettings.model_fields})
+    environment = {"noise": "nominal", **others}
+    plan, text = tuning_of(controller, train, test, params, space, settings, environment, tuned)
+    try_controllers(plan.jobs_with(None).controllers, plan.world)
+    return run_tuning(plan, text, Path(out), resume=resume, resources=resources, on_trial=on_trial, on_run=on_run)
 
 
 def compose(preset: str = DEFAULT_PRESET, config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:

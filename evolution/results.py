@@ -16,10 +16,11 @@ from evolution.files import DirectoryKind
 from evolution.runs import RUN, LoadedRun, load_run
 from evolution.studies import STUDY, SWEEP, StudyResults, SweepResults, load_results, load_sweep
 from evolution.training import TRAINING, Training, load_training
+from evolution.tuning import TUNING, Tuning, load_tuning
 from gym_mapbench.errors import RunError
 from gym_mapbench.mapio.gazebo_package import RUNNER
 
-Results = LoadedRun | StudyResults | SweepResults | Benchmark | Training
+Results = LoadedRun | StudyResults | SweepResults | Benchmark | Training | Tuning
 
 
 class ResultKind(NamedTuple):
@@ -45,6 +46,7 @@ KINDS = (
     ResultKind(STUDY, load_results),
     ResultKind(SWEEP, load_sweep),
     ResultKind(TRAINING, load_training),
+    ResultKind(TUNING, load_tuning),
     ResultKind(BENCHMARK, read_bench, BENCH),
 )
 
@@ -76,7 +78,7 @@ def load(path: str | Path) -> Results:
     """Return the results in a directory, or in a file that ``mapbench bench --format json`` printed.
 
     Args:
-        path: The directory of a run, a study, a sweep, a training or a benchmark; or the file.
+        path: The directory of a run, a study, a sweep, a training, a tuning or a benchmark; or the file.
 
     Raises:
         RunError: If it is none of these, has nothing finished, or is damaged.

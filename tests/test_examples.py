@@ -62,9 +62,9 @@ def test_a_policy_is_trained_and_judged(tmp_path):
 
 
 def test_a_set_is_evolved_validated_and_exported(tmp_path):
-    output = run("evolve_confirm_export.py", tmp_path)
+    output = run("evolve_validate_export.py", tmp_path)
     assert re.search(r"Held-out fitness -?\d.* \(2 seeds; 95 % of trials between", output)
-    assert "As a map set: fitness" in output
+    assert "As a map set: median fitness" in output
     assert (tmp_path / "runs/two_controllers_bundle/package.xml").is_file()
 
 

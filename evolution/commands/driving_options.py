@@ -38,12 +38,13 @@ OF_THE_RUN = "that of the run whose maps are used, else {}"
 """Default of the options of a command that takes the maps of a run or other maps."""
 
 
-def add_drive_options(parser: argparse.ArgumentParser, default: str = "{}") -> None:
+def add_drive_options(parser: argparse.ArgumentParser, default: str = "{}", noise: str | None = None) -> None:
     """Add the options about the parameters, the robot and the world.
 
     Args:
         parser: Gets them.
         default: Default of the options; ``{}`` stands for the value without a file or a run.
+        noise: Default of ``--noise``; if None, there is no noise, or that of the run.
     """
     group = parser.add_argument_group("controllers, robot and world")
     group.add_argument(
@@ -83,8 +84,9 @@ def add_drive_options(parser: argparse.ArgumentParser, default: str = "{}") -> N
     group.add_argument(
         "--noise",
         metavar="NAME",
+        default=noise,
         help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)} (default: "
-        f"{default.format('none')})",
+        f"{default.format(noise or 'none')})",
     )
 
 

@@ -28,6 +28,7 @@ from evolution.pictures.run_figures import (
     write_run_figures,
 )
 from evolution.pictures.style import FORMATS, colour_of, new_figure, save_figure
+from evolution.pictures.tuning_figures import front_figure, history_figure, importance_figure
 
 __all__ = [
     "FIGURES",
@@ -45,6 +46,9 @@ __all__ = [
     "drive_best",
     "effects_figure",
     "frames",
+    "front_figure",
+    "history_figure",
+    "importance_figure",
     "learning_figure",
     "lorenz_figure",
     "map_set_figure",

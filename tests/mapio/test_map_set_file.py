@@ -143,7 +143,7 @@ def test_tasks_without_bodies_say_nothing_of_them():
         (3, "bodies: expected a list, got 3"),
         ([3], r"bodies\[0\]: expected a mapping"),
         ([{"shape": {"radius": 0.2}}], r"bodies\[0\]: missing key 'motion'"),
-        ([{"shape": {"radius": -1}, "motion": {"name": "line"}}], r"bodies\[0\]: shape: radius: expected"),
+        ([{"shape": {"radius": -1}, "motion": {"name": "line"}}], r"bodies\[0\]: shape\.radius: expected"),
         ([{"shape": {"radius": 0.2}, "motion": {"name": "lines"}}], "did you mean 'line'"),
     ],
 )

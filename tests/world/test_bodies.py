@@ -178,10 +178,10 @@ def test_bodies_are_part_of_what_a_scenario_is():
 @pytest.mark.parametrize(
     ("shape", "motion", "message"),
     [
-        ({"radius": 0.0}, {}, "shape: radius: expected"),
-        ({"radius": -1.0}, {}, "shape: radius: expected"),
-        ({"radius": math.nan}, {}, "shape: radius: expected"),
-        ({"radius": "wide"}, {}, "shape: radius: expected"),
+        ({"radius": 0.0}, {}, r"shape\.radius: expected"),
+        ({"radius": -1.0}, {}, r"shape\.radius: expected"),
+        ({"radius": math.nan}, {}, r"shape\.radius: expected"),
+        ({"radius": "wide"}, {}, r"shape\.radius: expected"),
         ({"radius": 0.2}, {"speed": -1.0}, "line: speed: expected"),
         ({"radius": 0.2}, {"speed": math.nan}, "speed.*: expected"),
         ({"radius": 0.2}, {"start": [0.0]}, "start"),

@@ -179,7 +179,7 @@ def test_barns_scores_say_that_the_global_costmap_knows_the_map(tmp_path, capsys
     np.save(tmp_path / "path_0.npy", np.array([[15, 0], [15, 29]]))
     argv = ["bench", f"barn:{tmp_path}", "--controllers", "rpp", "--workers", "1"]
     assert main(argv) == 0
-    assert "--unknown-map drives without the map" in capsys.readouterr().err
+    assert "--unknown-map runs without the map" in capsys.readouterr().err
     assert main([*argv, "--unknown-map"]) == 0
     said = capsys.readouterr().err
     assert "BARN rpp: " in said

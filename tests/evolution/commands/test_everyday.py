@@ -84,7 +84,7 @@ def test_the_versions_that_matter(capsys):
     ("words", "expected"),
     [
         (["be"], ["bench"]),
-        (["bench", "--robot", "turtle"], ["turtlebot3_burger", "turtlebot3_waffle"]),
+        (["bench", "--robot", "turtle"], ["turtlebot3_burger", "turtlebot3_waffle", "turtlebot3_waffle_gz"]),
         (["bench", "--fail"], ["--fail-if"]),
         (["bench", "--contact", ""], ["ends", "slides"]),
         (["maps", "dr"], ["draw"]),

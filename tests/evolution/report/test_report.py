@@ -283,7 +283,7 @@ def test_text_cannot_break_the_page():
 def test_numbers_as_a_reader_wants_them():
     table = Table("t", ["a"], [[0.12345], [3], [float("nan")], [0.00001234]], "Note.")
     text = render_page(Report("t", "s", [], "c", "y", sections=[Section("s", tables=[table])]))
-    cells = re.findall(r'<td class="number" data-sort="(.*?)">(.*?)</td>', text)
+    cells = re.findall(r'<td class="number" data-label="a" data-sort="(.*?)">(.*?)</td>', text)
     assert cells == [("0.12345", "0.123"), ("3.0", "3"), ("", "-"), ("1.234e-05", "1.23e-05")]
     assert '<th scope="col" class="number">a</th>' in text
 

@@ -336,7 +336,7 @@ def test_stores_of_another_kind_are_refused(tmp_path):
 def test_a_store_with_a_broken_row_says_what_to_do(tmp_path, text):
     with ResultStore(tmp_path / "store") as store:
         store._database.execute("INSERT INTO results VALUES ('key', ?)", (text,))
-        with pytest.raises(RunError, match=r"store: row 'key': .*; delete the file to drive again$"):
+        with pytest.raises(RunError, match=r"store: row 'key': .*; delete the file to repeat all runs$"):
             store.get("key")
 
 

@@ -214,7 +214,7 @@ def test_what_a_value_means_is_said_with_the_costs_of_the_search():
         "What the gini fitness means: lower is better. A set gains up to 20 for maps whose Gini coefficients spread "
         "wide and evenly; a failed run costs its share of 100 (11.1 if 3 controllers drive 3 maps once), a timeout 10 "
         "more, so 100 to 190 is a set on which every run failed; a set without a pattern (fewer than two maps with a "
-        "value, or two that read the same) costs 20000 times its success rate (thesis, Alg. 2)."
+        "value, or two with the same score) costs 20000 times its success rate (thesis, Alg. 2)."
     )
     every_run_failed = set_of(*[[[None, None, None]]] * 3)
     assert GINI(every_run_failed).fitness == 190.0

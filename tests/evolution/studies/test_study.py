@@ -472,11 +472,11 @@ def bad_configurations(**second):
         ({"configurations": bad_configurations(method="best_triple")}, "expected with method best_triple"),
         (
             {"configurations": bad_configurations(method="best_triple", of="a", experiment={"controllers": ["dwb"]})},
-            "experiment.controllers: best_triple judges maps that were driven before",
+            "experiment.controllers: best_triple judges recorded runs",
         ),
         (
             {"configurations": bad_configurations(method="best_triple", of="a", experiment={"search": {"repeats": 2}})},
-            r"experiment\.search\.repeats: best_triple judges maps",
+            r"experiment\.search\.repeats: best_triple judges recorded runs",
         ),
         ({"configurations": bad_configurations(method="bets_triple")}, "method: expected 'ga', 'random'"),
         ({"configurations": bad_configurations(pop_size_from=["c"])}, "b: unknown earlier configuration 'c'"),

@@ -275,7 +275,7 @@ class TestRefused:
         assert [path.name for path in tmp_path.iterdir()] == ["other.txt"]
 
     def test_a_directory_of_another_training(self, tmp_path):
-        TRAINING.create(tmp_path / "run", {})
+        TRAINING.begin(tmp_path / "run", {})
         with pytest.raises(ConfigError, match="already holds a training; continue it with --resume"):
             train("ppo", config=small(), out=tmp_path / "run")
 

@@ -37,7 +37,7 @@ def test_a_config_is_laid_over_the_algorithm_and_options_over_both(tmp_path):
         ({"obstacles": [{"after": 0.0, "fewest": 3, "most": 2}]}, "expected at most as many fewest as most"),
         ({"encoding": {"features": ["goal"]}, "shaping": {"proximity": 1.0}}, "expected a feature of the scan"),
         ({"world": {"maps": "a.yaml"}}, "world.maps: expected none, the maps are given apart"),
-        ({"action_noise": 0.1}, "action_noise: expected 0, as ppo draws its actions, got 0.1"),
+        ({"action_noise": 0.1}, "action_noise: expected 0, as ppo samples its actions, got 0.1"),
         ({"learning_rate": [0.0, 0.1]}, "learning_rate.0"),
     ],
 )
