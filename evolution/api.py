@@ -2,7 +2,7 @@
 
 ::
 
-    from evolution import bench, evolve, load, study, train, tune
+    from evolution import bench, compare, evolve, load, study, train, tune
 
 Work happens in worker processes, so these functions may be called from a script, with or without a ``__main__`` guard,
 and from a notebook.
@@ -11,14 +11,29 @@ and from a notebook.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import Nav2Params
 from controllers.nav2_params.presets import overlay
-from evolution.benchmark import BENCHMARK, Benchmark, barn_settings, begin_benchmark, reevaluation_in
+from evolution.benchmark import (
+    BENCHMARK,
+    Benchmark,
+    Configuration,
+    ParameterComparison,
+    barn_settings,
+    begin_benchmark,
+    benchmark_document,
+    check_configurations,
+    configurations_document,
+    parameter_rows,
+    reevaluation_in,
+    run_configurations,
+)
 from evolution.benchmark import bench as run_all
 from evolution.driving import (
     DEFAULT_RESOURCES,
@@ -93,7 +108,7 @@ from evolution.tuning import (
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike
 
-__all__ = ["bench", "compose", "evolve", "load", "study", "train", "tune"]
+__all__ = ["bench", "compare", "compose", "configuration_of", "evolve", "load", "study", "train", "tune"]
 
 LOG = logging.getLogger(__name__)
 
@@ -163,16 +178,111 @@ def bench(
     root = (0 if run is None else run.config["search"]["seed"] + 1) if seed is None else seed
     plan = JobPlan(specs, settings, root, repeats, tuple(metrics))
     LOG.info("seed %d%s; controllers: %s", root, "" if seed is not None else " (not given)", ", ".join(plan.names))
-    kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
-    with (
-        ResultStore() if kept is None else exclusive_store(BENCHMARK, kept, resources.wait_s) as store,
-        _evaluator(resources, plan, store) as evaluator,
-    ):
+    kept = None if out is None else begin_benchmark(Path(out), benchmark_document(scenarios, plan), resume=resume)
+    with _benchmark_evaluator(kept, resources, [plan]) as evaluator:
         result = run_all(scenarios, plan, evaluator, on_run)
         result = result if run is None else replace(result, reevaluation=reevaluation_in(result.rows, run))
         if kept is not None:
             result.save(kept)
     return result
+
+
+def compare(
+    maps: Maps | Sequence[Maps],
+    configurations: Sequence[Configuration],
+    *,
+    start: PoseLike | None = None,
+    goal: PoseLike | None = None,
+    against_first: bool = False,
+    out: str | Path | None = None,
+    resume: bool = False,
+    on_run: OnRun | None = None,
+    resources: Resources = DEFAULT_RESOURCES,
+    **options: Any,
+) -> ParameterComparison:
+    """Run every configuration on every map with the same seeds and noise, and compare in pairs.
+
+    Args:
+        maps: One or several.
+        configurations: Labels with controllers and parameters; :func:`configuration_of` makes one from a file, and
+            :func:`evolution.benchmark.sweep` makes those of a sweep.
+        start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the files.
+        goal: The same for the goal.
+        against_first: Whether to compare each configuration with the first only; else all pairs are compared.
+        out: New directory for every result as it comes, and for ``bench.json`` and ``bench.csv`` at the end.
+        resume: Whether to continue the comparison in ``out``; the results equal those without interruption.
+        on_run: Called after each run with its job, its result, and the number of remaining runs.
+        resources: Workers, executor and time limits; the results do not depend on it.
+        options: Fields of :class:`evolution.driving.Resources`, e.g. ``workers=2``.
+
+    Returns:
+        One row per run; a notebook shows the scores of the configurations.
+
+    Raises:
+        ConfigError: If an argument cannot be used, or ``out`` holds another benchmark; then nothing is run.
+        MapFormatError: If a file is no map.
+        RunError: If no worker starts, nothing can be written, or ``out`` holds no benchmark to continue.
+    """
+    if resume and out is None:
+        raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
+    resources = resources.replace(**options)
+    check_configurations(configurations)
+    scenarios = load_all(items_of(maps), start, goal)
+    for one in configurations:
+        check_room(scenarios, one.plan.settings)
+        try_controllers(one.plan.controllers, one.plan.settings)
+    document = configurations_document(scenarios, configurations)
+    kept = None if out is None else begin_benchmark(Path(out), document, resume=resume)
+    with _benchmark_evaluator(kept, resources, [one.plan for one in configurations]) as evaluator:
+        rows = run_configurations(scenarios, configurations, evaluator, on_run)
+    parameters = parameter_rows(configurations)
+    result = ParameterComparison(rows, parameters, against_first, tuple(configurations), tuple(scenarios))
+    if kept is not None:
+        result.save(kept)
+    return result
+
+
+def configuration_of(
+    label: str,
+    params: str | Nav2Params,
+    controllers: Controllers | None = None,
+    *,
+    repeats: int = 1,
+    seed: int = 0,
+    **environment: Any,
+) -> Configuration:
+    """Return a configuration for :func:`compare`.
+
+    Args:
+        label: Its name in tables.
+        params: A preset's name, a ``nav2_params.yaml``, or what ``read_nav2_params`` returned for one.
+        controllers: The controllers; if None, those of the file.
+        repeats: Runs of each controller on each map.
+        seed: Root of all randomness; the same for all configurations of a comparison.
+        environment: Fields of :class:`gym_mapbench.env.config.EnvConfig`.
+    """
+    read = read_parameters(params)
+    settings = world_from(params, read, environment, None)
+    specs = specs_of(own_controllers(read, None) if controllers is None else controllers)
+    return Configuration(label, JobPlan(specs, settings, seed, repeats))
+
+
+@contextmanager
+def _benchmark_evaluator(kept: Path | None, resources: Resources, plans: Sequence[JobPlan]) -> Iterator[Evaluator]:
+    """Yield an evaluator whose results are kept in the directory of a benchmark, or in memory if it is None."""
+    steps = [preparation(plan.controllers, plan.settings) for plan in plans]
+    prepare = partial(_prepare, list({step.args: step for step in steps}.values()))
+    with (
+        ResultStore() if kept is None else exclusive_store(BENCHMARK, kept, resources.wait_s) as store,
+        resources.evaluator(run_job, store, prepare) as evaluator,
+    ):
+        yield evaluator
+
+
+def _prepare(steps: Sequence[Callable[[], None]]) -> None:
+    """Do the warm-ups of several plans."""
+    for step in steps:
+        step()
 
 
 def _evaluator(resources: Resources, plan: JobPlan, store: ResultStore | None = None) -> Evaluator:

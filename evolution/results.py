@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from evolution.benchmark import BENCH, BENCHMARK, Benchmark, read_bench
+from evolution.benchmark import BENCH, BENCHMARK, Benchmark, ParameterComparison, read_bench
 from evolution.files import DirectoryKind
 from evolution.runs import RUN, LoadedRun, load_run
 from evolution.studies import STUDY, SWEEP, StudyResults, SweepResults, load_results, load_sweep
@@ -20,7 +20,7 @@ from evolution.tuning import TUNING, Tuning, load_tuning
 from gym_mapbench.errors import RunError
 from gym_mapbench.mapio.gazebo_package import RUNNER
 
-Results = LoadedRun | StudyResults | SweepResults | Benchmark | Training | Tuning
+Results = LoadedRun | StudyResults | SweepResults | Benchmark | ParameterComparison | Training | Tuning
 
 
 class ResultKind(NamedTuple):

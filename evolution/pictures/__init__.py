@@ -9,6 +9,7 @@ from __future__ import annotations
 from evolution.pictures.animation import Frame, check_display, check_film, frames, save_animation, show_animation
 from evolution.pictures.comparison_film import save_comparison
 from evolution.pictures.map_figures import DrivenMap, draw_map, map_set_figure, maps_figure
+from evolution.pictures.parameter_figures import sweep_figure
 from evolution.pictures.plots import (
     box_figure,
     critical_difference_figure,
@@ -61,6 +62,7 @@ __all__ = [
     "show_animation",
     "solved_lorenz_figure",
     "spread_figure",
+    "sweep_figure",
     "times_figure",
     "write_run_figures",
 ]
