@@ -53,6 +53,7 @@ from evolution.inputs import (
     Controllers,
     Maps,
     barn_source,
+    chosen,
     items_of,
     levels_of,
     listed,
@@ -64,6 +65,7 @@ from evolution.inputs import (
     tuning_of,
     world_from,
 )
+from evolution.minimizing import Minimized, MinimizeSettings, read_verdict, run_minimizing
 from evolution.pictures import write_run_figures
 from evolution.results import load
 from evolution.runs import RUN, LoadedRun, RunDir, exclusive_store, experiment_in, load_run
@@ -108,7 +110,7 @@ from evolution.tuning import (
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike
 
-__all__ = ["bench", "compare", "compose", "configuration_of", "evolve", "load", "study", "train", "tune"]
+__all__ = ["bench", "compare", "compose", "configuration_of", "evolve", "load", "minimize", "study", "train", "tune"]
 
 LOG = logging.getLogger(__name__)
 
@@ -240,6 +242,73 @@ def compare(
     if kept is not None:
         result.save(kept)
     return result
+
+
+def minimize(
+    maps: Maps,
+    keep: str,
+    controllers: Controllers | None = None,
+    *,
+    out: str | Path,
+    settings: DriveSettings | None = None,
+    map_name: str | None = None,
+    start: PoseLike | None = None,
+    goal: PoseLike | None = None,
+    seed: int = 0,
+    tolerance: float = 0.1,
+    seeds: int = 3,
+    held_out_seeds: int = 10,
+    resume: bool = False,
+    on_step: Callable[[str], object] = lambda _: None,
+    on_run: OnRun | None = None,
+    resources: Resources = DEFAULT_RESOURCES,
+    **options: Any,
+) -> tuple[Minimized, JobPlan]:
+    """Remove and shrink the obstacles of a map while a verdict holds.
+
+    Args:
+        maps: A map, or the best maps of a run.
+        keep: The verdict: ``"mppi fails"``, ``"mppi fails and rpp succeeds"``, ``"order"`` or ``"ratio"``.
+        controllers: The controllers; if None, those of the run, else DWB, MPPI and RPP. Only those that ``keep`` names
+            are run, if it names any.
+        out: New directory of the result.
+        settings: World and navigation; if None, those of the run, else of the thesis, with ``options``.
+        map_name: Name of the map, if there are several.
+        start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the file.
+        goal: The same for the goal.
+        seed: Root of all randomness.
+        tolerance: Largest relative difference from the ratio of times.
+        seeds: Seeds on which the verdict must hold.
+        held_out_seeds: Further seeds of the final check of both maps.
+        resume: Whether to continue the minimisation in ``out``; the result equals that without interruption.
+        on_step: Called with a line about each smaller map.
+        on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
+        resources: Workers, executor and time limits; the result does not depend on it.
+        options: Fields of :class:`gym_mapbench.env.config.EnvConfig`, and of :class:`evolution.driving.Resources`.
+
+    Returns:
+        The map before and after, and the plan of its runs.
+
+    Raises:
+        ConfigError: If an argument cannot be used, or the verdict does not hold on the map.
+        MapFormatError: If the file is no map.
+        RunError: If no worker starts, or nothing can be written.
+    """
+    resources, environment = resources.taking(options)
+    run = run_of([maps])
+    world = settings or world_from(None, None, environment, run)
+    scenario = chosen(load_all([maps], start, goal), map_name)
+    specs = specs_of(own_controllers(None, run) if controllers is None else controllers)
+    verdict = read_verdict(keep, [one.name for one in specs], tolerance)
+    specs = tuple(one for one in specs if not verdict.outcomes or one.name in verdict.outcomes)
+    check_room([scenario], world)
+    try_controllers(specs, world)
+    plan = JobPlan(specs, world, seed)
+    wanted = MinimizeSettings(seeds=seeds, held_out_seeds=held_out_seeds)
+    result = run_minimizing(
+        scenario, plan, verdict, wanted, Path(out), resume=resume, resources=resources, on_step=on_step, on_run=on_run
+    )
+    return result, plan
 
 
 def configuration_of(

@@ -24,7 +24,7 @@ from evolution.tuning import (
     writable_space,
 )
 from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.mapio import PoseLike, load_scenarios
 from gym_mapbench.world.scenario import MapSet, Scenario
 
@@ -63,6 +63,20 @@ def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
 def items_of(maps: Maps | Sequence[Maps]) -> list[Maps]:
     """Return one or several maps as a list."""
     return [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
+
+
+def chosen(scenarios: Sequence[Scenario], name: str | None) -> Scenario:
+    """Return the map of a name, or the only map.
+
+    Raises:
+        ConfigError: If there is no such map, or there are several and no name is given.
+    """
+    names = [one.name for one in scenarios]
+    if name is None and len(names) > 1:
+        raise ConfigError(f"--map: expected the name of one of {len(names)} maps: {', '.join(names[:5])}")
+    if name is not None and name not in names:
+        raise ConfigError(f"--map: {unknown_name('map', name, names)}")
+    return scenarios[0 if name is None else names.index(name)]
 
 
 def levels_of(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
