@@ -80,7 +80,8 @@ def load(path: str | Path) -> Results:
     """Return the results in a directory, or in a file that ``mapbench bench --format json`` printed.
 
     Args:
-        path: The directory of a run, a study, a sweep, a training, a tuning, a minimization or a benchmark; or the file.
+        path: The directory of a run, a study, a sweep, a training, a tuning, a minimization or a benchmark; or the
+            file.
 
     Raises:
         RunError: If it is none of these, has nothing finished, or is damaged.

@@ -31,7 +31,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--keep",
         required=True,
         metavar="VERDICT",
-        help="what stays true: 'CONTROLLER fails', 'CONTROLLER succeeds', several of these joined by 'and', order (of the "
+        help="what stays true: 'CONTROLLER fails', 'CONTROLLER succeeds', several joined by 'and', order (of the "
         "controllers by time) or ratio (of the slowest to the fastest time)",
     )
     parser.add_argument(

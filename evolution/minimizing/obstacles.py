@@ -66,7 +66,7 @@ def halves(cells: Cells) -> Iterator[Cells]:
     """Yield the two halves of an obstacle, cut across its longer side; nothing if it is too small."""
     rows, cols = (np.flatnonzero(cells.any(axis=axis)) for axis in (1, 0))
     along = 0 if np.ptp(rows) >= np.ptp(cols) else 1
-    taken = (rows, cols)[along]
+    taken = rows if along == 0 else cols
     if len(taken) <= SMALLEST_CELLS:
         return
     first = np.zeros_like(cells)
@@ -80,4 +80,4 @@ def halves(cells: Cells) -> Iterator[Cells]:
 def _full(lines: Cells) -> int:
     """Return the number of wholly occupied lines at the beginning."""
     full = lines.all(axis=1)
-    return len(full) if full.all() else int(np.argmin(full))
+    return int(full.size) if full.all() else int(np.argmin(full))

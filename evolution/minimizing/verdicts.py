@@ -54,9 +54,7 @@ class Verdict:
         """
         ratio = median(ratio_of(trial) for trial in trials)
         if self.text == "ratio" and not math.isfinite(ratio):
-            raise ConfigError(
-                "--keep ratio: expected a map on which all controllers reach the goal, got one that fails"
-            )
+            raise ConfigError("--keep ratio: expected a map on which all controllers reach the goal")
         return Verdict(self.text, self.outcomes, order_of(trials[0]), ratio, self.tolerance)
 
 
