@@ -103,5 +103,5 @@ def _keys(rows: Sequence[Row]) -> list[str]:
     """Count the keys that differ and name the first."""
     if not rows:
         return ["The configurations differ in no key that MapBench reads."]
-    named = ", ".join(row["key"] for row in rows[:MOST_KEYS])
-    return [f"The configurations differ in {len(rows)} keys: {named}{', ...' if len(rows) > MOST_KEYS else ''}."]
+    named = ", ".join(row["key"] for row in rows[:MOST_KEYS]) + ", ..." * (len(rows) > MOST_KEYS)
+    return [f"The configurations differ in {len(rows)} key{'s' * (len(rows) > 1)}: {named}."]
