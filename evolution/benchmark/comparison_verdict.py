@@ -16,8 +16,29 @@ NO_VALUE = "-"
 
 def verdict_of_comparison(comparison: ParameterComparison) -> list[str]:
     """Return the answer for each pair of sides, the maps with the largest differences, and the keys that differ."""
+    if comparison.against_first:
+        return [*_of_sweep(comparison), *_keys(comparison.parameters)]
     sentences = [text for pair in comparison.pairs for text in _of_pair(comparison, pair)]
     return [*sentences, *_maps(comparison), *_keys(comparison.parameters)]
+
+
+def _of_sweep(comparison: ParameterComparison) -> list[str]:
+    """Return the sides with the most goals and the shortest mean time, and each side that is shown to differ."""
+    rows = comparison.table()
+    often = max(rows, key=lambda row: row["success"])
+    timed = [row for row in rows if row["mean s"] is not None]
+    found = [f"{often['configuration']} reaches the goal most often, in {often['goals']} of {often['runs']} runs."]
+    if timed:
+        fast = min(timed, key=lambda row: row["mean s"])
+        found.append(f"{fast['configuration']} has the shortest mean time of runs at the goal, {fast['mean s']:.1f} s.")
+    shown = [pair for pair in comparison.pairs if _differ(pair)]
+    if not shown:
+        found.append(f"No other values are shown to differ from {rows[0]['configuration']}.")
+    return [*found, *(_headline(pair["first"], pair["second"], pair) for pair in shown)]
+
+
+def _differ(pair: Row) -> bool:
+    return any(pair[key] is not None and pair[key] < LEVEL for key in ("p_success_holm", "p_time_holm"))
 
 
 def differences_in_words(rows: Sequence[Row]) -> list[str]:
@@ -103,5 +124,6 @@ def _keys(rows: Sequence[Row]) -> list[str]:
     """Count the keys that differ and name the first."""
     if not rows:
         return ["The configurations differ in no key that MapBench reads."]
-    named = ", ".join(row["key"] for row in rows[:MOST_KEYS]) + ", ..." * (len(rows) > MOST_KEYS)
-    return [f"The configurations differ in {len(rows)} key{'s' * (len(rows) > 1)}: {named}."]
+    more = f" and {len(rows) - MOST_KEYS} more" if len(rows) > MOST_KEYS else ""
+    named = ", ".join(row["key"] for row in rows[:MOST_KEYS])
+    return [f"The configurations differ in {len(rows)} key{'s' * (len(rows) > 1)}: {named}{more}."]

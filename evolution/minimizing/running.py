@@ -115,12 +115,12 @@ class _Search:
             raise ConfigError(f"--keep: expected a verdict that holds on {self.scenario.name}, but {found}")
 
     def reduce(self, paths: Sequence[Any]) -> Scenario:
-        """Remove obstacles, farthest from the driven paths first, then cut those that are left."""
+        """Remove obstacles, farthest from the driven paths first, then cut the others, until neither is possible."""
         obstacles = farthest_first(obstacles_of(self.scenario.map), self.scenario.map, paths)
-        kept = minimal(obstacles, self.first_of)
-        for number in range(len(kept)):
-            while (smaller := self._smaller(kept, number)) is not None:
-                kept[number] = smaller
+        kept, known = minimal(obstacles, self.first_of), -1
+        while len(self.steps) != known:
+            known = len(self.steps)
+            kept = minimal(self._cut(kept), self.first_of)
         return self.with_obstacles(kept)
 
     def first_of(self, candidates: list[list[Cells]]) -> int | None:
@@ -154,6 +154,14 @@ class _Search:
         jobs = [self.plan.job(one, number, repeat) for one in scenarios for repeat in repeats for number in numbers]
         results = iter(self.evaluator.run(jobs, self.on_run))
         return [[{name: next(results) for name in self.plan.names} for _ in repeats] for _ in scenarios]
+
+    def _cut(self, obstacles: Sequence[Cells]) -> list[Cells]:
+        """Return the obstacles, each cut as long as the verdict holds with one of its halves."""
+        kept = list(obstacles)
+        for number in range(len(kept)):
+            while (smaller := self._smaller(kept, number)) is not None:
+                kept[number] = smaller
+        return kept
 
     def _smaller(self, kept: list[Cells], number: int) -> Cells | None:
         """Return a half of an obstacle with which the verdict still holds; None if there is none."""

@@ -170,3 +170,10 @@ def test_the_command_compares_and_fails_by_rule(tmp_path, capsys):
     assert [row["configuration"] for row in found["runs"]] == ["a", "b"]
     assert "--fail-if b.success<=a.success: b 0, a 0" in output.err
     assert "Comparison of parameter sets" in page.read_text(encoding="utf-8")
+
+
+def test_the_verdict_of_a_sweep_names_the_values_that_differ():
+    often, fast, shown, _ = verdict_of_comparison(by_hand(swept=True))
+    assert often == "b reaches the goal most often, in 8 of 8 runs."
+    assert fast == "b has the shortest mean time of runs at the goal, 5.0 s."
+    assert shown == "b is better than a: b reaches the goal more often."
