@@ -339,13 +339,19 @@ def configuration_of(
 @contextmanager
 def _benchmark_evaluator(kept: Path | None, resources: Resources, plans: Sequence[JobPlan]) -> Iterator[Evaluator]:
     """Yield an evaluator whose results are kept in the directory of a benchmark, or in memory if it is None."""
-    steps = [preparation(plan.controllers, plan.settings) for plan in plans]
-    prepare = partial(_prepare, list({step.args: step for step in steps}.values()))
+    different = {(plan.names, plan.settings.navigation.release, _kinds(plan)): plan for plan in plans}.values()
+    steps = [preparation(plan.controllers, plan.settings) for plan in different]
+    prepare = steps[0] if len(steps) == 1 else partial(_prepare, steps)
     with (
         ResultStore() if kept is None else exclusive_store(BENCHMARK, kept, resources.wait_s) as store,
         resources.evaluator(run_job, store, prepare) as evaluator,
     ):
         yield evaluator
+
+
+def _kinds(plan: JobPlan) -> tuple[tuple[str, str], ...]:
+    """Return names and kinds of the controllers of a plan's parameters, which decide on the kernels it needs."""
+    return tuple((name, one.kind) for name, one in plan.settings.navigation.controllers.items())
 
 
 def _prepare(steps: Sequence[Callable[[], None]]) -> None:

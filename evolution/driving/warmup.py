@@ -49,7 +49,7 @@ PRESET_OF: dict[Release, str] = {"humble": "thesis", "jazzy": "jazzy"}
 PAUSE_SECONDS = 0.05
 
 
-def preparation(controllers: Iterable[ControllerSpec], settings: DriveSettings) -> partial[None]:
+def preparation(controllers: Iterable[ControllerSpec], settings: DriveSettings) -> Callable[[], None]:
     """Return a warm-up for workers that loads the kernels of these controllers and no others."""
     navigation = settings.navigation
     names = [spec.registered_name for spec in controllers]

@@ -21,7 +21,7 @@ from evolution.benchmark import (
     verdict_of_comparison,
 )
 from evolution.driving import Job, drive
-from evolution.files import write_text
+from evolution.files import Row, write_text
 from evolution.pictures import sweep_figure
 from evolution.report.benchmark_page import INTERVALS, page_table, typical_run
 from evolution.report.page import Attachment, Report, Section, Table, picture, render_page
@@ -29,6 +29,7 @@ from evolution.report.replays import ReplayedMap
 from gym_mapbench.errors import RunError
 from gym_mapbench.metrics.episode import Episode
 
+LONGEST_TITLE = 60
 MOST_MAPS, MOST_SIDES = 12, 6
 """Largest numbers of maps with replays and of replays of one map; more would make the page too large to open."""
 
@@ -112,11 +113,17 @@ def _replays(result: ParameterComparison, drive: Callable[[Job], Episode]) -> li
     for row in shown:
         episodes = [one for side in sides for one in _episode(result, side, by_name[row["map"]].name, drive)]
         if episodes:
-            title = ", ".join(f"{side} {row[f'{side} goals']}" for side in sides)
+            title = _title(row, sides)
             radius = float(result.configurations[0].plan.settings.robot.radius)
             sample = "Title: runs at the goal. Replay: the run of each with its median time."
-            replays.append(ReplayedMap(f"{row['map']}: {title}", episodes, radius, sample=sample))
+            replays.append(ReplayedMap(title, episodes, radius, sample=sample))
     return replays
+
+
+def _title(row: Row, sides: Sequence[str]) -> str:
+    """Return the name of a map with the goals of each side; the name alone where that is too long."""
+    goals = ", ".join(f"{side} {row[f'{side} goals']}" for side in sides)
+    return f"{row['map']}: {goals}" if len(goals) <= LONGEST_TITLE else str(row["map"])
 
 
 def _episode(result: ParameterComparison, side: str, name: str, drive: Callable[[Job], Episode]) -> list[Episode]:

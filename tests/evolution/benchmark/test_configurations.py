@@ -119,14 +119,7 @@ def test_bad_sweeps(text, samples, message):
 @pytest.fixture
 def no_robot(monkeypatch):
     monkeypatch.setattr("evolution.api.run_job", fake_runs.drive)
-    monkeypatch.setattr("evolution.api.preparation", lambda *_: preparation)
-
-
-class preparation:
-    args = ()
-
-    def __new__(cls):
-        return None
+    monkeypatch.setattr("evolution.api.preparation", lambda *_: bool)
 
 
 def test_the_directory_is_read_back_and_continued(no_robot, tmp_path):
