@@ -16,6 +16,8 @@ COMMANDS = {
     "study": "Run many searches and baselines, re-evaluate their best map sets, and compare.",
     "report": "Write one HTML page about a run or a study, or a film of a replay.",
     "bench": "Run every controller on every map and compare.",
+    "tune": "Search for better values of a controller's parameters (pip install gym-mapbench[tune]).",
+    "minimize": "Remove and shrink the obstacles of a map while a verdict holds.",
     "train": "Train a policy with Stable-Baselines3 (pip install gym-mapbench[rl]).",
     "drive": "Run one controller once and watch.",
     "maps": "Measure maps, convert them, check their tasks, or sample new ones.",

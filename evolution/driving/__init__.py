@@ -32,7 +32,7 @@ from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool import RunJob, WorkerSetup, available_cores
 from evolution.driving.resources import DEFAULT_RESOURCES, Resources
 from evolution.driving.seeds import derive_seed
-from evolution.driving.settings import DriveSettings, with_parameters
+from evolution.driving.settings import DriveSettings, ParameterFile, with_parameters
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation, warm_up
 from evolution.driving.worker import check_room, drive, run_job, try_controllers
@@ -55,6 +55,7 @@ __all__ = [
     "Job",
     "JobPlan",
     "OnRun",
+    "ParameterFile",
     "Resources",
     "ResultStore",
     "RunJob",

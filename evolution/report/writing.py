@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 from evolution.benchmark import BENCHMARK
 from evolution.files import DirectoryKind, temporary_directory, write_text
+from evolution.minimizing import MINIMIZATION
 from evolution.pictures import FIGURES, FORMATS, drive_best, recorded_maps, write_run_figures
 from evolution.report.page import Report, render_page
 from evolution.report.run_page import report_of_run
@@ -148,6 +149,7 @@ PAGES: dict[DirectoryKind, Callable[[_Request], Report]] = {RUN: _run_report, ST
 """By kind of directory, the function that makes its page."""
 NO_PAGE = {
     BENCHMARK: "the page of a benchmark is written by its own command, with --resume --html FILE",
+    MINIMIZATION: "report.html in the directory is its page",
     SWEEP: "effects.csv and figures/ show a sweep",
     TRAINING: "curve.csv and figures/ show a training",
 }
