@@ -20,7 +20,7 @@ EXAMPLES = """  mapbench report runs/first                          writes runs/
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "report", EXAMPLES)
-    parser.add_argument("path", metavar="RUN|STUDY", help="directory that mapbench evolve or mapbench study wrote")
+    parser.add_argument("path", metavar="DIR", help="directory that mapbench evolve, study or tune wrote")
     parser.add_argument("--out", metavar="FILE", help="the page (default report.html in the directory)")
     parser.add_argument(
         "--section",

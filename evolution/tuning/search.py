@@ -128,9 +128,10 @@ def _step(
     jobs = {(trial.number, place): _job(plan, trial, place) for trial in running for place in _next(plan, trial)}
     results = dict(zip(jobs, evaluator.run(list(jobs.values()), on_run), strict=True))
     for trial in running:
-        for place in _next(plan, trial):
+        places = _next(plan, trial)
+        for place in places:
             _add(plan, trial, place, jobs[trial.number, place], results[trial.number, place])
-        sampling.report(trial.number, {place: trial.costs[0][place] for place in list(trial.costs[0])})
+        sampling.report(trial.number, {place: trial.costs[0][place] for place in places})
         _decide(plan, sampling, before, trial)
 
 
