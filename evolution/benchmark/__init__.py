@@ -17,6 +17,7 @@ from evolution.benchmark.barn import (
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
+from evolution.benchmark.paired import PairedComparison, Trial, compare_paired, compare_rows
 from evolution.benchmark.reevaluation import reevaluation_in, reevaluation_sentence
 from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule
 from evolution.benchmark.runs import BENCH, Benchmark, bench, bench_row, read_bench
@@ -31,7 +32,9 @@ __all__ = [
     "BarnScore",
     "Benchmark",
     "Comparison",
+    "PairedComparison",
     "Rule",
+    "Trial",
     "barn_settings",
     "begin_benchmark",
     "bench",
@@ -39,6 +42,8 @@ __all__ = [
     "benchmark_document",
     "broken",
     "compare",
+    "compare_paired",
+    "compare_rows",
     "correlation_with",
     "load_barn",
     "our_times",
