@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 
 import yaml
 
+from controllers.nav2_params.yaml_edits import as_yaml
 from evolution.driving import DriveSettings, Job, drive
 from evolution.files import Row
 from evolution.report.page import Attachment, Report, Section, Table, picture
 from evolution.report.replays import ReplayedMap
-from evolution.tuning import FIGURES, PARAMS, TRIALS, Tuning, change_sentences, drive_test
+from evolution.tuning import FIGURES, PARAMS, TRIALS, Tuning, drive_test
 from gym_mapbench.metrics.episode import Episode
 
 MOST_REPLAYS = 6
@@ -64,10 +65,10 @@ def _replayed(tuning: Tuning, episodes: Sequence[Episode], radius: float) -> Rep
 
 def _sections(tuning: Tuning) -> list[Section]:
     summary = tuning.summary
-    before, after = ({row["parameter"]: row[side] for row in summary.changes} for side in ("before", "after"))
-    changes = "; ".join(change_sentences(before, after))
     return [
-        Section("Changed parameters", [f"{changes}."] if changes else ["None."], _tables("Changes", summary.changes)),
+        Section(
+            "Changed parameters", [] if summary.changes else ["None."], _tables("Changes", _texts(summary.changes))
+        ),
         Section("History", [SEARCHED], figures=_figures(tuning, "history", "front")),
         Section("Importance", figures=_figures(tuning, "importance")),
         Section("Validation", [VALIDATED], _tables("Finalists", summary.finalists)),
@@ -86,6 +87,11 @@ def _tables(caption: str, rows: Sequence[Row]) -> list[Table]:
     names = list(dict.fromkeys(name for row in rows for name in row))
     cells = [[_cell(row.get(name)) for name in names] for row in rows]
     return [Table(caption, names, cells)] if rows else []
+
+
+def _texts(changes: Sequence[Row]) -> list[Row]:
+    """Return the changes as texts, since values of different kinds stand in a column."""
+    return [{name: as_yaml(value) for name, value in row.items()} for row in changes]
 
 
 def _cell(value: object) -> str | float | int:

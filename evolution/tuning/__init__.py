@@ -17,7 +17,6 @@ from evolution.tuning.sampling import optuna
 from evolution.tuning.search import OnTrial, Trial
 from evolution.tuning.settings import TuneSettings
 from evolution.tuning.space import SearchSpace, read_space, shipped_space, space_for
-from evolution.tuning.verdict import change_sentences
 
 __all__ = [
     "FIGURES",
@@ -32,7 +31,6 @@ __all__ = [
     "TuneSettings",
     "Tuning",
     "TuningPlan",
-    "change_sentences",
     "check_maps",
     "drive_test",
     "load_tuning",

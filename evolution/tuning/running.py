@@ -95,7 +95,7 @@ class _Outcome:
         trials = self.searched.trials
         validated = len(self.finalists) * self.plan.settings.validation_repeats * len(self.plan.train)
         return {
-            "verdict": verdict_of(self.plan, trials, self.winner, self.test),
+            "verdict": verdict_of(self.plan, self.searched, self.winner, self.test),
             "controller": self.plan.controller,
             "objectives": list(self.plan.settings.objectives),
             "winner": self.winner.number,

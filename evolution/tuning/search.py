@@ -168,8 +168,8 @@ def _decide(plan: TuningPlan, sampling: Sampling, before: Sequence[Trial], trial
     if len(trial.rows) == len(plan.train):
         trial.state, trial.estimate = "complete", tuple(fmean(costs.values()) for costs in trial.costs)
         return
-    best = sampling.best()
-    if best is None or not sampling.should_stop(trial.number):
+    best = sampling.best() if sampling.should_stop(trial.number) else None
+    if best is None:
         return
     more = _difference(trial.costs[0], before[best].costs[0])
     if more > 0:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from statistics import fmean, median
 
 import numpy as np
 
 from controllers.nav2_params.values import Value
-from evolution.benchmark import pair_rows
+from evolution.benchmark import compare_rows
 from evolution.files import Row
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
 from evolution.tuning.plan import TuningPlan
-from evolution.tuning.search import Trial
+from evolution.tuning.search import Searched, Trial
 from evolution.tuning.validation import OWN, TUNED, Finalist
 
 BOOTSTRAP_SEED = 0
+MOST_CHANGES = 5
+"""Largest number of changes in words; the table has all."""
 
 
 @dataclass(frozen=True)
@@ -54,18 +57,20 @@ def cost_difference(test: Sequence[Row]) -> CostDifference:
     return CostDifference(fmean(differences), *bootstrap_interval(differences, np.random.default_rng(BOOTSTRAP_SEED)))
 
 
-def verdict_of(plan: TuningPlan, trials: Sequence[Trial], winner: Finalist, test: Sequence[Row]) -> list[str]:
+def verdict_of(plan: TuningPlan, searched: Searched, winner: Finalist, test: Sequence[Row]) -> list[str]:
     """Return the result in sentences."""
+    search = _searched(plan, searched.trials)
     if winner.number == 0:
         first = "No trial beats the own values on held-out seeds, so the parameter file is unchanged."
-        return [first, _reached(test, OWN), _searched(plan, trials)]
+        return [first, _reached(test, OWN), search]
     found = cost_difference(test)
     interval = "" if found.low is None else f" (95 % interval {found.low:.2f} to {found.high:.2f})"
     first = (
-        f"On {len(plan.test)} test maps that the search has not seen, {found.in_words}: the cost "
-        f"{plan.settings.objectives[0]} changes by {found.mean:.2f}{interval}."
+        f"On {len(plan.test)} test maps that the search has not seen, {found.in_words}: the mean cost "
+        f"{plan.settings.objectives[0]} changes by {found.mean:+.2f}{interval}."
     )
-    return [first, _reached(test, OWN), _reached(test, TUNED), *_paired(test), *_met(winner), _searched(plan, trials)]
+    changed = _changes(plan.own, winner.values, searched.importances[0])
+    return [first, _reached(test, OWN), _reached(test, TUNED), *_paired(test), *_met(winner), changed, search]
 
 
 def _reached(test: Sequence[Row], name: str) -> str:
@@ -78,24 +83,21 @@ def _reached(test: Sequence[Row], name: str) -> str:
 
 
 def _paired(test: Sequence[Row]) -> list[str]:
-    """Return the paired differences in success and time in words."""
-    (pair,) = pair_rows(test, [OWN, TUNED])
-    lines = [f"Success changes by {100 * pair['gained']:+.0f} points{_interval(pair, 'gained', 100, 0)}."]
-    if pair["both"]:
-        side = "faster" if pair["faster s"] >= 0 else "slower"
+    """Return the paired comparison of success and time in words."""
+    own, tuned = ([row for row in test if row["controller"] == name] for name in (OWN, TUNED))
+    found = compare_rows(own, tuned)
+    lines = [
+        f"The tuned values reach the goal more often on {found.wins} of {found.n} maps and less often on "
+        f"{found.losses} (McNemar's exact test: p = {found.p_success:.2g})."
+    ]
+    if found.both:
+        ends = f"95 % interval {found.ratio_low:.2f} to {found.ratio_high:.2f}, "
+        interval = ends if isfinite(found.ratio_low) else ""
         lines.append(
-            f"In the {pair['both']} pairs in which both reach the goal, the tuned values are "
-            f"{abs(pair['faster s']):.1f} s {side} in the mean{_interval(pair, 'faster s', 1, 1)}."
+            f"In the {found.both} pairs in which both reach the goal, the tuned values take "
+            f"{found.time_ratio:.2f} times as long ({interval}Wilcoxon: p = {found.p_time:.2g})."
         )
     return lines
-
-
-def _interval(pair: Row, name: str, factor: float, decimals: int) -> str:
-    low, high = pair[f"{name} from"], pair[f"{name} to"]
-    if low is None:
-        return ""
-    ends = f"{factor * low:+.{decimals}f} to {factor * high:+.{decimals}f}"
-    return f" (95 % interval {ends}; positive is better)"
 
 
 def _met(winner: Finalist) -> list[str]:
@@ -111,9 +113,13 @@ def _searched(plan: TuningPlan, trials: Sequence[Trial]) -> str:
     )
 
 
-def change_sentences(before: Mapping[str, Value], after: Mapping[str, Value]) -> list[str]:
-    """Return a sentence for each parameter that differs, numbers with their ratio."""
-    return [_change(name, before[name], after[name]) for name in after if after[name] != before[name]]
+def _changes(before: Mapping[str, Value], after: Mapping[str, Value], importances: Mapping[str, float]) -> str:
+    """Return the changes of the most important parameters in words."""
+    changed = [name for name in after if after[name] != before[name]]
+    shown = sorted(changed, key=lambda name: -importances.get(name, 0.0))[:MOST_CHANGES]
+    which = f"the {len(shown)} most important" if importances else f"{len(shown)}"
+    head = f"{len(changed)} parameters change" + (f"; {which}" if len(shown) < len(changed) else "")
+    return f"{head}: {'; '.join(_change(name, before[name], after[name]) for name in shown)}."
 
 
 def _change(name: str, before: Value, after: Value) -> str:
