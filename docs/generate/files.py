@@ -13,6 +13,7 @@ DOCSTRINGS = {
     "study": "evolution.studies.directory",
     "sweep": "evolution.studies.sweep.running",
     "benchmark": "evolution.benchmark.directory",
+    "tuning": "evolution.tuning.results",
 }
 """Modules that list the files in their docstring."""
 

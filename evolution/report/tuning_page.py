@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import yaml
 
 from controllers.nav2_params.yaml_edits import as_yaml
-from evolution.driving import DriveSettings, Job, drive
+from evolution.driving import DriveSettings
 from evolution.files import Row
 from evolution.report.page import Attachment, Report, Section, Table, picture
 from evolution.report.replays import ReplayedMap
@@ -36,7 +36,7 @@ CAPTIONS = {
 }
 
 
-def report_of_tuning(tuning: Tuning, drive: Callable[[Job], Episode] = drive) -> Report:
+def report_of_tuning(tuning: Tuning) -> Report:
     """Return the page of a finished tuning; the replays are re-run."""
     begun, summary = tuning.config["tuning"], tuning.summary
     maps = f"{len(begun['train'])} training maps, {len(begun['test'])} test maps"
@@ -47,7 +47,7 @@ def report_of_tuning(tuning: Tuning, drive: Callable[[Job], Episode] = drive) ->
         verdict=tuning.verdict,
         command=f"mapbench tune {summary.controller} --train ... --test test.json --out DIR",
         configuration=yaml.safe_dump(begun, sort_keys=False),
-        maps=[_replayed(tuning, episodes, world.robot.radius) for episodes in drive_test(tuning, MOST_REPLAYS, drive)],
+        maps=[_replayed(episodes, world.robot.radius) for episodes in drive_test(tuning, MOST_REPLAYS)],
         sections=_sections(tuning),
         downloads=[
             Attachment(PARAMS, "application/yaml", tuning.params.read_bytes()),
@@ -56,7 +56,7 @@ def report_of_tuning(tuning: Tuning, drive: Callable[[Job], Episode] = drive) ->
     )
 
 
-def _replayed(tuning: Tuning, episodes: Sequence[Episode], radius: float) -> ReplayedMap:
+def _replayed(episodes: Sequence[Episode], radius: float) -> ReplayedMap:
     """Return the replay of a test map with the outcomes in its title."""
     name = episodes[0].scenario.name
     runs = ", ".join(f"{one.controller} {one.outcome} after {one.time:.1f} s" for one in episodes)

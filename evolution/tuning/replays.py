@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from controllers.nav2_params.values import with_values
-from evolution.driving import ControllerSpec, DriveSettings, Job, JobPlan, drive
+from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
 from evolution.tuning.results import TEST_MAPS, Tuning
 from evolution.tuning.validation import OWN, TUNED
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.metrics.episode import Episode
 
 
-def drive_test(tuning: Tuning, count: int, drive: Callable[[Job], Episode] = drive) -> list[list[Episode]]:
+def drive_test(tuning: Tuning, count: int) -> list[list[Episode]]:
     """Re-run the own and the tuned values on the test maps on which their costs differ most.
 
     Args:
         tuning: A finished tuning.
         count: Largest number of maps.
-        drive: Runs a job and records everything.
 
     Returns:
         For each map the recorded runs, of the first repeat.

@@ -11,7 +11,7 @@ from evolution.runs import RUN
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio.gazebo_package import RUNNER
 
-NAMES = ("run", "study", "sweep", "training", "benchmark")
+NAMES = ("run", "study", "sweep", "training", "tuning", "benchmark")
 
 
 def test_every_kind_begins_is_recognised_and_continues(tmp_path):

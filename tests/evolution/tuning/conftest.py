@@ -13,4 +13,5 @@ def fake_tuning():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("evolution.tuning.running.run_job", fakes.run_job)
         patch.setattr("evolution.tuning.running.preparation", lambda *_: None)
+        patch.setattr("evolution.tuning.replays.drive", fakes.drive)
         yield
