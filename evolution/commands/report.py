@@ -88,7 +88,7 @@ def _run_of(path: Path, configuration: str | None) -> LoadedRun:
     """Return the run whose best set is filmed."""
     results = load(path)
     if not isinstance(results, LoadedRun | StudyResults):
-        raise RunError(f"{path}: expected a run or a study, got a {kind_of(path).directory.what}")
+        raise RunError(f"{path}: expected a run or a study for a film, got a {kind_of(path).directory.what}")
     if isinstance(results, LoadedRun):
         if configuration is not None:
             raise ConfigError(f"--configuration: expected only with a study, got {path}")
