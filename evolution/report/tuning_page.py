@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import yaml
 
@@ -45,7 +46,7 @@ def report_of_tuning(tuning: Tuning) -> Report:
         title=f"Tuning of {summary.controller}",
         subtitle=f"{maps}; {sum(summary.runs.values())} runs; seed {begun['settings']['seed']}",
         verdict=tuning.verdict,
-        command=f"mapbench tune {summary.controller} --train ... --test test.json --out DIR",
+        command=_command(summary.controller, begun["settings"]),
         configuration=yaml.safe_dump(begun, sort_keys=False),
         maps=[_replayed(episodes, world.robot.radius) for episodes in drive_test(tuning, MOST_REPLAYS)],
         sections=_sections(tuning),
@@ -54,6 +55,15 @@ def report_of_tuning(tuning: Tuning) -> Report:
             Attachment(TRIALS, "text/csv", (tuning.path / TRIALS).read_bytes()),
         ],
     )
+
+
+def _command(controller: str, settings: Mapping[str, Any]) -> str:
+    """Return the command of a tuning; its maps and its world are in the configuration."""
+    words = [f"--trials {settings['trials']}", f"--seed {settings['seed']}", f"--sampler {settings['sampler']}"]
+    words += [f"--objective {name}" for name in settings["objectives"]]
+    words += [f"--require '{text}'" for text in settings["requirements"]]
+    maps = "--train MAPS --test MAPS --params FILE --out DIR"
+    return f"mapbench tune {controller} {maps} {' '.join(words)}  # the configuration names all maps and values"
 
 
 def _replayed(episodes: Sequence[Episode], radius: float) -> ReplayedMap:

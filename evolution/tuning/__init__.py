@@ -16,7 +16,7 @@ from evolution.tuning.running import run_tuning
 from evolution.tuning.sampling import optuna
 from evolution.tuning.search import OnTrial, Trial
 from evolution.tuning.settings import TuneSettings
-from evolution.tuning.space import SearchSpace, read_space, shipped_space, space_for
+from evolution.tuning.space import SearchSpace, read_space, shipped_document, shipped_space, space_for, space_names
 
 __all__ = [
     "FIGURES",
@@ -37,8 +37,10 @@ __all__ = [
     "optuna",
     "read_space",
     "run_tuning",
+    "shipped_document",
     "shipped_space",
     "space_for",
+    "space_names",
     "text_of_file",
     "text_of_settings",
     "writable_space",

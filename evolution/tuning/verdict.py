@@ -127,7 +127,7 @@ def _change(name: str, before: Value, after: Value) -> str:
     if len(numbers) < 2 or min(numbers) <= 0:
         return f"{name}: {_text(before)} becomes {_text(after)}"
     verb, ratio = ("rises", after / before) if after > before else ("falls", before / after)  # type: ignore[operator]
-    return f"{name} {verb} from {before:g} to {after:g}, by a factor of {ratio:.2g}"
+    return f"{name} {verb} from {before:g} to {after:g}, by a factor of {ratio:.3g}"
 
 
 def _text(value: Value) -> str:
