@@ -58,6 +58,13 @@ class ParameterRange(Settings):
         if self.integer and not (low.is_integer() and high.is_integer()):
             raise ConfigError(f"expected whole numbers as bounds of an integer, got {low:g} and {high:g}")
 
+    def examples(self) -> list[Value]:
+        """Return values to try: all choices, or two numbers inside of the bounds."""
+        if self.low is None or self.high is None:
+            return list(self.choices)
+        inside = [self.low + share * (self.high - self.low) for share in (0.382, 0.618)]
+        return [self.rounded(round(one) if self.integer else one) for one in inside]
+
     def nearest(self, value: Value) -> Value:
         """Return the allowed value that is nearest to a value; the first choice if the value is none of them."""
         if self.choices:

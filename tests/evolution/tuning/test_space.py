@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from controllers.nav2_params import load_preset, read_nav2_params
 from controllers.nav2_params.values import values_of, with_values
 from evolution.driving import DriveSettings
-from evolution.tuning import SearchSpace, read_space, shipped_space, space_for
+from evolution.tuning import SearchSpace, TuneSettings, TuningPlan, read_space, shipped_space, space_for
 from evolution.tuning.parameter_text import text_of_settings, writable_space
 from evolution.tuning.space import ParameterRange
 from gym_mapbench.errors import ConfigError
+from tests.evolution.tuning import fakes
 
 CONTROLLERS = ("dwb", "mppi", "rpp", "graceful")
 LIMITS = {
@@ -139,6 +140,27 @@ def test_parameters_without_a_place_in_the_file_are_left_out():
     assert set(space.parameters) - set(kept.parameters) == {
         name for name in space.parameters if name.startswith("global_costmap")
     }
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "message"),
+    [
+        ("use_rotate_to_heading", {"low": 0, "high": 1}, "use_rotate_to_heading: expected a valid boolean, got 0.618"),
+        ("lookahead_dist", {"choices": ["near", "far"]}, "lookahead_dist: expected"),
+        ("lookahead_dist", {"low": -2, "high": -1}, "lookahead_dist: expected greater than 0"),
+        ("local_costmap.plugins", {"choices": ["a"]}, "local_costmap.plugins: expected a parameter with one value"),
+    ],
+)
+def test_bounds_that_the_controller_refuses_are_refused_before_the_first_run(name, values, message):
+    space = SearchSpace.from_mapping({"parameters": {name: values}}, "space")
+    with pytest.raises(ConfigError, match=f"--space: the controller accepts no value of the search space.*{message}"):
+        TuningPlan("rpp", fakes.WORLD, space, fakes.maps(1, 1), fakes.maps(1, 2), TuneSettings())
+
+
+def test_fractions_for_a_whole_number_are_refused():
+    space = SearchSpace(parameters={"vx_samples": ParameterRange(low=5, high=30)})
+    with pytest.raises(ConfigError, match=r"vx_samples: expected a valid integer, got a number with a fractional part"):
+        TuningPlan("dwb", fakes.WORLD, space, fakes.maps(1, 1), fakes.maps(1, 2), TuneSettings())
 
 
 def test_the_example_file_can_be_tuned():
