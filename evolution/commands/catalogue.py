@@ -18,6 +18,7 @@ from evolution.report import SECTIONS
 from evolution.search import ALGORITHMS, FAILURES, FITNESSES, OPERATORS, load_preset, preset_names
 from evolution.studies import load_definition, study_names
 from evolution.training import algorithm_names, load_algorithm
+from evolution.tuning import shipped_document, shipped_space, space_names
 from gym_mapbench.costmap import LAYERS
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.mapio.formats import FORMATS
@@ -93,6 +94,10 @@ def _study(name: str) -> Mapping[str, Any]:
     return dict(load_definition(name).model_dump(mode="json"))
 
 
+def _space(name: str) -> str:
+    return f"{len(shipped_space(name).parameters)} parameters that a tuning changes"
+
+
 def _heading(package: str, folder: str) -> Callable[[str], str]:
     """Return a function that returns the first sentence of the comment at the head of a YAML file of the package."""
 
@@ -110,6 +115,7 @@ KINDS: dict[str, Kind] = {
     "layers": _of_registry(LAYERS, "costmap plugins:"),
     "robots": _of_registry(ROBOTS, "--robot", _settings_in(ROBOTS))._replace(about=_robot),
     "params": Kind("--params", lambda: PRESETS, _heading("controllers", "presets"), read_preset),
+    "spaces": Kind("tune CONTROLLER", space_names, _space, shipped_document),
     "presets": Kind("evolve --preset", preset_names, _heading("evolution.search", "presets"), load_preset),
     "studies": Kind("study", study_names, _heading("evolution.studies", "definitions"), _study),
     "algorithms": Kind("train --algo", algorithm_names, _heading("evolution.training", "algorithms"), load_algorithm),

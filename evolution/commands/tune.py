@@ -8,10 +8,11 @@ from rich.progress import MofNCompleteColumn
 
 from evolution.api import tune
 from evolution.commands import driving_options, options
-from evolution.commands.console import console, only_results_on_stdout, print_table, say
+from evolution.commands.console import console, note, only_results_on_stdout, print_table, say
 from evolution.commands.parameter_file import read_parameter_file
 from evolution.commands.progress import Bar, PlainColumn, RunsPerSecond
 from evolution.driving import Job, ParameterFile, RunResult
+from evolution.report import write_report
 from evolution.tuning import OBJECTIVES, Trial, TuneSettings, Tuning
 from gym_mapbench.ros_params import parse_defines
 
@@ -108,8 +109,9 @@ def run(args: argparse.Namespace) -> int:
             resources=driving_options.resources_of(args),
             **given,
         )
+    page = write_report(result.path, on_step=note)
     _print(result)
-    console.print(f"The tuned parameters are in {result.params}.")
+    console.print(f"The tuned parameters are in {result.params}; look at {page}.")
     return 0
 
 

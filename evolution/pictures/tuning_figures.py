@@ -35,6 +35,8 @@ def history_figure(trials: Rows, column: str) -> Figure:
     axes.step([row["trial"] for row in done], lowest, where="post", color=COLOURS[1], label="lowest so far")
     axes.axhline(trials[0][column], color="#222222", linestyle="--", linewidth=1, label="own values")
     axes.set_yscale("log" if min(row[column] for row in done) > 0 else "linear")
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter("{x:g}")
     axes.set_xlabel("trial")
     axes.set_ylabel(f"{column} (lower is better)")
     axes.grid(alpha=0.3, which="both")

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from evolution.pictures import front_figure, history_figure, importance_figure, save_figure
-
-FIGURES = "figures"
+from evolution.tuning.results import FIGURES
 
 
 def write_figures(path: Path, summary: Mapping[str, Any]) -> None:

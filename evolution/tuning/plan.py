@@ -29,7 +29,8 @@ class TuningPlan:
         settings: Options.
 
     Raises:
-        ConfigError: If training and test maps overlap, there are none, or a map has no way to the goal.
+        ConfigError: If training and test maps overlap, there are none, or the controller refuses the values of the
+            search space.
     """
 
     controller: str
@@ -41,8 +42,21 @@ class TuningPlan:
 
     def __post_init__(self) -> None:
         check_maps(self.train, self.test)
-        for name, one in self.space.sampled.items():
-            one.nearest(self.own[name])
+        for name in self.space.sampled:
+            self._check_accepted(name)
+
+    def _check_accepted(self, name: str) -> None:
+        """Refuse a parameter for which the controller accepts no value of the space, such as bounds of a switch."""
+        refused = ConfigError(f"{name}: expected a parameter with one value, got {self.own[name]!r:.80}")
+        values = self.space.parameters[name].examples() if isinstance(self.own[name], bool | int | float | str) else []
+        for value in values:
+            try:
+                with_values(self.world.navigation, self.controller, {name: value})
+            except ConfigError as error:
+                refused = error
+            else:
+                return
+        raise ConfigError(f"--space: the controller accepts no value of the search space: {refused}")
 
     @cached_property
     def own(self) -> dict[str, Value]:

@@ -7,6 +7,7 @@
     nav2_params.yaml    the user's file with the tuned values
     summary.json        verdict, changed parameters, trials, finalists, importances, and the runs on the test maps
     trials.csv          one line per trial
+    test.json           the test maps
     test.csv            one line per run on the test maps
     front/              with several objectives, a parameter file for each point of the Pareto front
     figures/            history, importances, Pareto front
@@ -23,6 +24,7 @@ from gym_mapbench.errors import RunError, unknown_name
 
 TUNING = DirectoryKind("tuning", "tuning.json", format_version=1)
 SUMMARY, TRIALS, TEST, PARAMS, FRONT = "summary.json", "trials.csv", "test.csv", "nav2_params.yaml", "front"
+TEST_MAPS, FIGURES = "test.json", "figures"
 TABLES = ("changes", "trials", "finalists", "importances", "test")
 
 

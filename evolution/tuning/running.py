@@ -10,15 +10,17 @@ from typing import Any
 
 from controllers.nav2_params.values import Value
 from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation, run_job
-from evolution.files import Row, csv_of, write_json, write_text
+from evolution.files import Row, csv_of, make_directory, write_json, write_text
 from evolution.runs import exclusive_store
 from evolution.tuning.figures import write_figures
 from evolution.tuning.parameter_text import ParameterText
 from evolution.tuning.plan import TuningPlan
-from evolution.tuning.results import FRONT, PARAMS, SUMMARY, TEST, TRIALS, TUNING, Tuning, load_tuning
+from evolution.tuning.results import FRONT, PARAMS, SUMMARY, TEST, TEST_MAPS, TRIALS, TUNING, Tuning, load_tuning
 from evolution.tuning.search import OnTrial, Searched, Trial, search
 from evolution.tuning.validation import Finalist, front_of, judge, validate
 from evolution.tuning.verdict import verdict_of
+from gym_mapbench.mapio import group_scenarios
+from gym_mapbench.mapio.map_set_file import write_map_set
 
 
 def run_tuning(
@@ -93,7 +95,7 @@ class _Outcome:
         trials = self.searched.trials
         validated = len(self.finalists) * self.plan.settings.validation_repeats * len(self.plan.train)
         return {
-            "verdict": verdict_of(self.plan, trials, self.finalists, self.winner, self.test),
+            "verdict": verdict_of(self.plan, self.searched, self.winner, self.test),
             "controller": self.plan.controller,
             "objectives": list(self.plan.settings.objectives),
             "winner": self.winner.number,
@@ -145,9 +147,10 @@ def _write(outcome: _Outcome, text: ParameterText, path: Path) -> None:
     """Write all files; the summary is the last, since it marks a finished tuning."""
     write_text(path / PARAMS, text.with_values(outcome.changed(outcome.winner.values)))
     if len(outcome.plan.settings.objectives) > 1:
+        make_directory(path / FRONT)
         for one in outcome.front:
-            target = path / FRONT / f"trial_{one.number}.yaml"
-            write_text(target, text.with_values(outcome.changed(one.values)))
+            write_text(path / FRONT / f"trial_{one.number}.yaml", text.with_values(outcome.changed(one.values)))
+    write_map_set(group_scenarios(outcome.plan.test), path / TEST_MAPS)
     write_text(path / TRIALS, csv_of(outcome.trial_rows()))
     write_text(path / TEST, csv_of(outcome.test))
     summary = outcome.summary()

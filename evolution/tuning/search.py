@@ -128,9 +128,10 @@ def _step(
     jobs = {(trial.number, place): _job(plan, trial, place) for trial in running for place in _next(plan, trial)}
     results = dict(zip(jobs, evaluator.run(list(jobs.values()), on_run), strict=True))
     for trial in running:
-        for place in _next(plan, trial):
+        places = _next(plan, trial)
+        for place in places:
             _add(plan, trial, place, jobs[trial.number, place], results[trial.number, place])
-        sampling.report(trial.number, {place: trial.costs[0][place] for place in list(trial.costs[0])})
+        sampling.report(trial.number, {place: trial.costs[0][place] for place in places})
         _decide(plan, sampling, before, trial)
 
 
@@ -167,8 +168,8 @@ def _decide(plan: TuningPlan, sampling: Sampling, before: Sequence[Trial], trial
     if len(trial.rows) == len(plan.train):
         trial.state, trial.estimate = "complete", tuple(fmean(costs.values()) for costs in trial.costs)
         return
-    best = sampling.best()
-    if best is None or not sampling.should_stop(trial.number):
+    best = sampling.best() if sampling.should_stop(trial.number) else None
+    if best is None:
         return
     more = _difference(trial.costs[0], before[best].costs[0])
     if more > 0:

@@ -10,13 +10,14 @@ from typing import Any, Self
 
 from pydantic import Field, model_validator
 
-from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
+from controllers.nav2_params.plugins import PRIMARIES, SHIMS
 from controllers.nav2_params.values import Value, unused_critics, values_of
 from evolution.driving import DriveSettings
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.settings import Settings
 
+FILE = "search_space.yaml"
 DIGITS = 3
 """Significant digits of a sampled number, so that a parameter file stays readable."""
 
@@ -56,6 +57,13 @@ class ParameterRange(Settings):
             raise ConfigError(f"expected low above 0 with log, got {low:g}")
         if self.integer and not (low.is_integer() and high.is_integer()):
             raise ConfigError(f"expected whole numbers as bounds of an integer, got {low:g} and {high:g}")
+
+    def examples(self) -> list[Value]:
+        """Return values to try: all choices, or two numbers inside of the bounds."""
+        if self.low is None or self.high is None:
+            return list(self.choices)
+        inside = [self.low + share * (self.high - self.low) for share in (0.382, 0.618)]
+        return [self.rounded(round(one) if self.integer else one) for one in inside]
 
     def nearest(self, value: Value) -> Value:
         """Return the allowed value that is nearest to a value; the first choice if the value is none of them."""
@@ -101,6 +109,11 @@ class SearchSpace(Settings):
         return self.replace(parameters=kept)
 
 
+def space_names() -> tuple[str, ...]:
+    """Return the kinds of controllers for which the package has a search space."""
+    return tuple(name for name in PRIMARIES if (files("controllers") / name / FILE).is_file())
+
+
 def shipped_space(kind: str) -> SearchSpace:
     """Return the search space that the package has for a kind of controller.
 
@@ -108,11 +121,15 @@ def shipped_space(kind: str) -> SearchSpace:
         ConfigError: If there is none.
     """
     primary = SHIMS.get(kind, kind)
-    folder = files("controllers") / primary
-    if primary not in CONTROLLERS or not (folder / "search_space.yaml").is_file():
+    if primary not in space_names():
         raise ConfigError(f"--space: expected the file of a search space, as there is none for the controller {kind!r}")
-    with as_file(folder / "search_space.yaml") as path:
+    with as_file(files("controllers") / primary / FILE) as path:
         return read_space(path)
+
+
+def shipped_document(kind: str) -> dict[str, Any]:
+    """Return a shipped search space as the content of a file; errors as for :func:`shipped_space`."""
+    return shipped_space(kind).model_dump(mode="json", exclude_defaults=True)
 
 
 def read_space(path: str | Path) -> SearchSpace:

@@ -64,7 +64,7 @@ def test_results_without_a_page_say_where_they_are_shown(tmp_path, name, where, 
     kind.begin(tmp_path / "results", {})
     assert main(["report", str(tmp_path / "results")]) == 2
     error = capsys.readouterr().err
-    assert "expected a run or a study" in error
+    assert "expected a run, a study or a tuning" in error
     assert where in error
 
 
