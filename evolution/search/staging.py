@@ -27,6 +27,8 @@ def single_stage(plan: JobPlan) -> Stages:
 
 def stages_of(plan: JobPlan) -> Stages:
     """Return one stage for each controller, the lowest declared cost first; equal costs stay in the plan's order."""
+    if len(plan.controllers) == 1:
+        return single_stage(plan)
     navigation = plan.settings.navigation
     costs = [relative_cost(spec.registered_name, navigation) for spec in plan.controllers]
     return tuple((place,) for place in sorted(range(len(costs)), key=costs.__getitem__))

@@ -28,7 +28,7 @@ class CostmapParams(CostmapOptions):
     The options of a layer are given, and saved, under the layer's name beside the others:
     ``CostmapParams(width=3, inflation_layer=InflationLayer(inflation_radius=0.4))``.
 
-    Attributes:
+    Args:
         plugins: Names of the layers in the order in which they write: ``static_layer``, ``obstacle_layer``,
             ``voxel_layer``, ``denoise_layer``, ``inflation_layer``, or a third party's (see
             :mod:`gym_mapbench.costmap.layers`).
