@@ -5,7 +5,7 @@ from __future__ import annotations
 from gym_mapbench.generator.base import Family
 from gym_mapbench.generator.cellular import Cellular
 from gym_mapbench.generator.families import FAMILIES, FamilySpec, FamilySpecs, make_family
-from gym_mapbench.generator.genomes import genome_of, read_genome
+from gym_mapbench.generator.genomes import build_genome, genome_of, read_genome
 from gym_mapbench.generator.motifs import (
     MOTIFS,
     AlongRoute,
@@ -50,6 +50,7 @@ __all__ = [
     "Route",
     "Section",
     "ShapeSettings",
+    "build_genome",
     "clear_and_border",
     "default_task",
     "disc",

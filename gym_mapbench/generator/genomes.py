@@ -5,6 +5,7 @@ from __future__ import annotations
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator.families import FamilySpec
 from gym_mapbench.generator.motifs import AlongRoute, MotifGenes
+from gym_mapbench.generator.shapes import Cells, ShapeSettings
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.genome import Genome
 
@@ -19,6 +20,12 @@ def genome_of(spec: FamilySpec, genes: Settings) -> Genome | None:
     if not isinstance(genes, MotifGenes):
         return None
     return Genome(family=spec.name, options=spec.options, genes=genes.model_dump(mode="json"))
+
+
+def build_genome(genome: Genome, shapes: ShapeSettings) -> Cells:
+    """Return the ``(size, size)`` occupancy of a genome's map; see :func:`read_genome`."""
+    family, genes = read_genome(genome)
+    return family.build(genes, shapes)
 
 
 def read_genome(genome: Genome) -> tuple[AlongRoute, MotifGenes]:

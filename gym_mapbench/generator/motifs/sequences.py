@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import numpy as np
 from pydantic import Field, JsonValue, model_validator
 
@@ -43,7 +41,7 @@ class Sequences(AlongRoute):
         sections: Range of the number of sections.
     """
 
-    motifs: Annotated[dict[str, MotifOptions], Field(min_length=1, default_factory=_short_sections)]
+    motifs: dict[str, MotifOptions] = Field(default_factory=_short_sections, min_length=1)
     sections: CountRange = (2, 3)
 
     @model_validator(mode="after")
