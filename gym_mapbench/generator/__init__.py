@@ -5,7 +5,7 @@ from __future__ import annotations
 from gym_mapbench.generator.base import Family
 from gym_mapbench.generator.cellular import Cellular
 from gym_mapbench.generator.families import FAMILIES, FamilySpec, FamilySpecs, make_family
-from gym_mapbench.generator.genomes import build_genome, genome_of, read_genome
+from gym_mapbench.generator.genomes import build_genome, elements_line, genome_of, read_genome
 from gym_mapbench.generator.motifs import (
     MOTIFS,
     AlongRoute,
@@ -59,6 +59,7 @@ __all__ = [
     "draw_obstacle",
     "draw_position",
     "draw_shape",
+    "elements_line",
     "genome_of",
     "interior",
     "is_drivable",

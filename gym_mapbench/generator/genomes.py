@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator.families import FamilySpec
-from gym_mapbench.generator.motifs import AlongRoute, MotifGenes
+from gym_mapbench.generator.motifs import AlongRoute, MotifGenes, places
 from gym_mapbench.generator.shapes import Cells, ShapeSettings
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.genome import Genome
@@ -26,6 +31,18 @@ def build_genome(genome: Genome, shapes: ShapeSettings) -> Cells:
     """Return the ``(size, size)`` occupancy of a genome's map; see :func:`read_genome`."""
     family, genes = read_genome(genome)
     return family.build(genes, shapes)
+
+
+def elements_line(genome: Genome, start: Sequence[float], goal: Sequence[float]) -> NDArray[np.float64]:
+    """Return ``(n, 2)`` x and y of start, all elements and goal, m; see :func:`read_genome`.
+
+    Args:
+        genome: The genome.
+        start: ``(x, y)``, m.
+        goal: ``(x, y)``, m.
+    """
+    family, genes = read_genome(genome)
+    return np.array([start, *(place.centre for place in places(family, genes, start, goal)), goal])
 
 
 def read_genome(genome: Genome) -> tuple[AlongRoute, MotifGenes]:

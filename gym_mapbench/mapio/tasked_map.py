@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -12,6 +13,9 @@ from gym_mapbench.world.bodies import Body
 from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
+
+GENES = "genes.json"
+"""Name of the file with the genomes of maps, beside maps in formats that hold cells only."""
 
 
 class Task(NamedTuple):
@@ -80,6 +84,12 @@ def refuse_bodies(form: str, tasks: Iterable[Task | Scenario]) -> None:
     for task in tasks:
         if task.bodies:
             raise ConfigError(f"{form}: cannot hold the moving bodies of {task.name!r}; a map set (.json) can")
+
+
+def genome_files(genomes: Iterable[tuple[str, Genome | None]]) -> dict[str, str | bytes]:
+    """Return the file :data:`GENES` with the genomes of maps by name; nothing if no map has one."""
+    found = {name: genome.model_dump(mode="json") for name, genome in genomes if genome is not None}
+    return {GENES: json.dumps(found, indent=1) + "\n"} if found else {}
 
 
 def group_scenarios(scenarios: Iterable[Scenario]) -> list[TaskedMap]:
