@@ -155,6 +155,13 @@ def test_a_genome_that_is_none_of_its_family_is_refused(change, problem):
         read_genome(genome)
 
 
+@pytest.mark.parametrize("route", ["diagonal", "straight", "bent"])
+def test_a_map_without_room_is_refused(route):
+    with pytest.raises(ConfigError, match=r"size: expected a map with room for motifs .*, got 40 cells"):
+        make_family("gates").build(gates(1, route), THESIS.replace(size=40))
+    assert make_family("gates").build(gates(1, route), THESIS.replace(size=70))[1:-1, 1:-1].any()
+
+
 def test_a_sequence_names_its_motifs():
     with pytest.raises(ConfigError, match="did you mean 'gates'"):
         make_family("sequences", motifs={"gate": {}})

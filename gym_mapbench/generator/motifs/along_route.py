@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator.base import empty
 from gym_mapbench.generator.motifs.around import Around
 from gym_mapbench.generator.motifs.genes import MotifGenes, Section
@@ -19,6 +20,8 @@ from gym_mapbench.settings import Settings
 
 if TYPE_CHECKING:
     from gym_mapbench.generator.motifs.motif import Motif, Values
+
+Ends = Sequence[float] | Point
 
 
 class Place(NamedTuple):
@@ -70,14 +73,14 @@ class AlongRoute(Settings):
 
     def build(self, genes: MotifGenes, shapes: ShapeSettings) -> Cells:
         """Return the occupancy; see :meth:`~gym_mapbench.generator.Family.build`."""
-        cells = empty(shapes)
-        start, goal = _task(shapes)
-        legs = legs_of(genes.route, start, goal)
+        cells, (start, goal) = empty(shapes), _task(shapes)
+        legs, reach = legs_of(genes.route, start, goal), (shapes.cleared_distance + 0.5) * shapes.resolution
+        _check_room(legs, shapes, reach)
         centres = (np.arange(shapes.size) + 0.5) * shapes.resolution
         x, y = np.meshgrid(centres, centres)
         for place in places(self, genes, start, goal):
             leg, section = legs[place.leg], genes.sections[place.section]
-            if not _is_clear(leg, place.centre, start, goal, (shapes.cleared_distance + 0.5) * shapes.resolution):
+            if not _is_clear(leg, place.centre, start, goal, reach):
                 continue
             dx, dy = x - place.centre[0], y - place.centre[1]
             along, across = (dx * unit[0] + dy * unit[1] for unit in (leg.along, leg.across))
@@ -130,10 +133,20 @@ def _centre(leg: Leg, progress: float, values: Values, number: int) -> Point:
     return leg.at(progress) + aside * leg.across
 
 
-def _is_clear(leg: Leg, centre: Point, start: Sequence[float], goal: Sequence[float], reach: float) -> bool:
+def _is_clear(leg: Leg, centre: Point, start: Ends, goal: Ends, reach: float) -> bool:
     """Whether a wall through a point leaves out the squares cleared around start and goal."""
     half = reach * float(np.abs(leg.along).sum())
     return all(abs(float((centre - np.array(end)) @ leg.along)) > half for end in (start, goal))
+
+
+def _check_room(legs: Sequence[Leg], shapes: ShapeSettings, reach: float) -> None:
+    """Refuse a map whose cleared areas leave no room for a wall halfway between start and goal."""
+    start, goal = legs[0].start, legs[-1].end
+    if not all(_is_clear(leg, (start + goal) / 2, start, goal, reach) for leg in legs):
+        raise ConfigError(
+            f"size: expected a map with room for motifs between the cleared areas of start and goal, got {shapes.size} "
+            "cells"
+        )
 
 
 def _task(shapes: ShapeSettings) -> tuple[tuple[float, float], tuple[float, float]]:
