@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -235,15 +236,14 @@ class MapMutation(Mutation):  # type: ignore[misc]
         self.role_of = role_of
         self.credit = Credit()
         self.trials: list[Trial] = []
-        self._mates: list[Genome] = []
 
     def _do(self, _problem: Any, X: Column, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
-        self._mates = [one.genome for map_set in X[:, 0] for one in map_set if one.genome is not None]
+        mates = [one.genome for map_set in X[:, 0] for one in map_set if one.genome is not None]
         # p_m is applied here and not by pymoo, which would mutate all individuals and discard most of the work.
         hit = random_state.random(len(X)) < self.mutator.settings.probability
         return as_column(
             [
-                self._mutated(map_set, random_state) if mutated else map_set
+                self._mutated(map_set, random_state, mates) if mutated else map_set
                 for map_set, mutated in zip(X[:, 0], hit, strict=True)
             ]
         )
@@ -258,24 +258,30 @@ class MapMutation(Mutation):  # type: ignore[misc]
             self.credit.add(trial, gain(trial))
         self.trials = []
 
-    def _mutated(self, map_set: MapSet, rng: np.random.Generator) -> MapSet:
+    def _mutated(self, map_set: MapSet, rng: np.random.Generator, mates: Sequence[Genome]) -> MapSet:
         """Return the set with all its maps mutated, or with one of them."""
         if self.mutator.settings.maps == "all":
-            return MapSet(tuple(self.mutator.vary(scenario, rng, mates=self._mates)[0] for scenario in map_set))
+            return MapSet(tuple(self.mutator.vary(scenario, rng, mates=mates)[0] for scenario in map_set))
+        vary = partial(self._with_changed, map_set, rng=rng, mates=mates)
         if self.role_of is None:
-            return self._with_changed(map_set, int(rng.integers(len(map_set.scenarios))), rng, None)[0]
+            return vary(int(rng.integers(len(map_set.scenarios))), chances=None)[0]
         roles = [self.role_of(map_set, place) for place in range(len(map_set.scenarios))]
         credit = np.array([self.credit.of(role) for role in roles])
         place = int(rng.choice(len(roles), p=credit / credit.sum()))
         chances = self.credit.chances(self.mutator.probabilities(map_set[place]), roles[place])
-        mutated, names = self._with_changed(map_set, place, rng, chances)
+        mutated, names = vary(place, chances=chances)
         self.trials.append(Trial(map_set, mutated.digest, roles[place], names))
         return mutated
 
     def _with_changed(
-        self, map_set: MapSet, place: int, rng: np.random.Generator, chances: Mapping[str, float] | None
+        self,
+        map_set: MapSet,
+        place: int,
+        rng: np.random.Generator,
+        chances: Mapping[str, float] | None,
+        mates: Sequence[Genome],
     ) -> tuple[MapSet, tuple[str, ...]]:
         """Return the set with one map mutated, and the names of the operators."""
         scenarios = list(map_set)
-        scenarios[place], names = self.mutator.vary(scenarios[place], rng, chances, self._mates)
+        scenarios[place], names = self.mutator.vary(scenarios[place], rng, chances, mates)
         return MapSet(tuple(scenarios)), names
