@@ -31,8 +31,7 @@ from evolution.search.record import Record
 from evolution.search.recorder import Journal, Recorder
 from evolution.search.staging import contenders, stages_of
 from evolution.search.validation_stage import ValidationResult, validate
-from gym_mapbench.generator import draw_map as draw_from_families
-from gym_mapbench.generator import sample_map
+from gym_mapbench.generator import draw_from, sample_map
 from gym_mapbench.world.scenario import MapSet
 
 
@@ -119,7 +118,7 @@ def evolve(
 def _sampler(experiment: Experiment) -> DrawMap:
     """Return the function that samples maps: random shapes, or maps of the search's families for its robot."""
     families = experiment.search.families
-    return partial(draw_from_families, families=families, robot=experiment.run.robot) if families else sample_map
+    return (lambda rng, shapes: draw_from(rng, families, shapes, experiment.run.robot)) if families else sample_map
 
 
 class _Clock:

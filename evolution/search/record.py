@@ -15,6 +15,7 @@ from evolution.driving import RESULT_FIELDS, Job, JobPlan, RunResult
 from evolution.files import Row
 from evolution.search.algorithms import Evaluation
 from evolution.search.judging import Judgement, best_of, missing_runs
+from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 
 DrivenRun = tuple[Job, RunResult]
@@ -38,6 +39,8 @@ class Record:
     runs: dict[str, Row] = field(default_factory=dict)
     maps: dict[str, GridMap] = field(default_factory=dict)
     """Maps first seen in the last generation, by digest."""
+    genomes: dict[str, Genome] = field(default_factory=dict)
+    """Genomes of those of these maps that have one, by digest of the map."""
     _known_maps: set[str] = field(default_factory=set)
 
     def add(
@@ -55,9 +58,11 @@ class Record:
         row = generation_row(generation, len(self.individuals), population)
         further = self._further(best_of(population).judgement)
         self.generations.append(row | {f"best_{name}": value for name, value in further.items()})
-        self.maps = {scenario.map.digest: scenario.map for one in evaluated for scenario in one.map_set}
-        self.maps = {digest: grid for digest, grid in self.maps.items() if digest not in self._known_maps}
-        self._known_maps |= set(self.maps)
+        scenarios = {scenario.map.digest: scenario for one in evaluated for scenario in one.map_set}
+        new = {digest: scenario for digest, scenario in scenarios.items() if digest not in self._known_maps}
+        self.maps = {digest: scenario.map for digest, scenario in new.items()}
+        self.genomes = {digest: scenario.genome for digest, scenario in new.items() if scenario.genome is not None}
+        self._known_maps |= set(new)
         self.add_runs(generation, runs)
 
     def add_runs(self, generation: int, runs: Iterable[DrivenRun]) -> None:

@@ -15,13 +15,14 @@ from evolution.driving.evaluator import Evaluator
 from evolution.driving.jobs import ControllerSpec, RunResult
 from evolution.driving.store import ResultStore
 from evolution.files.plain import write_text
+from evolution.report.sections import tables_section
 from evolution.runs.directory import CHECKPOINT, CONFIG, STORE, TIMING, RunDir
 from evolution.runs.loading import load_run
 from evolution.search.experiment import Experiment
 from evolution.search.loop import evolve
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError, RunError
-from gym_mapbench.generator import interior, is_drivable, sample_map
+from gym_mapbench.generator import build_genome, interior, is_drivable, sample_map
 from gym_mapbench.mapio.map_set_file import read_map_set
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD, drive, never
 
@@ -282,6 +283,30 @@ def test_a_search_over_families_repeats_itself(tmp_path):
     assert reproducible_files(tmp_path / "first") == reproducible_files(tmp_path / "again")
     with pytest.raises(ConfigError, match="families"):
         go_on(RunDir.open(tmp_path / "first"))
+
+
+MOTIFS = [
+    {"name": "gates", "options": {"count": [1, 2], "pitch": [0.2, 0.4], "gap": [0.2, 0.4], "shift": [-0.1, 0.1]}},
+    {"name": "dead_ends", "options": {"count": [1, 1], "width": [0.3, 0.5], "depth": [0.2, 0.3]}},
+]
+
+
+def test_a_search_keeps_the_genomes_of_its_maps_and_repeats_itself(tmp_path):
+    mutation = {"probability": 1.0, "maps": "one", "adaptive": True, "drivable": True}
+    search = with_search(families=MOTIFS, mutation=mutation, elite=True, drive_last=["mppi"])
+    result = run(tmp_path / "first", search)
+    run(tmp_path / "again", search, workers=2)
+    assert reproducible_files(tmp_path / "first") == reproducible_files(tmp_path / "again")
+    for one in result.population:
+        for scenario in one.map_set:
+            assert np.array_equal(build_genome(scenario.genome, SMALL), scenario.map.occupancy)
+    loaded = load_run(tmp_path / "first")
+    assert [one.genome for one in loaded.best] == [one.genome for one in result.best.map_set]
+    written = [json.loads(path.read_text()) for path in sorted((tmp_path / "first" / "maps").glob("*.json"))]
+    assert {digest for maps in written for digest in maps} == set(loaded.maps)
+    (genes,) = [table for table in tables_section(loaded).tables if table.caption == "The genes of the best maps"]
+    assert {row[1] for row in genes.rows} <= {"gates", "dead_ends"}
+    assert len(genes.rows) == 3
 
 
 def test_a_used_directory_is_refused_and_left_alone(tmp_path):
