@@ -21,6 +21,8 @@ class Nav2Controller(RosPlugin):
     Args:
         make: Makes the path follower from the parameters.
         limits: Given the parameters, returns the limits of the robot that they state.
+        relative_cost: CPU time of a run, relative to Regulated Pure Pursuit. Only the order counts: searches drive the
+            cheapest controller first.
         old_critics: Release -> critic that only this release has, and that is not built here -> the nearest critic.
         exchanged: Dotted name of a parameter of one release -> its last part in the other, and value -> value there.
         needs_no_section: Whether a file without a section for the controller still has it, with Nav2's defaults.
@@ -28,6 +30,7 @@ class Nav2Controller(RosPlugin):
 
     make: Callable[[Any], PathFollower]
     limits: Callable[[Mapping[str, Any]], Limits]
+    relative_cost: float
     old_critics: Mapping[Release, Mapping[str, str]] = field(default_factory=dict)
     exchanged: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
     needs_no_section: bool = False

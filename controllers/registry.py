@@ -9,6 +9,7 @@ a parameter of that name, and returns a :class:`~controllers.base.Controller`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -34,6 +35,23 @@ CONTROLLERS: Registry[Callable[..., Any]] = Registry("controller", "controllers"
 def controller_names() -> tuple[str, ...]:
     """Return, sorted, the names that :func:`make_controller` knows with any parameter file."""
     return CONTROLLERS.names()
+
+
+def relative_cost(name: str, navigation: NavigationParams) -> float:
+    """Return the CPU time of a controller's runs, relative to Regulated Pure Pursuit.
+
+    Args:
+        name: As in :func:`make_controller`.
+        navigation: Has the controllers with names of their own.
+
+    Returns:
+        The cost that the controller's description or a third party's attribute ``relative_cost`` states; infinite where
+        neither does, as for models.
+    """
+    kind = navigation.controllers[name].kind if name in navigation.controllers else name
+    if kind in plugins.CONTROLLERS:
+        return plugins.CONTROLLERS[kind].relative_cost
+    return math.inf if kind.endswith(".zip") else float(getattr(CONTROLLERS.get(kind), "relative_cost", math.inf))
 
 
 def make_controller(

@@ -2,7 +2,7 @@
 
 ::
 
-    from evolution import bench, evolve, load, study, train
+    from evolution import bench, compare, evolve, load, study, train, tune
 
 Work happens in worker processes, so these functions may be called from a script, with or without a ``__main__`` guard,
 and from a notebook.
@@ -11,14 +11,29 @@ and from a notebook.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import Nav2Params
 from controllers.nav2_params.presets import overlay
-from evolution.benchmark import BENCHMARK, Benchmark, barn_settings, begin_benchmark, reevaluation_in
+from evolution.benchmark import (
+    BENCHMARK,
+    Benchmark,
+    Configuration,
+    ParameterComparison,
+    barn_settings,
+    begin_benchmark,
+    benchmark_document,
+    check_configurations,
+    configurations_document,
+    parameter_rows,
+    reevaluation_in,
+    run_configurations,
+)
 from evolution.benchmark import bench as run_all
 from evolution.driving import (
     DEFAULT_RESOURCES,
@@ -26,6 +41,7 @@ from evolution.driving import (
     Evaluator,
     JobPlan,
     OnRun,
+    ParameterFile,
     Resources,
     ResultStore,
     check_room,
@@ -37,6 +53,7 @@ from evolution.inputs import (
     Controllers,
     Maps,
     barn_source,
+    chosen,
     items_of,
     levels_of,
     listed,
@@ -45,8 +62,10 @@ from evolution.inputs import (
     read_parameters,
     run_of,
     specs_of,
+    tuning_of,
     world_from,
 )
+from evolution.minimizing import Minimized, MinimizeSettings, read_verdict, run_minimizing
 from evolution.pictures import write_run_figures
 from evolution.results import load
 from evolution.runs import RUN, LoadedRun, RunDir, exclusive_store, experiment_in, load_run
@@ -81,10 +100,17 @@ from evolution.training import (
     learn,
     train_settings,
 )
+from evolution.tuning import (
+    OnTrial,
+    TuneSettings,
+    Tuning,
+    optuna,
+    run_tuning,
+)
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike
 
-__all__ = ["bench", "compose", "evolve", "load", "study", "train"]
+__all__ = ["bench", "compare", "compose", "configuration_of", "evolve", "load", "minimize", "study", "train", "tune"]
 
 LOG = logging.getLogger(__name__)
 
@@ -154,16 +180,184 @@ def bench(
     root = (0 if run is None else run.config["search"]["seed"] + 1) if seed is None else seed
     plan = JobPlan(specs, settings, root, repeats, tuple(metrics))
     LOG.info("seed %d%s; controllers: %s", root, "" if seed is not None else " (not given)", ", ".join(plan.names))
-    kept = None if out is None else begin_benchmark(Path(out), scenarios, plan, resume=resume)
-    with (
-        ResultStore() if kept is None else exclusive_store(BENCHMARK, kept, resources.wait_s) as store,
-        _evaluator(resources, plan, store) as evaluator,
-    ):
+    kept = None if out is None else begin_benchmark(Path(out), benchmark_document(scenarios, plan), resume=resume)
+    with _benchmark_evaluator(kept, resources, [plan]) as evaluator:
         result = run_all(scenarios, plan, evaluator, on_run)
         result = result if run is None else replace(result, reevaluation=reevaluation_in(result.rows, run))
         if kept is not None:
             result.save(kept)
     return result
+
+
+def compare(
+    maps: Maps | Sequence[Maps],
+    configurations: Sequence[Configuration],
+    *,
+    start: PoseLike | None = None,
+    goal: PoseLike | None = None,
+    against_first: bool = False,
+    out: str | Path | None = None,
+    resume: bool = False,
+    on_run: OnRun | None = None,
+    resources: Resources = DEFAULT_RESOURCES,
+    **options: Any,
+) -> ParameterComparison:
+    """Run every configuration on every map with the same seeds and noise, and compare in pairs.
+
+    Args:
+        maps: One or several.
+        configurations: Labels with controllers and parameters; :func:`configuration_of` makes one from a file, and
+            :func:`evolution.benchmark.sweep` makes those of a sweep.
+        start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the files.
+        goal: The same for the goal.
+        against_first: Whether to compare each configuration with the first only; else all pairs are compared.
+        out: New directory for every result as it comes, and for ``bench.json`` and ``bench.csv`` at the end.
+        resume: Whether to continue the comparison in ``out``; the results equal those without interruption.
+        on_run: Called after each run with its job, its result, and the number of remaining runs.
+        resources: Workers, executor and time limits; the results do not depend on it.
+        options: Fields of :class:`evolution.driving.Resources`, e.g. ``workers=2``.
+
+    Returns:
+        One row per run; a notebook shows the scores of the configurations.
+
+    Raises:
+        ConfigError: If an argument cannot be used, or ``out`` holds another benchmark; then nothing is run.
+        MapFormatError: If a file is no map.
+        RunError: If no worker starts, nothing can be written, or ``out`` holds no benchmark to continue.
+    """
+    if resume and out is None:
+        raise ConfigError("resume: expected the directory of a benchmark in 'out', got none")
+    resources = resources.replace(**options)
+    check_configurations(configurations)
+    scenarios = load_all(items_of(maps), start, goal)
+    for one in configurations:
+        check_room(scenarios, one.plan.settings)
+        try_controllers(one.plan.controllers, one.plan.settings)
+    document = configurations_document(scenarios, configurations)
+    kept = None if out is None else begin_benchmark(Path(out), document, resume=resume)
+    with _benchmark_evaluator(kept, resources, [one.plan for one in configurations]) as evaluator:
+        rows = run_configurations(scenarios, configurations, evaluator, on_run)
+    parameters = parameter_rows(configurations)
+    result = ParameterComparison(rows, parameters, against_first, tuple(configurations), tuple(scenarios))
+    if kept is not None:
+        result.save(kept)
+    return result
+
+
+def minimize(
+    maps: Maps,
+    keep: str,
+    controllers: Controllers | None = None,
+    *,
+    out: str | Path,
+    settings: DriveSettings | None = None,
+    map_name: str | None = None,
+    start: PoseLike | None = None,
+    goal: PoseLike | None = None,
+    seed: int = 0,
+    tolerance: float = 0.1,
+    seeds: int = 3,
+    held_out_seeds: int = 10,
+    resume: bool = False,
+    on_step: Callable[[str], object] = lambda _: None,
+    on_run: OnRun | None = None,
+    resources: Resources = DEFAULT_RESOURCES,
+    **options: Any,
+) -> tuple[Minimized, JobPlan]:
+    """Remove and shrink the obstacles of a map while a verdict holds.
+
+    Args:
+        maps: A map, or the best maps of a run.
+        keep: The verdict: ``"mppi fails"``, ``"mppi fails and rpp succeeds"``, ``"order"`` or ``"ratio"``.
+        controllers: The controllers; if None, those of the run, else DWB, MPPI and RPP. Only those that ``keep`` names
+            are run, if it names any.
+        out: New directory of the result.
+        settings: World and navigation; if None, those of the run, else of the thesis, with ``options``.
+        map_name: Name of the map, if there are several.
+        start: Start pose ``(x, y, yaw)`` in m and rad, instead of the one in the file.
+        goal: The same for the goal.
+        seed: Root of all randomness.
+        tolerance: Largest relative difference from the ratio of times.
+        seeds: Seeds on which the verdict must hold.
+        held_out_seeds: Further seeds of the final check of both maps.
+        resume: Whether to continue the minimisation in ``out``; the result equals that without interruption.
+        on_step: Called with a line about each smaller map.
+        on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
+        resources: Workers, executor and time limits; the result does not depend on it.
+        options: Fields of :class:`gym_mapbench.env.config.EnvConfig`, and of :class:`evolution.driving.Resources`.
+
+    Returns:
+        The map before and after, and the plan of its runs.
+
+    Raises:
+        ConfigError: If an argument cannot be used, or the verdict does not hold on the map.
+        MapFormatError: If the file is no map.
+        RunError: If no worker starts, or nothing can be written.
+    """
+    resources, environment = resources.taking(options)
+    run = run_of([maps])
+    world = settings or world_from(None, None, environment, run)
+    scenario = chosen(load_all([maps], start, goal), map_name)
+    specs = specs_of(own_controllers(None, run) if controllers is None else controllers)
+    verdict = read_verdict(keep, [one.name for one in specs], tolerance)
+    specs = tuple(one for one in specs if not verdict.outcomes or one.name in verdict.outcomes)
+    check_room([scenario], world)
+    try_controllers(specs, world)
+    plan = JobPlan(specs, world, seed)
+    wanted = MinimizeSettings(seeds=seeds, held_out_seeds=held_out_seeds)
+    result = run_minimizing(
+        scenario, plan, verdict, wanted, Path(out), resume=resume, resources=resources, on_step=on_step, on_run=on_run
+    )
+    return result, plan
+
+
+def configuration_of(
+    label: str,
+    params: str | Nav2Params,
+    controllers: Controllers | None = None,
+    *,
+    repeats: int = 1,
+    seed: int = 0,
+    **environment: Any,
+) -> Configuration:
+    """Return a configuration for :func:`compare`.
+
+    Args:
+        label: Its name in tables.
+        params: A preset's name, a ``nav2_params.yaml``, or what ``read_nav2_params`` returned for one.
+        controllers: The controllers; if None, those of the file.
+        repeats: Runs of each controller on each map.
+        seed: Root of all randomness; the same for all configurations of a comparison.
+        environment: Fields of :class:`gym_mapbench.env.config.EnvConfig`.
+    """
+    read = read_parameters(params)
+    settings = world_from(params, read, environment, None)
+    specs = specs_of(own_controllers(read, None) if controllers is None else controllers)
+    return Configuration(label, JobPlan(specs, settings, seed, repeats))
+
+
+@contextmanager
+def _benchmark_evaluator(kept: Path | None, resources: Resources, plans: Sequence[JobPlan]) -> Iterator[Evaluator]:
+    """Yield an evaluator whose results are kept in the directory of a benchmark, or in memory if it is None."""
+    different = {(plan.names, plan.settings.navigation.release, _kinds(plan)): plan for plan in plans}.values()
+    steps = [preparation(plan.controllers, plan.settings) for plan in different]
+    prepare = steps[0] if len(steps) == 1 else partial(_prepare, steps)
+    with (
+        ResultStore() if kept is None else exclusive_store(BENCHMARK, kept, resources.wait_s) as store,
+        resources.evaluator(run_job, store, prepare) as evaluator,
+    ):
+        yield evaluator
+
+
+def _kinds(plan: JobPlan) -> tuple[tuple[str, str], ...]:
+    """Return names and kinds of the controllers of a plan's parameters, which decide on the kernels it needs."""
+    return tuple((name, one.kind) for name, one in plan.settings.navigation.controllers.items())
+
+
+def _prepare(steps: Sequence[Callable[[], None]]) -> None:
+    """Do the warm-ups of several plans."""
+    for step in steps:
+        step()
 
 
 def _evaluator(resources: Resources, plan: JobPlan, store: ResultStore | None = None) -> Evaluator:
@@ -297,6 +491,56 @@ def train(
     path = Path(out or Path("runs") / f"{settings.algorithm}-seed{settings.seed}")
     directory = begin_training(settings, path, listed(maps), levels_of(curriculum))
     return learn(directory, on_progress)
+
+
+def tune(
+    controller: str,
+    train: Maps | Sequence[Maps],
+    test: Maps | Sequence[Maps],
+    *,
+    out: str | Path,
+    params: str | ParameterFile | None = None,
+    space: str | Path | None = None,
+    settings: DriveSettings | None = None,
+    resume: bool = False,
+    on_trial: OnTrial | None = None,
+    on_run: OnRun | None = None,
+    resources: Resources = DEFAULT_RESOURCES,
+    **options: Any,
+) -> Tuning:
+    """Search for better values of a controller's parameters, and compare them with the user's on maps not searched on.
+
+    Args:
+        controller: The controller, by its name in the parameter file or by its kind.
+        train: Maps of the search, in any form that :func:`bench` takes.
+        test: Maps of the comparison; none of them may be a training map.
+        out: New directory of the tuning; ``nav2_params.yaml`` in it holds the tuned values.
+        params: A preset's name, a ``nav2_params.yaml``, or the options with which it is read; ``thesis`` if None.
+        space: File of a search space; the controller's shipped space if None.
+        settings: World and navigation in one value, instead of fields of the env.
+        resume: Whether to continue the tuning in ``out``; the results equal those without interruption.
+        on_trial: Called after each trial with the number of runs so far.
+        on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
+        resources: Workers, executor and time limits; the results do not depend on it.
+        options: Fields of :class:`evolution.tuning.TuneSettings`, e.g. ``trials=50``, of
+            :class:`gym_mapbench.env.config.EnvConfig`, e.g. ``noise="none"`` (``nominal`` if left out), and of
+            :class:`evolution.driving.Resources`, e.g. ``workers=2``.
+
+    Returns:
+        The tuning; a notebook shows the changed parameters.
+
+    Raises:
+        ConfigError: If an option cannot be used, training and test maps overlap, or Optuna is not installed.
+        MapFormatError: If a file is no map.
+        RunError: If no worker starts, nothing can be written, or a tuning cannot be continued.
+    """
+    optuna()
+    resources, others = resources.taking(options)
+    tuned = TuneSettings(**{name: others.pop(name) for name in list(others) if name in TuneSettings.model_fields})
+    environment = {"noise": "nominal", **others}
+    plan, text = tuning_of(controller, train, test, params, space, settings, environment, tuned)
+    try_controllers(plan.jobs_with(None).controllers, plan.world)
+    return run_tuning(plan, text, Path(out), resume=resume, resources=resources, on_trial=on_trial, on_run=on_run)
 
 
 def compose(preset: str = DEFAULT_PRESET, config: Mapping[str, Any] | None = None, **search: Any) -> dict[str, Any]:

@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from controllers.nav2_params import PRESETS, Nav2Params, read_nav2_params
 from evolution.benchmark import PREFIX as BARN
 from evolution.benchmark import load_barn
-from evolution.driving import ControllerSpec, DriveSettings, with_parameters
+from evolution.driving import ControllerSpec, DriveSettings, ParameterFile, check_room, with_parameters
 from evolution.results import run_with_maps
 from evolution.runs import LoadedRun, experiment_in, reached_maps
 from evolution.search import DEFAULT_CONTROLLERS, controllers_from
+from evolution.tuning import (
+    ParameterText,
+    TuneSettings,
+    TuningPlan,
+    space_for,
+    text_of_file,
+    text_of_settings,
+    writable_space,
+)
 from gym_mapbench.env.config import EnvConfig
-from gym_mapbench.errors import ConfigError
+from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.mapio import PoseLike, load_scenarios
 from gym_mapbench.world.scenario import MapSet, Scenario
 
@@ -53,6 +63,20 @@ def listed(maps: Maps | Sequence[Maps] | None) -> list[Scenario]:
 def items_of(maps: Maps | Sequence[Maps]) -> list[Maps]:
     """Return one or several maps as a list."""
     return [maps] if isinstance(maps, str | Path | Scenario | MapSet | LoadedRun) else list(maps)
+
+
+def chosen(scenarios: Sequence[Scenario], name: str | None) -> Scenario:
+    """Return the map of a name, or the only map.
+
+    Raises:
+        ConfigError: If there is no such map, or there are several and no name is given.
+    """
+    names = [one.name for one in scenarios]
+    if name is None and len(names) > 1:
+        raise ConfigError(f"--map: expected the name of one of {len(names)} maps: {', '.join(names[:5])}")
+    if name is not None and name not in names:
+        raise ConfigError(f"--map: {unknown_name('map', name, names)}")
+    return scenarios[0 if name is None else names.index(name)]
 
 
 def levels_of(curriculum: Maps | Sequence[Maps] | None) -> list[Scenario]:
@@ -125,3 +149,46 @@ def specs_of(controllers: Controllers) -> tuple[ControllerSpec, ...]:
     """Return the controllers."""
     entries = [controllers] if isinstance(controllers, str) else list(controllers)
     return controllers_from([one.model_dump() if isinstance(one, ControllerSpec) else one for one in entries])
+
+
+def tuning_of(
+    controller: str,
+    train: Maps | Sequence[Maps],
+    test: Maps | Sequence[Maps],
+    params: str | ParameterFile | None,
+    space: str | Path | None,
+    settings: DriveSettings | None,
+    environment: Mapping[str, Any],
+    tuned: TuneSettings,
+) -> tuple[TuningPlan, ParameterText]:
+    """Return the plan of a tuning, and the parameter file that gets the tuned values.
+
+    Args:
+        controller: The controller, by its name or kind.
+        train: Maps of the search.
+        test: Maps of the comparison.
+        params: A preset's name, a file, or a file with the options for reading it; None for the preset ``thesis``.
+        space: File of a search space; None for the shipped space, without parameters that have no place in the file.
+        settings: World and navigation; None for those of ``params`` and ``environment``.
+        environment: Fields of :class:`gym_mapbench.env.config.EnvConfig`.
+        tuned: Options of the tuning.
+
+    Raises:
+        ConfigError: If any of these cannot be used.
+        MapFormatError: If a file is no map.
+    """
+    file = ParameterFile(params=params) if isinstance(params, str) and params not in PRESETS else params
+    if isinstance(file, ParameterFile):
+        read = read_nav2_params(file.params, release=file.nav2, defines=file.define, only=file.only or controller)
+        world = settings or world_from(None, read, environment, None)
+        text = text_of_file(file, read, controller)
+    else:
+        world = settings or world_from(file, None, environment, None)
+        text = text_of_settings(world, controller)
+    wanted = space_for(world, text.controller, space)
+    maps, held_out = (tuple(load_all(items_of(one))) for one in (train, test))
+    check_room([*maps, *held_out], world)
+    plan = TuningPlan(text.controller, world, wanted, maps, held_out, tuned)
+    if space is None:
+        plan = replace(plan, space=writable_space(wanted, text, plan.own))
+    return plan, text

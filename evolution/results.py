@@ -11,15 +11,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from evolution.benchmark import BENCH, BENCHMARK, Benchmark, read_bench
+from evolution.benchmark import BENCH, BENCHMARK, Benchmark, ParameterComparison, read_bench
 from evolution.files import DirectoryKind
+from evolution.minimizing import MINIMIZATION, Minimized, load_minimized
 from evolution.runs import RUN, LoadedRun, load_run
 from evolution.studies import STUDY, SWEEP, StudyResults, SweepResults, load_results, load_sweep
 from evolution.training import TRAINING, Training, load_training
+from evolution.tuning import TUNING, Tuning, load_tuning
 from gym_mapbench.errors import RunError
 from gym_mapbench.mapio.gazebo_package import RUNNER
 
-Results = LoadedRun | StudyResults | SweepResults | Benchmark | Training
+Results = LoadedRun | StudyResults | SweepResults | Benchmark | ParameterComparison | Training | Tuning | Minimized
 
 
 class ResultKind(NamedTuple):
@@ -45,6 +47,8 @@ KINDS = (
     ResultKind(STUDY, load_results),
     ResultKind(SWEEP, load_sweep),
     ResultKind(TRAINING, load_training),
+    ResultKind(TUNING, load_tuning),
+    ResultKind(MINIMIZATION, load_minimized),
     ResultKind(BENCHMARK, read_bench, BENCH),
 )
 
@@ -76,7 +80,8 @@ def load(path: str | Path) -> Results:
     """Return the results in a directory, or in a file that ``mapbench bench --format json`` printed.
 
     Args:
-        path: The directory of a run, a study, a sweep, a training or a benchmark; or the file.
+        path: The directory of a run, a study, a sweep, a training, a tuning, a minimization or a benchmark; or the
+            file.
 
     Raises:
         RunError: If it is none of these, has nothing finished, or is damaged.

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("gym_mapbench", "controllers", "evolution")
-HEAVY = ("torch", "stable_baselines3", "matplotlib", "pymoo", "pandas", "jinja2", "distributed")
+HEAVY = ("torch", "stable_baselines3", "matplotlib", "pymoo", "pandas", "jinja2", "distributed", "optuna")
 
 
 def run(code: str) -> str:
@@ -32,9 +32,9 @@ def test_heavy_modules_stay_out(module):
     assert not set(HEAVY) & set(loaded)
 
 
-def test_learning_is_loaded_by_those_who_train():
+def test_learning_and_tuning_are_loaded_by_those_who_use_them():
     loaded = run("import sys, evolution.api, evolution.cli; print(*sys.modules)").split()
-    assert not {"torch", "stable_baselines3"} & set(loaded)
+    assert not {"torch", "stable_baselines3", "optuna"} & set(loaded)
 
 
 @pytest.mark.parametrize("arguments", [["--help"], [], ["bnch"]])

@@ -49,8 +49,11 @@ FEW = "--pop-size 2 --evaluations 2 --maps-per-set 2"
 REDUCED = (
     (r"mapbench evolve .*--preset thesis", f"{FEW} --controllers dwb,rpp --time-limit 60"),
     (r"mapbench evolve", f"{FEW} --config tiny.yaml"),
+    (r"mapbench minimize", "--seeds 1 --held-out-seeds 1 --time-limit 20"),
     (r"mapbench bench", "--repeats 1 --time-limit 60"),
     (r"mapbench drive", "--time-limit 2"),
+    (r"mapbench maps draw .*--out (train|test)", "--count 2"),
+    (r"mapbench tune", "--trials 2 --finalists 1 --test-repeats 1 --time-limit 60"),
 )
 """What is added to a command that runs here; of an option that is given twice, the last counts."""
 ONLY_PARSED = (

@@ -44,4 +44,5 @@ DWB = Nav2Controller(
     adapt=adapt,
     make=DwbFollower,
     limits=limits,
+    relative_cost=3.0,
 )

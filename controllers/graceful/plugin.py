@@ -30,5 +30,6 @@ GRACEFUL = Nav2Controller(
     Keys(ros_only=ROS_ONLY_KEYS, renamed=RENAMED_KEYS),
     make=GracefulFollower,
     limits=limits,
+    relative_cost=1.5,
     needs_no_section=True,
 )

@@ -105,6 +105,7 @@ MPPI = Nav2Controller(
     adapt=adapt,
     make=MppiFollower,
     limits=limits,
+    relative_cost=4.0,
     old_critics=OLD_CRITICS,
     exchanged=EXCHANGED,
 )

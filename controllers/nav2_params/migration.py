@@ -75,12 +75,12 @@ def migrate_file(path: str | Path, target: Release, source: Release | None = Non
         raise ConfigError(f"{path}: {error}") from None
     work = _Work(Edits(text), known, target, _inflation_layer(nodes))
     if root is not None:
-        for full, key, group in _nodes(root, ""):
+        for full, key, group in parameter_groups(root, ""):
             work.migrate_node(full, key, group)
     return Migration(work.edits.apply(), known, target, tuple(work.done), tuple(work.lost))
 
 
-def _nodes(group: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.ScalarNode, yaml.MappingNode]]:
+def parameter_groups(group: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.ScalarNode, yaml.MappingNode]]:
     """Yield the full name, the key and the parameters of every node."""
     if not isinstance(group, yaml.MappingNode):
         return
@@ -91,7 +91,7 @@ def _nodes(group: yaml.Node, prefix: str) -> Iterator[tuple[str, yaml.ScalarNode
         if inner and isinstance(inner[0], yaml.MappingNode):
             yield f"{prefix}{key.value}", key, inner[0]
         else:
-            yield from _nodes(value, f"{prefix}{key.value}.")
+            yield from parameter_groups(value, f"{prefix}{key.value}.")
 
 
 @dataclass

@@ -37,4 +37,5 @@ RPP = Nav2Controller(
     ),
     make=RppFollower,
     limits=limits,
+    relative_cost=1.0,
 )

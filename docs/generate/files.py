@@ -13,6 +13,8 @@ DOCSTRINGS = {
     "study": "evolution.studies.directory",
     "sweep": "evolution.studies.sweep.running",
     "benchmark": "evolution.benchmark.directory",
+    "minimization": "evolution.minimizing.results",
+    "tuning": "evolution.tuning.results",
 }
 """Modules that list the files in their docstring."""
 

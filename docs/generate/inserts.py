@@ -15,6 +15,7 @@ from docs.generate.environment import environment_tables
 from docs.generate.fidelity import measures_of
 from docs.generate.files import files_of
 from docs.generate.gallery import kept_times
+from docs.generate.motifs import motif_genes
 from docs.generate.names import contents_of, names_of
 from docs.generate.options import (
     family_reference,
@@ -38,6 +39,7 @@ INSERTS: dict[str, Callable[..., str]] = {
     "environment": environment_tables,
     "motion_options": motion_reference,
     "measures": measures_of,
+    "motif_genes": motif_genes,
     "kept_times": kept_times,
     "face": face,
 }

@@ -16,6 +16,7 @@ from evolution.driving import ControllerSpec, DriveSettings
 from evolution.search import EvolveSettings
 from evolution.studies import StudySettings, SweepSettings
 from evolution.training import TrainSettings
+from evolution.tuning import SearchSpace, TuneSettings
 from gym_mapbench.costmap import LAYERS
 from gym_mapbench.generator import FAMILIES
 from gym_mapbench.planners import PLANNERS
@@ -28,6 +29,8 @@ ROOTS: dict[str, tuple[str, type[Settings]]] = {
     "run": ("`run:` of an experiment", DriveSettings),
     "study": ("a study", StudySettings),
     "sweep": ("a study of worlds (a sweep)", SweepSettings),
+    "space": ("the file of `mapbench tune --space`", SearchSpace),
+    "tuning": ("`evolution.tune`", TuneSettings),
     "training": ("a training", TrainSettings),
 }
 """Kinds of files: the name of each kind, and the model that reads it."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from evolution.search import gini
 from gym_mapbench.costmap import build_static_costmap, inflation_costs
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.render import SeenCostmap, Snapshot, draw
-from gym_mapbench.generator import FAMILIES, draw_from
+from gym_mapbench.generator import FAMILIES, MOTIFS, AlongRoute, draw_from, make_family
 from gym_mapbench.mapio import load_scenarios
 from gym_mapbench.planners import make_planner
 from gym_mapbench.world.frames import IDENTITY
@@ -152,14 +153,28 @@ def lorenz() -> Any:
     return lorenz_figure(order, [f"Gini {gini(times):.2f}" for times in order])
 
 
+def _sampled(name: str, family: Any, seed: int) -> Scenario:
+    """Sample one map of a family."""
+    config = EnvConfig(family=family)
+    drawn = draw_from(np.random.default_rng(seed), config.family, config.shapes, config.robot)
+    scenario = config.make_scenario(GridMap(drawn.cells, config.shapes.resolution), name)
+    return replace(scenario, genome=drawn.genome)
+
+
 def families() -> Any:
-    """One map of every family."""
-    scenarios = []
-    for name in FAMILIES:
-        config = EnvConfig(family=name)
-        drawn = draw_from(np.random.default_rng(3), config.family, config.shapes, config.robot)
-        scenarios.append(config.make_scenario(GridMap(drawn.cells, config.shapes.resolution), name))
-    return maps_figure(scenarios)
+    """One map of every family that is not made of motifs."""
+    names = [name for name in FAMILIES if not isinstance(make_family(name), AlongRoute)]
+    return maps_figure([_sampled(name, name, seed=3) for name in names])
+
+
+def motifs() -> Any:
+    """One map of every motif, gates on a second route, and a sequence."""
+    routes = {name: "straight" if name == "passages" else "diagonal" for name in MOTIFS.built_in}
+    scenarios = [
+        _sampled(f"{name}, {route}", {"name": name, "options": {"routes": [route], "count": [3, 3]}}, seed=8)
+        for name, route in [("gates", "bent"), *routes.items()]
+    ]
+    return maps_figure([*scenarios, _sampled("sequences", "sequences", seed=8)])
 
 
 def _scores(entry: dict[str, Any]) -> list[float]:
@@ -221,6 +236,7 @@ PICTURES: dict[str, Callable[[], Any]] = {
     "ginis": ginis,
     "lorenz": lorenz,
     "families": families,
+    "motifs": motifs,
     "validation": validation,
     "heldout": heldout,
     "set_lorenz": lambda: solved_lorenz_figure(load_run(KEPT / "quick").best_results["maps"]),

@@ -16,12 +16,24 @@ from evolution.benchmark.barn import (
     score_runs,
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
+from evolution.benchmark.comparison_verdict import differences_in_words, verdict_of_comparison
+from evolution.benchmark.configurations import (
+    Configuration,
+    ParameterComparison,
+    check_configurations,
+    configurations_document,
+    run_configurations,
+)
 from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
+from evolution.benchmark.paired import PairedComparison, Trial, compare_paired, compare_rows
+from evolution.benchmark.parameter_differences import parameter_rows
+from evolution.benchmark.parameter_sweep import SweptParameter, read_sweep, sweep, swept_controllers
+from evolution.benchmark.reading import read_bench
 from evolution.benchmark.reevaluation import reevaluation_in, reevaluation_sentence
-from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule
-from evolution.benchmark.runs import BENCH, Benchmark, bench, bench_row, read_bench
+from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule, runs_by_controller
+from evolution.benchmark.runs import BENCH, Benchmark, bench, bench_row
 from evolution.benchmark.scores import pair_rows, score_rows
-from evolution.benchmark.summary import table_of_pairs, table_of_scores
+from evolution.benchmark.summary import table_of_compared, table_of_comparisons, table_of_pairs, table_of_scores
 
 __all__ = [
     "BENCH",
@@ -31,26 +43,45 @@ __all__ = [
     "BarnScore",
     "Benchmark",
     "Comparison",
+    "Configuration",
+    "PairedComparison",
+    "ParameterComparison",
     "Rule",
+    "SweptParameter",
+    "Trial",
     "barn_settings",
     "begin_benchmark",
     "bench",
     "bench_row",
     "benchmark_document",
     "broken",
+    "check_configurations",
     "compare",
+    "compare_paired",
+    "compare_rows",
+    "configurations_document",
     "correlation_with",
+    "differences_in_words",
     "load_barn",
     "our_times",
     "pair_rows",
+    "parameter_rows",
     "read_bench",
     "read_rule",
+    "read_sweep",
     "reevaluation_in",
     "reevaluation_sentence",
     "reference_of",
+    "run_configurations",
+    "runs_by_controller",
     "score_rows",
     "score_runs",
+    "sweep",
+    "swept_controllers",
+    "table_of_compared",
+    "table_of_comparisons",
     "table_of_pairs",
     "table_of_scores",
     "times_of_results",
+    "verdict_of_comparison",
 ]

@@ -10,7 +10,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -22,13 +22,12 @@ from gym_mapbench.world.scenario import Scenario
 BENCHMARK = DirectoryKind("benchmark", "benchmark.json", format_version=1)
 
 
-def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *, resume: bool) -> Path:
+def begin_benchmark(path: Path, benchmark: Mapping[str, Any], *, resume: bool) -> Path:
     """Begin a directory, or continue one.
 
     Args:
         path: The directory.
-        scenarios: The scenarios.
-        plan: Controllers, world, seed and repeats.
+        benchmark: Everything that the results depend on, as :func:`benchmark_document` returns it.
         resume: Whether to continue a benchmark that was begun there.
 
     Returns:
@@ -38,7 +37,7 @@ def begin_benchmark(path: Path, scenarios: Sequence[Scenario], plan: JobPlan, *,
         ConfigError: If it holds anything, or with ``resume`` if another benchmark was begun there.
         RunError: If it cannot be written, or with ``resume`` if it holds no benchmark or another version's.
     """
-    document = {"benchmark": benchmark_document(scenarios, plan)}
+    document = {"benchmark": benchmark}
     if resume:
         BENCHMARK.resume(path, document, itemgetter("benchmark"))
     else:

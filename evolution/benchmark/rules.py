@@ -1,11 +1,15 @@
-"""Rules for a benchmark, such as ``success<0.95``: if a rule holds for a controller, the benchmark fails."""
+"""Rules for a benchmark, such as ``success<0.95`` or ``b.success<a.success``: if a rule holds, the benchmark fails.
+
+The left side is ``MEASURE`` or ``OWNER.MEASURE``, the right side a number or ``OWNER.MEASURE``. An owner is a
+controller, or in a comparison of parameter sets the label of a configuration.
+"""
 
 from __future__ import annotations
 
 import math
 import operator
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
@@ -58,67 +62,85 @@ MEASURES: dict[str, Measure] = {
 m; recoveries a run; and numbers of runs that ended otherwise. Metrics are measures, too: means like ``time``."""
 
 
+Owners = Mapping[str, Sequence[Row]]
+"""The runs of each controller or configuration by its name."""
+
+
 @dataclass(frozen=True)
 class Rule:
-    """A comparison that must hold for no controller.
+    """A comparison that must hold for no owner.
 
     Args:
         text: As the user wrote it.
-        controllers: The controllers that it is checked for.
+        owners: The controllers or configurations that it is checked for.
         measure: Key of :data:`MEASURES`, or name of a metric.
         sign: Key of :data:`COMPARISONS`.
-        limit: The limit of the measure.
+        limit: The limit of the measure, or the owner and the measure whose value is the limit.
     """
 
     text: str
-    controllers: tuple[str, ...]
+    owners: tuple[str, ...]
     measure: str
     sign: str
-    limit: float
+    limit: float | tuple[str, str]
 
-    def broken_by(self, rows: Sequence[Row]) -> list[str]:
-        """Return a line that names the controllers for which it holds, or that have no such value; empty if none."""
-        values = {name: self._value([row for row in rows if row["controller"] == name]) for name in self.controllers}
+    def broken_by(self, runs: Owners) -> list[str]:
+        """Return a line that names the owners for which it holds, or that have no such value; empty if none."""
+        limit = self.limit if isinstance(self.limit, float) else _value(runs[self.limit[0]], self.limit[1])
+        if limit is None:
+            return [f"{self.text}: {self.text.split(self.sign)[-1].strip()} has no value"]
+        values = {name: _value(runs[name], self.measure) for name in self.owners}
+        beside = "" if isinstance(self.limit, float) else f", {self.limit[0]} {limit:.4g}"
         bad = [
             f"{name} has no value" if value is None else f"{name} {value:.4g}"
             for name, value in values.items()
-            if value is None or COMPARISONS[self.sign](value, self.limit)
+            if value is None or COMPARISONS[self.sign](value, limit)
         ]
-        return [f"{self.text}: {', '.join(bad)}"] if bad else []
-
-    def _value(self, rows: Sequence[Row]) -> float | None:
-        return MEASURES.get(self.measure, _mean_of_goals(self.measure))(rows)
+        return [f"{self.text}: {', '.join(bad)}{beside}"] if bad else []
 
 
-def read_rule(text: str, controllers: Sequence[str], metrics: Sequence[str] = ()) -> Rule:
-    """Read ``MEASURE<NUMBER`` or ``CONTROLLER.MEASURE<NUMBER``.
+def _value(rows: Sequence[Row], measure: str) -> float | None:
+    return MEASURES.get(measure, _mean_of_goals(measure))(rows)
+
+
+def read_rule(text: str, owners: Sequence[str], metrics: Sequence[str] = ()) -> Rule:
+    """Read ``MEASURE<NUMBER``, ``OWNER.MEASURE<NUMBER`` or ``OWNER.MEASURE<OWNER.MEASURE``.
 
     Args:
         text: The rule.
-        controllers: Names of the controllers.
+        owners: Names of the controllers or configurations.
         metrics: Further metrics, besides the project's own.
 
     Raises:
-        ConfigError: If it is no rule, or there is no such measure or controller.
+        ConfigError: If it is no rule, or there is no such measure or owner.
     """
     found = RULE.fullmatch(text)
-    limit = None if found is None else _number(found["limit"])
+    measures = (*MEASURES, *METRICS.built_in, *metrics)
+    limit = None if found is None else _limit(found["limit"], owners, measures)
     if found is None or limit is None:
         raise ConfigError(f"--fail-if: expected a rule like success<0.95 or mppi.time>30, got {text!r}")
-    measures = (*MEASURES, *METRICS.built_in, *metrics)
-    named, measure = _split(found["left"], controllers, measures)
+    named, measure = _split(found["left"], owners, measures)
     return Rule(text.strip(), named, measure, found["sign"], limit)
 
 
-def _split(left: str, controllers: Sequence[str], measures: Sequence[str]) -> tuple[tuple[str, ...], str]:
-    """Return the controllers that are meant and the measure."""
-    owner = next((name for name in controllers if left.startswith(f"{name}.")), None)
+def _limit(text: str, owners: Sequence[str], measures: Sequence[str]) -> float | tuple[str, str] | None:
+    """Return the right side of a rule: a number, or an owner and a measure; None if it is neither."""
+    number = _number(text)
+    if number is not None or not any(text.endswith(f".{measure}") for measure in measures):
+        return number
+    (owner,), measure = _split(text, owners, measures)
+    return owner, measure
+
+
+def _split(left: str, owners: Sequence[str], measures: Sequence[str]) -> tuple[tuple[str, ...], str]:
+    """Return the owners that are meant and the measure."""
+    owner = max((name for name in owners if left.startswith(f"{name}.")), key=len, default=None)
     measure = left if owner is None else left.removeprefix(f"{owner}.")
     if measure in measures:
-        return (tuple(controllers) if owner is None else (owner,)), measure
-    name, dot, rest = left.partition(".")
+        return (tuple(owners) if owner is None else (owner,)), measure
+    name, dot, rest = left.rpartition(".")
     if owner is None and dot and rest in measures:
-        raise ConfigError(f"--fail-if: {unknown_name('controller', name, controllers)}")
+        raise ConfigError(f"--fail-if: {unknown_name('controller or label', name, owners)}")
     raise ConfigError(f"--fail-if: {unknown_name('measure', measure, measures)}")
 
 
@@ -130,9 +152,14 @@ def _number(text: str) -> float | None:
     return number if math.isfinite(number) else None
 
 
-def broken(rules: Iterable[Rule], rows: Sequence[Row]) -> list[str]:
-    """Return a line for each rule that a benchmark breaks."""
-    return [line for rule in rules for line in rule.broken_by(rows)]
+def broken(rules: Iterable[Rule], runs: Owners) -> list[str]:
+    """Return a line for each rule that the runs of some owners break."""
+    return [line for rule in rules for line in rule.broken_by(runs)]
+
+
+def runs_by_controller(rows: Sequence[Row], controllers: Sequence[str]) -> dict[str, list[Row]]:
+    """Return the runs of each controller of a benchmark."""
+    return {name: [row for row in rows if row["controller"] == name] for name in controllers}
 
 
 def _solved(rows: Sequence[Row]) -> list[Row]:

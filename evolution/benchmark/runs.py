@@ -10,28 +10,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pydantic import FiniteFloat
 
-from evolution.benchmark.directory import BENCHMARK
 from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.driving import Evaluator, Job, JobPlan, OnRun, RunResult
-from evolution.files import Document, Row, Table, Tabled, check_rows, read_json, write_text
+from evolution.files import Row, Table, Tabled, write_text
 from evolution.runs import Reevaluation
-from gym_mapbench.errors import RunError, unknown_name
-from gym_mapbench.metrics.episode import Outcome
+from gym_mapbench.errors import unknown_name
 from gym_mapbench.world.scenario import Scenario
 
 BENCH, BENCH_TABLE = "bench.json", "bench.csv"
 TABLES = ("summary", "runs", "controllers", "pairs")
-
-
-class BenchRow(Document):
-    """One run in ``bench.json``, without its measures."""
-
-    map: str
-    controller: str
-    outcome: Outcome
-    time_s: FiniteFloat
 
 
 @dataclass(frozen=True)
@@ -116,25 +104,6 @@ def bench(scenarios: Sequence[Scenario], plan: JobPlan, evaluator: Evaluator, on
         scenarios=tuple(scenarios),
         plan=plan,
     )
-
-
-def read_bench(path: str | Path) -> Benchmark:
-    """Return the benchmark in a ``bench.json``, or in the directory that holds one.
-
-    Raises:
-        RunError: If there is none, it holds something else, or the benchmark was not finished.
-    """
-    path = Path(path)
-    path = path / BENCH if (path / BENCH).is_file() else path
-    if BENCHMARK.holds(path):
-        raise RunError(f"{path}: the benchmark was not finished; continue it with --resume")
-    if not path.is_file():
-        raise RunError(f"{path}: expected a {BENCH} or the directory of one")
-    rows = read_json(path).get("runs")
-    if not isinstance(rows, list):
-        raise RunError(f"{path}: expected the runs of a benchmark, got {type(rows).__name__}")
-    check_rows(BenchRow, rows, path)
-    return Benchmark(tuple(rows))
 
 
 def bench_row(job: Job, result: RunResult) -> Row:

@@ -8,10 +8,10 @@ from statistics import fmean
 
 import numpy as np
 
+from evolution.benchmark.paired import BOOTSTRAP_SEED, paired_rows, units
 from evolution.files import Row
 from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval, wilson_interval
 
-BOOTSTRAP_SEED = 0
 OF_GOALS = {
     "mean s": "time_s",
     "length m": "path_length_m",
@@ -61,10 +61,12 @@ def _score(name: str, rows: Sequence[Row]) -> Row:
 
 
 def _pair(rows: Sequence[Row], first: str, second: str) -> Row:
-    before, now = (
-        {(row["map"], row.get("repeat")): row for row in rows if row["controller"] == name} for name in (first, second)
-    )
-    pairs = [(key[0], before[key], now[key]) for key in before if key in now]
+    pairs = [
+        (before["map"], before, now)
+        for before, now in paired_rows(
+            *([row for row in rows if row["controller"] == name] for name in (first, second))
+        )
+    ]
     gained = [(name, float(b["outcome"] == "goal") - float(a["outcome"] == "goal")) for name, a, b in pairs]
     faster = [(name, a["time_s"] - b["time_s"]) for name, a, b in pairs if a["outcome"] == b["outcome"] == "goal"]
     return {
@@ -85,12 +87,7 @@ def _mean(name: str, values: Values) -> Row:
 
 def mean_interval(values: Values) -> tuple[float | None, float | None]:
     """Return the 95 % interval of the mean of values with their maps; None for too few."""
-    groups: dict[str, list[float]] = {}
-    for name, value in values:
-        groups.setdefault(name, []).append(value)
-    units = (
-        [fmean(group) for group in groups.values()] if len(groups) >= FEWEST_FOR_INTERVAL else [v for _, v in values]
-    )
-    if len(units) < FEWEST_FOR_INTERVAL:
+    samples = units(values)
+    if len(samples) < FEWEST_FOR_INTERVAL:
         return None, None
-    return bootstrap_interval(units, np.random.default_rng(BOOTSTRAP_SEED))
+    return bootstrap_interval(samples, np.random.default_rng(BOOTSTRAP_SEED))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from evolution.benchmark.configurations import ParameterComparison
 from evolution.benchmark.scores import MEANS, SHARES
 from evolution.files import Row, Table
 
 WITH_INTERVALS = "Rates and means with 95 % intervals; times, lengths, clearance, smoothness: of runs at the goal"
 PAIRED = "The same, paired by map and noise"
+TESTED = "Tests in pairs on the same map and noise: McNemar (success), Wilcoxon (time), p-values corrected by Holm"
 LABELS = {"spl": "SPL", "ms": "ms a control step"}
 """Names of means for a reader, where they are not clear."""
 
@@ -37,6 +39,47 @@ def table_of_pairs(rows: Sequence[Row]) -> Table:
         rows: As :func:`~evolution.benchmark.scores.pair_rows` returns them.
     """
     return Table(map(_of_pair, rows), PAIRED)
+
+
+def table_of_compared(comparison: ParameterComparison) -> Table:
+    """Return a table with a line for every configuration; each value has its interval."""
+    columns = {"success %": ("success", 100.0), "mean s": ("mean s", 1.0), "clearance m": ("clearance m", 1.0)}
+    return Table(
+        [
+            {
+                "configuration": row["configuration"],
+                "goals": f"{row['goals']}/{row['runs']}",
+                **{label: _with_interval(row, name, factor) for label, (name, factor) in columns.items()},
+            }
+            for row in comparison.table("configurations")
+        ],
+        WITH_INTERVALS,
+    )
+
+
+def table_of_comparisons(comparison: ParameterComparison) -> Table:
+    """Return a table with a line for every two configurations: units won and lost, ratio of times, p-values."""
+    return Table(
+        [
+            {
+                "pair": f"{row['second']} against {row['first']}",
+                "n": row["n"],
+                "better on": row["wins"],
+                "worse on": row["losses"],
+                "p success": row["p_success_holm"],
+                "both at goal": row["both"],
+                "time ratio": _ratio(row),
+                "p time": row["p_time_holm"],
+            }
+            for row in comparison.pairs
+        ],
+        TESTED,
+    )
+
+
+def _ratio(row: Row) -> str:
+    """Write the ratio of times with its interval, if it has one."""
+    return _with_interval({"r": row["time_ratio"], "r from": row["ratio_low"], "r to": row["ratio_high"]}, "r")
 
 
 def _of_pair(row: Row) -> Row:

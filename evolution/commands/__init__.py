@@ -16,6 +16,8 @@ COMMANDS = {
     "study": "Run many searches and baselines, re-evaluate their best map sets, and compare.",
     "report": "Write one HTML page about a run or a study, or a film of a replay.",
     "bench": "Run every controller on every map and compare.",
+    "tune": "Search for better values of a controller's parameters (pip install gym-mapbench[tune]).",
+    "minimize": "Remove and shrink the obstacles of a map while a verdict holds.",
     "train": "Train a policy with Stable-Baselines3 (pip install gym-mapbench[rl]).",
     "drive": "Run one controller once and watch.",
     "maps": "Measure maps, convert them, check their tasks, or sample new ones.",
@@ -26,6 +28,7 @@ COMMANDS = {
     "list": "List names: controllers, planners, robots, presets, metrics and more.",
     "show": "Print the content of a preset, a study, a robot or a noise level.",
     "doctor": "Report what is installed and compiled, the speed, and what is missing.",
+    "kernels": "Export compiled kernels, or import them on an equal machine.",
     "completion": "Print a completion script for a shell.",
 }
 """Summary of each command, in the order of the help."""

@@ -16,11 +16,13 @@ from evolution.benchmark import (
     read_rule,
     reevaluation_sentence,
     reference_of,
+    runs_by_controller,
     score_runs,
     table_of_pairs,
     table_of_scores,
 )
 from evolution.commands import driving_options, options
+from evolution.commands.compared_parameters import RULE_BROKEN, add_options, is_comparison, run_comparison
 from evolution.commands.console import console, errors, note, only_results_on_stdout, print_table
 from evolution.commands.progress import WorkBar
 from evolution.inputs import barn_source, run_of, world_of
@@ -34,10 +36,11 @@ EXAMPLES = """  mapbench bench runs/first --repeats 10           the best maps o
   mapbench bench maps/*.yaml --out results              each result is written as it comes; after an interruption:
   mapbench bench maps/*.yaml --out results --resume
   mapbench bench a.yaml --controllers mppi,sac=models/sac.zip
+  mapbench bench maps/*.yaml --params a=old.yaml --params b=new.yaml --repeats 5 --fail-if 'b.success<a.success'
+  mapbench bench maps/*.yaml --sweep mppi.temperature=0.1,0.3,0.5 --noise nominal --repeats 5
   mapbench bench maps/*.yaml --html bench.html          a page with verdict, intervals and replays
   mapbench bench maps/*.yaml --fail-if 'success<0.95' --fail-if 'mppi.collisions>0'    exit code 1, for a robot's CI"""
 
-RULE_BROKEN = 1
 WHO = (
     "the controller_plugins of the --params file; without a file, those of the run whose maps are used, else "
     f"{','.join(DEFAULT_CONTROLLERS)}"
@@ -54,7 +57,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     driving_options.add_controllers_option(parser, WHO)
     options.add_task_options(parser)
-    driving_options.add_drive_options(parser, driving_options.OF_THE_RUN)
+    driving_options.add_drive_options(parser, driving_options.OF_THE_RUN, several=True)
     driving_options.add_unknown_map_option(parser)
     driving_options.add_seed_option(parser, "0; for the maps of a run, its seed plus 1")
     driving_options.add_resource_options(parser)
@@ -86,8 +89,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         default=[],
         metavar="RULE",
         help="exit with code 1 if this holds for a controller over all maps: MEASURE<NUMBER (or <=, >, >=, ==, !=), or "
-        f"CONTROLLER.MEASURE<NUMBER; measures are {', '.join(MEASURES)} and all metrics; may be given several times",
+        "CONTROLLER.MEASURE<NUMBER; of parameter sets, LABEL.MEASURE<LABEL.MEASURE, too; measures are "
+        f"{', '.join(MEASURES)} and all metrics; may be given several times",
     )
+    add_options(parser)
     parser.add_argument("--resume", action="store_true", help="continue the benchmark in the directory of --out")
     parser.set_defaults(run=run)
 
@@ -96,6 +101,8 @@ def run(args: argparse.Namespace) -> int:
     """Run the benchmark and print it; return 1 if a rule of ``--fail-if`` is broken."""
     if args.resume and args.out is None:
         raise ConfigError("--resume: expected the directory to continue, --out DIR")
+    if is_comparison(args):
+        return run_comparison(args)
     searched = run_of(args.maps)
     controllers = driving_options.controllers_of(args, searched)
     settings = driving_options.drive_settings(args, world_of(searched))
@@ -127,7 +134,7 @@ def run(args: argparse.Namespace) -> int:
     if page is not None:
         write_benchmark_report(result, page, args.given, as_set)
         note(f"wrote {page}; open it in any browser")
-    failed = broken(rules, result.rows)
+    failed = broken(rules, runs_by_controller(result.rows, [one.name for one in controllers]))
     for line in failed:
         errors.print(f"mapbench bench: --fail-if {line}")
     return RULE_BROKEN if failed else 0

@@ -15,11 +15,12 @@ from controllers.nav2_params.presets import read_preset
 from controllers.registry import CONTROLLERS
 from evolution.driving import EXECUTORS
 from evolution.report import SECTIONS
-from evolution.search import ALGORITHMS, FAILURES, FITNESSES, OPERATORS, load_preset, preset_names
+from evolution.search import ALGORITHMS, FAILURES, FITNESSES, GENE_OPERATORS, OPERATORS, load_preset, preset_names
 from evolution.studies import load_definition, study_names
 from evolution.training import algorithm_names, load_algorithm
+from evolution.tuning import shipped_document, shipped_space, space_names
 from gym_mapbench.costmap import LAYERS
-from gym_mapbench.generator import FAMILIES
+from gym_mapbench.generator import FAMILIES, MOTIFS
 from gym_mapbench.mapio.formats import FORMATS
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.planners import PLANNERS, PlannerEntry
@@ -93,6 +94,10 @@ def _study(name: str) -> Mapping[str, Any]:
     return dict(load_definition(name).model_dump(mode="json"))
 
 
+def _space(name: str) -> str:
+    return f"{len(shipped_space(name).parameters)} parameters that a tuning changes"
+
+
 def _heading(package: str, folder: str) -> Callable[[str], str]:
     """Return a function that returns the first sentence of the comment at the head of a YAML file of the package."""
 
@@ -110,17 +115,20 @@ KINDS: dict[str, Kind] = {
     "layers": _of_registry(LAYERS, "costmap plugins:"),
     "robots": _of_registry(ROBOTS, "--robot", _settings_in(ROBOTS))._replace(about=_robot),
     "params": Kind("--params", lambda: PRESETS, _heading("controllers", "presets"), read_preset),
+    "spaces": Kind("tune CONTROLLER", space_names, _space, shipped_document),
     "presets": Kind("evolve --preset", preset_names, _heading("evolution.search", "presets"), load_preset),
     "studies": Kind("study", study_names, _heading("evolution.studies", "definitions"), _study),
     "algorithms": Kind("train --algo", algorithm_names, _heading("evolution.training", "algorithms"), load_algorithm),
     "metrics": _of_registry(METRICS, "--metric"),
     "noise": _of_registry(NOISES, "--noise", _settings_in(NOISES))._replace(about=_noise),
     "families": _of_registry(FAMILIES, "--family"),
+    "motifs": _of_registry(MOTIFS, "sequences: {motifs: ...}"),
     "motions": _of_registry(MOTIONS, "bodies: motion:"),
     "fitnesses": _of_registry(FITNESSES, "--fitness"),
     "failure_policies": _of_registry(FAILURES, "--failures"),
     "search_algorithms": _of_registry(ALGORITHMS, "ga: {algorithm: ...}"),
     "operators": _of_registry(OPERATORS, "ga: {mutation: {operators: ...}}"),
+    "gene_operators": _of_registry(GENE_OPERATORS, "ga: {mutation: {genes: {operators: ...}}}"),
     "formats": _of_registry(FORMATS, "NAME:PATH"),
     "executors": _of_registry(EXECUTORS, "--executor"),
     "sections": _of_registry(SECTIONS, "report --section"),

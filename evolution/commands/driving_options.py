@@ -34,24 +34,32 @@ DEFAULT_PARAMS = "thesis"
 WORLD = EnvConfig()
 OF_THE_FILE = f"the controller_plugins of the --params file; without a file, {','.join(DEFAULT_CONTROLLERS)}"
 """Default controllers, if the maps are not those of a run."""
+SEVERAL_FILES = (
+    "; given several times, the parameter sets are compared in pairs; a set is called LABEL, else by its file's name"
+)
 OF_THE_RUN = "that of the run whose maps are used, else {}"
 """Default of the options of a command that takes the maps of a run or other maps."""
 
 
-def add_drive_options(parser: argparse.ArgumentParser, default: str = "{}") -> None:
+def add_drive_options(
+    parser: argparse.ArgumentParser, default: str = "{}", noise: str | None = None, *, several: bool = False
+) -> None:
     """Add the options about the parameters, the robot and the world.
 
     Args:
         parser: Gets them.
         default: Default of the options; ``{}`` stands for the value without a file or a run.
+        noise: Default of ``--noise``; if None, there is no noise, or that of the run.
+        several: Whether ``--params`` may be given several times, each with a label.
     """
     group = parser.add_argument_group("controllers, robot and world")
     group.add_argument(
         "--params",
-        metavar="FILE|PRESET",
+        action="append" if several else "store",
+        metavar="[LABEL=]FILE|PRESET" if several else "FILE|PRESET",
         help="a nav2_params.yaml, whose controller_plugins are compared unless others are named, or a preset: thesis "
         "(Humble's examples), fair (Humble, same limits for all), jazzy (Jazzy's examples) or jazzy_fair (Jazzy, same "
-        f"limits for all) (default: {default.format(DEFAULT_PARAMS)})",
+        f"limits for all) (default: {default.format(DEFAULT_PARAMS)})" + (SEVERAL_FILES if several else ""),
     )
     group.add_argument(
         "--planner", metavar="NAME", help=f"global planner: {names_in(PLANNERS)} (default: that of the parameters)"
@@ -83,8 +91,9 @@ def add_drive_options(parser: argparse.ArgumentParser, default: str = "{}") -> N
     group.add_argument(
         "--noise",
         metavar="NAME",
+        default=noise,
         help=f"noise of sensors, localisation, motors and start pose: {names_in(NOISES)} (default: "
-        f"{default.format('none')})",
+        f"{default.format(noise or 'none')})",
     )
 
 

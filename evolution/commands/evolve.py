@@ -9,7 +9,7 @@ from evolution.api import compose, evolve
 from evolution.commands import COMMON, driving_options, options
 from evolution.commands.console import console, note, print_table
 from evolution.commands.progress import SearchBar
-from evolution.runs import LoadedRun, RunDir, experiment_in, validation_sentence
+from evolution.runs import LoadedRun, RunDir, contact_sentence, experiment_in, validation_sentence
 from evolution.search import (
     DEFAULT_PRESET,
     FAILURES,
@@ -57,8 +57,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--failures",
         metavar="NAME",
         help=f"what a failed run counts: {options.names_in(FAILURES)}; with exclude, its map has no value; with "
-        "censor, the time limit; with par2, twice the time limit. censor and par2 need drive_last: [] in the section "
-        "archive of the search in --config, or --preset thesis",
+        "censor, the time limit; with par2, twice the time limit",
     )
     options.add_family_option(search, "those of the preset")
     driving_options.add_controllers_option(
@@ -94,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
             resources=driving_options.resources_of(args),
         )
     print_table(found.table())
-    for line in validation_sentence(found.best_results, found.config["search"]):
+    for line in (*validation_sentence(found.best_results, found.config["search"]), *contact_sentence(found.runs)):
         console.print(line)
     console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     console.print(f"A page with replays: mapbench report {found.path}")

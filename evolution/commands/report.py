@@ -20,7 +20,7 @@ EXAMPLES = """  mapbench report runs/first                          writes runs/
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "report", EXAMPLES)
-    parser.add_argument("path", metavar="RUN|STUDY", help="directory that mapbench evolve or mapbench study wrote")
+    parser.add_argument("path", metavar="DIR", help="directory that mapbench evolve, study or tune wrote")
     parser.add_argument("--out", metavar="FILE", help="the page (default report.html in the directory)")
     parser.add_argument(
         "--section",
@@ -88,7 +88,7 @@ def _run_of(path: Path, configuration: str | None) -> LoadedRun:
     """Return the run whose best set is filmed."""
     results = load(path)
     if not isinstance(results, LoadedRun | StudyResults):
-        raise RunError(f"{path}: expected a run or a study, got a {kind_of(path).directory.what}")
+        raise RunError(f"{path}: expected a run or a study for a film, got a {kind_of(path).directory.what}")
     if isinstance(results, LoadedRun):
         if configuration is not None:
             raise ConfigError(f"--configuration: expected only with a study, got {path}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.generator import draw_from
 from gym_mapbench.mapio.conversion import write_maps
 from gym_mapbench.mapio.formats import WRITTEN
-from gym_mapbench.mapio.tasked_map import group_scenarios
+from gym_mapbench.mapio.tasked_map import GENES, group_scenarios
 from gym_mapbench.world.gridmap import GridMap
 
 
@@ -47,10 +48,11 @@ def run_draw(args: argparse.Namespace) -> int:
     for number in range(args.count):
         sampled = draw_from(rng, config.family, config.shapes, config.robot)
         name = f"{sampled.family.rpartition(':')[2]}_{number}"
-        scenarios.append(config.make_scenario(GridMap(sampled.cells, config.shapes.resolution), name))
+        scenario = config.make_scenario(GridMap(sampled.cells, config.shapes.resolution), name)
+        scenarios.append(replace(scenario, genome=sampled.genome))
         genes[name] = {"family": sampled.family, "genes": sampled.genes.model_dump(mode="json")}
     write_maps(group_scenarios(scenarios), out, args.format)
-    write_json(out / "genes.json", genes)
+    write_json(out / GENES, genes)
     save_figure(maps_figure(scenarios), out / "maps", formats=("png",))
     console.print(f"wrote {args.count} maps; look at {out / 'maps.png'}")
     return 0

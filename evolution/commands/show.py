@@ -22,7 +22,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser = options.example_parser(subparsers, "show", EXAMPLES)
     parser.add_argument("name", metavar="PRESET", help=f"a name among {', '.join(SHOWN)} (see mapbench list)")
     parser.add_argument(
-        "--kind", choices=tuple(SHOWN), help="which of them, where several have this name (default: all)"
+        "--kind",
+        choices=tuple(SHOWN),
+        metavar="KIND",
+        help=f"{', '.join(SHOWN)}: which of them, where several have this name (default: all)",
     )
     parser.set_defaults(run=run)
 

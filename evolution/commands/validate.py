@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 from evolution.commands import options
 from evolution.commands.console import errors, print_table
-from evolution.driving import available_cores
+from evolution.driving import Resources, available_cores, run_job, warm_up
 from evolution.files import Table
 from evolution.validation import (
     KINDS,
@@ -18,6 +18,7 @@ from evolution.validation import (
     Measure,
     Oracle,
     PlantOracle,
+    PlantRuns,
     around_measures,
     closed_loop_measures,
     costmap_measures,
@@ -30,6 +31,7 @@ from evolution.validation import (
     navfn_measures,
     other_measures,
     plant_measures,
+    plant_run_measures,
     rpp_measures,
 )
 
@@ -38,14 +40,8 @@ EXAMPLES = """  mapbench validate nav2-oracle
   mapbench validate nav2-oracle --units-only           single calls only, in a few seconds
   mapbench validate nav2-oracle-layers                 costmap layers, fed with recorded scans
   mapbench validate nav2-bt-oracle                     behaviour tree, recoveries, controller server, smoother
-  mapbench validate fortress-plant                     motion and contacts in the physics of Gazebo Fortress"""
-
-RECORDINGS: tuple[tuple[Callable[[str], bool], Callable[[str], list[Measure]]], ...] = (
-    (PlantOracle.is_in, lambda directory: plant_measures(PlantOracle(directory))),
-    (AroundOracle.is_in, lambda directory: around_measures(AroundOracle(directory))),
-    (LayersOracle.is_in, lambda directory: layer_measures(LayersOracle(directory))),
-)
-"""Kinds of recordings without whole runs: whether a directory holds them, and their measures."""
+  mapbench validate fortress-plant                     motion, contacts and runs in the physics of Gazebo Fortress
+  mapbench validate fortress-plant --units-only        motion and contacts only, in seconds"""
 
 UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, other_measures, mppi_measures)
 """Measures of single calls; those of a controller that is not built for the recorded release are left out."""
@@ -82,7 +78,24 @@ def measure(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
     The directory's files tell which recordings they are.
     """
     take = next((take for is_in, take in RECORDINGS if is_in(args.directory)), None)
-    return measure_navigation(args) if take is None else (take(args.directory), [])
+    return measure_navigation(args) if take is None else (take(args), [])
+
+
+def measure_plant(args: argparse.Namespace) -> list[Measure]:
+    """Compare with recorded motion, contacts and whole runs in the physics of Gazebo Fortress."""
+    measures, recorded = plant_measures(PlantOracle(args.directory)), PlantRuns(args.directory)
+    if args.units_only or not recorded:
+        return measures
+    with Resources(workers=args.workers).evaluator(run_job, warm_up=warm_up) as evaluator:
+        return measures + plant_run_measures(recorded, evaluator.run)
+
+
+RECORDINGS: tuple[tuple[Callable[[str], bool], Callable[[argparse.Namespace], list[Measure]]], ...] = (
+    (PlantOracle.is_in, measure_plant),
+    (AroundOracle.is_in, lambda args: around_measures(AroundOracle(args.directory))),
+    (LayersOracle.is_in, lambda args: layer_measures(LayersOracle(args.directory))),
+)
+"""Kinds of recordings beside those of navigation: whether a directory holds them, and their measures."""
 
 
 def measure_navigation(args: argparse.Namespace) -> tuple[list[Measure], list[str]]:
@@ -125,4 +138,4 @@ def _print_table(measures: Sequence[Measure]) -> None:
         }
         for one in measures
     ]
-    print_table(Table(rows, "Against recorded Nav2"))
+    print_table(Table(rows, "Against the recordings"))

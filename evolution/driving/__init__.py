@@ -21,11 +21,18 @@ from evolution.driving.jobs import (
     check_controllers,
     check_metric,
 )
+from evolution.driving.kernel_files import (
+    clear_kernels,
+    compiled_kernels,
+    export_kernels,
+    import_kernels,
+    import_shipped_kernels,
+)
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.driving.pool import RunJob, WorkerSetup, available_cores
 from evolution.driving.resources import DEFAULT_RESOURCES, Resources
 from evolution.driving.seeds import derive_seed
-from evolution.driving.settings import DriveSettings, with_parameters
+from evolution.driving.settings import DriveSettings, ParameterFile, with_parameters
 from evolution.driving.store import WAIT_SECONDS, ResultStore
 from evolution.driving.warmup import is_compiled, preparation, warm_up
 from evolution.driving.worker import check_room, drive, run_job, try_controllers
@@ -48,6 +55,7 @@ __all__ = [
     "Job",
     "JobPlan",
     "OnRun",
+    "ParameterFile",
     "Resources",
     "ResultStore",
     "RunJob",
@@ -59,9 +67,14 @@ __all__ = [
     "check_controllers",
     "check_metric",
     "check_room",
+    "clear_kernels",
+    "compiled_kernels",
     "derive_seed",
     "drive",
     "environment_for",
+    "export_kernels",
+    "import_kernels",
+    "import_shipped_kernels",
     "is_compiled",
     "preparation",
     "run_episode",

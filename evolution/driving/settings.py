@@ -19,6 +19,8 @@ from controllers.nav2_params import (
 from controllers.releases import Release
 from evolution.driving.unknown_map import check_sensors
 from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
@@ -52,8 +54,8 @@ class DriveSettings(Settings):
 
     Args:
         environment: The env: robot, rates, time limit, noise, effect of a collision.
-        navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``, or the options of a
-            :class:`ParameterFile`.
+        navigation: Nav2's parameters; also the name of a preset or of a ``nav2_params.yaml``, the options of a
+            :class:`ParameterFile`, or the changes to a preset (see :func:`changed_preset`).
         own_goal_check: Whether Nav2's own goal checker decides when the goal is reached; if False, the env does.
         unknown_map: Whether Nav2's costmaps hold only the cells that the sensors have observed.
     """
@@ -70,6 +72,8 @@ class DriveSettings(Settings):
             return load_navigation(value)
         if isinstance(value, Mapping) and "params" in value:
             return ParameterFile.from_mapping(value, "navigation").load()
+        if isinstance(value, Mapping) and "controllers" not in value:
+            return changed_preset(value)
         return value
 
     @model_validator(mode="after")
@@ -101,3 +105,23 @@ def with_parameters(settings: DriveSettings, read: Nav2Params) -> DriveSettings:
 def load_navigation(name: str) -> NavigationParams:
     """Load a preset by name, or a user's ``nav2_params.yaml``."""
     return load_preset(name) if name in PRESETS else ParameterFile(params=name).load()
+
+
+def changed_preset(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters of a preset with some changed: ``{preset: fair, planner: {name: smac_2d}}``.
+
+    Args:
+        changes: The name of the ``preset``, and the changed groups. A planner of another name replaces the preset's.
+
+    Raises:
+        ConfigError: If no preset is named, or none of this name exists.
+    """
+    changes = dict(changes)
+    name = changes.pop("preset", None)
+    if not isinstance(name, str):
+        raise ConfigError(f"expected one of the keys preset, params or controllers, got {', '.join(changes) or 'none'}")
+    base = load_preset(name).model_dump()
+    planner = changes.get("planner")
+    if isinstance(planner, Mapping) and planner.get("name", base["planner"]["name"]) != base["planner"]["name"]:
+        base["planner"] = {}
+    return overlay(base, changes)

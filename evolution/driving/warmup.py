@@ -24,6 +24,7 @@ from controllers.navigator.navigator import Navigator
 from controllers.registry import FOLLOWERS
 from controllers.releases import Release
 from evolution.driving.jobs import ControllerSpec
+from evolution.driving.kernel_files import import_shipped_kernels
 from evolution.driving.one_run import context_of, environment_for, run_episode
 from evolution.driving.settings import DriveSettings
 from evolution.driving.worker import build_controller
@@ -50,7 +51,12 @@ PAUSE_SECONDS = 0.05
 
 
 def preparation(controllers: Iterable[ControllerSpec], settings: DriveSettings) -> Callable[[], None]:
-    """Return a warm-up for workers that loads the kernels of these controllers and no others."""
+    """Return a warm-up for workers that loads the kernels of these controllers and no others.
+
+    If nothing is compiled yet, the kernels that came with the package are taken where they are this machine's.
+    """
+    if not is_compiled():
+        import_shipped_kernels()
     navigation = settings.navigation
     names = [spec.registered_name for spec in controllers]
     kinds = {navigation.controller(name).kind for name in names if name in FOLLOWERS or name in navigation.controllers}

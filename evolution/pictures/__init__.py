@@ -9,6 +9,7 @@ from __future__ import annotations
 from evolution.pictures.animation import Frame, check_display, check_film, frames, save_animation, show_animation
 from evolution.pictures.comparison_film import save_comparison
 from evolution.pictures.map_figures import DrivenMap, draw_map, map_set_figure, maps_figure
+from evolution.pictures.parameter_figures import sweep_figure
 from evolution.pictures.plots import (
     box_figure,
     critical_difference_figure,
@@ -28,6 +29,7 @@ from evolution.pictures.run_figures import (
     write_run_figures,
 )
 from evolution.pictures.style import FORMATS, colour_of, new_figure, save_figure
+from evolution.pictures.tuning_figures import front_figure, history_figure, importance_figure
 
 __all__ = [
     "FIGURES",
@@ -45,6 +47,9 @@ __all__ = [
     "drive_best",
     "effects_figure",
     "frames",
+    "front_figure",
+    "history_figure",
+    "importance_figure",
     "learning_figure",
     "lorenz_figure",
     "map_set_figure",
@@ -57,6 +62,7 @@ __all__ = [
     "show_animation",
     "solved_lorenz_figure",
     "spread_figure",
+    "sweep_figure",
     "times_figure",
     "write_run_figures",
 ]

@@ -10,6 +10,7 @@ import numpy as np
 
 from evolution.pictures.style import DASHES, RING, WIDTHS, colour_of, new_figure
 from evolution.runs import OUTLIER, ControllerTimes, MapSummary
+from gym_mapbench.generator import elements_line
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode
 from gym_mapbench.world.scenario import Scenario
 
@@ -91,9 +92,12 @@ def map_set_figure(maps: Sequence[DrivenMap], names: Sequence[str]) -> Figure:
 
 
 def draw_map(axes: Axes, scenario: Scenario) -> None:
-    """Draw walls, start (circle) and goal (star) of a scenario, axes in m."""
+    """Draw walls, start (circle) and goal (star) of a scenario, axes in m; for a map of motifs its line of elements."""
     x0, y0, x1, y1 = scenario.map.bounds
     axes.imshow(scenario.map.occupancy, cmap="Greys", origin="lower", extent=(x0, x1, y0, y1), vmax=1.4)
+    if scenario.genome is not None:
+        line = elements_line(scenario.genome, scenario.start[:2], scenario.goal[:2])
+        axes.plot(*line.T, ":", color="#999999", marker="+", markersize=5, linewidth=1, zorder=2)
     axes.plot(scenario.start.x, scenario.start.y, "o", color="#444444", markersize=7, zorder=4)
     axes.plot(scenario.goal.x, scenario.goal.y, "*", color="#444444", markersize=12, zorder=4)
     axes.set_aspect("equal")

@@ -7,6 +7,8 @@ replays, tables and figures.
 from __future__ import annotations
 
 from evolution.report.benchmark_page import verdict_of_benchmark, write_benchmark_report
+from evolution.report.comparison_page import write_comparison_report
+from evolution.report.minimized_page import write_minimized_report
 from evolution.report.page import Attachment, Section, Table, picture
 from evolution.report.run_page import changed_replays, replay_page
 from evolution.report.sections import SECTIONS
@@ -24,5 +26,7 @@ __all__ = [
     "replay_page",
     "verdict_of_benchmark",
     "write_benchmark_report",
+    "write_comparison_report",
+    "write_minimized_report",
     "write_report",
 ]

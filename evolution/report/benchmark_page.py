@@ -132,9 +132,13 @@ def _driven(result: Benchmark, plan: JobPlan, scenario: Scenario, drive: Callabl
     for number, name in enumerate(plan.names):
         rows = [row for row in _rows_of(result, scenario.name, name) if row["outcome"] != "error"]
         if rows:
-            typical = sorted(rows, key=lambda row: (row["outcome"] != "goal", row["time_s"]))[(len(rows) - 1) // 2]
-            episodes.append(drive(plan.job(scenario, number, typical["repeat"])))
+            episodes.append(drive(plan.job(scenario, number, typical_run(rows)["repeat"])))
     return episodes
+
+
+def typical_run(rows: Sequence[Row]) -> Row:
+    """Return the run with the median time, runs that did not reach the goal last."""
+    return sorted(rows, key=lambda row: (row["outcome"] != "goal", row["time_s"]))[(len(rows) - 1) // 2]
 
 
 def _replayed_map(result: Benchmark, names: Sequence[str], episodes: Sequence[Episode], radius: float) -> ReplayedMap:
@@ -168,10 +172,10 @@ def _missing(result: Benchmark) -> list[str]:
 
 def _tables(result: Benchmark, controllers: Sequence[str]) -> list[PageTable]:
     return [
-        _page_table("Controllers", table_of_scores(result.table("controllers"))),
-        *([_page_table("Pairs", table_of_pairs(result.table("pairs")))] if len(controllers) > 1 else []),
-        _page_table("Maps", result.table()),
-        _page_table("Runs", Table(map(_long_last, result.rows))),
+        page_table("Controllers", table_of_scores(result.table("controllers"))),
+        *([page_table("Pairs", table_of_pairs(result.table("pairs")))] if len(controllers) > 1 else []),
+        page_table("Maps", result.table()),
+        page_table("Runs", Table(map(_long_last, result.rows))),
     ]
 
 
@@ -181,7 +185,7 @@ def _long_last(row: Row) -> Row:
     return {name: row[name] for name in (*(one for one in row if one not in ends), *ends)}
 
 
-def _page_table(caption: str, table: Table) -> PageTable:
+def page_table(caption: str, table: Table) -> PageTable:
     """Return a table of the page; missing values become dashes."""
     nothing = {name: float("nan") if table.numeric(name) else "" for name in table.filled}
     rows = [[nothing[name] if row.get(name) is None else row[name] for name in nothing] for row in table]

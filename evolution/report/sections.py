@@ -15,7 +15,9 @@ from evolution.pictures import FIGURES
 from evolution.report.page import Attachment, Section, Table, picture
 from evolution.runs import OUTLIER, LoadedRun, summary_of_map
 from gym_mapbench.errors import MapBenchError, PluginError
+from gym_mapbench.generator import MotifGenes
 from gym_mapbench.registry import Registry, must_be_callable
+from gym_mapbench.world.genome import Genome
 
 CAPTIONS = {
     "best_maps": "The best maps: one run of each controller, and the times of all runs",
@@ -36,10 +38,14 @@ TIMES_NOTE = (
     "which does not contain the held-out runs."
 )
 
+GENES = ("map", "motif", "route", "elements", "shared genes", "largest deviation")
+GENES_NOTE = "Lengths are m, phases shares of the pitch, deviations of elements shares of the width of a gene's range."
+
 
 def tables_section(run: LoadedRun) -> Section:
     """The runs on the best map set, and every generation."""
-    return Section("Tables", tables=[_times_table(run), _generations_table(run)], id="tables")
+    tables = [_times_table(run), *_genes_tables(run), _generations_table(run)]
+    return Section("Tables", tables=tables, id="tables")
 
 
 def figures_section(run: LoadedRun) -> Section:
@@ -119,6 +125,30 @@ def _times_rows(entry: Mapping[str, Any]) -> list[list[str | float | int]]:
         counts = [one.runs, one.median, *ends, len(one.outliers), recoveries]
         rows.append([entry["name"], score, one.controller, *counts, outcomes])
     return rows
+
+
+def _genes_tables(run: LoadedRun) -> list[Table]:
+    """Return a table of the genes of the best maps that are built of motifs; none if there are no such maps."""
+    genomes = {scenario.name: scenario.genome for scenario in run.best if scenario.genome is not None}
+    rows = [row for name, genome in genomes.items() for row in _genes_rows(name, genome)]
+    return [Table("The genes of the best maps", GENES, rows, GENES_NOTE)] if rows else []
+
+
+def _genes_rows(name: str, genome: Genome) -> list[list[str | float | int]]:
+    """Return a row for each section of a map."""
+    genes = MotifGenes.from_mapping(genome.genes, "genes")
+    route = f"bent ({genes.route.bend:.2f})" if genes.route.name == "bent" else genes.route.name
+    return [
+        [
+            name,
+            section.motif or genome.family,
+            route,
+            len(section.elements),
+            ", ".join(f"{gene} {value:.2f}" for gene, value in section.shared.items()),
+            max(abs(value) for one in section.elements for value in one.values()),
+        ]
+        for section in genes.sections
+    ]
 
 
 def _generations_table(run: LoadedRun) -> Table:

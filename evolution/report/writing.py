@@ -11,11 +11,13 @@ from tempfile import TemporaryDirectory
 
 from evolution.benchmark import BENCHMARK
 from evolution.files import DirectoryKind, temporary_directory, write_text
+from evolution.minimizing import MINIMIZATION
 from evolution.pictures import FIGURES, FORMATS, drive_best, recorded_maps, write_run_figures
 from evolution.report.page import Report, render_page
 from evolution.report.run_page import report_of_run
 from evolution.report.sections import SECTIONS
 from evolution.report.study_page import refused_replays, report_of_study
+from evolution.report.tuning_page import report_of_tuning
 from evolution.results import kind_of
 from evolution.runs import RUN, load_run
 from evolution.studies import (
@@ -29,6 +31,7 @@ from evolution.studies import (
     write_tables,
 )
 from evolution.training import TRAINING
+from evolution.tuning import TUNING, load_tuning
 from gym_mapbench.errors import ConfigError, RunError, UntrustedError
 
 REPORT = "report.html"
@@ -42,10 +45,10 @@ def write_report(
     sections: Sequence[str] = (),
     on_step: Callable[[str], object] = lambda _: None,
 ) -> Path:
-    """Write the report of a run or a study as one HTML file that needs no network.
+    """Write the report of a run, a study or a tuning as one HTML file that needs no network.
 
     Args:
-        path: Directory of a run or of a study, finished or not.
+        path: Directory of a run or of a study, finished or not, or of a finished tuning.
         out: The file; nothing is then written into the directory. If None, ``report.html`` in the directory, which
             replaces an earlier one, like the figures and tables beside it.
         analysis: For a study, its comparisons, if they are there already.
@@ -63,7 +66,7 @@ def write_report(
     path = Path(path)
     kind = kind_of(path).directory
     if kind not in PAGES:
-        raise RunError(f"{path}: expected a run or a study; {NO_PAGE[kind]}")
+        raise RunError(f"{path}: expected a run, a study or a tuning; {NO_PAGE[kind]}")
     if sections and kind != RUN:
         raise ConfigError(f"sections: expected only of a run, got {path}")
     for name in sections:
@@ -144,10 +147,21 @@ def _study_report(request: _Request) -> Report:
     return report_of_study(results, best_sets, figures, analysis)
 
 
-PAGES: dict[DirectoryKind, Callable[[_Request], Report]] = {RUN: _run_report, STUDY: _study_report}
+def _tuning_report(request: _Request) -> Report:
+    tuning = load_tuning(request.path)
+    request.on_step("re-running the own and the tuned values on test maps for the replays")
+    return report_of_tuning(tuning)
+
+
+PAGES: dict[DirectoryKind, Callable[[_Request], Report]] = {
+    RUN: _run_report,
+    STUDY: _study_report,
+    TUNING: _tuning_report,
+}
 """By kind of directory, the function that makes its page."""
 NO_PAGE = {
     BENCHMARK: "the page of a benchmark is written by its own command, with --resume --html FILE",
+    MINIMIZATION: "report.html in the directory is its page",
     SWEEP: "effects.csv and figures/ show a sweep",
     TRAINING: "curve.csv and figures/ show a training",
 }

@@ -16,6 +16,7 @@ from evolution.runs.recorded_experiment import RecordedExperiment
 from evolution.runs.reevaluation import Reevaluation, judge, reevaluation_of
 from evolution.runs.results import (
     chosen_by,
+    contact_sentence,
     errors_in,
     results_document,
     results_in,
@@ -37,6 +38,7 @@ __all__ = [
     "RunDir",
     "check_results",
     "chosen_by",
+    "contact_sentence",
     "driven_maps",
     "errors_in",
     "exclusive_store",

@@ -63,6 +63,7 @@ individuals.csv     one line per evaluated map set: fitness, its parts, its maps
 runs.csv            one line per driven run, at its first use: map, controller, seed, outcome, measures
 maps/NNNN.npz       maps first seen in generation NNNN, by digest: boolean arrays [row, col],
                     True where there is a wall, row 0 at the bottom (numpy.load)
+maps/NNNN.json      genomes of these maps, by digest; only where families of motifs are sampled
 best_map_set.json   the best map set so far, as text
 best_results.json   its fitness, and every run on it; after the validation stage, its held-out fitness
 checkpoint.json     where the search stands
@@ -148,7 +149,7 @@ class RunDir:
         """Runs of every controller on every map; None where the search drives some maps more or less often."""
         search = self.config["search"]
         archive = search.get("archive", {})
-        uneven = archive.get("drive_last") or archive.get("elite") or search.get("validation")
+        uneven = archive.get("staged") or archive.get("elite") or search.get("validation")
         return None if uneven else int(search["repeats"])
 
     def check_files(self) -> None:
@@ -256,6 +257,9 @@ class RunDir:
         make_directory(self.path / MAPS)
         write_text(self.path / README, README_TEXT)
         write_bytes(self.path / MAPS / f"{generation:04d}.npz", npz_of(record.maps))
+        if record.genomes:
+            genomes = {digest: genome.model_dump(mode="json") for digest, genome in record.genomes.items()}
+            write_json(self.path / MAPS / f"{generation:04d}.json", genomes)
         self._write_table(GENERATIONS, record.generations)
         self._write_table(INDIVIDUALS, record.individuals)
         self._write_table(RUNS, list(record.runs.values()))

@@ -11,6 +11,7 @@ import numpy as np
 from evolution.driving import RunResult
 from evolution.files import Row
 from evolution.search import Evaluation, MapResults, ValidationResult, result_fields
+from evolution.statistics import wilson_interval
 from gym_mapbench.world.scenario import MapSet
 
 
@@ -95,6 +96,20 @@ def validation_sentence(results: Mapping[str, Any], search: Mapping[str, Any]) -
         f"{high:.2f}). The maps keep their rank in {100 * found['order_kept']:.0f} % of trials. {found['goals']} of "
         f"{found['runs']} runs reach the goal ({100 * least:.0f} to {100 * most:.0f} %)."
     ]
+
+
+def contact_sentence(runs: Sequence[Row]) -> list[str]:
+    """Return the share of runs with a contact in words; nothing if contacts were not counted.
+
+    Args:
+        runs: Rows of ``runs.csv``.
+    """
+    counts = [row["n_contacts"] for row in runs if row.get("n_contacts") is not None]
+    if not counts:
+        return []
+    touched = sum(count > 0 for count in counts)
+    low, high = wilson_interval(touched, len(counts))
+    return [f"{touched} of {len(counts)} runs touch a wall or body ({100 * low:.1f} to {100 * high:.1f} %)."]
 
 
 def typical_repeat(entry: Mapping[str, Any]) -> int:

@@ -47,7 +47,15 @@ from evolution.search.judging import (
     order_of,
 )
 from evolution.search.loop import EvolveResult, Progress, evolve
-from evolution.search.operators import OPERATORS, Edit, MutationSettings, Operator, scenario_on
+from evolution.search.operators import (
+    GENE_OPERATORS,
+    OPERATORS,
+    Edit,
+    GeneEdit,
+    MutationSettings,
+    Operator,
+    scenario_on,
+)
 from evolution.search.option_names import nested, nested_document, short_names
 from evolution.search.record import Record, result_fields, runs_on
 from evolution.search.recorder import Recorder
@@ -61,6 +69,7 @@ __all__ = [
     "DEFAULT_PRESET",
     "FAILURES",
     "FITNESSES",
+    "GENE_OPERATORS",
     "MAX_MAPS",
     "METRIC_NAMES",
     "OPERATORS",
@@ -76,6 +85,7 @@ __all__ = [
     "Fitness",
     "FitnessName",
     "GaSettings",
+    "GeneEdit",
     "Judgement",
     "JudgingSettings",
     "MapResults",

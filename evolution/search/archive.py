@@ -1,7 +1,7 @@
 """The archive of a search: every evaluated map with all its runs.
 
-It stands between the search and the evaluator. It asks for the runs that a map still lacks, runs costly controllers
-only where the others have reached the goal, and finds the best set of all evaluated maps.
+It stands between the search and the evaluator. It asks for the runs that a map still lacks, stage by stage, and finds
+the best set of all evaluated maps.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from evolution.search.judging import (
     judge_map,
     repeats_of,
 )
+from evolution.search.staging import Stages, next_stage, single_stage
 from gym_mapbench.world.scenario import MapSet, Scenario
 
 MAX_EXCHANGES = 100
@@ -33,7 +34,7 @@ class Archive:
     Args:
         evaluator: Drives the runs.
         plan: Which runs a map needs.
-        drive_last: Kinds of controllers that run on a map only where all others have reached the goal.
+        stages: Which controllers run one after the other, until one fails; None for all at the same time.
         on_run: Called after each run (see :meth:`Evaluator.run`).
 
     Attributes:
@@ -42,7 +43,7 @@ class Archive:
     """
 
     def __init__(
-        self, evaluator: Evaluator, plan: JobPlan, drive_last: Collection[str] = (), on_run: OnRun | None = None
+        self, evaluator: Evaluator, plan: JobPlan, stages: Stages | None = None, on_run: OnRun | None = None
     ) -> None:
         self.evaluator = evaluator
         self.plan = plan
@@ -53,9 +54,8 @@ class Archive:
         self._judged: dict[str, JudgedMap] = {}
         self._judge: Fitness | None = None
         self._new: list[tuple[Job, RunResult]] = []
-        last = [spec.registered_name in drive_last for spec in plan.controllers]
-        stages = ([n for n, late in enumerate(last) if not late], [n for n, late in enumerate(last) if late])
-        self._stages = [stage for stage in stages if stage]
+        self._everyone = single_stage(plan)
+        self._stages = stages or self._everyone
 
     def evaluate(self, map_sets: Sequence[MapSet]) -> list[SetResults]:
         """Return the results of these sets; new maps are driven with the repeats of the plan."""
@@ -71,11 +71,20 @@ class Archive:
 
         Args:
             repeats: For each map, by digest, the number of runs.
-            everyone: Whether costly controllers drive even where the others failed.
+            everyone: Whether controllers drive even where others failed.
         """
-        for number, stage in enumerate([range(len(self.plan.controllers))] if everyone else self._stages):
-            driven = [digest for digest in repeats if number == 0 or self._solved_by(self._stages[0], digest)]
-            self._drive([job for digest in driven for job in self._missing(digest, stage, repeats[digest])])
+        stages = self._everyone if everyone else self._stages
+        while jobs := [
+            job
+            for digest, wanted in repeats.items()
+            for job in self._missing(digest, next_stage(self._runs[digest], stages, wanted), wanted)
+        ]:
+            self._drive(jobs)
+
+    def complete(self, map_sets: Iterable[MapSet]) -> None:
+        """Drive the runs of these sets that controllers lack on maps where another controller has more."""
+        digests = {scenario.map.digest: None for map_set in map_sets for scenario in map_set}
+        self.drive({digest: self.repeats_of(digest) for digest in digests}, everyone=True)
 
     def drive_while_solved(self, repeats: Mapping[str, int]) -> None:
         """Drive known maps, one seed after the other, until each has a number of runs or one failed run.
@@ -152,9 +161,6 @@ class Archive:
         return [
             self.plan.job(scenario, number, repeat) for number in stage for repeat in range(len(runs[number]), repeats)
         ]
-
-    def _solved_by(self, stage: Iterable[int], digest: str) -> bool:
-        return all(run.success for number in stage for run in self._runs[digest][number])
 
 
 def best_by_exchange(names: Names, maps: Collection[str], value: Callable[[Names], Any]) -> Names:

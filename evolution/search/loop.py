@@ -9,7 +9,7 @@ lost.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -18,7 +18,7 @@ import numpy as np
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.individual import Individual
 
-from evolution.driving import Evaluator, OnRun
+from evolution.driving import Evaluator, OnRun, SetResults
 from evolution.files import Row
 from evolution.search.algorithms import Evaluation, MapSetProblem, ask, judge_again, make_algorithm
 from evolution.search.archive import Archive
@@ -29,9 +29,9 @@ from evolution.search.judging import Fitness, Judgement, best_of
 from evolution.search.operators import DrawMap, MapMutation, MapSampling, Mutator, Trial
 from evolution.search.record import Record
 from evolution.search.recorder import Journal, Recorder
+from evolution.search.staging import contenders, stages_of
 from evolution.search.validation_stage import ValidationResult, validate
-from gym_mapbench.generator import draw_map as draw_from_families
-from gym_mapbench.generator import sample_map
+from gym_mapbench.generator import draw_from, sample_map
 from gym_mapbench.world.scenario import MapSet
 
 
@@ -118,7 +118,7 @@ def evolve(
 def _sampler(experiment: Experiment) -> DrawMap:
     """Return the function that samples maps: random shapes, or maps of the search's families for its robot."""
     families = experiment.search.families
-    return partial(draw_from_families, families=families, robot=experiment.run.robot) if families else sample_map
+    return (lambda rng, shapes: draw_from(rng, families, shapes, experiment.run.robot)) if families else sample_map
 
 
 class _Clock:
@@ -157,9 +157,12 @@ class _Search:
         self.settings = settings = experiment.search
         self.evaluator = evaluator
         self.journal = journal
-        self.archive = Archive(evaluator, experiment.plan, settings.archive.drive_last, on_run)
+        fitness = fitness or experiment.fitness
+        staged = settings.archive.staged and not fitness.reads_failures
+        stages = stages_of(experiment.plan) if staged else None
+        self.archive = Archive(evaluator, experiment.plan, stages, on_run)
         self.budget = Budget(settings, self.archive)
-        self.problem = MapSetProblem(self.archive.evaluate, fitness or experiment.fitness)
+        self.problem = MapSetProblem(self._results_of, fitness)
         self.rng = np.random.default_rng(settings.seed)
         mutator = Mutator(settings.shapes, settings.ga.mutation, settings.families, experiment.run.robot)
         self.mutation = MapMutation(mutator, self._role_of if settings.ga.mutation.adaptive else None)
@@ -204,6 +207,18 @@ class _Search:
     def best(self) -> Evaluation:
         """The validated set if there is one, else the best of the population."""
         return self.validated or best_of(self.population)
+
+    def _results_of(self, map_sets: Sequence[MapSet]) -> list[SetResults]:
+        """Drive the runs of some sets, and the runs that stages left out of those that may survive."""
+        results = self.archive.evaluate(map_sets)
+        if self.generation == 0 or not self.settings.ga.kind.elitist:
+            self.archive.complete(map_sets)
+        else:
+            again = {one.digest for one in map_sets}
+            rivals = [one.judgement.fitness for one in self.population if one.map_set.digest not in again]
+            places = contenders(results, self.problem.fitness, rivals, self.settings.ga.pop_size)
+            self.archive.complete(map_sets[place] for place in places)
+        return [self.archive.results_of(map_set) for map_set in map_sets]
 
     def _evaluate(self, offspring: Any) -> None:
         """Evaluate the offspring, select the next population, and let the best set of the archive join it."""

@@ -10,6 +10,7 @@ earlier versions       now
 ``archive: true``      ``archive: {elite: true}``
 ``confirmation``       ``validation``
 ``claim_seeds``        ``held_out_seeds``, in ``validation``
+``drive_last: [...]``  ``staged: true``; ``staged: false`` if empty
 =====================  ======================================
 """
 
@@ -32,6 +33,9 @@ SHORT_NAMES = {name: section for section, model in SECTIONS.items() for name in 
 
 FORMER_OF_VALIDATION = {"claim_seeds": "held_out_seeds"}
 """Former names of options of the validation stage."""
+
+FORMER_OF_STAGED = "drive_last"
+"""Former option of the archive: the controllers that ran on a map last, only where the others reached the goal."""
 
 
 def nested(search: Mapping[str, Any]) -> dict[str, Any]:
@@ -86,9 +90,18 @@ def _present(name: str, value: Any) -> tuple[str, Any]:
         return SHORT_NAMES[name], {name: value}
     if name == "archive" and isinstance(value, bool):
         return name, {"elite": value}
+    if name == FORMER_OF_STAGED:
+        return "archive", {"staged": bool(value)}
+    if name == "archive" and isinstance(value, Mapping):
+        return name, dict(_staged(*option) for option in value.items())
     if name in ("confirmation", "validation"):
         return "validation", _renamed(value) if isinstance(value, Mapping) else value
     return name, value
+
+
+def _staged(name: str, value: Any) -> tuple[str, Any]:
+    """Return an option of the archive under its present name."""
+    return ("staged", bool(value)) if name == FORMER_OF_STAGED else (name, value)
 
 
 def _renamed(validation: Mapping[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,8 @@ import numpy as np
 from evolution.driving import RESULT_FIELDS, Job, JobPlan, RunResult
 from evolution.files import Row
 from evolution.search.algorithms import Evaluation
-from evolution.search.judging import Judgement, best_of
+from evolution.search.judging import Judgement, best_of, missing_runs
+from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 
 DrivenRun = tuple[Job, RunResult]
@@ -38,6 +39,8 @@ class Record:
     runs: dict[str, Row] = field(default_factory=dict)
     maps: dict[str, GridMap] = field(default_factory=dict)
     """Maps first seen in the last generation, by digest."""
+    genomes: dict[str, Genome] = field(default_factory=dict)
+    """Genomes of those of these maps that have one, by digest of the map."""
     _known_maps: set[str] = field(default_factory=set)
 
     def add(
@@ -55,9 +58,11 @@ class Record:
         row = generation_row(generation, len(self.individuals), population)
         further = self._further(best_of(population).judgement)
         self.generations.append(row | {f"best_{name}": value for name, value in further.items()})
-        self.maps = {scenario.map.digest: scenario.map for one in evaluated for scenario in one.map_set}
-        self.maps = {digest: grid for digest, grid in self.maps.items() if digest not in self._known_maps}
-        self._known_maps |= set(self.maps)
+        scenarios = {scenario.map.digest: scenario for one in evaluated for scenario in one.map_set}
+        new = {digest: scenario for digest, scenario in scenarios.items() if digest not in self._known_maps}
+        self.maps = {digest: scenario.map for digest, scenario in new.items()}
+        self.genomes = {digest: scenario.genome for digest, scenario in new.items() if scenario.genome is not None}
+        self._known_maps |= set(new)
         self.add_runs(generation, runs)
 
     def add_runs(self, generation: int, runs: Iterable[DrivenRun]) -> None:
@@ -99,7 +104,10 @@ def generation_row(generation: int, evaluations: int, population: Sequence[Evalu
 
 
 def individual_row(generation: int, individual: int, evaluation: Evaluation) -> Row:
-    """Return a line of ``individuals.csv``: an evaluated map set, its fitness and the parts of it."""
+    """Return a line of ``individuals.csv``: an evaluated map set, its fitness and the parts of it.
+
+    Runs that were not driven count as failed in these values; the set could not survive with any result of them.
+    """
     judgement = evaluation.judgement
     row: Row = {
         "generation": generation,
@@ -109,6 +117,7 @@ def individual_row(generation: int, individual: int, evaluation: Evaluation) -> 
         "success_rate": judgement.success_rate,
         "timeouts": judgement.timeouts,
         "pattern": judgement.pattern,
+        "not_driven": missing_runs(evaluation.results),
     }
     for number, (scenario, score) in enumerate(zip(evaluation.map_set, judgement.scores, strict=True), start=1):
         row |= {f"map_{number}": scenario.map.digest, f"score_{number}": score}

@@ -19,13 +19,13 @@ class ArchiveSettings(Settings):
         elite: Whether the best set of the archive joins the population after every generation.
         elite_seeds: Further runs of each controller, each with a new seed, on the maps of that set before it joins; one
             more after every generation that a map stays in it, up to four times as many.
-        drive_last: Controllers, by kind, that run on a map only where all others have reached the goal; their missing
-            runs count as failed. Names of controllers that are not compared are ignored.
+        staged: Whether controllers run on a map one after the other, the cheapest first, until one fails. Only runs
+            that cannot change the search are left out. A failure policy that gives failed runs a value leaves out none.
     """
 
     elite: bool = False
     elite_seeds: Annotated[int, Field(ge=0, le=100_000)] = 0
-    drive_last: tuple[str, ...] = ()
+    staged: bool = True
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -42,12 +42,15 @@ class ValidationSettings(Settings):
         candidates: Maps without a failure on these seeds, at most.
         held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.
         reliability: Share of trials that reach at least the value by which a set is chosen.
+        avoid_contact: Whether a set is chosen only among the maps on which no run touched a wall or body, where these
+            suffice. Contacts are what a simulator and Gazebo agree on least.
     """
 
     seeds: Seeds = 5
     candidates: Few = 9
     held_out_seeds: Seeds = 10
     reliability: Annotated[float, Field(gt=0, lt=1)] = 0.9
+    avoid_contact: bool = False
 
     @property
     def seeds_of_set(self) -> int:

@@ -70,11 +70,6 @@ class EvolveSettings(Settings):
     def _consistent(self) -> Self:
         if self.evaluations < self.ga.pop_size:
             raise ConfigError(f"evaluations: expected at least pop_size ({self.ga.pop_size}), got {self.evaluations}")
-        if self.archive.drive_last and not self.judging.policy.excludes:
-            raise ConfigError(
-                f"archive.drive_last: expected [] with judging.failures {self.judging.failures!r}, or failures "
-                "'exclude': runs that are left out have no time"
-            )
         if self.validation and self.validation.candidates < self.maps_per_set:
             raise ConfigError(
                 f"validation.candidates: expected at least maps_per_set ({self.maps_per_set}), got "

@@ -17,6 +17,7 @@ from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
 from evolution.validation.plant import PlantOracle, plant_measures
 from evolution.validation.setup import KINDS, is_reproduced
+from evolution.validation.plant_runs import PlantRuns, plant_run_measures
 from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "Measure",
     "Oracle",
     "PlantOracle",
+    "PlantRuns",
     "around_measures",
     "closed_loop_measures",
     "costmap_measures",
@@ -38,5 +40,6 @@ __all__ = [
     "navfn_measures",
     "other_measures",
     "plant_measures",
+    "plant_run_measures",
     "rpp_measures",
 ]

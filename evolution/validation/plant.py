@@ -91,7 +91,7 @@ class PlantOracle:
 def plant_measures(oracle: PlantOracle) -> list[Measure]:
     """Compare positions and headings: both robots without contact, each plant; the exported robot at walls."""
     measures = [measure for robot in ROBOTS for plant in PLANTS for measure in _open_loop(oracle, robot, plant)]
-    return [*measures, *(_contact(sequence) for sequence in oracle.contacts())]
+    return [*measures, *(measure for sequence in oracle.contacts() for measure in _contact(sequence))]
 
 
 def _open_loop(oracle: PlantOracle, robot: str, plant: PlantName) -> list[Measure]:
@@ -103,15 +103,18 @@ def _open_loop(oracle: PlantOracle, robot: str, plant: PlantName) -> list[Measur
     for sequence in oracle.sequences(robot):
         error = replay(sequence, make_robot(ROBOTS[robot]), plant) - sequence.poses
         position.add(1e3 * _rms(np.hypot(error[:, 0], error[:, 1])), sequence.name)
-        heading.add(math.degrees(_rms(np.array([wrap_angle(angle) for angle in error[:, 2]]))), sequence.name)
+        heading.add(math.degrees(_rms(_wrapped(error[:, 2]))), sequence.name)
     return [position.mean(), heading.mean()]
 
 
-def _contact(sequence: Sequence) -> Measure:
-    """Return the largest distance between the two robots during a sequence with a wall, mm."""
-    ours = replay(sequence, make_robot(ROBOTS["bundle"]), "fortress")
-    error = np.hypot(*(ours - sequence.poses)[:, :2].T)
-    return Measure(f"contact_{sequence.name}_mm", 1e3 * float(error.max()), len(error))
+def _contact(sequence: Sequence) -> list[Measure]:
+    """Return the largest differences between the two robots during a sequence with a wall: position, mm; heading."""
+    error = replay(sequence, make_robot(ROBOTS["bundle"]), "fortress") - sequence.poses
+    position, heading = 1e3 * np.hypot(error[:, 0], error[:, 1]), np.degrees(np.abs(_wrapped(error[:, 2])))
+    return [
+        Measure(f"contact_{sequence.name}_mm", float(position.max()), len(error)),
+        Measure(f"contact_{sequence.name}_deg", float(heading.max()), len(error)),
+    ]
 
 
 def replay(sequence: Sequence, robot: RobotSpec, plant: PlantName) -> Floats:
@@ -158,3 +161,7 @@ def _contacts(path: Path) -> Iterator[Sequence]:
 
 def _rms(values: NDArray[Any]) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _wrapped(angles: Floats) -> Floats:
+    return np.array([wrap_angle(angle) for angle in angles.tolist()])

@@ -82,6 +82,8 @@ class Inflation(Layer):
         self._cost_of = inflation_costs(options, self._reach, context.resolution, inscribed_radius, self._exact)
         self._all_is_news = True
         self._last = np.array(EVERYWHERE)
+        self._before: tuple[Cells, bytes] | None = None
+        self._inflated = np.empty((0, 0), np.uint8)
 
     def reset(self) -> None:
         """Inflate everything again at the next update; Humble does not."""
@@ -95,11 +97,22 @@ class Inflation(Layer):
         self._all_is_news = False
 
     def update_costs(self, window: Window, master: Costs, cells: Cells) -> None:
-        """Inflate these cells; obstacles outside them count as far as they reach."""
+        """Inflate these cells; obstacles outside them count as far as they reach.
+
+        The result depends on these cells and on those within reach. If they are those of the last update, so is the
+        result: a robot that stands, as in a recovery, sees the same again and again.
+        """
         if not self._options.enabled or self._reach == 0:
             return
+        (row0, col0, row1, col1), reach = cells, self._reach
+        around = master[max(0, row0 - reach) : row1 + reach, max(0, col0 - reach) : col1 + reach]
+        before, inside = (cells, around.tobytes()), master[row0:row1, col0:col1]
+        if before == self._before:
+            inside[:] = self._inflated
+            return
         unknown = self._options.inflate_unknown, self._options.inflate_around_unknown
-        inflate(master, self._reach, self._cost_of, self._exact, *unknown, *cells)
+        inflate(master, reach, self._cost_of, self._exact, *unknown, *cells)
+        self._before, self._inflated = before, inside.copy()
 
 
 INFLATION_LAYER = LayerEntry(

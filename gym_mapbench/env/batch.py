@@ -94,7 +94,7 @@ class Batch:
         """Drive the waiting robots that nothing is near; the others still wait afterwards."""
         worlds, near = self._worlds, None
         if self._traffic:
-            near = waiting & self._traffic.near(worlds.robots, self._drive, ticks)
+            near = waiting & self._traffic.near(worlds.robots, commands, self._drive, ticks)
             waiting &= ~near
         walls = _frozen(self._walls)
         drive_robots(worlds.robots, worlds.boxes, commands, waiting, ticks, self._drive, worlds.grounds, walls)

@@ -9,6 +9,7 @@ from gym_mapbench.kernels.bodies import scan_bodies, worlds_near_bodies
 from gym_mapbench.world.state import Records
 from gym_mapbench.world.world import World
 
+Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
@@ -21,6 +22,7 @@ class Traffic:
 
     def __init__(self, count: int) -> None:
         self._worlds: dict[int, World] = {}
+        self._rows: dict[int, Floats] = {}
         self._poses = np.zeros((count, 0, 3))
         self._radii = np.zeros((count, 0))
         self._paces = np.zeros(count)
@@ -36,29 +38,32 @@ class Traffic:
         if more > 0:
             self._poses = np.pad(self._poses, ((0, 0), (0, more), (0, 0)))
             self._radii = np.pad(self._radii, ((0, 0), (0, more)))
+            self._rows = {i: self._poses[i, : len(one.bodies)] for i, one in self._worlds.items()}
         if world.bodies:
             self._worlds[index] = world
             self._radii[index, : len(world.bodies)] = world.radii
-            self._poses[index, : len(world.bodies)], self._paces[index] = world.poses, world.pace
+            self._rows[index] = self._poses[index, : len(world.bodies)]
+            self._rows[index][:], self._paces[index] = world.poses, world.pace
 
     def advance(self, ticks: int, running: Mask) -> None:
         """Let time pass in the worlds that are running."""
+        moves, paces = running.tolist(), self._paces
         for index, world in self._worlds.items():
-            if running[index]:
+            if moves[index]:
                 world.advance(ticks)
-                self._poses[index, : len(world.bodies)], self._paces[index] = world.poses, world.pace
+                self._rows[index][:], paces[index] = world.poses, world.pace
 
-    def near(self, robots: Records, drive: Records, ticks: int) -> Mask:
-        """Return in which worlds the robot might meet a body within the next ticks, ``(count,)``."""
+    def near(self, robots: Records, commands: Floats, drive: Records, ticks: int) -> Mask:
+        """Return in which worlds the robot might touch a body within the next ticks, ``(count,)``."""
         near = np.empty(len(robots), np.bool_)
-        worlds_near_bodies(robots, self._poses, self._radii, self._paces, drive, ticks, near)
+        worlds_near_bodies(robots, commands, self._poses, self._radii, self._paces, drive, ticks, near)
         return near
 
     def scan(
         self,
         robots: Records,
         seen: Mask,
-        scanner: tuple[NDArray[np.float64], NDArray[np.float64], float],
+        scanner: tuple[Floats, Floats, float],
         ranges: Records,
     ) -> None:
         """Shorten the ranges ``(count, beams)`` where a body is nearer than the wall.

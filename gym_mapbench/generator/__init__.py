@@ -1,10 +1,22 @@
-"""Where maps come from: the thesis' random shapes, and families of maps whose parameters are genes."""
+"""Where maps come from: the thesis' random shapes, families of maps with genes, and motifs along a route."""
 
 from __future__ import annotations
 
 from gym_mapbench.generator.base import Family
 from gym_mapbench.generator.cellular import Cellular
 from gym_mapbench.generator.families import FAMILIES, FamilySpec, FamilySpecs, make_family
+from gym_mapbench.generator.genomes import build_genome, elements_line, genome_of, read_genome
+from gym_mapbench.generator.motifs import (
+    MOTIFS,
+    AlongRoute,
+    Around,
+    Motif,
+    MotifGenes,
+    Route,
+    Section,
+    legs_of,
+    places,
+)
 from gym_mapbench.generator.sampling import DrawnMap, draw_from, draw_map, draw_obstacle, is_drivable, plan_way
 from gym_mapbench.generator.shapes import (
     TASK_YAW,
@@ -23,14 +35,22 @@ from gym_mapbench.generator.shapes import (
 
 __all__ = [
     "FAMILIES",
+    "MOTIFS",
     "TASK_YAW",
+    "AlongRoute",
+    "Around",
     "Cells",
     "Cellular",
     "DrawnMap",
     "Family",
     "FamilySpec",
     "FamilySpecs",
+    "Motif",
+    "MotifGenes",
+    "Route",
+    "Section",
     "ShapeSettings",
+    "build_genome",
     "clear_and_border",
     "default_task",
     "disc",
@@ -39,10 +59,15 @@ __all__ = [
     "draw_obstacle",
     "draw_position",
     "draw_shape",
+    "elements_line",
+    "genome_of",
     "interior",
     "is_drivable",
+    "legs_of",
     "make_family",
+    "places",
     "plan_way",
+    "read_genome",
     "sample_map",
     "stamp",
     "task_cells",

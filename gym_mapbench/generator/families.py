@@ -12,6 +12,7 @@ from gym_mapbench.generator.base import Family
 from gym_mapbench.generator.cellular import Cellular
 from gym_mapbench.generator.corridors import Corridors
 from gym_mapbench.generator.doors import Doors
+from gym_mapbench.generator.motifs import MOTIFS, Sequences
 from gym_mapbench.generator.pillars import Pillars
 from gym_mapbench.generator.random_shapes import RandomShapes
 from gym_mapbench.generator.slaloms import Slaloms
@@ -29,6 +30,8 @@ _OWN: dict[str, Callable[..., Family]] = {
     "cellular": Cellular,
     "sparse": Sparse,
     "shapes": RandomShapes,
+    **{name: MOTIFS[name] for name in MOTIFS.built_in},
+    "sequences": Sequences,
 }
 
 FAMILIES: Registry[Callable[..., Family]] = Registry("family", "families", _OWN, check=must_be_callable)

@@ -11,7 +11,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import Count, Fraction, Natural, Positive, SignedFraction
 
 
-def _ordered(value: tuple[Any, Any]) -> tuple[Any, Any]:
+def ordered_range(value: tuple[Any, Any]) -> tuple[Any, Any]:
     """Refuse a range whose ends are the wrong way round."""
     if value[0] > value[1]:
         raise ConfigError(f"expected (smallest, largest), got {value}")
@@ -27,15 +27,15 @@ Repeats = Annotated[Count, Field(le=1000)]
 Seed = Annotated[Natural, Field(lt=2**32)]
 """Seed of everything that is sampled while a map is built."""
 
-LengthRange = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
-WeightRange = Annotated[tuple[RelativeWeight, RelativeWeight], AfterValidator(_ordered)]
-SignedFractionRange = Annotated[tuple[SignedFraction, SignedFraction], AfterValidator(_ordered)]
-FractionRange = Annotated[tuple[Fraction, Fraction], AfterValidator(_ordered)]
-CountRange = Annotated[tuple[Repeats, Repeats], AfterValidator(_ordered)]
+LengthRange = Annotated[tuple[Length, Length], AfterValidator(ordered_range)]
+WeightRange = Annotated[tuple[RelativeWeight, RelativeWeight], AfterValidator(ordered_range)]
+SignedFractionRange = Annotated[tuple[SignedFraction, SignedFraction], AfterValidator(ordered_range)]
+FractionRange = Annotated[tuple[Fraction, Fraction], AfterValidator(ordered_range)]
+CountRange = Annotated[tuple[Repeats, Repeats], AfterValidator(ordered_range)]
 Cells = Annotated[Count, Field(le=2000)]
 Number = Annotated[Natural, Field(le=100_000)]
-CellRange = Annotated[tuple[Cells, Cells], AfterValidator(_ordered)]
-NumberRange = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
+CellRange = Annotated[tuple[Cells, Cells], AfterValidator(ordered_range)]
+NumberRange = Annotated[tuple[Number, Number], AfterValidator(ordered_range)]
 
 
 def sample(rng: np.random.Generator, bounds: tuple[float, float]) -> float:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gym_mapbench.costmap import CostmapParams, build_static_costmap
 from gym_mapbench.errors import ConfigError, NoPathError
 from gym_mapbench.generator.families import FamilySpec
+from gym_mapbench.generator.genomes import genome_of
 from gym_mapbench.generator.shapes import (
     Cells,
     ShapeSettings,
@@ -22,6 +23,7 @@ from gym_mapbench.generator.shapes import (
 )
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
 
@@ -40,11 +42,13 @@ class DrawnMap(NamedTuple):
         family: Name of its family.
         genes: The genes it was built from.
         cells: Its ``(size, size)`` occupancy.
+        genome: Its genes as plain data, to be kept with it; None for a family whose genes no operator changes.
     """
 
     family: str
     genes: Settings
     cells: Cells
+    genome: Genome | None = None
 
 
 def draw_from(
@@ -67,7 +71,7 @@ def draw_from(
         genes = family.draw_genes(rng)
         cells = family.build(genes, shapes)
         if is_drivable(cells, shapes, robot):
-            return DrawnMap(spec.name, genes, cells)
+            return DrawnMap(spec.name, genes, cells, genome_of(spec, genes))
     raise ConfigError(
         f"{spec.name}: expected maps that {robot.name} can drive with a cell to spare, "
         f"got none in {MAX_SAMPLES} samples; widen the ranges of its options"

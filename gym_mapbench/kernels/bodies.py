@@ -12,12 +12,32 @@ import numpy as np
 
 from gym_mapbench.kernels.frames import compose
 from gym_mapbench.kernels.jit import kernel
-from gym_mapbench.kernels.motion import MARGIN
+from gym_mapbench.kernels.motion import MARGIN, clip
+
+
+@kernel
+def is_near_body(robots, i, v, poses, radii, pace, drive, ticks):
+    """Return whether a robot that touches no body might touch one within some ticks.
+
+    Args:
+        robots: ``(worlds,)`` ROBOT.
+        i: Number of the robot.
+        v: Commanded forward speed, m/s.
+        poses: Bodies.
+        radii: Bodies.
+        pace: Longest distance that a body moves in a tick, m.
+        drive: ``(1,)`` DRIVE.
+        ticks: Number of physics steps.
+    """
+    robot, can = robots[i], drive[0]
+    speed = max(abs(clip(v, -can.reverse, can.forward)), abs(robot.wheel_v))
+    reach = can.radius + MARGIN + ticks * (pace + speed * can.tick)
+    return meets(poses, radii, robot.x, robot.y, reach).any()
 
 
 @kernel
 def bodies_near(poses, radii, pace, x, y, drive, ticks):
-    """Return the numbers of the bodies that a robot might meet within some ticks.
+    """Return the numbers of the bodies that a robot might meet within some ticks, pushed by another body as well.
 
     Args:
         poses: Bodies.
@@ -32,11 +52,12 @@ def bodies_near(poses, radii, pace, x, y, drive, ticks):
 
 
 @kernel
-def worlds_near_bodies(robots, poses, radii, paces, drive, ticks, near):
-    """Write which robots might meet a body within some ticks.
+def worlds_near_bodies(robots, commands, poses, radii, paces, drive, ticks, near):
+    """Write which robots might touch a body within some ticks, as :func:`is_near_body` for each.
 
     Args:
         robots: ``(worlds,)`` ROBOT.
+        commands: ``(worlds, 2)`` m/s, rad/s.
         poses: ``(worlds, n, 3)`` bodies.
         radii: ``(worlds, n)`` bodies.
         paces: ``(worlds,)`` longest distance that a body moves in a tick, m.
@@ -45,8 +66,7 @@ def worlds_near_bodies(robots, poses, radii, paces, drive, ticks, near):
         near: ``(worlds,)`` bool, out.
     """
     for i in range(len(robots)):
-        reach = reach_of_robot(drive[0], paces[i], ticks)
-        near[i] = meets(poses[i], radii[i], robots[i].x, robots[i].y, reach).any()
+        near[i] = is_near_body(robots, i, commands[i, 0], poses[i], radii[i], paces[i], drive, ticks)
 
 
 @kernel
@@ -110,16 +130,17 @@ def see_bodies(poses, radii, x, y, yaw, beams, range_max, ranges):
         outside = math.hypot(dx, dy) - radius
         if radius == 0.0 or outside >= range_max:
             continue
-        ahead, left = dx * cos + dy * sin, dy * cos - dx * sin
-        for i in range(len(beams)):
-            ranges[i] = min(ranges[i], 0.0 if outside <= 0.0 else disc_range(ahead, left, radius, beams[i]))
+        if outside <= 0.0:
+            ranges[:] = 0.0
+            return
+        shorten(ranges, beams, dx * cos + dy * sin, dy * cos - dx * sin, radius)
 
 
 @kernel
-def disc_range(ahead, left, radius, beam):
-    """Distance at which a ray from outside enters a disc around ``(ahead, left)``, inf where it does not."""
-    along, aside = ahead * beam[0] + left * beam[1], left * beam[0] - ahead * beam[1]
-    half_squared = radius * radius - aside * aside
-    if along <= 0.0 or half_squared < 0.0:
-        return math.inf
-    return along - math.sqrt(half_squared)
+def shorten(ranges, beams, ahead, left, radius):
+    """Shorten ranges ``(beams,)`` where rays from outside enter a disc around ``(ahead, left)``."""
+    for i in range(len(beams)):
+        along, aside = ahead * beams[i, 0] + left * beams[i, 1], left * beams[i, 0] - ahead * beams[i, 1]
+        half_squared = radius * radius - aside * aside
+        if along > 0.0 and half_squared >= 0.0:
+            ranges[i] = min(ranges[i], along - math.sqrt(half_squared))

@@ -9,10 +9,10 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.formats import FORMATS, WRITTEN
 from gym_mapbench.mapio.map_set_file import map_set_text
 from gym_mapbench.mapio.output import write_files, write_new_folder
-from gym_mapbench.mapio.tasked_map import TaskedMap, refuse_bodies
+from gym_mapbench.mapio.tasked_map import TaskedMap, genome_files, refuse_bodies
 
 MAP_SET = "mapset"
-"""The format that holds moving bodies."""
+"""The format that holds moving bodies and genomes."""
 
 
 def write_maps(maps: Sequence[TaskedMap], out_dir: str | Path, format: str) -> list[Path]:
@@ -36,7 +36,9 @@ def write_maps(maps: Sequence[TaskedMap], out_dir: str | Path, format: str) -> l
     if format != MAP_SET:
         refuse_bodies(f"map format {format!r}", (task for tasked in maps for task in tasked.tasks))
     with FORMATS.blamed(format):
-        files = write(maps)
+        files = dict(write(maps))
+    if format != MAP_SET:
+        files |= genome_files((tasked.name, tasked.genome) for tasked in maps)
     return write_new_folder(files, Path(out_dir))
 
 

@@ -20,7 +20,7 @@ from gym_mapbench.mapio.mesh import Mesh, wall_mesh
 from gym_mapbench.mapio.output import Files, check_names, write_new_folder
 from gym_mapbench.mapio.poses import poses_yaml, waypoints_yaml
 from gym_mapbench.mapio.rendering import render
-from gym_mapbench.mapio.tasked_map import refuse_bodies
+from gym_mapbench.mapio.tasked_map import genome_files, refuse_bodies
 from gym_mapbench.world.lidar import LidarSettings
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Scenario
@@ -66,7 +66,7 @@ def export_gazebo(
     if wall_height <= model.lidar_z:
         raise ConfigError(f"wall height: expected more than the lidar's {model.lidar_z:g} m, got {wall_height:g}")
     package = RosPackage(out_dir.resolve().name, scenarios, navigation, model, time_limit, wall_height)
-    files = navigation.files() | package.files()
+    files = navigation.files() | package.files() | genome_files((one.name, one.genome) for one in scenarios)
     for scenario in scenarios:
         files |= map_files(scenario, wall_height, package.simulators)
     for simulator in package.simulators:

@@ -53,9 +53,8 @@ class RobotModel:
         """
         mounted = lidar.mounted(spec.lidar)
         if spec.footprint is None:
-            return cls(spec, 2 * spec.radius, 2 * spec.radius, mounted)
-        reach = np.abs(np.asarray(spec.footprint)).max(axis=0)
-        return cls(spec, float(2 * reach[0]), float(2 * reach[1]), mounted)
+            return cls(spec, spec.width, spec.width, mounted)
+        return cls(spec, 2 * float(np.abs(np.asarray(spec.footprint)[:, 0]).max()), spec.width, mounted)
 
     @property
     def lidar_pose(self) -> tuple[float, float, float, float]:
@@ -90,8 +89,8 @@ class RobotModel:
 
     @property
     def separation(self) -> float:
-        """Distance between the wheels: three quarters of the width, as on a TurtleBot3."""
-        return 0.75 * self.width
+        """Distance between the wheels."""
+        return self.spec.wheel_separation
 
     @property
     def caster_x(self) -> float:

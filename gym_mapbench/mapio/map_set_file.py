@@ -12,6 +12,10 @@ occupied, ``.`` free, ``?`` unknown. A task among moving bodies lists them (:cla
 
     "bodies": [{"shape": {"radius": 0.3},
                 "motion": {"name": "line", "options": {"start": [1, 1], "end": [3, 1], "speed": 0.5}}}]
+
+A map of motifs has its genes (:class:`~gym_mapbench.world.genome.Genome`); the rows alone are the map::
+
+    "genome": {"family": "gates", "options": {}, "genes": {...}}
 """
 
 from __future__ import annotations
@@ -24,10 +28,12 @@ from pathlib import Path
 from typing import Any
 
 from gym_mapbench.errors import ConfigError, MapFormatError
+from gym_mapbench.generator import read_genome
 from gym_mapbench.mapio.source import MAX_JSON_BYTES, as_number, as_numbers, check_size, read_json, short
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.bodies import Body
+from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import MapSet, Pose
 
@@ -103,13 +109,14 @@ def save_map_set(map_set: MapSet, path: str | Path) -> None:
 
 
 def _map_entry(tasked: TaskedMap) -> dict[str, Any]:
-    return {
+    entry = {
         "name": tasked.name,
         "resolution": tasked.grid.resolution,
         "origin": list(tasked.grid.origin),
         "tasks": [_task_entry(task) for task in tasked.tasks],
         "rows": list(tasked.grid.to_rows()),
     }
+    return entry | ({"genome": tasked.genome.model_dump(mode="json")} if tasked.genome else {})
 
 
 def _task_entry(task: Task) -> dict[str, Any]:
@@ -118,7 +125,7 @@ def _task_entry(task: Task) -> dict[str, Any]:
 
 
 def _parse_map(entry: object, where: str) -> TaskedMap:
-    fields = _fields(entry, where, {"name", "resolution", "origin", "tasks", "rows"})
+    fields = _fields(entry, where, {"name", "resolution", "origin", "tasks", "rows"}, "genome")
     rows = _list(fields["rows"], f"{where}: rows")
     if not all(isinstance(row, str) for row in rows):
         raise MapFormatError(f"{where}: rows: expected lines of text, got {short(rows)}")
@@ -134,7 +141,19 @@ def _parse_map(entry: object, where: str) -> TaskedMap:
         _name(fields["name"], f"{where}: name"),
         grid,
         tuple(_parse_task(task, f"{where}: tasks[{index}]") for index, task in enumerate(tasks)),
+        _parse_genome(fields["genome"], where) if "genome" in fields else None,
     )
+
+
+def _parse_genome(value: object, where: str) -> Genome:
+    """Read a genome, and refuse one that is none of its family."""
+    refuse_code(value, f"{where}: genome")
+    try:
+        genome = Genome.from_mapping(value, "options")
+        read_genome(genome)
+    except ConfigError as error:
+        raise MapFormatError(f"{where}: genome: {error}") from None
+    return genome
 
 
 def _parse_task(entry: object, where: str) -> Task:

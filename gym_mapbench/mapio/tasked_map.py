@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import NamedTuple
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.bodies import Body
+from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
+
+GENES = "genes.json"
+"""Name of the file with the genomes of maps, beside maps in formats that hold cells only."""
 
 
 class Task(NamedTuple):
@@ -30,17 +35,19 @@ class TaskedMap:
         name: Name of the map, usually the stem of its file.
         grid: The map.
         tasks: Its tasks, in the file's order.
+        genome: The genes that it was built from; None if it has none.
     """
 
     name: str
     grid: GridMap
     tasks: tuple[Task, ...] = ()
+    genome: Genome | None = None
 
     def renamed(self, name: str) -> TaskedMap:
         """Return the same map and tasks under another name."""
         named = name_tasks(name, [(task.start, task.goal) for task in self.tasks])
         tasks = zip(named, self.tasks, strict=True)
-        return TaskedMap(name, self.grid, tuple(task._replace(bodies=old.bodies) for task, old in tasks))
+        return replace(self, name=name, tasks=tuple(task._replace(bodies=old.bodies) for task, old in tasks))
 
     def scenarios(self) -> list[Scenario]:
         """Return one scenario per task; all share this map.
@@ -52,7 +59,7 @@ class TaskedMap:
 
     def _scenario(self, task: Task) -> Scenario:
         try:
-            return Scenario(self.grid, task.start, task.goal, task.name, task.bodies)
+            return Scenario(self.grid, task.start, task.goal, task.name, task.bodies, self.genome)
         except ConfigError as error:
             raise ConfigError(f"task {task.name!r}: {error}") from None
 
@@ -79,10 +86,16 @@ def refuse_bodies(form: str, tasks: Iterable[Task | Scenario]) -> None:
             raise ConfigError(f"{form}: cannot hold the moving bodies of {task.name!r}; a map set (.json) can")
 
 
+def genome_files(genomes: Iterable[tuple[str, Genome | None]]) -> dict[str, str | bytes]:
+    """Return the file :data:`GENES` with the genomes of maps by name; nothing if no map has one."""
+    found = {name: genome.model_dump(mode="json") for name, genome in genomes if genome is not None}
+    return {GENES: json.dumps(found, indent=1) + "\n"} if found else {}
+
+
 def group_scenarios(scenarios: Iterable[Scenario]) -> list[TaskedMap]:
     """Gather neighbouring scenarios on the same map; the order is kept."""
     groups = [list(group) for _, group in groupby(scenarios, key=lambda scenario: scenario.map.digest)]
     return [
-        TaskedMap(group[0].name, group[0].map, tuple(Task(s.start, s.goal, s.name, s.bodies) for s in group))
-        for group in groups
+        TaskedMap(first.name, first.map, tuple(Task(s.start, s.goal, s.name, s.bodies) for s in group), first.genome)
+        for first, group in ((group[0], group) for group in groups)
     ]

@@ -84,6 +84,11 @@ def n_recoveries(episode: Episode) -> float:
     return float(sum(event.kind in RECOVERY_KINDS for event in episode.events))
 
 
+def n_contacts(episode: Episode) -> float:
+    """Number of contacts with a wall or a body that were begun."""
+    return float(sum(event.kind == "contact" for event in episode.events))
+
+
 def spl(episode: Episode) -> float:
     """Success weighted by path length, 0 to 1 (Anderson et al., On Evaluation of Embodied Navigation Agents, 2018)."""
     if not episode.success:
@@ -133,6 +138,7 @@ _FUNCTIONS = (
     effort,
     n_replans,
     n_recoveries,
+    n_contacts,
     spl,
     barn_score,
     motion_start,

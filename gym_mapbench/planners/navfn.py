@@ -26,6 +26,8 @@ from gym_mapbench.world.scenario import Pose
 
 COST_FACTOR = 0.8
 AT_GOAL_SQUARED = 1e-6
+Cell = tuple[int, int]
+"""``(row, col)``."""
 
 
 class NavfnParams(Settings):
@@ -47,11 +49,25 @@ class NavfnParams(Settings):
     release: Release = "humble"
 
 
+@dataclass
+class _Spread:
+    """A potential, and the cells and the costs that it was computed from."""
+
+    start: Cell = (-1, -1)
+    goal: Cell = (-1, -1)
+    costs: bytes = b""
+    potential: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
+
+
 @dataclass(frozen=True)
 class NavfnPlanner:
-    """Plan by NavFn."""
+    """Plan by NavFn.
+
+    The potential of the last plan is kept: a robot that stands asks for the same again and again.
+    """
 
     params: NavfnParams = field(default_factory=NavfnParams)
+    _last: _Spread = field(default_factory=_Spread, init=False, repr=False, compare=False)
 
     def plan(self, costmap: Costmap, start: Pose, goal: Pose) -> Path:
         """Return the path of ``NavfnPlanner::createPlan``, about two poses a cell; see ``GlobalPlanner.plan``."""
@@ -82,7 +98,7 @@ class NavfnPlanner:
         potential = self._spread(costmap, *self._cells(costmap, start, goal))
         return np.where(potential < POT_HIGH, potential, np.float32(np.inf))
 
-    def _cells(self, costmap: Costmap, start: Pose, goal: Pose) -> tuple[tuple[int, int], tuple[int, int]]:
+    def _cells(self, costmap: Costmap, start: Pose, goal: Pose) -> tuple[Cell, Cell]:
         """Cells of start and goal, rounded; Jazzy also looks at the cell that the costmap gives for the goal."""
         if self.params.release != "humble":
             _, goal_cell = cells_of(costmap, start, goal)
@@ -93,17 +109,15 @@ class NavfnPlanner:
             raise no_path(start, goal, f"the {'start' if cells[0] is None else 'goal'} is off the map", EndpointError)
         return cells[0], cells[1]
 
-    def _spread(self, costmap: Costmap, start: tuple[int, int], goal: tuple[int, int]) -> NDArray[np.float32]:
-        width = costmap.costs.shape[1]
-        cost_of = navfn_costs(self.params.allow_unknown)
-        potential: NDArray[np.float32] = spread(
-            costmap.costs, cost_of, _flat(start, width), _flat(goal, width), self.params.use_astar
-        )
-        return potential
+    def _spread(self, costmap: Costmap, start: Cell, goal: Cell) -> NDArray[np.float32]:
+        last, costs, shape = self._last, costmap.costs.tobytes(), costmap.costs.shape
+        if (last.start, last.goal, last.costs, last.potential.shape) != (start, goal, costs, shape):
+            cost_of, ends = navfn_costs(self.params.allow_unknown), (_flat(start, shape[1]), _flat(goal, shape[1]))
+            last.potential = spread(costmap.costs, cost_of, *ends, self.params.use_astar)
+            last.start, last.goal, last.costs = start, goal, costs
+        return last.potential
 
-    def _reachable(
-        self, potential: NDArray[np.float32], costmap: Costmap, goal: Pose
-    ) -> tuple[Pose, tuple[int, int]] | None:
+    def _reachable(self, potential: NDArray[np.float32], costmap: Costmap, goal: Pose) -> tuple[Pose, Cell] | None:
         """Return the goal, or else the reachable point nearest to it within the tolerance, with its cell."""
         best, least = None, math.inf
         tolerance = self.params.tolerance
@@ -141,7 +155,7 @@ def navfn_costs(allow_unknown: bool) -> NDArray[np.uint8]:
     return table
 
 
-def navfn_cell(costmap: Costmap, x: float, y: float) -> tuple[int, int] | None:
+def navfn_cell(costmap: Costmap, x: float, y: float) -> Cell | None:
     """Return ``(row, col)`` of the cell whose lower-left corner is nearest, None off the map."""
     if x < costmap.origin_x or y < costmap.origin_y:
         return None
@@ -156,7 +170,7 @@ def _round_half_up(value: float) -> int:
     return whole + (value - whole >= 0.5)
 
 
-def _flat(cell: tuple[int, int], width: int) -> int:
+def _flat(cell: Cell, width: int) -> int:
     return cell[0] * width + cell[1]
 
 

@@ -2,13 +2,14 @@
 
 Lengths inside Box2D are metres times :data:`~gym_mapbench.kernels.motion.SCALE`: its fixed tolerances (5 mm of
 permitted overlap, 15 mm at the first touch) shrink to 0.13 mm and 0.38 mm. Coordinates count from the map's lower-left
-corner. Walls, robot and bodies have no friction.
+corner. Walls, robot and bodies have no friction: with friction a robot would not slide along walls as in Gazebo.
 """
 
 from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,8 @@ with warnings.catch_warnings():
 
 SKIN = 0.02
 """Rounding of a polygon robot in Box2D units: four times its slop, so that fast contacts are found in time."""
+HOLDS = 1e-3
+"""Largest speed of a wheel over the ground that counts as rounding, m/s."""
 VELOCITY_ITERATIONS = 6
 POSITION_ITERATIONS = 2
 
@@ -52,10 +55,14 @@ class Engine:
         grid: The map.
         robot: Its shape.
         area: Only walls in a square are built, given by its centre x, y and half its side, m; None for all.
+        slips: Whether wheels that slip the same way cannot turn the robot.
     """
 
-    def __init__(self, grid: GridMap, robot: RobotSpec, area: tuple[float, float, float] | None) -> None:
+    def __init__(
+        self, grid: GridMap, robot: RobotSpec, area: tuple[float, float, float] | None, slips: bool = False
+    ) -> None:
         self._area = area
+        self._slips, self._lever = slips, 0.5 * robot.wheel_separation
         self._rows = np.empty((0, 5))
         self._origin_x, self._origin_y = grid.origin
         self._touch = _Touch() if robot.footprint is None else _SeamlessTouch(grid)
@@ -74,8 +81,8 @@ class Engine:
 
     @property
     def holds(self) -> bool:
-        """Whether there are walls or bodies in the box that Box2D keeps around the robot."""
-        held: bool = self._world.contactCount > 0
+        """Whether there are walls in the box that Box2D keeps around the robot."""
+        held: bool = self._world.contactCount > self._traffic.contacts
         return held
 
     def box(self) -> tuple[float, ...]:
@@ -107,7 +114,7 @@ class Engine:
         Returns:
             What was touched: 0, or a sum of ``WALL`` and ``BODY``.
         """
-        self._x, self._y, self._yaw, *_ = robots.item(0)
+        self._x, self._y, self._yaw, *wheels = robots.item(0)[:5]
         if len(self._rows) != ticks:
             self._rows = np.empty((ticks, 5))
         rows, tick = self._rows, drive.item(0)[0]
@@ -118,6 +125,9 @@ class Engine:
         touched = 0
         for number in range(ticks):
             vx, vy, turn, *_ = plan[number]
+            if self._slips and self._touch.count:
+                turn = self._turn_rate(turn, wheels)
+            wheels = plan[number][3:]
             stopped = self._step(vx, vy, turn, tick)
             if stopped and number + 1 < ticks:
                 plan_ticks(robots, self._yaw, v, w, number + 1, drive, rows)
@@ -129,12 +139,14 @@ class Engine:
     def _write(self, robots: Records) -> None:
         """Write the state after a control step; the speeds of the wheels are there already."""
         _, _, _, *wheels, _, _, target_v, target_w, _ = robots.item(0)
+        self._yaw = wrap_angle(self._yaw)
         speeds = self._velocity() if self._touch.count else wheels
-        robots[0] = (self._x, self._y, wrap_angle(self._yaw), *wheels, *speeds, target_v, target_w, self.holds)
+        robots[0] = (self._x, self._y, self._yaw, *wheels, *speeds, target_v, target_w, self.holds)
 
     def _step(self, vx: float, vy: float, w: float, tick: float) -> int:
         """Move by one tick with a mean velocity (m/s, m/s, rad/s); return what was touched."""
         body, touch = self._body, self._touch
+        touch.robot_rests = not (vx or vy or w)
         body.linearVelocity = vx * SCALE, vy * SCALE
         body.angularVelocity = w
         self._world.Step(tick, VELOCITY_ITERATIONS, POSITION_ITERATIONS)
@@ -145,6 +157,19 @@ class Engine:
         self._y += vy * tick
         self._yaw += w * tick
         return 0
+
+    def _turn_rate(self, turn: float, wheels: Sequence[float]) -> float:
+        """Return the turn rate of a robot that touches something and whose wheels would turn it (rad/s).
+
+        Two wheels that slip the same way push with the same force (Coulomb), so the robot keeps its turn rate.
+
+        Args:
+            turn: Turn rate if the wheels hold, rad/s.
+            wheels: Speeds of the wheels, m/s and rad/s.
+        """
+        v, w = self._velocity()
+        slip = abs(wheels[0] - v) - self._lever * abs(wheels[1] - w)
+        return w if slip > HOLDS else turn
 
     def _follow(self) -> None:
         """Set the body to the float64 pose."""
@@ -176,6 +201,11 @@ class _Traffic:
         self._world, self._origin = world, np.array(grid.origin)
         self._here: dict[int, b2Body] = {}
 
+    @property
+    def contacts(self) -> int:
+        """Number of bodies in the box that Box2D keeps around the robot."""
+        return sum(len(body.contacts) for body in self._here.values())
+
     def meet(self, world: World, near: list[int], ticks: int) -> None:
         """As :meth:`Engine.meet`."""
         for number in sorted(self._here.keys() - set(near)):
@@ -197,10 +227,15 @@ class _Traffic:
 
 
 class _Touch(b2ContactListener):  # type: ignore[misc]
-    """Counts the contacts that touch; Box2D calls it only when one begins, persists or ends."""
+    """Counts the contacts that touch; Box2D calls it only when one begins, persists or ends.
+
+    Attributes:
+        robot_rests: Whether the wheels stand still in this tick; bodies then do not push the robot.
+    """
 
     def __init__(self) -> None:
         super().__init__()
+        self.robot_rests = False
         self.count = 0
         self.begun = 0
         self._of_bodies = 0
@@ -220,6 +255,10 @@ class _Touch(b2ContactListener):  # type: ignore[misc]
         self.count -= 1
         self._of_bodies -= _is_of_body(contact)
 
+    def PreSolve(self, contact: b2Contact, old_manifold: b2Manifold) -> None:  # noqa: N802, the name is Box2D's
+        if self.robot_rests and _is_of_body(contact):
+            contact.enabled = False
+
 
 def _is_of_body(contact: b2Contact) -> bool:
     """Whether a contact is with a moving body, and not with a wall."""
@@ -235,6 +274,7 @@ class _SeamlessTouch(_Touch):
         self._occupied = grid.framed
 
     def PreSolve(self, contact: b2Contact, old_manifold: b2Manifold) -> None:  # noqa: N802, the name is Box2D's
+        super().PreSolve(contact, old_manifold)
         if _is_of_body(contact):
             return
         manifold = contact.worldManifold

@@ -1,4 +1,4 @@
-"""Plants: how a robot's wheels follow its commands, and how its motion is integrated."""
+"""Plants: how a robot's wheels follow its commands and hold on the ground, and how its motion is integrated."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ PlantName = Literal["ideal", "fortress"]
 
 @dataclass(frozen=True)
 class Plant:
-    """How motion is integrated.
+    """How motion is integrated, and how wheels hold.
 
     Args:
         hz: Steps of the integration per second; None for one per tick of the physics.
         late: Whether a command takes effect one step after it arrives.
+        slips: Whether wheels that slip the same way cannot turn a robot that touches something.
     """
 
     hz: float | None = None
     late: bool = False
+    slips: bool = False
 
     def substeps(self, tick: float) -> int:
         """Return the steps of the integration in a tick of the physics (s), at least 1."""
@@ -29,5 +31,5 @@ PLANTS: dict[PlantName, Plant] = {
     # The plant of the recorded Nav2 runs.
     "ideal": Plant(),
     # ign-gazebo6: steps of 1 ms; DiffDrive limits the speeds after the step in which a command arrives.
-    "fortress": Plant(hz=1000.0, late=True),
+    "fortress": Plant(hz=1000.0, late=True, slips=True),
 }

@@ -63,6 +63,18 @@ class RobotSpec(Settings):
         return value
 
     @property
+    def width(self) -> float:
+        """Extent across the heading, m: the diameter of a disc, or the width of the box around the polygon."""
+        if self.footprint is None:
+            return 2 * self.radius
+        return 2 * float(np.abs(np.asarray(self.footprint)[:, 1]).max())
+
+    @property
+    def wheel_separation(self) -> float:
+        """Distance between the wheels, m: three quarters of the width, as on a TurtleBot3."""
+        return 0.75 * self.width
+
+    @property
     def circumscribed_radius(self) -> float:
         """Largest distance of the robot's outline from its centre, m."""
         if self.footprint is None:
@@ -94,7 +106,9 @@ _PRESETS: dict[str, RobotSpec] = {
         max_angular_acceleration=2.0,
         lidar=LidarMount(x=-0.064, range_min=0.12),
     ),
-    # ROBOTIS e-manual: 0.22 m/s, 2.84 rad/s; the 138 mm x 178 mm base fits a disc of 0.105 m.
+    # ROBOTIS e-manual: 0.22 m/s, 2.84 rad/s; the 138 mm x 178 mm base fits a disc of 0.105 m. Scanner and wheel
+    # separation (0.160 m, here 0.158): turtlebot3_gazebo/models/turtlebot3_burger/model.sdf, whose DiffDrive
+    # accelerates by at most 1 m/s^2 and has its axle 0.032 m before the middle.
     "turtlebot3_burger": RobotSpec(
         name="turtlebot3_burger",
         radius=0.105,
@@ -103,7 +117,8 @@ _PRESETS: dict[str, RobotSpec] = {
         max_angular_velocity=2.84,
         lidar=LidarMount(x=-0.032, range_min=0.12),
     ),
-    # BARN Challenge: half sizes 0.21 m x 0.165 m, up to 2 m/s.
+    # BARN Challenge: half sizes 0.21 m x 0.165 m. Speeds and accelerations: jackal_control/config/control.yaml. With
+    # the wheels of jackal_description/urdf/jackal.urdf.xacro the half sizes are 0.229 m x 0.208 m.
     "jackal": RobotSpec(
         name="jackal",
         radius=0.267,

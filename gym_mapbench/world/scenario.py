@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from gym_mapbench.errors import ConfigError, visible
 from gym_mapbench.kernels.geometry import wrap_angle as wrap_angle_kernel
 from gym_mapbench.kernels.jit import plain
 from gym_mapbench.world.bodies import Body
+from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 
 _wrap = plain(wrap_angle_kernel)
@@ -37,6 +38,7 @@ class Scenario:
         goal: Where it shall go, m, rad.
         name: Name in tables and files.
         bodies: What moves besides the robot; see :mod:`gym_mapbench.world.bodies`.
+        genome: The genes that the map was built from; None if it has none. It is no part of the identity.
 
     Raises:
         ConfigError: If start or goal is not finite, off the map, or in an occupied cell, or a body is not a Body.
@@ -47,6 +49,7 @@ class Scenario:
     goal: Pose
     name: str = "map"
     bodies: tuple[Body, ...] = ()
+    genome: Genome | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", visible(self.name))

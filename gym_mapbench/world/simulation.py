@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from gym_mapbench.kernels.bodies import is_near_body
 from gym_mapbench.kernels.motion import BOX, MARGIN, drive_robot
 from gym_mapbench.world.box2d import Engine
-from gym_mapbench.world.plant import PlantName
+from gym_mapbench.world.plant import PLANTS, PlantName
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.state import Worlds, drive_of, ground_of
@@ -27,13 +28,14 @@ class Simulation:
     """One robot in one world, from a start pose on.
 
     The map's edge is a wall. Walls, bodies and robot have no friction: the robot slides along walls, or is
-    stopped by them, while its wheels keep turning as told; a body that moves pushes it.
+    stopped by them, while its wheels keep turning as told. A body that moves pushes a robot that moves, and no robot
+    that stands still.
 
     Args:
         world: Walls and bodies; its unknown cells are free.
         robot: Shape and limits of the robot.
         start: Where it stands, at rest.
-        plant: How the wheels follow a command: a name of :data:`~gym_mapbench.world.plant.PLANTS`.
+        plant: How the wheels follow a command and hold: a name of :data:`~gym_mapbench.world.plant.PLANTS`.
         rests: Whether Box2D rests while no wall and no body is within reach. For a disc, nothing changes; for a
             polygon, nothing up to the first touch: after it, which of several walls touched at once Box2D solves first
             depends on where the robot has been all along.
@@ -62,6 +64,7 @@ class Simulation:
         self._worlds.robots[0] = (*start, *[0.0] * 6, False)
         self._worlds.boxes[0] = np.zeros((), BOX)
         self._robot = robot
+        self._slipping = PLANTS[plant].slips
         self._walls = world.grid.framed.reshape(-1)
         self._drive = drive_of(robot, world.physics_hz, plant)
         self._can: tuple[float, ...] = self._drive.item(0)
@@ -105,7 +108,7 @@ class Simulation:
     def _drive_free(self, v: float, w: float, ticks: int) -> bool:
         """Drive without Box2D if nothing is within reach; return whether that was done."""
         worlds = self._worlds
-        if not self._rests or (self.world.bodies and self._near(ticks)):
+        if not self._rests or (self.world.bodies and self._may_touch(v, ticks)):
             return False
         moved: bool = drive_robot(worlds.robots, worlds.boxes, 0, v, w, ticks, self._drive, worlds.grounds, self._walls)
         return moved
@@ -123,6 +126,12 @@ class Simulation:
         if self._is_boxed and not engine.holds:
             worlds.boxes[0] = engine.box()
         return touched
+
+    def _may_touch(self, v: float, ticks: int) -> bool:
+        """Return whether the robot might touch a body within the next ticks."""
+        world = self.world
+        touch: bool = is_near_body(self._worlds.robots, 0, v, world.poses, world.radii, world.pace, self._drive, ticks)
+        return touch
 
     def _near(self, ticks: int) -> list[int]:
         """Return the numbers of the bodies that the robot might meet within the next ticks."""
@@ -143,5 +152,6 @@ class Simulation:
             tick, forward, reverse, _, _, _, radius, *_ = self._can
             reach = radius + max(forward, reverse) * ticks * tick + MARGIN
             if self._engine is None or not self._engine.covers(x, y, reach):
-                self._engine = Engine(self.world.grid, self._robot, (x, y, reach + SPARE) if self._nearby else None)
+                area = (x, y, reach + SPARE) if self._nearby else None
+                self._engine = Engine(self.world.grid, self._robot, area, self._slipping)
         return self._engine

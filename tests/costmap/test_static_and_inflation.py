@@ -20,6 +20,8 @@ from gym_mapbench.costmap import (
     build_static_costmap,
     inflation_costs,
 )
+from gym_mapbench.costmap.inflation_layer import Inflation
+from gym_mapbench.costmap.layer import LayerContext, Window
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.inflation import OUT_OF_REACH, brushfire
 from gym_mapbench.world.footprint import Footprint
@@ -183,3 +185,21 @@ def test_examples_hold_nav2s_values():
     assert whole.track_unknown_space
     assert whole.inflation_layer == local.inflation_layer == InflationLayer(cost_scaling_factor=3.0)
     assert CostmapParams.example_local(width=5).width == 5
+
+
+BOX = st.tuples(st.integers(0, 5), st.integers(0, 5), st.integers(6, 12), st.integers(6, 12))
+
+
+@settings(max_examples=60, deadline=None)
+@given(hnp.arrays(np.uint8, (3, 12, 12), elements=st.sampled_from([0, 0, 0, 40, 254, 255])), st.data())
+def test_kept_inflation_is_that_of_a_new_layer(costs, data):
+    options = InflationLayer(inflation_radius=0.15)
+    grid = GridMap(np.zeros((12, 12), bool), 0.05)
+    context = LayerContext(CostmapParams(), grid, grid.shape, grid.resolution, Footprint.from_radius(0.06))
+    window, layer = Window(grid.shape, grid.resolution, *grid.origin), Inflation(options, context)
+    for which, cells in data.draw(st.lists(st.tuples(st.integers(0, 2), BOX), max_size=10)):
+        for _ in range(2):
+            kept, expected = costs[which].copy(), costs[which].copy()
+            layer.update_costs(window, kept, cells)
+            Inflation(options, context).update_costs(window, expected, cells)
+            np.testing.assert_array_equal(kept, expected)

@@ -91,9 +91,10 @@ def test_a_touch_of_a_wall_is_told_from_one_of_a_body():
 
 
 def test_the_episode_goes_on_where_collisions_do_not_end_it():
-    last = drive(among(CROSSING), collision_ends_episode=False)[-1][1]
-    assert last["outcome"] == "timeout"
-    assert last["pose"][0] < 0.8
+    stands, turns = (drive(among(CROSSING), (0.0, w), collision_ends_episode=False)[-1][1] for w in (0.0, 0.1))
+    assert stands["outcome"] == turns["outcome"] == "timeout"
+    assert stands["pose"][0] == pytest.approx(0.8, abs=1e-5)
+    assert turns["pose"][0] < 0.7, "only a robot that moves is pushed"
 
 
 def test_the_scan_follows_the_body():

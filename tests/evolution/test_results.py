@@ -11,7 +11,7 @@ from evolution.runs import RUN
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio.gazebo_package import RUNNER
 
-NAMES = ("run", "study", "sweep", "training", "benchmark")
+NAMES = ("run", "study", "sweep", "training", "tuning", "minimization", "benchmark")
 
 
 def test_every_kind_begins_is_recognised_and_continues(tmp_path):
@@ -51,14 +51,20 @@ def test_only_a_run_has_maps(tmp_path, name, capsys):
 
 
 @pytest.mark.parametrize(
-    ("name", "where"), [("sweep", "effects.csv"), ("training", "curve.csv"), ("benchmark", "--resume --html FILE")]
+    ("name", "where"),
+    [
+        ("sweep", "effects.csv"),
+        ("training", "curve.csv"),
+        ("minimization", "report.html"),
+        ("benchmark", "--resume --html FILE"),
+    ],
 )
 def test_results_without_a_page_say_where_they_are_shown(tmp_path, name, where, capsys):
     (kind,) = [kind.directory for kind in KINDS if kind.directory.what == name]
     kind.begin(tmp_path / "results", {})
     assert main(["report", str(tmp_path / "results")]) == 2
     error = capsys.readouterr().err
-    assert "expected a run or a study" in error
+    assert "expected a run, a study or a tuning" in error
     assert where in error
 
 

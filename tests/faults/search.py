@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from evolution.benchmark.directory import BENCHMARK, begin_benchmark
+from evolution.benchmark.directory import BENCHMARK, begin_benchmark, benchmark_document
 from evolution.benchmark.runs import bench
 from evolution.driving import Evaluator, Job, JobPlan, Resources, RunResult, WorkerSetup
 from evolution.runs import RUN, RunDir, exclusive_store
@@ -64,7 +64,7 @@ def run_bench(path: Path, executor: str) -> None:
     grid = GridMap.from_rows(["#" * 20, *["#" + "." * 18 + "#"] * 18, "#" * 20])
     scenarios = [Scenario(grid, Pose(0.2, 0.2), Pose(0.2 + 0.05 * n, 0.8), f"map_{n}") for n in range(8)]
     plan = JobPlan(CONTROLLERS, WORLD, repeats=4)
-    begin_benchmark(path, scenarios, plan, resume=BENCHMARK.holds(path))
+    begin_benchmark(path, benchmark_document(scenarios, plan), resume=BENCHMARK.holds(path))
     with exclusive_store(BENCHMARK, path) as store, Evaluator(drive, store, workers=2, executor=executor) as evaluator:
         bench(scenarios, plan, evaluator).save(path)
 

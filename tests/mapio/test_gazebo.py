@@ -52,12 +52,25 @@ def thesis_scenario(seed, name):
     return Scenario(grid, *default_task(grid), name)
 
 
+def frictions(robot):
+    """Friction coefficients of every collision of a robot's model; None for those of the simulator."""
+    found = {one.get("name"): one.find("surface/friction/ode") for one in robot.findall("model/link/collision")}
+    return {name: ode if ode is None else (ode.findtext("mu"), ode.findtext("mu2")) for name, ode in found.items()}
+
+
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     """Two maps of the thesis, exported."""
     folder = tmp_path_factory.mktemp("export") / "bundle"
     maps = MapSet((thesis_scenario(1, "map_0"), thesis_scenario(2, "map_1")))
     return maps, folder, export_gazebo(maps, folder, **OPTIONS)
+
+
+@pytest.mark.parametrize("model", ["mapbench_robot", "mapbench_robot_gz"])
+def test_the_chassis_slides_along_walls_and_the_wheels_hold(exported, model):
+    robot = ElementTree.parse(exported[1] / "models" / model / "model.sdf").getroot()
+    free = dict.fromkeys(("chassis_collision", "caster_front_collision", "caster_back_collision"), ("0", "0"))
+    assert frictions(robot) == {**free, "wheel_left_collision": None, "wheel_right_collision": None}
 
 
 def test_layout_of_the_framework(exported):

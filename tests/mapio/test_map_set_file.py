@@ -2,11 +2,14 @@ from __future__ import annotations
 
 import copy
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
 from gym_mapbench.errors import ConfigError, MapFormatError, UntrustedError
+from gym_mapbench.generator import FamilySpec, ShapeSettings, build_genome, default_task, draw_from
 from gym_mapbench.mapio import load_map_set, load_maps, load_scenarios, save_map_set, write_map_file, write_maps
 from gym_mapbench.mapio.formats import WRITTEN
 from gym_mapbench.mapio.gazebo import export_gazebo
@@ -135,6 +138,52 @@ def test_moving_bodies_come_back_with_their_task(tmp_path):
 
 def test_tasks_without_bodies_say_nothing_of_them():
     assert all(set(task) == {"name", "start", "goal"} for entry in DOCUMENT["maps"] for task in entry["tasks"])
+
+
+def of_gates():
+    """A map of gates with its genome, and a map without one."""
+    shapes = ShapeSettings()
+    drawn = draw_from(np.random.default_rng(0), [FamilySpec(name="gates")], shapes, make_robot("turtlebot3_waffle"))
+    grid = GridMap(drawn.cells)
+    return MapSet((Scenario(grid, *default_task(grid), "gates", genome=drawn.genome), MAPS[2]))
+
+
+def test_a_genome_comes_back_with_its_map_and_is_no_part_of_its_identity(tmp_path):
+    maps = of_gates()
+    save_map_set(maps, tmp_path / "m.mapset.json")
+    back = load_map_set(tmp_path / "m.mapset.json")
+    assert [one.genome for one in back] == [maps[0].genome, None]
+    assert np.array_equal(build_genome(back[0].genome, ShapeSettings()), back[0].map.occupancy)
+    bare = MapSet(tuple(replace(one, genome=None) for one in maps))
+    assert bare == maps
+    assert bare.digest == maps.digest
+    assert all("genome" not in entry for entry in map_set_document(group_scenarios(bare))["maps"])
+
+
+def test_formats_of_cells_have_the_genomes_beside_them(tmp_path):
+    maps = group_scenarios(of_gates())
+    write_maps(maps, tmp_path / "maps", "map_server")
+    written = json.loads((tmp_path / "maps" / "genes.json").read_text())
+    assert written == {"gates": maps[0].genome.model_dump(mode="json")}
+    write_maps(maps[1:], tmp_path / "bare", "map_server")
+    assert not (tmp_path / "bare" / "genes.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"family": "gate"}, MapFormatError, r"maps\[0\]: genome: .*did you mean 'gates'"),
+        ({"family": "doors"}, MapFormatError, "expected a family of motifs along a route, got 'doors'"),
+        ({"genes": 3}, MapFormatError, "genes: expected a valid dictionary, got 3"),
+        ({"extra": 3}, MapFormatError, "unknown key 'extra'"),
+        ({"family": "theirs:Motif"}, UntrustedError, "would run code"),
+    ],
+)
+def test_bad_genomes_in_a_file_are_one_clear_line(change, error, message):
+    document = map_set_document(group_scenarios(of_gates()))
+    document["maps"][0]["genome"].update(change)
+    with pytest.raises(error, match=message):
+        parse_map_set(document, "m.json")
 
 
 @pytest.mark.parametrize(

@@ -60,6 +60,7 @@ def test_a_straight_run_by_hand():
             "effort": 1.25,
             "n_replans": 0.0,
             "n_recoveries": 0.0,
+            "n_contacts": 0.0,
             "spl": 1.0,
             "barn_score": 0.5,
             "motion_start": 0.1,
@@ -89,7 +90,7 @@ def test_failures_score_nothing():
 def test_events_are_counted():
     kinds = ["replan", "replan", "spin", "clear_local", "backup", "replan_failure", "contact"]
     values = measure(run(straight(), events=[Event(0.1 * i, kind) for i, kind in enumerate(kinds)]))
-    assert (values["n_replans"], values["n_recoveries"]) == (2, 3)
+    assert (values["n_replans"], values["n_recoveries"], values["n_contacts"]) == (2, 3, 1)
 
 
 def test_a_run_that_never_moves_has_finite_measures():

@@ -227,3 +227,16 @@ def test_start_at_the_goal():
 def test_points_off_the_map_are_refused(start, goal, which):
     with pytest.raises(NoPathError, match=f"the {which} is off the map"):
         NavfnPlanner().plan(FREE, Pose(*start), Pose(*goal))
+
+
+@settings(max_examples=60, deadline=None)
+@given(COSTS, st.data())
+def test_a_kept_potential_is_that_of_a_new_planner(costs, data):
+    other = costs.copy()
+    other[1, 1] = data.draw(st.sampled_from([0, 252, 254]))
+    planner, maps = NavfnPlanner(), [cells_as_metres(one) for one in (costs, other, costs.T.copy())]
+    pose = st.builds(Pose, st.integers(0, 2), st.integers(0, 2), st.just(0.0))
+    for costmap, start, goal in data.draw(st.lists(st.tuples(st.sampled_from(maps), pose, pose), max_size=12)):
+        expected = NavfnPlanner().potential(costmap, start, goal)
+        for _ in range(2):
+            np.testing.assert_array_equal(planner.potential(costmap, start, goal), expected)

@@ -328,3 +328,27 @@ def test_a_robot_stopped_by_a_wall_turns_away_from_it(plant):
     assert contacts[15:20].all()
     assert states[19, 0] == pytest.approx(2.0 - WAFFLE.radius, abs=1e-3)
     assert states[-1, 0] < 2.0 - WAFFLE.radius - 0.05
+
+
+@pytest.mark.parametrize(("plant", "heading"), [("ideal", 1.0), ("fortress", 0.0)])
+def test_a_robot_that_pushes_against_a_wall_turns_only_if_its_wheels_hold(plant, heading):
+    """Both wheels drive forwards at 0.26 +- 0.165 m/s, so under ``fortress`` both slip the same way."""
+    simulated = Simulation(World(wall_at(2.0)), WAFFLE, Pose(1.7, 2.0, 0.0), plant=plant)
+    drive(simulated, [(0.26, 0.0)] * 20)
+    drive(simulated, [(0.26, 1.0)] * 26)
+    assert simulated.pose.yaw == pytest.approx(heading, abs=0.15)
+
+
+@pytest.mark.parametrize("robot", [WAFFLE, JACKAL])
+def test_wheels_that_hold_turn_a_robot_at_a_wall(robot):
+    """Backing off and turning at once, and turning on the spot, are as without the wall."""
+    reach = robot.footprint[0][0] if robot.footprint else robot.radius
+    for command in [(-0.2, 0.5), (0.0, 1.0) if robot is WAFFLE else (-0.2, -0.5)]:
+        headings = []
+        for x in (2.0 - reach - 0.02, 1.0):
+            simulated = Simulation(World(wall_at(2.0)), robot, Pose(x, 2.0, 0.0), plant="fortress")
+            _, contacts = drive(simulated, [(0.02 if x > 1.2 else 0.0, 0.0)] * 40)
+            assert contacts[-1] == (x > 1.2)
+            drive(simulated, [(0.0, 0.0)] * 4 + [command] * 20)
+            headings.append(simulated.pose.yaw)
+        assert headings[0] == pytest.approx(headings[1], abs=0.01)

@@ -21,12 +21,14 @@ class Algorithm:
     Args:
         make: A subclass of pymoo's ``GeneticAlgorithm``, or a function that makes one.
         objectives: Largest number of objectives it can minimise; None for any number.
+        elitist: Whether exactly the sets with the best fitness, of the population and its offspring, survive.
         varies: Whether offspring are crossed and mutated sets of the population; if not, every set is sampled.
     """
 
     make: Make
     objectives: int | None = None
     varies: bool = True
+    elitist: bool = False
 
 
 def as_algorithm(entry: Any) -> Algorithm:

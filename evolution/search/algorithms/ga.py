@@ -14,4 +14,4 @@ def genetic_algorithm(**operators: Any) -> GA:
     return GA(**operators)
 
 
-GENETIC = Algorithm(genetic_algorithm, objectives=1)
+GENETIC = Algorithm(genetic_algorithm, objectives=1, elitist=True)

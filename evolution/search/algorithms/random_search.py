@@ -16,4 +16,4 @@ class RandomSearch(GA):  # type: ignore[misc]
         return self.eliminate_duplicates.do(samples, self.pop)
 
 
-RANDOM = Algorithm(RandomSearch, objectives=1, varies=False)
+RANDOM = Algorithm(RandomSearch, objectives=1, varies=False, elitist=True)

@@ -17,7 +17,15 @@ from evolution.search.judging.exact import MAX_MAPS, JudgedMap, Names, best_of_j
 from evolution.search.judging.failures import FAILURES, FailurePolicy
 from evolution.search.judging.fitness import Fitness, calibrate_scale, scores_of
 from evolution.search.judging.judgement import Judgement, best_of, order_of
-from evolution.search.judging.map_results import MapResults, is_solved, repeats_of, singles_of, success_share
+from evolution.search.judging.map_results import (
+    MapResults,
+    is_solved,
+    is_untouched,
+    missing_runs,
+    repeats_of,
+    singles_of,
+    success_share,
+)
 from evolution.search.judging.patterns import FITNESSES, Parts, Pattern, gini
 from evolution.search.judging.settings import FitnessName, JudgingSettings
 
@@ -41,7 +49,9 @@ __all__ = [
     "calibrate_scale",
     "gini",
     "is_solved",
+    "is_untouched",
     "judge_map",
+    "missing_runs",
     "order_of",
     "repeats_of",
     "scores_of",

@@ -17,7 +17,7 @@ from evolution.driving import RunResult, SetResults
 from evolution.search.judging.equation import gain, penalty
 from evolution.search.judging.failures import FAILURES, FailurePolicy
 from evolution.search.judging.judgement import Judgement
-from evolution.search.judging.map_results import MapResults, is_solved, repeats_of, singles_of
+from evolution.search.judging.map_results import MapResults, is_solved, missing_runs, repeats_of, singles_of
 from evolution.search.judging.patterns import FITNESSES, Parts, Pattern, Times, held_apart, pairwise_gaps
 from evolution.search.judging.settings import JudgingSettings
 from gym_mapbench.errors import ConfigError, PluginError, RunError
@@ -117,6 +117,31 @@ class Fitness:
             pattern,
         )
         return self._judgement(parts, scores, values)
+
+    @property
+    def reads_failures(self) -> bool:
+        """Whether the runs of a map with a failed run count for more than the success rate and the timeouts of Eq. 4.5.
+
+        Then no run may be left out, because :meth:`bound` is unknown.
+        """
+        of_equation = type(self.kind).objectives_of is Pattern.objectives_of and not self.constraints
+        return not (self.policy.excludes and of_equation)
+
+    def bound(self, results: SetResults) -> float:
+        """Return the smallest fitness that a set can have with its missing runs.
+
+        Eq. 4.5 is linear in the success rate and rises with the timeouts. The smallest value is therefore at one of the
+        ends: all missing runs fail, or all reach the goal.
+
+        Args:
+            results: Results of a set; all its maps with missing runs have a failed run.
+        """
+        judged = self(results)
+        runs = [run for of_map in results for of_controller in of_map for run in of_controller]
+        missing = missing_runs(results)
+        most = (sum(run.success for run in runs) + missing) / (len(runs) + missing)
+        best = penalty(self.settings, most, judged.timeouts) - gain(self.settings, judged.pattern, most)
+        return min(judged.fitness, best)
 
     def _judgement(
         self, parts: Parts, scores: tuple[float | None, ...], values: tuple[tuple[float, ...] | None, ...]

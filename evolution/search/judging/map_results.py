@@ -1,10 +1,10 @@
-"""The results of one map: how many repeats there are, and whether every run reached the goal."""
+"""The results of one map: number of repeats, whether every run reached the goal, whether any touched a wall."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from evolution.driving import RunResult
+from evolution.driving import RunResult, SetResults
 
 MapResults = tuple[tuple[RunResult, ...], ...]
 """Results of one map: ``results[controller][repeat]``."""
@@ -19,6 +19,16 @@ def is_solved(of_map: Sequence[Sequence[RunResult]]) -> bool:
     """Return whether all controllers reached the goal in every repeat, and none was left out."""
     repeats = repeats_of(of_map)
     return all(len(runs) == repeats and all(run.success for run in runs) for runs in of_map)
+
+
+def is_untouched(of_map: Sequence[Sequence[RunResult]]) -> bool:
+    """Return whether no run touched a wall or body; runs that ended in an error measured nothing."""
+    return not any(run.value("n_contacts") for runs in of_map for run in runs if run.outcome != "error")
+
+
+def missing_runs(results: SetResults) -> int:
+    """Return the number of runs of a set that controllers lack on maps where another controller has more."""
+    return sum(repeats_of(of_map) - len(runs) for of_map in results for runs in of_map)
 
 
 def singles_of(of_map: MapResults) -> list[MapResults]:

@@ -7,16 +7,19 @@ from evolution.search.operators.changes import OPERATORS
 from evolution.search.operators.crossover import MapCrossover
 from evolution.search.operators.duplicates import MapSetDuplicates
 from evolution.search.operators.edits import Edit, Operator
+from evolution.search.operators.gene_changes import GENE_OPERATORS, GeneEdit
 from evolution.search.operators.mutation import MapMutation, Mutator
 from evolution.search.operators.repair import MapRepair
 from evolution.search.operators.sampling import Column, DrawMap, MapSampling, as_column, scenario_on
 from evolution.search.operators.settings import MutationSettings
 
 __all__ = [
+    "GENE_OPERATORS",
     "OPERATORS",
     "Column",
     "DrawMap",
     "Edit",
+    "GeneEdit",
     "MapCrossover",
     "MapMutation",
     "MapRepair",

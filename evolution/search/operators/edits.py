@@ -16,6 +16,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import FamilySpec, ShapeSettings
 from gym_mapbench.quantities import Few, Positive
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.robot import RobotSpec
 
 Labels = NDArray[np.int32]
@@ -46,7 +47,7 @@ def ordered(bounds: tuple[T, T]) -> tuple[T, T]:
     return bounds
 
 
-@dataclass(frozen=True)
+@dataclass
 class Edit:
     """A map in the middle of a mutation, and the obstacle that was chosen.
 
@@ -60,6 +61,7 @@ class Edit:
         families: Families whose pieces are new obstacles; empty for random shapes.
         robot: The robot that must be able to drive on the map; None if no operator needs it.
         way: ``(n, 2)`` path that Nav2 plans, x and y, m; None if there is none or no operator needs it.
+        genome: The genome of a map that an operator sampled; None where cells were changed.
     """
 
     cells: Cells
@@ -70,6 +72,7 @@ class Edit:
     families: Sequence[FamilySpec] = ()
     robot: RobotSpec | None = None
     way: NDArray[np.float64] | None = None
+    genome: Genome | None = None
 
     def cut_out(self) -> tuple[Cells, int, int]:
         """Return the chosen obstacle as a stamp, with the row and col of its lower-left cell."""

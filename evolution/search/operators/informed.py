@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from evolution.search.operators.edits import Edit
-from gym_mapbench.generator import draw_map, draw_obstacle, interior, stamp
+from gym_mapbench.generator import draw_from, draw_obstacle, interior, sample_map, stamp
 
 NUDGE = 3
 BESIDE = (0.2, 0.8)
@@ -57,7 +57,11 @@ def door(edit: Edit, rng: np.random.Generator) -> None:
 def redraw(edit: Edit, rng: np.random.Generator) -> None:
     """Replace the map by a newly sampled one."""
     assert edit.robot is not None
-    edit.cells[:] = interior(draw_map(rng, edit.shapes, edit.families, edit.robot), edit.shapes.border)
+    if edit.families:
+        _, _, cells, edit.genome = draw_from(rng, edit.families, edit.shapes, edit.robot)
+    else:
+        cells = sample_map(rng, edit.shapes)
+    edit.cells[:] = interior(cells, edit.shapes.border)
 
 
 def point_of_way(edit: Edit, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

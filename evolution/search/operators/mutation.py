@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,21 @@ from scipy import ndimage
 from evolution.search.operators.adaptive import Credit, Trial
 from evolution.search.operators.changes import OPERATORS
 from evolution.search.operators.edits import Edit, Labels, Operator
+from evolution.search.operators.gene_mutation import change_genome
 from evolution.search.operators.sampling import Cells, Column, as_column, scenario_on
 from evolution.search.operators.settings import MutationSettings
-from gym_mapbench.generator import FamilySpec, ShapeSettings, clear_and_border, interior, is_drivable, plan_way
+from gym_mapbench.generator import (
+    FamilySpec,
+    ShapeSettings,
+    build_genome,
+    clear_and_border,
+    interior,
+    is_drivable,
+    plan_way,
+)
+from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.robot import RobotSpec
-from gym_mapbench.world.scenario import MapSet
+from gym_mapbench.world.scenario import MapSet, Scenario
 
 MAX_TRIES = 20
 """Tries of a mutation that must leave a path; the last try stays."""
@@ -30,6 +41,8 @@ NEAR = 3
 """An informed operator lifts one of this many obstacles that are nearest to the path."""
 
 Changes = list[tuple[int, str]]
+Changed = tuple[Cells, tuple[str, ...], Genome | None]
+"""A changed map, the names of the operators, and its genome."""
 RoleOf = Callable[[MapSet, int], int]
 
 
@@ -49,27 +62,60 @@ class Mutator:
     families: Sequence[FamilySpec] = ()
     robot: RobotSpec | None = None
 
-    def change(
-        self, cells: Cells, rng: np.random.Generator, chances: Mapping[str, float] | None = None
-    ) -> tuple[Cells, tuple[str, ...]]:
-        """Return a copy of ``(rows, cols)`` cells with some obstacles changed, and the names of the operators.
+    def vary(
+        self,
+        scenario: Scenario,
+        rng: np.random.Generator,
+        chances: Mapping[str, float] | None = None,
+        mates: Sequence[Genome] = (),
+    ) -> tuple[Scenario, tuple[str, ...]]:
+        """Return a changed map with the default task, and the names of the operators.
 
-        The border stays; start and goal areas are cleared again.
+        A map with a genome changes in its genes; operators on cells apply to other maps only.
 
         Args:
-            cells: The map.
+            scenario: The map.
             rng: Source of all randomness.
             chances: Probabilities of the operators; those of the settings if None.
+            mates: Genomes of other maps, for crossover.
         """
+        chances = chances or self.probabilities(scenario)
         for _ in range(MAX_TRIES):
-            mutated, names = self._change(cells, rng, chances or self.settings.probabilities)
-            if not self.settings.drivable or is_drivable(mutated, self.shapes, self._robot):
+            if scenario.genome is None:
+                cells, names, genome = self._change(scenario.map.occupancy, rng, chances)
+            else:
+                cells, names, genome = self._change_genes(scenario, scenario.genome, rng, chances, mates)
+            same = genome is not None and np.array_equal(cells, scenario.map.occupancy)
+            if not same and (not self.settings.drivable or is_drivable(cells, self.shapes, self._robot)):
                 break
-        return mutated, names
+        return scenario_on(cells, self.shapes, genome), names
 
-    def _change(
-        self, cells: Cells, rng: np.random.Generator, chances: Mapping[str, float]
-    ) -> tuple[Cells, tuple[str, ...]]:
+    def change(self, cells: Cells, rng: np.random.Generator) -> tuple[Cells, tuple[str, ...]]:
+        """Return a copy of ``(rows, cols)`` cells without genome, changed by :meth:`vary`, and the operators' names."""
+        varied, names = self.vary(scenario_on(cells, self.shapes), rng)
+        return varied.map.occupancy, names
+
+    def probabilities(self, scenario: Scenario) -> dict[str, float]:
+        """Return the configured probabilities of the operators for a map."""
+        return self.settings.probabilities if scenario.genome is None else self.settings.gene_probabilities
+
+    def _change_genes(
+        self,
+        scenario: Scenario,
+        genome: Genome,
+        rng: np.random.Generator,
+        chances: Mapping[str, float],
+        mates: Sequence[Genome],
+    ) -> Changed:
+        """Return the map of changed genes, or a new map."""
+        name = str(rng.choice(list(chances), p=list(chances.values())))
+        if name not in self.settings.genes.operators:
+            return self._change(scenario.map.occupancy, rng, {name: 1.0})
+        changed = change_genome(genome, name, self.settings.genes, mates, rng)
+        return build_genome(changed, self.shapes), (name,), changed
+
+    def _change(self, cells: Cells, rng: np.random.Generator, chances: Mapping[str, float]) -> Changed:
+        """Return a copy of the cells with some obstacles changed; border, start and goal areas are kept."""
         inside = interior(cells, self.shapes.border)
         labels, count = label_obstacles(inside, self.settings.connectivity)
         drawn = draw_changes(count, self.settings, rng, chances)
@@ -79,16 +125,17 @@ class Mutator:
             way = plan_way(cells, self.shapes, self._robot)
             drawn = self._near_way(drawn, operators, labels, way, rng)
         lifted = [obstacle for (obstacle, _), operator in zip(drawn, operators, strict=True) if operator.lifts]
-        changed = inside & ~np.isin(labels, lifted)
+        changed, genome = inside & ~np.isin(labels, lifted), None
         for (obstacle, name), operator in zip(drawn, operators, strict=True):
             with OPERATORS.blamed(name):
                 edit = Edit(
                     changed, labels, obstacle, self.shapes, self.settings, tuple(self.families), self.robot, way
                 )
                 operator.change(edit, rng)
+                genome = edit.genome
         mutated = cells.copy()
         interior(mutated, self.shapes.border)[:] = changed
-        return clear_and_border(mutated, self.shapes), tuple(name for _, name in drawn)
+        return clear_and_border(mutated, self.shapes), tuple(name for _, name in drawn), genome
 
     def _near_way(
         self,
@@ -191,11 +238,12 @@ class MapMutation(Mutation):  # type: ignore[misc]
         self.trials: list[Trial] = []
 
     def _do(self, _problem: Any, X: Column, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
+        mates = [one.genome for map_set in X[:, 0] for one in map_set if one.genome is not None]
         # p_m is applied here and not by pymoo, which would mutate all individuals and discard most of the work.
         hit = random_state.random(len(X)) < self.mutator.settings.probability
         return as_column(
             [
-                self._mutated(map_set, random_state) if mutated else map_set
+                self._mutated(map_set, random_state, mates) if mutated else map_set
                 for map_set, mutated in zip(X[:, 0], hit, strict=True)
             ]
         )
@@ -210,27 +258,30 @@ class MapMutation(Mutation):  # type: ignore[misc]
             self.credit.add(trial, gain(trial))
         self.trials = []
 
-    def _mutated(self, map_set: MapSet, rng: np.random.Generator) -> MapSet:
+    def _mutated(self, map_set: MapSet, rng: np.random.Generator, mates: Sequence[Genome]) -> MapSet:
         """Return the set with all its maps mutated, or with one of them."""
-        shapes = self.mutator.shapes
         if self.mutator.settings.maps == "all":
-            changed = (self.mutator.change(scenario.map.occupancy, rng)[0] for scenario in map_set)
-            return MapSet(tuple(scenario_on(cells, shapes) for cells in changed))
+            return MapSet(tuple(self.mutator.vary(scenario, rng, mates=mates)[0] for scenario in map_set))
+        vary = partial(self._with_changed, map_set, rng=rng, mates=mates)
         if self.role_of is None:
-            return self._with_changed(map_set, int(rng.integers(len(map_set.scenarios))), rng, None)[0]
+            return vary(int(rng.integers(len(map_set.scenarios))), chances=None)[0]
         roles = [self.role_of(map_set, place) for place in range(len(map_set.scenarios))]
         credit = np.array([self.credit.of(role) for role in roles])
         place = int(rng.choice(len(roles), p=credit / credit.sum()))
-        chances = self.credit.chances(self.mutator.settings.probabilities, roles[place])
-        mutated, names = self._with_changed(map_set, place, rng, chances)
+        chances = self.credit.chances(self.mutator.probabilities(map_set[place]), roles[place])
+        mutated, names = vary(place, chances=chances)
         self.trials.append(Trial(map_set, mutated.digest, roles[place], names))
         return mutated
 
     def _with_changed(
-        self, map_set: MapSet, place: int, rng: np.random.Generator, chances: Mapping[str, float] | None
+        self,
+        map_set: MapSet,
+        place: int,
+        rng: np.random.Generator,
+        chances: Mapping[str, float] | None,
+        mates: Sequence[Genome],
     ) -> tuple[MapSet, tuple[str, ...]]:
         """Return the set with one map mutated, and the names of the operators."""
         scenarios = list(map_set)
-        cells, names = self.mutator.change(scenarios[place].map.occupancy, rng, chances)
-        scenarios[place] = scenario_on(cells, self.mutator.shapes)
+        scenarios[place], names = self.mutator.vary(scenarios[place], rng, chances, mates)
         return MapSet(tuple(scenarios)), names

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
-from gym_mapbench.generator import ShapeSettings, default_task, sample_map
+from gym_mapbench.generator import DrawnMap, ShapeSettings, default_task, sample_map
+from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import MapSet, Scenario
 
 Cells = NDArray[np.bool_]
 Column = NDArray[np.object_]
-DrawMap = Callable[[np.random.Generator, ShapeSettings], Cells]
+DrawMap = Callable[[np.random.Generator, ShapeSettings], Cells | DrawnMap]
 
 
 def as_column(map_sets: list[MapSet]) -> Column:
@@ -26,17 +27,24 @@ def as_column(map_sets: list[MapSet]) -> Column:
     return column
 
 
-def scenario_on(cells: Cells, shapes: ShapeSettings) -> Scenario:
-    """Return the scenario of the default task on ``(rows, cols)`` occupied cells."""
+def scenario_on(cells: Cells, shapes: ShapeSettings, genome: Genome | None = None) -> Scenario:
+    """Return the scenario of the default task on ``(rows, cols)`` occupied cells, built from a genome or not."""
     grid = GridMap(cells, shapes.resolution)
-    return Scenario(grid, *default_task(grid, shapes.border + shapes.task_distance))
+    return Scenario(grid, *default_task(grid, shapes.border + shapes.task_distance), genome=genome)
+
+
+def scenario_of(drawn: Cells | DrawnMap, shapes: ShapeSettings) -> Scenario:
+    """Return the scenario of the default task on a sampled map."""
+    if isinstance(drawn, DrawnMap):
+        return scenario_on(drawn.cells, shapes, drawn.genome)
+    return scenario_on(drawn, shapes)
 
 
 def sample_map_set(
     rng: np.random.Generator, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map
 ) -> MapSet:
     """Return one sampled individual."""
-    return MapSet(tuple(scenario_on(draw_map(rng, shapes), shapes) for _ in range(maps_per_set)))
+    return MapSet(tuple(scenario_of(draw_map(rng, shapes), shapes) for _ in range(maps_per_set)))
 
 
 class MapSampling(Sampling):  # type: ignore[misc]

@@ -9,6 +9,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, field_validator, mode
 
 from evolution.search.operators.changes import OPERATORS
 from evolution.search.operators.edits import EditSettings, ordered
+from evolution.search.operators.gene_mutation import GeneSettings
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import Few, Fraction
 from gym_mapbench.settings import OptionError
@@ -35,6 +36,8 @@ class MutationSettings(EditSettings):
         operators: Further operators by name, with the probability that each is applied to a chosen obstacle (see
             :mod:`evolution.search.operators.changes`): ``nudge``, ``near_way`` and ``door``, which use the path that
             Nav2 plans, ``redraw``, which samples a new map, or a third party's.
+        genes: How maps of motifs, which have a genome, change: in their genes, by operators of their own. Of the other
+            operators, only those that sample a new map apply to them.
     """
 
     probability: Fraction = 0.5
@@ -48,6 +51,7 @@ class MutationSettings(EditSettings):
     add_probability: Fraction = 0.25
     connectivity: Literal[4, 8] = 4
     operators: dict[str, Fraction] = Field(default_factory=dict)
+    genes: GeneSettings = GeneSettings()
 
     @field_validator("operators")
     @classmethod
@@ -60,9 +64,10 @@ class MutationSettings(EditSettings):
 
     @model_serializer(mode="wrap")
     def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave ``operators`` out if it is empty."""
+        """Leave out what is as it is by default and not every search needs: ``operators`` and ``genes``."""
         values: dict[str, Any] = dump(self)
-        return {name: value for name, value in values.items() if name != "operators" or value}
+        default = {"operators": {}, "genes": GeneSettings().model_dump(mode="json")}
+        return {name: value for name, value in values.items() if name not in default or value != default[name]}
 
     @field_validator("shapes_per_map")
     @classmethod
@@ -83,3 +88,10 @@ class MutationSettings(EditSettings):
         """Probabilities of all operators by name: move, scale, remove and add, then the others."""
         named = {name: getattr(self, f"{name}_probability") for name in ("move", "scale", "remove", "add")}
         return named | self.operators
+
+    @property
+    def gene_probabilities(self) -> dict[str, float]:
+        """Probabilities of the operators for a map with a genome: those that sample a new map, then those on genes."""
+        anew = {name: chance for name, chance in self.operators.items() if OPERATORS.get(name).anew}
+        rest = 1.0 - sum(anew.values())
+        return anew | {name: rest * chance for name, chance in self.genes.operators.items()}

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations, pairwise
 from statistics import fmean
 
 import numpy as np
 
 from evolution.driving import SetResults
-from evolution.search.judging import Fitness, MapResults, Names, is_solved, scores_of, success_share
+from evolution.search.judging import Fitness, MapResults, Names, is_solved, is_untouched, scores_of, success_share
 from evolution.search.judging.expected_fitness import chances_in_time
+from evolution.search.sections import ValidationSettings
 from evolution.search.validation_stage.trials import order_kept, trials_of
+
+Results = Mapping[str, MapResults]
+"""Results of maps, by name."""
 
 MAX_SETS = 100_000
 """Most sets that are judged; each takes some tenths of a millisecond."""
@@ -20,7 +24,7 @@ SHORT_LIST = 40
 """Sets whose trials are judged: those with the best fitness times the chances of order and of no timeout."""
 
 
-def select(maps: Mapping[str, MapResults], fitness: Fitness, size: int, reliability: float) -> Names:
+def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings) -> Names:
     """Return the set with the best value that a share of its trials reaches, its maps in order of their scores.
 
     Maps without a failure come first. Of sets with equal values, the set with the best mean is returned.
@@ -29,17 +33,25 @@ def select(maps: Mapping[str, MapResults], fitness: Fitness, size: int, reliabil
         maps: Results of the candidates, by name.
         fitness: Judges sets.
         size: Maps in a set.
-        reliability: That share.
+        stage: That share, and whether maps without a contact come first, too.
     """
-    solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
-    eligible = few_enough(solved if len(solved) >= size else maps, size)
-    values = _Values(eligible, fitness, reliability)
+    eligible = preferred(maps, is_solved, size)
+    if stage.avoid_contact:
+        eligible = preferred(eligible, is_untouched, size)
+    eligible = few_enough(eligible, size)
+    values = _Values(eligible, fitness, stage.reliability)
     short_list = sorted(combinations(eligible, size), key=values.estimate)[:SHORT_LIST]
     best = min(short_list, key=values.reliable)
     return tuple(sorted(best, key=lambda name: _place(fitness((maps[name],)).scores[0])))
 
 
-def few_enough(maps: Mapping[str, MapResults], size: int) -> dict[str, MapResults]:
+def preferred(maps: Results, passes: Callable[[MapResults], bool], size: int) -> Results:
+    """Return the maps that pass a test where they suffice for a set, otherwise all."""
+    passing = {name: of_map for name, of_map in maps.items() if passes(of_map)}
+    return passing if len(passing) >= size else maps
+
+
+def few_enough(maps: Results, size: int) -> dict[str, MapResults]:
     """Return the maps with the fewest failures, as many as make at most :data:`MAX_SETS` sets, in their order.
 
     Args:
@@ -56,7 +68,7 @@ def few_enough(maps: Mapping[str, MapResults], size: int) -> dict[str, MapResult
 class _Values:
     """Values of sets of some maps in single trials; less is better."""
 
-    def __init__(self, maps: Mapping[str, MapResults], fitness: Fitness, reliability: float) -> None:
+    def __init__(self, maps: Results, fitness: Fitness, reliability: float) -> None:
         self.maps = maps
         self.fitness = fitness
         self.reliability = reliability

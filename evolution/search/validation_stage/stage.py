@@ -92,7 +92,7 @@ class _Candidates:
         settled: set[str] = set()
         while True:
             maps = {name: self.archive.results(name) for name in self.names}
-            names = select(maps, self.fitness, self.settings.maps_per_set, self.stage.reliability)
+            names = select(maps, self.fitness, self.settings.maps_per_set, self.stage)
             more = {name: self.archive.repeats_of(name) + self.stage.seeds for name in names if name not in settled}
             if not more or not self._drive(more, reserve=self.stage.held_out_seeds):
                 return names

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
+from evolution.benchmark import read_bench
 from evolution.benchmark.comparison import compare, our_times, times_of_results
-from evolution.benchmark.runs import read_bench
 from evolution.cli import main
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.runner_results import read_runner_results

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from evolution.benchmark import broken, read_rule
+from evolution.benchmark import broken, read_rule, runs_by_controller
 from gym_mapbench.errors import ConfigError
 
 NAMES = ("dwb", "my.mppi")
@@ -38,10 +38,13 @@ ROWS = [
         ("my.mppi.recoveries==4", "my.mppi.recoveries==4: my.mppi 4"),  # an error counts no recoveries
         ("dwb.n_recoveries>=1", "dwb.n_recoveries>=1: dwb 1"),  # a metric
         ("errors>1", None),
+        ("my.mppi.success<dwb.success", "my.mppi.success<dwb.success: my.mppi 0, dwb 0.75"),
+        ("dwb.success < my.mppi.success", None),
+        ("dwb.time>my.mppi.time", "dwb.time>my.mppi.time: my.mppi.time has no value"),
     ],
 )
 def test_worked_examples(rule, line):
-    assert broken([read_rule(rule, NAMES)], ROWS) == ([] if line is None else [line])
+    assert broken([read_rule(rule, NAMES)], runs_by_controller(ROWS, NAMES)) == ([] if line is None else [line])
 
 
 @pytest.mark.parametrize(
@@ -50,10 +53,12 @@ def test_worked_examples(rule, line):
         ("success", "expected a rule like success<0.95"),
         ("success<much", "expected a rule like"),
         ("sucess<1", "did you mean 'success'"),
-        ("dwbb.success<1", "unknown controller 'dwbb'; did you mean 'dwb'"),
+        ("dwbb.success<1", "unknown controller or label 'dwbb'; did you mean 'dwb'"),
         ("dwb.sucess<1", "did you mean 'success'"),
         ("success<1<2", "expected a rule like"),
         ("mine:speed<1", "unknown measure"),
+        ("dwb.success<mpi.success", "unknown controller or label 'mpi'"),
+        ("dwb.success<__import__", "expected a rule like"),
         ("success<nan", "expected a rule like"),
     ],
 )
@@ -64,4 +69,4 @@ def test_bad_rules(rule, reason):
 
 def test_a_metric_that_is_asked_for_can_be_judged():
     rule = read_rule("dwb.mine:speed<1", NAMES, ["mine:speed"])
-    assert rule.broken_by([{**ROWS[0], "mine:speed": 0.5}]) == ["dwb.mine:speed<1: dwb 0.5"]
+    assert rule.broken_by({"dwb": [{**ROWS[0], "mine:speed": 0.5}]}) == ["dwb.mine:speed<1: dwb 0.5"]

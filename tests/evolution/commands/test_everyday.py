@@ -20,6 +20,7 @@ from evolution.cli import build_parser, main
 from evolution.commands import COMMANDS, console, doctor
 from evolution.commands.catalogue import KINDS
 from evolution.commands.console import be_quiet, note, say
+from evolution.driving import kernel_files
 from evolution.files import readable
 from gym_mapbench.world.noise import NOISES
 from gym_mapbench.world.robot import ROBOTS
@@ -158,8 +159,8 @@ def test_the_doctor_clears_kernels(tmp_path, capsys, monkeypatch):
     for name, size in (("a.f-1.py311.nbi", 1000), ("a.f-1.py311.1.nbc", 30_000), ("a.f-1.py311.2.nbc", 69_000)):
         (tmp_path / name).write_bytes(bytes(size))
     (tmp_path / "a.cpython-311.pyc").write_bytes(b"kept")
-    kernels = 2 * [SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)))]
-    monkeypatch.setattr(doctor, "_dispatchers", lambda: kernels)
+    found = 2 * [SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)))]
+    monkeypatch.setattr(kernel_files, "kernels", lambda: found)
     for line in (
         "deleted 1 compiled kernels (0.1 MB in 3 files)\n",
         "deleted 0 compiled kernels (0.0 MB in 0 files)\n",
@@ -175,13 +176,13 @@ def test_the_doctor_clears_kernels(tmp_path, capsys, monkeypatch):
 IN_A_FOLDER = """
 import sys
 from pathlib import Path
-from evolution.commands import doctor
-folders = {Path(kernel.stats.cache_path) for kernel in doctor._dispatchers()}
+from evolution.driving.kernel_files import clear_kernels, kernels
+folders = {Path(kernel.stats.cache_path) for kernel in kernels()}
 for folder in folders:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "kernel.nbi").touch()
 assert all(folder.is_relative_to(sys.argv[1]) for folder in folders), folders
-assert doctor.clear_kernels() == f"deleted {len(folders)} compiled kernels (0.0 MB in {len(folders)} files)"
+assert clear_kernels() == f"deleted {len(folders)} compiled kernels (0.0 MB in {len(folders)} files)"
 """
 
 

@@ -199,3 +199,33 @@ def test_a_config_says_how_a_file_is_read(humble, tmp_path):
     assert list(DriveSettings(navigation={"params": str(path), "only": "dwb"}).navigation.controllers) == ["dwb"]
     with pytest.raises(ConfigError, match=r"navigation: .*unknown key 'nav'; did you mean 'nav2'"):
         DriveSettings(navigation={"params": str(humble), "nav": "humble"})
+
+
+class TestAChangedPreset:
+    def test_only_what_is_named_changes(self):
+        fair = DriveSettings(navigation="fair").navigation
+        changed = DriveSettings(navigation={"preset": "fair", "local_costmap": {"width": 4}}).navigation
+        assert changed == fair.replace(local_costmap=fair.local_costmap.replace(width=4))
+        assert DriveSettings(navigation={"preset": "fair"}).navigation == fair
+
+    def test_a_planner_of_another_name_has_its_own_parameters(self):
+        navfn = {"preset": "jazzy_fair", "planner": {"params": {"tolerance": 0.25}}}
+        params = DriveSettings(navigation=navfn).navigation.planner.params
+        assert (params["tolerance"], params["release"]) == (0.25, "jazzy")
+        smac = {"preset": "fair", "planner": {"name": "smac_2d", "params": {"tolerance": 0.25}}}
+        planner = DriveSettings(navigation=smac).navigation.planner
+        assert (planner.name, planner.params["tolerance"]) == ("smac_2d", 0.25)
+
+    @pytest.mark.parametrize(
+        ("navigation", "message"),
+        [
+            ({"planner": {"name": "smac_2d"}}, "expected one of the keys preset, params or controllers, got planner"),
+            ({}, "got none"),
+            ({"preset": "fai"}, "did you mean 'fair'"),
+            ({"preset": "fair", "plannr": {}}, "did you mean 'planner'"),
+        ],
+    )
+    def test_bad_changes_are_one_line(self, navigation, message):
+        with pytest.raises(ConfigError, match=message) as caught:
+            DriveSettings(navigation=navigation)
+        assert "\n" not in str(caught.value)

@@ -54,7 +54,7 @@ def test_how_far_a_search_has_come_is_counted_in_what_limits_it():
 
 def test_verdict_replays_figure_and_table_show_one_sample():
     """On map_2 of the kept set one of 19 runs of DWB takes 65 s: every part of the page tells it of the same runs."""
-    run = load_run(Path(__file__).parents[3] / "docs" / "gallery" / "quick")
+    run = load_run(Path(__file__).parents[1] / "earlier_run")
     recorded = recorded_maps(run)
     driven = [replace(one, episodes=(SimpleNamespace(controller="dwb"),)) for one in recorded]
     verdict = next(line for line in _verdict(run) if line.startswith("map_2"))

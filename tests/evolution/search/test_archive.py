@@ -8,13 +8,14 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from evolution.driving import ControllerSpec, Evaluator, JobPlan, RunResult
+from evolution.driving import Evaluator, JobPlan, RunResult
 from evolution.search.archive import Archive, best_by_exchange
 from evolution.search.budget import Budget
 from evolution.search.elite import find_elite
 from evolution.search.judging import Fitness, JudgingSettings, is_solved, judge_map, repeats_of
 from evolution.search.operators.sampling import sample_map_set
 from evolution.search.settings import EvolveSettings
+from evolution.search.staging import stages_of
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD
 
 
@@ -45,9 +46,9 @@ class Answers(Evaluator):
         return [self.how(job) for job in jobs]
 
 
-def archive_of(drive_last=(), controllers=CONTROLLERS, how=answer):
+def archive_of(staged=False, controllers=CONTROLLERS, how=answer):
     plan = JobPlan(controllers, WORLD)
-    return Archive(Answers(how), plan, drive_last)
+    return Archive(Answers(how), plan, stages_of(plan) if staged else None)
 
 
 def sets_of(count=4, seed=0):
@@ -71,8 +72,8 @@ def test_every_map_is_driven_once_and_more_only_when_asked_for():
     assert archive.take_new() == []
 
 
-def test_costly_controllers_drive_only_what_the_others_solved():
-    archive = archive_of(drive_last=("mppi", "not_compared"))
+def test_controllers_after_a_failure_do_not_run():
+    archive = archive_of(staged=True)
     results = archive.evaluate(sets_of(12))
     maps = [of_map for one in results for of_map in one]
     unsolved = [of_map for of_map in maps if not of_map[0][0].success]
@@ -88,7 +89,7 @@ def test_costly_controllers_drive_only_what_the_others_solved():
 
 
 def test_a_map_that_failed_once_is_not_driven_on():
-    archive = archive_of(("mppi",), how=unsteady)
+    archive = archive_of(staged=True, how=unsteady)
     archive.evaluate(sets_of(12))
     archive.drive_while_solved(dict.fromkeys(archive.scenarios, 4))
     results = [archive.results(digest) for digest in archive.scenarios]
@@ -100,16 +101,11 @@ def test_a_map_that_failed_once_is_not_driven_on():
         assert repeats_of(of_map) == 1 or is_solved(before)
 
 
-def test_kinds_are_left_out_not_names():
-    named = (
-        ControllerSpec(name="dwb"),
-        ControllerSpec(name="slow", kind="mppi"),
-        ControllerSpec(name="mppi", kind="rpp"),
-    )
-    archive = archive_of(("mppi",), named)
-    archive.evaluate(sets_of(12))
-    counts = {name: sum(job.controller.name == name for job in archive.evaluator.jobs) for name in ("slow", "mppi")}
-    assert counts["slow"] < counts["mppi"] == 36
+def test_sets_can_get_the_runs_that_stages_left_out():
+    archive, sets = archive_of(staged=True), sets_of(12)
+    archive.evaluate(sets)
+    archive.complete(sets)
+    assert archive.evaluate(sets) == archive_of().evaluate(sets)
 
 
 @pytest.mark.parametrize("size", [2, 3, 4])

@@ -35,7 +35,7 @@ FITNESS = Fitness.of(OPTIONS.judging, 150.0)
 
 def selected(maps, fitness=FITNESS):
     """The set of three maps that is selected."""
-    return select(maps, fitness, 3, STAGE.reliability)
+    return select(maps, fitness, 3, STAGE)
 
 
 def map_with(*slowest, outcome="goal"):
@@ -74,6 +74,28 @@ def test_where_no_set_is_reliable_the_one_with_the_best_mean_is_selected():
     assert all(np.quantile(of_set, 0.9) == 0.0 for of_set in values.values())
     means = {names: np.mean(of_set) for names, of_set in values.items()}
     assert means[selected(maps, careful)] == min(means.values()) < means["a", "b", "c"]
+
+
+def touched(of_map):
+    """The map with a contact in the last run."""
+    untouched = [tuple(replace(run, metrics={"n_contacts": 0.0}) for run in runs) for runs in of_map]
+    *others, last = untouched
+    return *others, (*last[:-1], replace(last[-1], metrics={"n_contacts": 1.0}))
+
+
+def test_maps_with_a_contact_are_avoided_where_asked_and_while_others_suffice():
+    near = map_with(*[29.0, 31.0] * 4)
+    free = {"a": EQUAL, "b": near, "c": map_with(*[36.0] * 8)}
+    free = {
+        name: tuple(tuple(replace(run, metrics={"n_contacts": 0.0}) for run in runs) for runs in of_map)
+        for name, of_map in free.items()
+    }
+    maps = {**free, "touched": touched(APART)}
+    careful = STAGE.replace(avoid_contact=True)
+    assert "touched" in select(maps, FITNESS, 3, STAGE)
+    assert select(maps, FITNESS, 3, careful) == ("a", "b", "c")
+    del maps["b"]
+    assert "touched" in select(maps, FITNESS, 3, careful)
 
 
 def test_a_value_that_has_a_chance_is_reached_less_often():

@@ -1,0 +1,129 @@
+"""Single values of the navigation by name: look them up, replace them, and write them into the text of a file.
+
+A name is that of a parameter of a controller (``PathAlign.scale``), or of a costmap with the costmap in front
+(``local_costmap.inflation_layer.inflation_radius``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import yaml
+
+from controllers.nav2_params.migration import parameter_groups
+from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
+from controllers.nav2_params.plugins import CONTROLLERS, COSTMAP_LAYERS
+from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
+from controllers.parameters import SettingsWithCritics
+from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.files.documents import parse_yaml
+from gym_mapbench.ros_params import known_class, leaves, nest_dotted, overlay
+
+COSTMAPS = ("local_costmap", "global_costmap")
+
+Value = float | int | bool | str
+Values = Mapping[str, Value]
+
+
+def values_of(navigation: NavigationParams, controller: str) -> dict[str, Any]:
+    """Return every value of a controller and of both costmaps by name, the layers that do not write left out.
+
+    Args:
+        navigation: The parameters.
+        controller: The controller, by its name or kind.
+    """
+    found = dict(leaves(navigation.controller(controller).params))
+    for name in COSTMAPS:
+        costmap: CostmapParams = getattr(navigation, name)
+        off = [layer for layer in costmap.layers if not costmap.writes(layer)]
+        values = costmap.model_dump(mode="json", exclude_none=True)
+        kept = {key: value for key, value in values.items() if key not in off}
+        found |= {f"{name}.{key}": value for key, value in leaves(kept)}
+    return found
+
+
+def unused_critics(navigation: NavigationParams, controller: str) -> frozenset[str]:
+    """Return the names of the critics that a controller does not list; their parameters have no effect."""
+    plugin = navigation.controller(controller)
+    params = CONTROLLERS[plugin.kind].params
+    names = params.critic_names() if issubclass(params, SettingsWithCritics) else ()
+    return frozenset(names) - frozenset(plugin.params.get("critics", ()))
+
+
+def with_values(navigation: NavigationParams, controller: str, values: Values) -> NavigationParams:
+    """Return the parameters with some values replaced.
+
+    Args:
+        navigation: The parameters.
+        controller: The controller, by its name or kind.
+        values: The new values by name.
+
+    Raises:
+        ConfigError: If a name or a value is wrong.
+    """
+    nested = nest_dotted(values)
+    changed = {name: _costmap(getattr(navigation, name), nested.pop(name)) for name in COSTMAPS if name in nested}
+    plugin = navigation.controller(controller)
+    name = next((key for key, one in navigation.controllers.items() if one is plugin), controller)
+    own = ControllerPlugin(kind=plugin.kind, params=overlay(plugin.params, nested))
+    return navigation.replace(**changed, controllers={**navigation.controllers, name: own})
+
+
+def write_values(text: str, controller: str, values: Values) -> str:
+    """Return the text of a parameter file with some values replaced; everything else stays, comments included.
+
+    Args:
+        text: The text of the file.
+        controller: Name of the controller in the file.
+        values: The new values by name. A parameter that the file does not give is inserted into its group.
+
+    Raises:
+        ConfigError: If the file has no group for a value.
+    """
+    _, root = parse_yaml(text, "parameter file")
+    groups = {full.rpartition(".")[2]: group for full, _, group in parameter_groups(root, "")} if root else {}
+    edits = Edits(text)
+    for name, value in values.items():
+        node, _, key = name.partition(".") if name.partition(".")[0] in COSTMAPS else ("controller_server", "", name)
+        full = key if node in COSTMAPS else f"{controller}.{key}"
+        if node not in groups:
+            raise ConfigError(f"{name}: the file has no section {node}")
+        _write(edits, groups[node], _named_as_in(groups[node], full), value)
+    return edits.apply()
+
+
+def _costmap(costmap: CostmapParams, values: Mapping[str, Any]) -> CostmapParams:
+    return CostmapParams(**overlay(costmap.model_dump(mode="json", exclude_none=True), values))
+
+
+def _named_as_in(group: yaml.MappingNode, name: str) -> str:
+    """Return a name with the layer in front as the file names it: the first group of the layer's class."""
+    layer, _, rest = name.partition(".")
+    classes = {layer: COSTMAP_LAYERS[layer].names} if layer in COSTMAP_LAYERS else {}
+    for entry in entries(group):
+        if entry.key.value == "plugin" and known_class(entry.value.value, classes):
+            return f"{entry.name.rpartition('.')[0]}.{rest}"
+    return name
+
+
+def _write(edits: Edits, group: yaml.MappingNode, name: str, value: Value) -> None:
+    """Replace one value, or insert it into the innermost group around it that the file has."""
+    found = {entry.name: entry for entry in entries(group)}
+    if name in found:
+        edits.replace(found[name], as_yaml(value))
+        return
+    holder, rest = next(_holders(found, name), (None, name))
+    if holder is None:
+        raise ConfigError(f"{name}: the file has no group {name.partition('.')[0]}")
+    edits.insert(holder, rest, value)
+
+
+def _holders(found: Mapping[str, Entry], name: str) -> Iterator[tuple[yaml.MappingNode, str]]:
+    """Yield the groups around a name, innermost first, each with the rest of the name."""
+    parts = name.split(".")
+    for length in range(len(parts) - 1, 0, -1):
+        entry = found.get(".".join(parts[:length]))
+        if entry is not None and isinstance(entry.value, yaml.MappingNode) and entry.value.value:
+            yield entry.value, ".".join(parts[length:])

@@ -1,0 +1,129 @@
+"""The result of a comparison of parameter sets in sentences: who is better at what, by how much, how certain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from evolution.benchmark.configurations import ParameterComparison
+from evolution.files import Row
+from evolution.statistics import FEWEST_FOR_INTERVAL
+
+LEVEL = 0.05
+"""Significance level of the p-values, which Holm has corrected."""
+MOST_MAPS, MOST_KEYS = 3, 8
+NO_VALUE = "-"
+
+
+def verdict_of_comparison(comparison: ParameterComparison) -> list[str]:
+    """Return the answer for each pair of sides, the maps with the largest differences, and the keys that differ."""
+    if comparison.against_first:
+        return [*_of_sweep(comparison), *_keys(comparison.parameters)]
+    sentences = [text for pair in comparison.pairs for text in _of_pair(comparison, pair)]
+    return [*sentences, *_maps(comparison), *_keys(comparison.parameters)]
+
+
+def _of_sweep(comparison: ParameterComparison) -> list[str]:
+    """Return the sides with the most goals and the shortest mean time, and each side that is shown to differ."""
+    rows = comparison.table()
+    often = max(rows, key=lambda row: row["success"])
+    timed = [row for row in rows if row["mean s"] is not None]
+    found = [f"{often['configuration']} reaches the goal most often, in {often['goals']} of {often['runs']} runs."]
+    if timed:
+        fast = min(timed, key=lambda row: row["mean s"])
+        found.append(f"{fast['configuration']} has the shortest mean time of runs at the goal, {fast['mean s']:.1f} s.")
+    shown = [pair for pair in comparison.pairs if _differ(pair)]
+    if not shown:
+        found.append(f"No other values are shown to differ from {rows[0]['configuration']}.")
+    return [*found, *(_headline(pair["first"], pair["second"], pair) for pair in shown)]
+
+
+def _differ(pair: Row) -> bool:
+    return any(pair[key] is not None and pair[key] < LEVEL for key in ("p_success_holm", "p_time_holm"))
+
+
+def differences_in_words(rows: Sequence[Row]) -> list[str]:
+    """Return a line for each key that differs, with the value of each configuration."""
+    return [f"{row['key']}: {', '.join(f'{name} {value or NO_VALUE}' for name, value in _values(row))}" for row in rows]
+
+
+def _values(row: Row) -> list[tuple[str, str]]:
+    return [(name, value) for name, value in row.items() if name != "key"]
+
+
+def _of_pair(comparison: ParameterComparison, pair: Row) -> list[str]:
+    a, b = pair["first"], pair["second"]
+    goals = {name: sum(row["outcome"] == "goal" for row in comparison.sides[name]) for name in (a, b)}
+    runs = {name: len(comparison.sides[name]) for name in (a, b)}
+    maps = len({row["map"] for row in comparison.sides[a]})
+    unit = "maps" if maps >= FEWEST_FOR_INTERVAL else "pairs of runs"
+    success = (
+        f"{b} reaches the goal in {goals[b]} of {runs[b]} runs, {a} in {goals[a]} of {runs[a]}. {b} is better on "
+        f"{pair['wins']} of {pair['n']} {unit}, {a} on {pair['losses']} ({_p(pair['p_success_holm'])})."
+    )
+    return [_headline(a, b, pair), success, *_time(a, b, pair)]
+
+
+def _headline(a: str, b: str, pair: Row) -> str:
+    """Return the answer for one pair."""
+    often = _winner(a, b, pair["p_success_holm"], pair["wins"] - pair["losses"])
+    fast = _winner(a, b, pair["p_time_holm"], 1.0 - (pair["time_ratio"] or 1.0))
+    if often is None and fast is None:
+        return f"{b} against {a}: no difference is shown, neither in success nor in time."
+    if often is None or fast is None or often == fast:
+        found = [text for text, who in (("reaches the goal more often", often), ("is faster", fast)) if who]
+        winner = often or fast
+        return f"{winner} is better than {b if winner == a else a}: {winner} {' and '.join(found)}."
+    return f"{often} reaches the goal more often than {fast}, but {fast} is faster."
+
+
+def _winner(a: str, b: str, p_value: float | None, advantage: float) -> str | None:
+    """Return the side that a test shows to be better; None if the test shows nothing."""
+    if p_value is None or p_value >= LEVEL or advantage == 0:
+        return None
+    return b if advantage > 0 else a
+
+
+def _time(a: str, b: str, pair: Row) -> list[str]:
+    if pair["time_ratio"] is None:
+        return [f"There is no pair of runs in which both {a} and {b} reach the goal, so times cannot be compared."]
+    interval = (
+        "" if pair["ratio_low"] is None else f"95 % interval {pair['ratio_low']:.3f} to {pair['ratio_high']:.3f}, "
+    )
+    return [
+        f"In the {pair['both']} pairs of runs in which both reach the goal, {b} takes {pair['time_ratio']:.3f} times "
+        f"as long as {a} ({interval}{_p(pair['p_time_holm'])})."
+    ]
+
+
+def _p(value: float | None) -> str:
+    return "p < 0.001" if value is not None and value < 0.001 else f"p = {value:.2g}"
+
+
+def _maps(comparison: ParameterComparison) -> list[str]:
+    """Name the maps with the largest differences."""
+    sides = list(comparison.sides)
+    rows = [row for row in comparison.table("maps") if _differs(row, sides)][:MOST_MAPS]
+    if not rows:
+        return []
+    named = "; ".join(f"{row['map']} ({_cell(row, sides)})" for row in rows)
+    return [f"The largest differences are on {named}."]
+
+
+def _differs(row: Row, sides: Sequence[str]) -> bool:
+    return len({(row[f"{side} goals"], row[f"{side} s"]) for side in sides}) > 1
+
+
+def _cell(row: Row, sides: Sequence[str]) -> str:
+    def time(side: str) -> str:
+        return "" if row[f"{side} s"] is None else f" in {row[f'{side} s']:.1f} s"
+
+    return ", ".join(f"{side} {row[f'{side} goals']}{time(side)}" for side in sides[:MOST_MAPS])
+
+
+def _keys(rows: Sequence[Row]) -> list[str]:
+    """Count the keys that differ and name the first."""
+    if not rows:
+        return ["The configurations differ in no key that MapBench reads."]
+    more = f" and {len(rows) - MOST_KEYS} more" if len(rows) > MOST_KEYS else ""
+    named = ", ".join(row["key"] for row in rows[:MOST_KEYS])
+    return [f"The configurations differ in {len(rows)} key{'s' * (len(rows) > 1)}: {named}{more}."]

@@ -1,0 +1,230 @@
+"""Comparison of parameter sets: every configuration runs on every map with the same seeds and noise."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from evolution.benchmark.directory import benchmark_document
+from evolution.benchmark.paired import compare_rows
+from evolution.benchmark.runs import BENCH, BENCH_TABLE, bench_row
+from evolution.benchmark.scores import score_rows
+from evolution.driving import Evaluator, JobPlan, OnRun
+from evolution.files import Row, Table, Tabled, write_text
+from evolution.statistics import holm
+from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.world.scenario import Scenario
+
+COMPARED_TABLES = ("configurations", "pairs", "maps", "parameters", "runs")
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """A parameter set under comparison.
+
+    Args:
+        label: Name in every table; unique.
+        plan: Controllers, world, seed and repeats.
+        values: In a sweep, the swept values by name.
+    """
+
+    label: str
+    plan: JobPlan
+    values: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class ParameterComparison(Tabled):
+    """The runs of several configurations on the same maps.
+
+    Args:
+        rows: One row per run, as in a benchmark, with the column ``configuration`` in front.
+        parameters: One row per key in which the configurations differ: ``key``, and a value for each label.
+        against_first: Whether each configuration is compared with the first only; else all pairs are compared.
+        configurations: The configurations; empty if the comparison was read from a file.
+        scenarios: The maps; empty if the comparison was read from a file.
+    """
+
+    rows: tuple[Row, ...]
+    parameters: tuple[Row, ...]
+    against_first: bool = False
+    configurations: tuple[Configuration, ...] = ()
+    scenarios: tuple[Scenario, ...] = ()
+
+    @cached_property
+    def sides(self) -> dict[str, list[Row]]:
+        """The runs of each side, whose name is the column ``controller``.
+
+        A side is a configuration with one controller, or one controller of a configuration (``LABEL.CONTROLLER``).
+        """
+        names = {label: _unique(row["controller"] for row in rows) for label, rows in self.by_label.items()}
+        found: dict[str, list[Row]] = {}
+        for row in self.rows:
+            label = row["configuration"]
+            side = label if len(names[label]) == 1 else f"{label}.{row['controller']}"
+            found.setdefault(side, []).append({**row, "controller": side})
+        return found
+
+    @cached_property
+    def by_label(self) -> dict[str, list[Row]]:
+        """The runs of each configuration by its label."""
+        return {
+            label: [row for row in self.rows if row["configuration"] == label]
+            for label in _unique(row["configuration"] for row in self.rows)
+        }
+
+    @cached_property
+    def pairs(self) -> list[Row]:
+        """A row for each two compared sides: the fields of ``PairedComparison`` and p-values corrected by Holm.
+
+        ``p_success_holm`` is corrected over all tests of success, ``p_time_holm`` over all tests of time.
+        """
+        names = list(self._compared())
+        found = [_plain(asdict(compare_rows(self.sides[a], self.sides[b]))) for a, b in names]
+        success, time = (_corrected([row[key] for row in found]) for key in ("p_success", "p_time"))
+        return [
+            {"first": a, "second": b, **row, "p_success_holm": of_success, "p_time_holm": of_time}
+            for (a, b), row, of_success, of_time in zip(names, found, success, time, strict=True)
+        ]
+
+    def table(self, name: str = "configurations") -> Table:
+        """Return a table.
+
+        Args:
+            name: ``configurations`` (scores of each side), ``pairs`` (two sides each), ``maps`` (goals and mean times
+                of each side, largest differences first), ``parameters`` (the keys that differ) or ``runs``.
+
+        Raises:
+            ConfigError: If there is no such table.
+        """
+        if (name or "configurations") not in COMPARED_TABLES:
+            raise unknown_name("table", name, COMPARED_TABLES)
+        if name == "pairs":
+            return Table(self.pairs)
+        if name == "maps":
+            return Table(_map_rows(self.sides))
+        return Table(self.parameters if name == "parameters" else self.rows if name == "runs" else self._scores())
+
+    def to_json(self) -> str:
+        """Return one JSON object as text: ``runs``, ``pairs``, ``parameters`` and ``against_first``."""
+        document = {
+            "runs": list(self.rows),
+            "pairs": self.pairs,
+            "parameters": list(self.parameters),
+            "against_first": self.against_first,
+        }
+        return json.dumps(document, indent=1, allow_nan=False) + "\n"
+
+    def save(self, directory: Path) -> None:
+        """Write ``bench.json`` and ``bench.csv``.
+
+        Raises:
+            RunError: If they cannot be written.
+        """
+        write_text(directory / BENCH, self.to_json())
+        write_text(directory / BENCH_TABLE, self.table("runs").to_csv())
+
+    def _scores(self) -> list[Row]:
+        scores = [score_rows(rows, [side])[0] for side, rows in self.sides.items()]
+        return [{"configuration": row["controller"], **row} for row in scores]
+
+    def _compared(self) -> Iterable[tuple[str, str]]:
+        """Yield the names of two sides each: single controllers with each other, several by their names."""
+        labels = list(self.by_label)
+        for a, b in combinations(labels, 2):
+            if self.against_first and a != labels[0]:
+                continue
+            if a in self.sides and b in self.sides:
+                yield a, b
+            names = _unique(row["controller"] for row in self.by_label[a])
+            yield from ((f"{a}.{one}", f"{b}.{one}") for one in names if f"{b}.{one}" in self.sides)
+
+
+def run_configurations(
+    scenarios: Sequence[Scenario],
+    configurations: Sequence[Configuration],
+    evaluator: Evaluator,
+    on_run: OnRun | None = None,
+) -> tuple[Row, ...]:
+    """Return a row for each run, in the order of configurations, maps and controllers."""
+    jobs = [(one.label, job) for one in configurations for scenario in scenarios for job in one.plan.jobs(scenario)]
+    results = evaluator.run([job for _, job in jobs], on_run)
+    return tuple(
+        {"configuration": label, **bench_row(job, result)} for (label, job), result in zip(jobs, results, strict=True)
+    )
+
+
+def configurations_document(scenarios: Sequence[Scenario], configurations: Sequence[Configuration]) -> dict[str, Any]:
+    """Return everything that the results of a comparison depend on."""
+    documents = {one.label: benchmark_document(scenarios, one.plan) for one in configurations}
+    first = documents[configurations[0].label]
+    own = ("controllers", "settings")
+    shared = {key: value for key, value in first.items() if key not in own}
+    return {**shared, "configurations": {label: {key: one[key] for key in own} for label, one in documents.items()}}
+
+
+def check_configurations(configurations: Sequence[Configuration]) -> None:
+    """Refuse labels that occur twice, and configurations without a controller in common.
+
+    Raises:
+        ConfigError: Naming what is wrong.
+    """
+    labels = [one.label for one in configurations]
+    twice = sorted({label for label in labels if labels.count(label) > 1})
+    if twice:
+        raise ConfigError(f"--params: two files have the label {twice[0]!r}; write LABEL=FILE")
+    for a, b in combinations(configurations, 2):
+        if max(len(a.plan.names), len(b.plan.names)) > 1 and not {*a.plan.names} & {*b.plan.names}:
+            got = f"{a.label} has {', '.join(a.plan.names)}, {b.label} has {', '.join(b.plan.names)}"
+            raise ConfigError(f"--params: expected a controller in common, or one in each file; {got}")
+
+
+def _map_rows(sides: Mapping[str, Sequence[Row]]) -> list[Row]:
+    """Return goals and mean time of each side on each map, the maps with the largest differences first."""
+    names = _unique(row["map"] for rows in sides.values() for row in rows)
+    runs = {name: {side: [row for row in rows if row["map"] == name] for side, rows in sides.items()} for name in names}
+    ordered = sorted(names, key=lambda name: _difference(list(runs[name].values())), reverse=True)
+    return [{"map": name, **_cells(runs[name])} for name in ordered]
+
+
+def _cells(runs: Mapping[str, Sequence[Row]]) -> Row:
+    cells: Row = {}
+    for side, rows in runs.items():
+        times = _times(rows)
+        cells |= {f"{side} goals": f"{len(times)}/{len(rows)}", f"{side} s": _mean(times)}
+    return cells
+
+
+def _difference(sides: Sequence[Sequence[Row]]) -> tuple[float, float]:
+    """Return the largest difference in the share of goals, then the largest ratio of mean times."""
+    shares = [len(_times(rows)) / max(len(rows), 1) for rows in sides]
+    means = [mean for rows in sides if (mean := _mean(_times(rows)))]
+    return max(shares) - min(shares), max(means) / min(means) if means else 1.0
+
+
+def _times(rows: Sequence[Row]) -> list[float]:
+    return [row["time_s"] for row in rows if row["outcome"] == "goal"]
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return sum(values) / len(values) if values else None
+
+
+def _corrected(p_values: Sequence[float | None]) -> list[float | None]:
+    """Return p-values corrected by Holm; a test that was not possible has none and does not count."""
+    corrected = iter(holm([p for p in p_values if p is not None]))
+    return [None if p is None else next(corrected) for p in p_values]
+
+
+def _plain(row: Row) -> Row:
+    return {key: value if math.isfinite(value) else None for key, value in row.items()}
+
+
+def _unique(names: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(names))

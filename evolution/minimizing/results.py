@@ -1,0 +1,96 @@
+"""The result of a minimisation, and the directory that holds it.
+
+::
+
+    minimize.json     map, controllers, world, verdict and seed, and the versions it was begun with
+    results.sqlite    every run, as it ends
+    maps.json         the original map and the smallest map, as a map set
+    summary.json      number of obstacles, verdict on held-out seeds, and all steps
+    report.html       both maps side by side with replays
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from evolution.files import DirectoryKind, Row, Table, Tabled, read_json
+from evolution.minimizing.obstacles import obstacles_of
+from gym_mapbench.errors import RunError
+from gym_mapbench.mapio import load_map_set
+from gym_mapbench.world.scenario import Scenario
+
+MINIMIZATION = DirectoryKind("minimization", "minimize.json", format_version=1)
+MAPS, SUMMARY, REPORT = "maps.json", "summary.json", "report.html"
+
+
+@dataclass(frozen=True)
+class Minimized(Tabled):
+    """A map before and after minimisation.
+
+    Args:
+        before: The original map with its task.
+        after: The smallest map on which the verdict holds.
+        keep: The verdict.
+        held_before: For each held-out seed, whether the verdict holds on the original map.
+        held_after: The same for the smallest map.
+        steps: One row per smaller map: its number of obstacles and of occupied cells.
+    """
+
+    before: Scenario
+    after: Scenario
+    keep: str
+    held_before: tuple[bool, ...]
+    held_after: tuple[bool, ...]
+    steps: tuple[Row, ...]
+
+    def table(self, name: str = "") -> Table:
+        """Return both maps as rows; with the name ``steps``, all smaller maps."""
+        if name == "steps":
+            return Table(self.steps)
+        sides = (("before", self.before, self.held_before), ("after", self.after, self.held_after))
+        return Table(
+            {
+                "map": what,
+                "obstacles": len(obstacles_of(scenario.map)),
+                "occupied cells": int(scenario.map.occupancy.sum()),
+                "verdict on held-out seeds": f"{sum(held)}/{len(held)}",
+            }
+            for what, scenario, held in sides
+        )
+
+    def sentences(self) -> list[str]:
+        """Return the result in words."""
+        before, after = self.table()
+        sure = sum(self.held_after) == len(self.held_after)
+        return [
+            f"{before['obstacles']} obstacles become {after['obstacles']}, and the verdict '{self.keep}' still holds.",
+            f"On held-out seeds the verdict holds in {after['verdict on held-out seeds']} trials on the smallest map, "
+            f"and in {before['verdict on held-out seeds']} on the original map.",
+            "The obstacles that are left are enough for the verdict."
+            if sure
+            else "The verdict depends on noise: repeat with more --seeds for a map on which it is certain.",
+        ]
+
+    def document(self) -> Row:
+        """Return everything but the maps, JSON-able."""
+        held = {"held_before": list(self.held_before), "held_after": list(self.held_after)}
+        return {"keep": self.keep, "maps": list(self.table()), **held, "steps": list(self.steps)}
+
+
+def load_minimized(path: Path) -> Minimized:
+    """Return the result in a directory.
+
+    Raises:
+        RunError: If it is not finished, or damaged.
+    """
+    MINIMIZATION.open(path)
+    if not (path / SUMMARY).is_file():
+        raise RunError(f"{path}: the minimization was not finished; continue it with --resume")
+    summary = read_json(path / SUMMARY)
+    before, after = load_map_set(path / MAPS)
+    try:
+        held = tuple(summary["held_before"]), tuple(summary["held_after"])
+        return Minimized(before, after, str(summary["keep"]), *held, tuple(summary["steps"]))
+    except (KeyError, TypeError):
+        raise RunError(f"{path / SUMMARY}: expected the summary of a minimization") from None

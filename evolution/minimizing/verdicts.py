@@ -1,0 +1,100 @@
+"""Verdicts about the runs on a map that a minimisation keeps."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+from evolution.driving import RunResult
+from gym_mapbench.errors import ConfigError, unknown_name
+
+Trial = Mapping[str, RunResult]
+"""One run of each controller with the same noise, by the controller's name."""
+
+CLAUSE = re.compile(r"(?P<name>\S+) (?P<what>fails|succeeds)")
+FORMS = "'CONTROLLER fails', 'CONTROLLER succeeds', several of these joined by 'and', 'order' or 'ratio'"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A statement about one trial; it holds on a map if it holds in every trial.
+
+    Args:
+        text: As the user wrote it.
+        outcomes: Whether each named controller must reach the goal; for ``order`` and ``ratio`` empty.
+        order: The controllers by time, those that fail last, in the order of their names.
+        ratio: Time of the slowest over that of the fastest controller.
+        tolerance: Largest relative difference from ``ratio``.
+    """
+
+    text: str
+    outcomes: Mapping[str, bool]
+    order: tuple[str, ...] = ()
+    ratio: float = math.nan
+    tolerance: float = 0.1
+
+    def holds(self, trial: Trial) -> bool:
+        """Whether it holds in a trial; a run that ended in an error is neither a success nor a failure."""
+        if any(result.outcome == "error" for result in trial.values()):
+            return False
+        if self.text == "order":
+            return order_of(trial) == self.order
+        if self.text == "ratio":
+            return abs(ratio_of(trial) / self.ratio - 1.0) <= self.tolerance
+        return all(trial[name].success == wanted for name, wanted in self.outcomes.items())
+
+    def measured_on(self, trials: Sequence[Trial]) -> Verdict:
+        """Return the verdict with the order and the median ratio of some trials, those of the original map.
+
+        Raises:
+            ConfigError: If a run fails and the ratio is to be kept.
+        """
+        ratio = median(ratio_of(trial) for trial in trials)
+        if self.text == "ratio" and not math.isfinite(ratio):
+            raise ConfigError("--keep ratio: expected a map on which all controllers reach the goal")
+        return Verdict(self.text, self.outcomes, order_of(trials[0]), ratio, self.tolerance)
+
+
+def read_verdict(text: str, controllers: Sequence[str], tolerance: float = 0.1) -> Verdict:
+    """Read a verdict.
+
+    Args:
+        text: ``CONTROLLER fails`` or ``CONTROLLER succeeds``, several joined by ``and``; ``order`` or ``ratio``.
+        controllers: Names of the controllers.
+        tolerance: Largest relative difference from the ratio of the original map.
+
+    Raises:
+        ConfigError: If it is something else, or names no controller.
+    """
+    words = " ".join(text.split())
+    if words in ("order", "ratio"):
+        if len(controllers) < 2:
+            raise ConfigError(f"--keep {words}: expected at least two controllers, got {', '.join(controllers)}")
+        return Verdict(words, {}, tolerance=tolerance)
+    outcomes: dict[str, bool] = {}
+    for clause in words.split(" and "):
+        found = CLAUSE.fullmatch(clause)
+        if found is None or outcomes.get(found["name"], found["what"] == "succeeds") != (found["what"] == "succeeds"):
+            raise ConfigError(f"--keep: expected {FORMS}, got {text!r}")
+        if found["name"] not in controllers:
+            raise ConfigError(f"--keep: {unknown_name('controller', found['name'], controllers)}")
+        outcomes[found["name"]] = found["what"] == "succeeds"
+    return Verdict(words, outcomes)
+
+
+def order_of(trial: Trial) -> tuple[str, ...]:
+    """Return the controllers by time, those that fail last in the order of their names."""
+    return tuple(sorted(trial, key=lambda name: (_time(trial[name]), name)))
+
+
+def ratio_of(trial: Trial) -> float:
+    """Return the time of the slowest over that of the fastest controller; infinite if one fails."""
+    times = [_time(result) for result in trial.values()]
+    return max(times) / min(times) if math.isfinite(max(times)) else math.inf
+
+
+def _time(result: RunResult) -> float:
+    return result.time_s if result.success else math.inf

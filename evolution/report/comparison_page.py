@@ -1,0 +1,154 @@
+"""The page of a comparison of parameter sets: verdict, replays side by side, tables, and figures of a sweep."""
+
+from __future__ import annotations
+
+import io
+import shlex
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import yaml
+
+from evolution.benchmark import (
+    Configuration,
+    ParameterComparison,
+    configurations_document,
+    score_rows,
+    table_of_compared,
+    table_of_comparisons,
+    table_of_scores,
+    verdict_of_comparison,
+)
+from evolution.driving import Job, drive
+from evolution.files import Row, write_text
+from evolution.pictures import sweep_figure
+from evolution.report.benchmark_page import INTERVALS, page_table, typical_run
+from evolution.report.page import Attachment, Report, Section, Table, picture, render_page
+from evolution.report.replays import ReplayedMap
+from gym_mapbench.errors import RunError
+from gym_mapbench.metrics.episode import Episode
+
+LONGEST_TITLE = 60
+MOST_MAPS, MOST_SIDES = 12, 6
+"""Largest numbers of maps with replays and of replays of one map; more would make the page too large to open."""
+
+
+def write_comparison_report(
+    result: ParameterComparison,
+    page: Path,
+    arguments: Sequence[str] = (),
+    drive: Callable[[Job], Episode] = drive,
+) -> None:
+    """Write the page of a comparison; one run of each side is re-run on the maps where the sides differ most.
+
+    Args:
+        result: The comparison, as :func:`evolution.compare` returned it.
+        page: The file; see :func:`evolution.report.writing.new_page`.
+        arguments: The command line after ``mapbench``; empty if the comparison was started from Python.
+        drive: Runs a job and records everything.
+
+    Raises:
+        RunError: If the comparison was read from a file, which does not hold its maps, or the page cannot be written.
+    """
+    if not result.configurations:
+        raise RunError(f"{page}: expected a comparison that was just run; a file of results does not hold its maps")
+    document = configurations_document(result.scenarios, result.configurations)
+    plan = result.configurations[0].plan
+    report = Report(
+        title="Comparison of parameter sets",
+        subtitle=f"{', '.join(result.by_label)} on {len(result.scenarios)} maps, {plan.repeats} runs of each "
+        f"controller on each; seed {plan.root_seed}",
+        verdict=verdict_of_comparison(result),
+        command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.compare(...), see the configuration",
+        configuration=yaml.safe_dump(document, sort_keys=False),
+        maps=_replays(result, drive),
+        sections=_sections(result),
+        downloads=[
+            Attachment("bench.json", "application/json", result.to_json().encode()),
+            Attachment("bench.csv", "text/csv", result.table("runs").to_csv().encode()),
+        ],
+        missing=_missing(result),
+    )
+    write_text(page, render_page(report))
+
+
+def _sections(result: ParameterComparison) -> list[Section]:
+    scores = table_of_scores([score_rows(rows, [side])[0] for side, rows in result.sides.items()])
+    swept = result.configurations[0].values is not None
+    tables = [page_table("Configurations", table_of_compared(result) if swept else scores)]
+    tables.append(page_table("Pairs", table_of_comparisons(result)))
+    return [
+        *([Section("Sweep", figures=[_figure(result)], id="sweep")] if swept else []),
+        Section("Tables", [INTERVALS], tables, id="tables"),
+        Section("Keys that differ", (), _filled("Parameters", result, "parameters"), id="parameters"),
+        Section("Maps", (), _filled("Maps, largest differences first", result, "maps"), id="all-maps"),
+    ]
+
+
+def _filled(caption: str, result: ParameterComparison, name: str) -> list[Table]:
+    table = result.table(name)
+    return [page_table(caption, table)] if len(table) else []
+
+
+def _figure(result: ParameterComparison) -> Attachment:
+    """Return the figure of a sweep, over all controllers together."""
+    rows = [
+        {**score_rows([{**row, "controller": one.label} for row in result.by_label[one.label]], [one.label])[0]}
+        | dict(one.values or {})
+        for one in result.configurations
+    ]
+    own = result.configurations[0].values or {}
+    content = io.BytesIO()
+    sweep_figure(rows, list(own), own).savefig(content, format="png", dpi=150)
+    return picture("Success and mean time with 95 % intervals; dashed line or cross: own values", content.getvalue())
+
+
+def _replays(result: ParameterComparison, drive: Callable[[Job], Episode]) -> list[ReplayedMap]:
+    """Return the replays of the maps where the sides differ most."""
+    by_name = {scenario.name: scenario for scenario in result.scenarios}
+    shown = list(result.table("maps"))[:MOST_MAPS]
+    sides = list(result.sides)[:MOST_SIDES]
+    replays = []
+    for row in shown:
+        episodes = [one for side in sides for one in _episode(result, side, by_name[row["map"]].name, drive)]
+        if episodes:
+            title = _title(row, sides)
+            radius = float(result.configurations[0].plan.settings.robot.radius)
+            sample = "Title: runs at the goal. Replay: the run of each with its median time."
+            replays.append(ReplayedMap(title, episodes, radius, sample=sample))
+    return replays
+
+
+def _title(row: Row, sides: Sequence[str]) -> str:
+    """Return the name of a map with the goals of each side; the name alone where that is too long."""
+    goals = ", ".join(f"{side} {row[f'{side} goals']}" for side in sides)
+    return f"{row['map']}: {goals}" if len(goals) <= LONGEST_TITLE else str(row["map"])
+
+
+def _episode(result: ParameterComparison, side: str, name: str, drive: Callable[[Job], Episode]) -> list[Episode]:
+    """Return the typical run of a side on a map, named after the side; nothing if all runs ended in an error."""
+    configuration, number = _owner(result.configurations, side)
+    scenario = next(one for one in result.scenarios if one.name == name)
+    rows = [row for row in result.sides[side] if row["map"] == name and row["outcome"] != "error"]
+    if not rows:
+        return []
+    job = configuration.plan.job(scenario, number, typical_run(rows)["repeat"])
+    return [replace(drive(job), controller=side)]
+
+
+def _owner(configurations: Sequence[Configuration], side: str) -> tuple[Configuration, int]:
+    """Return the configuration of a side and the position of its controller."""
+    for one in configurations:
+        names = [one.label] if len(one.plan.names) == 1 else [f"{one.label}.{name}" for name in one.plan.names]
+        if side in names:
+            return one, names.index(side)
+    raise KeyError(side)
+
+
+def _missing(result: ParameterComparison) -> list[str]:
+    """Say which replays are left out."""
+    maps, sides = len(result.scenarios) - MOST_MAPS, len(result.sides) - MOST_SIDES
+    lines = [f"Replays of the {MOST_MAPS} maps with the largest differences only; {maps} more are in the tables."]
+    more = [f"Replays of the first {MOST_SIDES} configurations only; {sides} more are in the tables."]
+    return [*(lines if maps > 0 else []), *(more if sides > 0 else [])]

@@ -1,0 +1,60 @@
+"""The page of a minimisation: the map before and after side by side, with replays."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import yaml
+
+from evolution.driving import Job, JobPlan, drive
+from evolution.files import write_text
+from evolution.minimizing import Minimized
+from evolution.report.benchmark_page import page_table
+from evolution.report.page import Report, Section, Table, render_page
+from evolution.report.replays import ReplayedMap
+from gym_mapbench.metrics.episode import Episode
+
+
+def write_minimized_report(
+    result: Minimized,
+    plan: JobPlan,
+    page: Path,
+    arguments: Sequence[str] = (),
+    drive: Callable[[Job], Episode] = drive,
+) -> None:
+    """Write the page of a minimisation; the runs of the first seed are re-run for the replays.
+
+    Args:
+        result: The minimisation.
+        plan: Controllers, world and seed of its runs.
+        page: The file.
+        arguments: The command line after ``mapbench``; empty if it was started from Python.
+        drive: Runs a job and records everything.
+    """
+    radius = float(plan.settings.robot.radius)
+    before, after = result.table()
+    maps = [
+        ReplayedMap(
+            f"{row['map']}: {row['obstacles']} obstacles",
+            [drive(plan.job(scenario, number, 0)) for number in range(len(plan.controllers))],
+            radius,
+            sample=f"Verdict on held-out seeds: {row['verdict on held-out seeds']}. Replay: the first seed.",
+        )
+        for row, scenario in ((before, result.before), (after, result.after))
+    ]
+    report = Report(
+        title=f"Smallest map: {result.keep}",
+        subtitle=f"{result.before.name}; {', '.join(plan.names)}; seed {plan.root_seed}",
+        verdict=result.sentences(),
+        command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.minimize(...), see the configuration",
+        configuration=yaml.safe_dump(plan.settings.model_dump(mode="json"), sort_keys=False),
+        maps=maps,
+        sections=[Section("Tables", (), [page_table("Maps", result.table()), *_steps(result)], id="tables")],
+    )
+    write_text(page, render_page(report))
+
+
+def _steps(result: Minimized) -> list[Table]:
+    return [page_table("Smaller maps, in order", result.table("steps"))] if result.steps else []

@@ -1,0 +1,110 @@
+"""The page of a tuning: verdict, replays on test maps, changed parameters, and the history of the search."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import yaml
+
+from controllers.nav2_params.yaml_edits import as_yaml
+from evolution.driving import DriveSettings
+from evolution.files import Row
+from evolution.report.page import Attachment, Report, Section, Table, picture
+from evolution.report.replays import ReplayedMap
+from evolution.tuning import FIGURES, PARAMS, TRIALS, Tuning, drive_test
+from gym_mapbench.metrics.episode import Episode
+
+MOST_REPLAYS = 6
+"""Largest number of test maps with replays."""
+COMPARED = (
+    "The own values and the tuned values run on the same test maps with the same seeds. The search has used neither "
+    "these maps nor these seeds."
+)
+SEARCHED = (
+    "Trial 0 has the own values. Each trial runs on the training maps in an order of its own and stops if the Wilcoxon "
+    "test says that it is worse than the best trial. The cost of a run is its time over the time of the shortest path "
+    "at maximum speed; a failure costs twice the time limit."
+)
+VALIDATED = (
+    "The best trials and the own values were re-run on all training maps with held-out seeds. The result is the trial "
+    "with the lowest cost."
+)
+CAPTIONS = {
+    "history": "Cost of each trial; the cost of a stopped trial is estimated from its differences to the best trial",
+    "front": "Costs of the trials, and the Pareto front of the finalists on held-out seeds with their numbers",
+    "importance": "Importance of each parameter for the costs (PED-ANOVA)",
+}
+
+
+def report_of_tuning(tuning: Tuning) -> Report:
+    """Return the page of a finished tuning; the replays are re-run."""
+    begun, summary = tuning.config["tuning"], tuning.summary
+    maps = f"{len(begun['train'])} training maps, {len(begun['test'])} test maps"
+    world = DriveSettings.from_mapping(begun["world"], "world")
+    return Report(
+        title=f"Tuning of {summary.controller}",
+        subtitle=f"{maps}; {sum(summary.runs.values())} runs; seed {begun['settings']['seed']}",
+        verdict=tuning.verdict,
+        command=_command(summary.controller, begun["settings"]),
+        configuration=yaml.safe_dump(begun, sort_keys=False),
+        maps=[_replayed(episodes, world.robot.radius) for episodes in drive_test(tuning, MOST_REPLAYS)],
+        sections=_sections(tuning),
+        downloads=[
+            Attachment(PARAMS, "application/yaml", tuning.params.read_bytes()),
+            Attachment(TRIALS, "text/csv", (tuning.path / TRIALS).read_bytes()),
+        ],
+    )
+
+
+def _command(controller: str, settings: Mapping[str, Any]) -> str:
+    """Return the command of a tuning; its maps and its world are in the configuration."""
+    words = [f"--trials {settings['trials']}", f"--seed {settings['seed']}", f"--sampler {settings['sampler']}"]
+    words += [f"--objective {name}" for name in settings["objectives"]]
+    words += [f"--require '{text}'" for text in settings["requirements"]]
+    maps = "--train MAPS --test MAPS --params FILE --out DIR"
+    return f"mapbench tune {controller} {maps} {' '.join(words)}  # the configuration names all maps and values"
+
+
+def _replayed(episodes: Sequence[Episode], radius: float) -> ReplayedMap:
+    """Return the replay of a test map with the outcomes in its title."""
+    name = episodes[0].scenario.name
+    runs = ", ".join(f"{one.controller} {one.outcome} after {one.time:.1f} s" for one in episodes)
+    return ReplayedMap(f"{name}: {runs}", episodes, radius, sample="One of the test maps with the largest difference.")
+
+
+def _sections(tuning: Tuning) -> list[Section]:
+    summary = tuning.summary
+    return [
+        Section(
+            "Changed parameters", [] if summary.changes else ["None."], _tables("Changes", _texts(summary.changes))
+        ),
+        Section("History", [SEARCHED], figures=_figures(tuning, "history", "front")),
+        Section("Importance", figures=_figures(tuning, "importance")),
+        Section("Validation", [VALIDATED], _tables("Finalists", summary.finalists)),
+        Section("Test", [COMPARED], _tables("Runs", summary.test)),
+        Section("Trials", tables=_tables("Trials", summary.trials)),
+    ]
+
+
+def _figures(tuning: Tuning, *names: str) -> list[Attachment]:
+    paths = {name: tuning.path / FIGURES / f"{name}.png" for name in names}
+    return [picture(CAPTIONS[name], path.read_bytes()) for name, path in paths.items() if path.is_file()]
+
+
+def _tables(caption: str, rows: Sequence[Row]) -> list[Table]:
+    """Return a table of some rows; truth values are written as words, and a missing number is a dash."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    cells = [[_cell(row.get(name)) for name in names] for row in rows]
+    return [Table(caption, names, cells)] if rows else []
+
+
+def _texts(changes: Sequence[Row]) -> list[Row]:
+    """Return the changes as texts, since values of different kinds stand in a column."""
+    return [{name: as_yaml(value) for name, value in row.items()} for row in changes]
+
+
+def _cell(value: object) -> str | float | int:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return float("nan") if value is None else value if isinstance(value, int | float) else str(value)

@@ -1,0 +1,85 @@
+"""ParameterText: the parameter file that a tuning changes, as text, so that its comments and its order stay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import yaml
+
+from controllers.nav2_params import Nav2Params, write_nav2_params
+from controllers.nav2_params.values import Values, values_of, write_values
+from evolution.driving import DriveSettings, ParameterFile
+from evolution.files import temporary_directory, write_text
+from evolution.tuning.space import SearchSpace
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.files.documents import read_document_text
+
+
+@dataclass(frozen=True)
+class ParameterText:
+    """A parameter file.
+
+    Args:
+        text: Its text.
+        controller: Name of the tuned controller in the file.
+        file: How the file is read.
+    """
+
+    text: str
+    controller: str
+    file: ParameterFile
+
+    def with_values(self, values: Values) -> str:
+        """Return the text with some values replaced.
+
+        Raises:
+            ConfigError: If the text has no place for a value, or the changed text does not give the values back.
+        """
+        changed = write_values(self.text, self.controller, values)
+        with TemporaryDirectory(dir=temporary_directory()) as folder:
+            path = Path(folder) / "nav2_params.yaml"
+            write_text(path, changed)
+            found = values_of(self.file.replace(params=str(path), only=self.controller).load(), self.controller)
+        for name, value in values.items():
+            if found.get(name) != value:
+                got = f"{name}: expected {value!r} after the change, got {found.get(name)!r}"
+                raise ConfigError(f"{self.file.params}: {got}")
+        return changed
+
+    def accepts(self, name: str, own: Values) -> bool:
+        """Whether the text has a place for a parameter."""
+        try:
+            write_values(self.text, self.controller, {name: own[name]})
+        except ConfigError:
+            return False
+        return True
+
+
+def text_of_file(file: ParameterFile, read: Nav2Params, controller: str) -> ParameterText:
+    """Return the text of a user's file.
+
+    Raises:
+        ConfigError: If the file does not configure the controller.
+    """
+    chosen = read.navigation.controller(controller)
+    named = next((name for name in read.own_controllers if read.navigation.controllers[name] is chosen), None)
+    if named is None:
+        own = ", ".join(read.own_controllers) or "none"
+        raise ConfigError(f"{file.params}: expected a file that configures the controller {controller}, got {own}")
+    return ParameterText(read_document_text(file.params), named, file)
+
+
+def text_of_settings(settings: DriveSettings, controller: str) -> ParameterText:
+    """Return a new parameter file with the navigation of some settings and one controller."""
+    navigation = settings.navigation
+    alone = navigation.replace(controllers={controller: navigation.controller(controller)})
+    document = write_nav2_params(alone, robot=settings.robot)
+    file = ParameterFile(params="nav2_params.yaml", nav2=navigation.release)
+    return ParameterText(yaml.safe_dump(document, sort_keys=False), controller, file)
+
+
+def writable_space(space: SearchSpace, text: ParameterText, own: Values) -> SearchSpace:
+    """Return the space without the parameters that the text has no place for, such as those of a missing section."""
+    return space.without(frozenset(name for name in space.parameters if not text.accepts(name, own)))

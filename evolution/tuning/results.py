@@ -1,0 +1,112 @@
+"""Tuning: the results in the directory of a finished tuning.
+
+::
+
+    tuning.json         options, search space, world and maps, and the versions it was begun with
+    results.sqlite      every run, as it ends
+    nav2_params.yaml    the user's file with the tuned values
+    summary.json        verdict, changed parameters, trials, finalists, importances, and the runs on the test maps
+    trials.csv          one line per trial
+    test.json           the test maps
+    test.csv            one line per run on the test maps
+    front/              with several objectives, a parameter file for each point of the Pareto front
+    figures/            history, importances, Pareto front
+    report.html         the page
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from evolution.files import DirectoryKind, Document, Row, Table, Tabled, check, read_json
+from gym_mapbench.errors import RunError, unknown_name
+
+TUNING = DirectoryKind("tuning", "tuning.json", format_version=1)
+SUMMARY, TRIALS, TEST, PARAMS, FRONT = "summary.json", "trials.csv", "test.csv", "nav2_params.yaml", "front"
+TEST_MAPS, FIGURES = "test.json", "figures"
+TABLES = ("changes", "trials", "finalists", "importances", "test")
+
+
+class TuningSummary(Document):
+    """The content of ``summary.json`` that readers use.
+
+    Args:
+        verdict: The result in sentences.
+        controller: The tuned controller.
+        objectives: Names of the objectives.
+        winner: Number of the chosen trial; 0 for the user's own values.
+        runs: Number of runs of the search, the validation stage and the test.
+        changes: For each changed parameter, its name and its value before and after.
+        finalists: The trials of the validation stage.
+        front: Numbers of the trials on the Pareto front; with one objective, that of the winner.
+        importances: For each parameter, its importance for each objective.
+        trials: A row for each trial.
+        test: A row for each run on the test maps.
+    """
+
+    verdict: list[str]
+    controller: str
+    objectives: list[str]
+    winner: int
+    runs: dict[str, int]
+    changes: list[Row]
+    finalists: list[Row]
+    front: list[int]
+    importances: list[Row]
+    trials: list[Row]
+    test: list[Row]
+
+
+@dataclass(frozen=True)
+class Tuning(Tabled):
+    """A finished tuning.
+
+    Args:
+        path: Its directory.
+        config: The options it was begun with.
+        summary: The result.
+    """
+
+    path: Path
+    config: Row
+    summary: TuningSummary
+
+    @property
+    def params(self) -> Path:
+        """The tuned parameter file."""
+        return self.path / PARAMS
+
+    @property
+    def verdict(self) -> list[str]:
+        """The result in sentences."""
+        return self.summary.verdict
+
+    def table(self, name: str = "changes") -> Table:
+        """Return a table.
+
+        Args:
+            name: ``changes`` (the tuned parameters before and after), ``trials``, ``finalists``, ``importances`` or
+                ``test``.
+
+        Raises:
+            ConfigError: If there is no such table.
+        """
+        if (name or "changes") not in TABLES:
+            raise unknown_name("table", name, TABLES)
+        return Table(getattr(self.summary, name or "changes"))
+
+
+def load_tuning(path: str | Path) -> Tuning:
+    """Read the directory of a tuning.
+
+    Raises:
+        RunError: If it is not a tuning, was not finished, or is damaged.
+    """
+    path = Path(path)
+    config = TUNING.open(path)
+    if not (path / SUMMARY).is_file():
+        raise RunError(f"{path}: the tuning was not finished; continue it with --resume")
+    summary = read_json(path / SUMMARY)
+    check(TuningSummary, summary, path / SUMMARY)
+    return Tuning(path, config, TuningSummary.model_validate(summary))

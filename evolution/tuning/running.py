@@ -1,0 +1,158 @@
+"""run_tuning(): search, validation stage and test in one directory; it can be killed at any moment and continued."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from operator import itemgetter
+from pathlib import Path
+from typing import Any
+
+from controllers.nav2_params.values import Value
+from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation, run_job
+from evolution.files import Row, csv_of, make_directory, write_json, write_text
+from evolution.runs import exclusive_store
+from evolution.tuning.figures import write_figures
+from evolution.tuning.parameter_text import ParameterText
+from evolution.tuning.plan import TuningPlan
+from evolution.tuning.results import FRONT, PARAMS, SUMMARY, TEST, TEST_MAPS, TRIALS, TUNING, Tuning, load_tuning
+from evolution.tuning.search import OnTrial, Searched, Trial, search
+from evolution.tuning.validation import Finalist, front_of, judge, validate
+from evolution.tuning.verdict import verdict_of
+from gym_mapbench.mapio import group_scenarios
+from gym_mapbench.mapio.map_set_file import write_map_set
+
+
+def run_tuning(
+    plan: TuningPlan,
+    text: ParameterText,
+    path: Path,
+    *,
+    resume: bool = False,
+    resources: Resources = DEFAULT_RESOURCES,
+    on_trial: OnTrial | None = None,
+    on_run: OnRun | None = None,
+) -> Tuning:
+    """Run or continue a tuning.
+
+    Args:
+        plan: Controller, world, search space, maps and options.
+        text: The parameter file that gets the tuned values.
+        path: Its directory.
+        resume: Whether to continue a tuning that was begun there.
+        resources: Workers, executor and time limits; the results do not depend on it.
+        on_trial: Called after each trial with the number of runs so far.
+        on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
+
+    Raises:
+        ConfigError: If the directory holds something else, or another tuning was begun there.
+        RunError: If no worker starts, or nothing can be written.
+    """
+    text.with_values(plan.own)
+    document = {"tuning": plan.document()}
+    if resume:
+        TUNING.resume(path, document, itemgetter("tuning"))
+    else:
+        TUNING.begin(path, document)
+    own = plan.jobs_with(None)
+    with (
+        exclusive_store(TUNING, path, resources.wait_s) as store,
+        resources.evaluator(run_job, store, preparation(own.controllers, own.settings)) as evaluator,
+    ):
+        searched = search(plan, evaluator, on_trial, on_run)
+        finalists = validate(plan, searched.trials, evaluator, on_run)
+        test = judge(plan, front_of(finalists)[0], evaluator, on_run)
+        TUNING.check_there(path)
+        _write(_Outcome(plan, searched, finalists, test), text, path)
+    return load_tuning(path)
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """All that was found."""
+
+    plan: TuningPlan
+    searched: Searched
+    finalists: list[Finalist]
+    test: list[Row]
+    front: list[Finalist] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "front", front_of(self.finalists))
+
+    @property
+    def winner(self) -> Finalist:
+        """The finalist with the lowest first cost."""
+        return self.front[0]
+
+    def changed(self, values: dict[str, Value]) -> dict[str, Value]:
+        """Return the values that differ from the user's."""
+        return {name: value for name, value in values.items() if value != self.plan.own[name]}
+
+    def summary(self) -> dict[str, Any]:
+        """Return the content of ``summary.json``."""
+        changed = self.changed(self.winner.values)
+        trials = self.searched.trials
+        validated = len(self.finalists) * self.plan.settings.validation_repeats * len(self.plan.train)
+        return {
+            "verdict": verdict_of(self.plan, self.searched, self.winner, self.test),
+            "controller": self.plan.controller,
+            "objectives": list(self.plan.settings.objectives),
+            "winner": self.winner.number,
+            "runs": {
+                "search": sum(len(one.rows) for one in trials),
+                "validation": validated,
+                "test": len(self.test),
+            },
+            "changes": [{"parameter": k, "before": self.plan.own[k], "after": v} for k, v in changed.items()],
+            "finalists": [self._finalist_row(one) for one in self.finalists],
+            "front": [one.number for one in self.front],
+            "importances": self._importances(),
+            "trials": self.trial_rows(),
+            "test": self.test,
+        }
+
+    def _finalist_row(self, one: Finalist) -> Row:
+        costs = dict(zip(self._cost_names(), one.costs, strict=True))
+        return {"trial": one.number, **costs, "success": one.success, "meets requirements": one.feasible}
+
+    def _importances(self) -> list[Row]:
+        """Return a row for each parameter, the most important for the first objective first."""
+        names = self.searched.importances[0]
+        columns = zip(self.plan.settings.objectives, self.searched.importances, strict=True)
+        of_each = list(columns)
+        return [{"parameter": name, **{key: found.get(name, 0.0) for key, found in of_each}} for name in names]
+
+    def trial_rows(self) -> list[Row]:
+        """Return a row for each trial."""
+        return [self._trial_row(trial) for trial in self.searched.trials]
+
+    def _trial_row(self, trial: Trial) -> Row:
+        costs = trial.estimate or (None,) * len(self.plan.settings.objectives)
+        return {
+            "trial": trial.number,
+            "state": trial.state,
+            "maps": len(trial.rows),
+            "success": trial.success if trial.rows else None,
+            **dict(zip(self._cost_names(), costs, strict=True)),
+            **{f"misses {name} by": value for name, value in trial.violations.items()},
+            **trial.values,
+        }
+
+    def _cost_names(self) -> Sequence[str]:
+        return [f"cost {name}" for name in self.plan.settings.objectives]
+
+
+def _write(outcome: _Outcome, text: ParameterText, path: Path) -> None:
+    """Write all files; the summary is the last, since it marks a finished tuning."""
+    write_text(path / PARAMS, text.with_values(outcome.changed(outcome.winner.values)))
+    if len(outcome.plan.settings.objectives) > 1:
+        make_directory(path / FRONT)
+        for one in outcome.front:
+            write_text(path / FRONT / f"trial_{one.number}.yaml", text.with_values(outcome.changed(one.values)))
+    write_map_set(group_scenarios(outcome.plan.test), path / TEST_MAPS)
+    write_text(path / TRIALS, csv_of(outcome.trial_rows()))
+    write_text(path / TEST, csv_of(outcome.test))
+    summary = outcome.summary()
+    write_figures(path, summary)
+    write_json(path / SUMMARY, summary)

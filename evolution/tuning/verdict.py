@@ -1,0 +1,134 @@
+"""The result of a tuning in sentences: what it brings on the test maps, how certain that is, and what was changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from statistics import fmean, median
+
+import numpy as np
+
+from controllers.nav2_params.values import Value
+from evolution.benchmark import compare_rows
+from evolution.files import Row
+from evolution.statistics import FEWEST_FOR_INTERVAL, bootstrap_interval
+from evolution.tuning.plan import TuningPlan
+from evolution.tuning.search import Searched, Trial
+from evolution.tuning.validation import OWN, TUNED, Finalist
+
+BOOTSTRAP_SEED = 0
+MOST_CHANGES = 5
+"""Largest number of changes in words; the table has all."""
+
+
+@dataclass(frozen=True)
+class CostDifference:
+    """Cost of the tuned values minus cost of the user's own on the test maps, paired by map.
+
+    Args:
+        mean: Mean over the maps; negative if the tuned values are better.
+        low: Lower end of the 95 % bootstrap interval; None for too few maps.
+        high: Upper end.
+    """
+
+    mean: float
+    low: float | None
+    high: float | None
+
+    @property
+    def in_words(self) -> str:
+        """Whether the tuned values are better, in words."""
+        if self.low is None or self.high is None:
+            return f"fewer than {FEWEST_FOR_INTERVAL} test maps are too few to say whether the tuned values are better"
+        if self.high < 0:
+            return "the tuned values are better"
+        return "the tuned values are worse" if self.low > 0 else "the tuned values are not shown to be better"
+
+
+def cost_difference(test: Sequence[Row]) -> CostDifference:
+    """Return the paired difference of the first cost over the test maps."""
+    costs: dict[str, dict[str, list[float]]] = {OWN: {}, TUNED: {}}
+    for row in test:
+        costs[row["controller"]].setdefault(row["map"], []).append(row["cost"])
+    differences = [fmean(costs[TUNED][name]) - fmean(costs[OWN][name]) for name in costs[OWN]]
+    if len(differences) < FEWEST_FOR_INTERVAL:
+        return CostDifference(fmean(differences), None, None)
+    return CostDifference(fmean(differences), *bootstrap_interval(differences, np.random.default_rng(BOOTSTRAP_SEED)))
+
+
+def verdict_of(plan: TuningPlan, searched: Searched, winner: Finalist, test: Sequence[Row]) -> list[str]:
+    """Return the result in sentences."""
+    search = _searched(plan, searched.trials)
+    if winner.number == 0:
+        first = "No trial beats the own values on held-out seeds, so the parameter file is unchanged."
+        return [first, _reached(test, OWN), search]
+    found = cost_difference(test)
+    interval = "" if found.low is None else f" (95 % interval {found.low:.2f} to {found.high:.2f})"
+    first = (
+        f"On {len(plan.test)} test maps that the search has not seen, {found.in_words}: the mean cost "
+        f"{plan.settings.objectives[0]} changes by {found.mean:+.2f}{interval}."
+    )
+    changed = _changes(plan.own, winner.values, searched.importances[0])
+    return [first, _reached(test, OWN), _reached(test, TUNED), *_paired(test), *_met(winner), changed, search]
+
+
+def _reached(test: Sequence[Row], name: str) -> str:
+    """Return success and median time in words."""
+    rows = [row for row in test if row["controller"] == name]
+    good = [row["time_s"] for row in rows if row["outcome"] == "goal"]
+    times = f", in {median(good):.1f} s in the median" if good else ""
+    whose = "The own values reach" if name == OWN else "The tuned values reach"
+    return f"{whose} the goal in {len(good)} of {len(rows)} runs ({100 * len(good) / len(rows):.0f} %){times}."
+
+
+def _paired(test: Sequence[Row]) -> list[str]:
+    """Return the paired comparison of success and time in words."""
+    own, tuned = ([row for row in test if row["controller"] == name] for name in (OWN, TUNED))
+    found = compare_rows(own, tuned)
+    lines = [
+        f"The tuned values reach the goal more often on {found.wins} of {found.n} maps and less often on "
+        f"{found.losses} (McNemar's exact test: p = {found.p_success:.2g})."
+    ]
+    if found.both:
+        ends = f"95 % interval {found.ratio_low:.2f} to {found.ratio_high:.2f}, "
+        interval = ends if isfinite(found.ratio_low) else ""
+        lines.append(
+            f"In the {found.both} pairs in which both reach the goal, the tuned values take "
+            f"{found.time_ratio:.2f} times as long ({interval}Wilcoxon: p = {found.p_time:.2g})."
+        )
+    return lines
+
+
+def _met(winner: Finalist) -> list[str]:
+    """Say so if the winner misses a requirement."""
+    return [] if winner.feasible else ["No finalist meets all requirements on held-out seeds."]
+
+
+def _searched(plan: TuningPlan, trials: Sequence[Trial]) -> str:
+    runs, stopped = sum(len(one.rows) for one in trials), sum(one.state == "stopped" for one in trials)
+    return (
+        f"The search made {len(trials)} trials with {runs} runs on {len(plan.train)} training maps; it stopped "
+        f"{stopped} trials early."
+    )
+
+
+def _changes(before: Mapping[str, Value], after: Mapping[str, Value], importances: Mapping[str, float]) -> str:
+    """Return the changes of the most important parameters in words."""
+    changed = [name for name in after if after[name] != before[name]]
+    shown = sorted(changed, key=lambda name: -importances.get(name, 0.0))[:MOST_CHANGES]
+    which = f"the {len(shown)} most important" if importances else f"{len(shown)}"
+    head = f"{len(changed)} parameters change" + (f"; {which}" if len(shown) < len(changed) else "")
+    return f"{head}: {'; '.join(_change(name, before[name], after[name]) for name in shown)}."
+
+
+def _change(name: str, before: Value, after: Value) -> str:
+    numbers = [one for one in (before, after) if isinstance(one, int | float) and not isinstance(one, bool)]
+    if len(numbers) < 2 or min(numbers) <= 0:
+        return f"{name}: {_text(before)} becomes {_text(after)}"
+    verb, ratio = ("rises", after / before) if after > before else ("falls", before / after)  # type: ignore[operator]
+    return f"{name} {verb} from {before:g} to {after:g}, by a factor of {ratio:.3g}"
+
+
+def _text(value: Value) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)

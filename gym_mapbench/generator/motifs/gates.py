@@ -1,0 +1,37 @@
+"""Gates: walls across the way, each with a gap."""
+
+from __future__ import annotations
+
+from gym_mapbench.generator.motifs.around import Around
+from gym_mapbench.generator.motifs.motif import Motif, Values
+from gym_mapbench.generator.ranges import LengthRange
+from gym_mapbench.generator.shapes import Cells
+
+
+class Gates(Motif):
+    """Walls across the whole map, their gaps on a line that the robot follows; oblique gates on a diagonal route.
+
+    ::
+
+        ##################
+        # G              #
+        #                #
+        ##### ############
+        #                #
+        ########## #######
+        #                #
+        #############  ###
+        #              S #
+        ##################
+
+    Args:
+        gap: Range of the gaps' widths, m.
+        thickness: Range of the walls' thickness, m.
+    """
+
+    gap: LengthRange = (0.65, 0.95)
+    thickness: LengthRange = (0.05, 0.3)
+
+    def walls(self, around: Around, genes: Values) -> Cells:
+        """Return the wall with its gap; see :meth:`Motif.walls`."""
+        return around.within_along(genes["thickness"]) & ~around.within_across(genes["gap"])

@@ -1,0 +1,172 @@
+"""Comparison of parameter sets: sides, verdict, sweeps, directory and the command."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from evolution import compare, configuration_of, load
+from evolution.benchmark import ParameterComparison, parameter_rows, read_sweep, sweep, verdict_of_comparison
+from evolution.cli import main
+from gym_mapbench.errors import ConfigError
+from tests.evolution import fake_runs
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+HALL, PARAMS = str(EXAMPLES / "hall.yaml"), str(EXAMPLES / "nav2_params.yaml")
+
+
+def run(label, name, outcome, time, controller="rpp", repeat=0):
+    fixed = {"path_length_m": 5.0, "n_recoveries": 0}
+    row = {"configuration": label, "map": name, "controller": controller, "repeat": repeat, "outcome": outcome}
+    return {**row, "time_s": time, **fixed}
+
+
+def by_hand(swept=False):
+    names = [f"m{number}" for number in range(8)]
+    a = [run("a", name, "timeout" if name < "m6" else "goal", 10.0) for name in names]
+    b = [run("b", name, "goal", 5.0) for name in names]
+    return ParameterComparison((*a, *b), ({"key": "x.y", "a": "1", "b": ""},), swept)
+
+
+def test_the_verdict_by_hand():
+    headline, success, time, maps, keys = verdict_of_comparison(by_hand())
+    assert headline == "b is better than a: b reaches the goal more often."
+    assert success == (
+        "b reaches the goal in 8 of 8 runs, a in 2 of 8. b is better on 6 of 8 maps, a on 0 (p = 0.031)."
+    )
+    assert time.startswith(
+        "In the 2 pairs of runs in which both reach the goal, b takes 0.500 times as long as a (p = "
+    )
+    assert maps.startswith("The largest differences are on m0 (a 0/1, b 1/1 in 5.0 s);")
+    assert keys == "The configurations differ in 1 key: x.y."
+
+
+def test_equal_sides_are_not_told_apart():
+    a = by_hand().rows[8:]
+    same = ParameterComparison((*a, *({**row, "configuration": "c"} for row in a)), ())
+    headline, *_, keys = verdict_of_comparison(same)
+    assert headline == "c against b: no difference is shown, neither in success nor in time."
+    assert keys == "The configurations differ in no key that MapBench reads."
+
+
+def test_several_controllers_are_compared_by_name():
+    rows = tuple(run(label, "m", "goal", 5.0, name) for label in "ab" for name in ("dwb", "rpp"))
+    found = ParameterComparison(rows, ())
+    assert list(found.sides) == ["a.dwb", "a.rpp", "b.dwb", "b.rpp"]
+    assert [(row["first"], row["second"]) for row in found.pairs] == [("a.dwb", "b.dwb"), ("a.rpp", "b.rpp")]
+
+
+def test_p_values_are_corrected_over_all_pairs():
+    third = tuple({**row, "configuration": "c"} for row in by_hand().rows[:8])
+    found = ParameterComparison((*by_hand().rows, *third), ())
+    assert len(found.pairs) == 3
+    assert found.pairs[0]["p_success_holm"] == pytest.approx(3 * found.pairs[0]["p_success"])
+    assert len(replace(found, against_first=True).pairs) == 2
+
+
+def test_keys_that_differ():
+    own = configuration_of("own", "thesis", ["rpp"])
+    (point,) = sweep(own.plan, [read_sweep("rpp.lookahead_dist=0.9")])[1:]
+    assert parameter_rows([own, point]) == (
+        {"key": "controller_server.rpp.lookahead_dist", "own": "0.6", "lookahead_dist=0.9": "0.9"},
+    )
+
+
+def test_a_grid_and_its_own_values():
+    plan = configuration_of("own", "thesis", ["rpp"]).plan
+    two = [
+        read_sweep("rpp.lookahead_dist=0.6,0.9"),
+        read_sweep("local_costmap.inflation_layer.inflation_radius=0.3,0.4"),
+    ]
+    found = sweep(plan, two)
+    assert len(found) == 5
+    assert found[0].plan == plan
+    assert found[3].label == "lookahead_dist=0.9,inflation_radius=0.3"
+    assert found[3].plan.settings.navigation.local_costmap.inflation_layer.inflation_radius == 0.3
+    assert len(sweep(plan, [read_sweep("rpp.lookahead_dist=0.6")])) == 1
+
+
+def test_sobol_points_are_in_range_and_repeat():
+    plan = configuration_of("own", "thesis", ["mppi"], seed=4).plan
+    two = [read_sweep("mppi.temperature=0.1,0.5"), read_sweep("mppi.time_steps=20,40")]
+    found = [one.values for one in sweep(plan, two, 5)[1:]]
+    assert found == [one.values for one in sweep(plan, two, 5)[1:]]
+    assert len(found) == 5
+    assert all(0.1 <= one["mppi.temperature"] <= 0.5 for one in found)
+    assert all(one["mppi.time_steps"] in range(20, 41) for one in found)
+
+
+@pytest.mark.parametrize(
+    ("text", "samples", "message"),
+    [
+        ("rpp.lookahed_dist=1", None, "did you mean 'lookahead_dist'"),
+        ("rp.lookahead_dist=1", None, "did you mean 'rpp'"),
+        ("rpp.lookahead_dist", None, "expected CONTROLLER.PARAMETER=VALUE"),
+        ("rpp.lookahead_dist=a", None, "expected CONTROLLER.PARAMETER=VALUE"),
+        ("rpp.allow_reversing=1", None, "expected a parameter that is a number"),
+        ("rpp.lookahead_dist=1", 4, "expected the lowest and the highest value"),
+    ],
+)
+def test_bad_sweeps(text, samples, message):
+    plan = configuration_of("own", "thesis", ["rpp"]).plan
+    with pytest.raises(ConfigError, match=message):
+        sweep(plan, [read_sweep(text)], samples)
+
+
+@pytest.fixture
+def no_robot(monkeypatch):
+    monkeypatch.setattr("evolution.api.run_job", fake_runs.drive)
+    monkeypatch.setattr("evolution.api.preparation", lambda *_: bool)
+
+
+def test_the_directory_is_read_back_and_continued(no_robot, tmp_path):
+    two = [configuration_of(label, preset, ["rpp"], repeats=2) for label, preset in (("a", "thesis"), ("b", "fair"))]
+    found = compare(HALL, two, out=tmp_path / "out", workers=1)
+    again = load(tmp_path / "out")
+    assert isinstance(again, ParameterComparison)
+    assert again.rows == found.rows
+    assert again.parameters == found.parameters
+    assert verdict_of_comparison(again) == verdict_of_comparison(found)
+    before = (tmp_path / "out" / "bench.json").read_bytes()
+    compare(HALL, two, out=tmp_path / "out", resume=True, workers=2)
+    assert (tmp_path / "out" / "bench.json").read_bytes() == before
+    with pytest.raises(ConfigError, match=r"configurations\.b"):
+        compare(HALL, two[:1], out=tmp_path / "out", resume=True)
+    assert [row["seed"] for row in found.rows[:2]] == [row["seed"] for row in found.rows[2:]]
+
+
+def test_bad_labels_and_rules(tmp_path, capsys):
+    for argv, message in (
+        (["--params", PARAMS, "--params", PARAMS], "two files have the label 'nav2_params'; write LABEL=FILE"),
+        (
+            ["--params", "a=thesis", "--params", "b=fair", "--fail-if", "c.success<a.success"],
+            "unknown controller or label",
+        ),
+        (["--params", "a=thesis", "--params", "b=nothing.yaml"], "expected a file or one of the presets"),
+        (["--sweep-samples", "3"], "expected the parameters to sweep"),
+    ):
+        assert main(["bench", HALL, *argv]) == 2
+        (line,) = [one for one in capsys.readouterr().err.splitlines() if one.startswith("mapbench bench: ")]
+        assert message in line
+
+
+def test_the_command_compares_and_fails_by_rule(tmp_path, capsys):
+    page = tmp_path / "two.html"
+    argv = ["bench", HALL, "--controllers", "rpp", "--params", "a=thesis", "--params", "b=jazzy", "--time-limit", "4"]
+    argv += ["--workers", "1", "--format", "json", "--html", str(page), "--fail-if", "b.success<=a.success"]
+    assert main(argv) == 1
+    output = capsys.readouterr()
+    found = json.loads(output.out)
+    assert [row["configuration"] for row in found["runs"]] == ["a", "b"]
+    assert "--fail-if b.success<=a.success: b 0, a 0" in output.err
+    assert "Comparison of parameter sets" in page.read_text(encoding="utf-8")
+
+
+def test_the_verdict_of_a_sweep_names_the_values_that_differ():
+    often, fast, shown, _ = verdict_of_comparison(by_hand(swept=True))
+    assert often == "b reaches the goal most often, in 8 of 8 runs."
+    assert fast == "b has the shortest mean time of runs at the goal, 5.0 s."
+    assert shown == "b is better than a: b reaches the goal more often."

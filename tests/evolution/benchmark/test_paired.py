@@ -1,0 +1,83 @@
+"""Paired statistics: tests by hand, the units, and what swapping the sides does."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from evolution.benchmark import Trial, compare_paired
+from evolution.benchmark.paired import mcnemar, units, wilcoxon
+
+RUNS = st.lists(
+    st.tuples(st.integers(0, 7), st.booleans(), st.booleans(), st.floats(1.0, 60.0), st.floats(1.0, 60.0)),
+    min_size=1,
+    max_size=30,
+)
+
+
+def sides(runs):
+    first = [Trial(f"m{number}", a, x) for number, a, _, x, _ in runs]
+    return first, [Trial(f"m{number}", b, y) for number, _, b, _, y in runs]
+
+
+def rng():
+    return np.random.default_rng(3)
+
+
+def test_six_maps_by_hand():
+    first = [Trial(f"m{number}", False, math.nan) for number in range(6)] + [Trial("m6", True, 10.0)]
+    second = [Trial(f"m{number}", True, 5.0) for number in range(6)] + [Trial("m6", True, 5.0)]
+    found = compare_paired(first, second, rng())
+    assert (found.n, found.wins, found.losses, found.both) == (7, 6, 0, 1)
+    assert found.p_success == pytest.approx(2 * 0.5**6)
+    assert found.time_ratio == pytest.approx(0.5)
+    assert math.isnan(found.ratio_low)
+    assert found.p_time == 1.0
+
+
+def test_runs_on_one_map_of_many_count_once():
+    """Five lost runs on one of six maps are one lost map."""
+    names = [f"m{number}" for number in range(6) for _ in range(5)]
+    first = [Trial(name, True, 10.0) for name in names]
+    second = [Trial(name, name != "m0", 10.0) for name in names]
+    found = compare_paired(first, second, rng())
+    assert (found.pairs, found.n, found.wins, found.losses, found.p_success) == (30, 6, 0, 1, 1.0)
+
+
+def test_runs_are_the_units_of_few_maps():
+    assert units([("a", 1.0), ("a", 3.0), ("b", 5.0)]) == [1.0, 3.0, 5.0]
+    assert units([(name, 1.0) for name in "aabcde"]) == [1.0] * 5
+
+
+def test_mcnemar_and_wilcoxon_are_those_of_scipy():
+    assert mcnemar(2, 9) == pytest.approx(stats.binomtest(2, 11).pvalue)
+    assert mcnemar(0, 0) == 1.0
+    assert wilcoxon([0.1, 0.3, -0.2, 0.5, 0.6]) == pytest.approx(stats.wilcoxon([0.1, 0.3, -0.2, 0.5, 0.6]).pvalue)
+    assert wilcoxon([0.0, 0.0]) == 1.0
+    assert math.isnan(wilcoxon([]))
+
+
+@settings(max_examples=40, deadline=None)
+@given(RUNS)
+def test_swapped_sides_give_the_inverse_ratio(runs):
+    first, second = sides(runs)
+    one, other = compare_paired(first, second, rng()), compare_paired(second, first, rng())
+    assert (one.n, one.wins, one.losses, one.both) == (other.n, other.losses, other.wins, other.both)
+    assert one.p_success == pytest.approx(other.p_success)
+    assert one.time_ratio == pytest.approx(1 / other.time_ratio, nan_ok=True)
+    assert one.p_time == pytest.approx(other.p_time, nan_ok=True)
+
+
+@settings(max_examples=20, deadline=None)
+@given(RUNS)
+def test_the_interval_holds_the_ratio_and_repeats(runs):
+    found = compare_paired(*sides(runs), rng())
+    again = compare_paired(*sides(runs), rng())
+    assert repr(found) == repr(again)
+    if not math.isnan(found.ratio_low):
+        assert found.ratio_low <= found.ratio_high
+        assert found.ratio_low > 1 / 61
+        assert found.ratio_high < 61

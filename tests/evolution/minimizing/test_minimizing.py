@@ -1,0 +1,196 @@
+"""Minimisation: delta debugging, obstacles, verdicts, and a whole minimisation without a robot."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evolution import load
+from evolution.cli import main
+from evolution.driving import JobPlan, RunResult, resources
+from evolution.minimizing import MinimizeSettings, read_verdict, run_minimizing
+from evolution.minimizing.delta_debugging import minimal
+from evolution.minimizing.obstacles import farthest_first, frame_of, halves, map_with, obstacles_of
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.scenario import Pose, Scenario
+from tests.evolution import fake_runs
+
+ROWS = (
+    "##########",
+    "#........#",
+    "#.#....##.",
+    "#..#...##.",
+    "#........#",
+    "#...#....#",
+    "#........#",
+    "##########",
+)
+GRID = GridMap.from_rows(
+    ["#" * 10, "#........#", "#.#....###", "#..#...###", "#........#", "#...#....#", "#" * 10], 0.1
+)
+
+
+def first_that(condition):
+    return lambda candidates: next((i for i, one in enumerate(candidates) if condition(one)), None)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 40), st.sets(st.integers(0, 39), max_size=5))
+def test_only_the_needed_items_are_left(count, needed):
+    """Where the condition is that some items are there, exactly these are left."""
+    needed = {one for one in needed if one < count}
+    assert minimal(range(count), first_that(lambda items: needed <= set(items))) == sorted(needed)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 25), st.integers(0, 2**31))
+def test_no_single_item_can_be_removed(count, seed):
+    """Also where the condition is not monotonic."""
+    rng = np.random.default_rng(seed)
+    known = {}
+
+    def condition(items):
+        return known.setdefault(tuple(items), bool(rng.random() < 0.3))
+
+    known[tuple(range(count))] = True
+    left = minimal(range(count), first_that(condition))
+    assert known[tuple(left)]
+    assert not any(known[tuple(left[:i] + left[i + 1 :])] for i in range(len(left)))
+
+
+def test_obstacles_touch_at_corners_and_the_frame_is_none():
+    assert sorted(int(one.sum()) for one in obstacles_of(GRID)) == [1, 2, 4]
+    assert int(frame_of(GRID.occupancy).sum()) == 2 * 10 + 2 * 5
+    assert frame_of(GridMap.from_rows(ROWS).occupancy)[:, -1].sum() == 2  # a border with a gap is no frame
+
+
+def test_the_map_with_all_obstacles_is_the_map():
+    assert map_with(GRID, obstacles_of(GRID)) == GRID
+    assert not obstacles_of(map_with(GRID, []))
+
+
+def test_the_farthest_obstacle_is_first():
+    path = np.array([[0.15, 0.15], [0.45, 0.15]])
+    assert [int(one.sum()) for one in farthest_first(obstacles_of(GRID), GRID, [path])] == [4, 2, 1]
+
+
+def test_halves_are_the_whole():
+    cells = np.zeros((9, 9), dtype=bool)
+    cells[2:4, 1:8] = True
+    first, second = halves(cells)
+    assert (first ^ second == cells).all()
+    assert not (first & second).any()
+    assert not list(halves(first & (np.arange(9) < 3)))
+
+
+def result(outcome="goal", time=10.0):
+    return RunResult(outcome, time, 5.0)
+
+
+def test_verdicts_by_hand():
+    trial = {"dwb": result(), "mppi": result("timeout", 150.0), "rpp": result("goal", 8.0)}
+    names = tuple(trial)
+    assert read_verdict("mppi fails", names).holds(trial)
+    assert read_verdict("mppi fails and  rpp succeeds", names).holds(trial)
+    assert not read_verdict("dwb fails", names).holds(trial)
+    assert not read_verdict("mppi fails", names).holds(trial | {"rpp": result("error", 0.0)})
+    order = read_verdict("order", names).measured_on([trial])
+    assert order.order == ("rpp", "dwb", "mppi")
+    assert not order.holds(trial | {"dwb": result(time=7.0)})
+    both = {"dwb": result(), "rpp": result(time=8.0)}
+    ratio = read_verdict("ratio", ("dwb", "rpp"), tolerance=0.1).measured_on([both])
+    assert ratio.holds({"dwb": result(time=10.9), "rpp": result(time=8.0)})
+    assert not ratio.holds({"dwb": result(time=11.1), "rpp": result(time=8.0)})
+    with pytest.raises(ConfigError, match="all controllers reach the goal"):
+        read_verdict("ratio", names).measured_on([trial])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("mppi explodes", "expected 'CONTROLLER fails'"),
+        ("mpi fails", "did you mean 'mppi'"),
+        ("mppi fails and mppi succeeds", "expected 'CONTROLLER fails'"),
+        ("", "expected 'CONTROLLER fails'"),
+    ],
+)
+def test_bad_verdicts(text, message):
+    with pytest.raises(ConfigError, match=message):
+        read_verdict(text, ("dwb", "mppi"))
+
+
+def blocked(job):
+    """Fails where the cell at (0.45, 0.15) is occupied; takes longer with more walls."""
+    fails = job.scenario.map.occupancy[1, 4]
+    return RunResult("collision" if fails else "goal", 5.0 + job.scenario.map.occupancy.sum(), 3.0, seed=job.seed)
+
+
+def recorded(job):
+    return Episode(job.scenario, job.controller.name, 0, "goal", "", 1.0, 0.1, np.array([[0.15, 0.15, 0, 0, 0]]), None)
+
+
+def minimise(path, keep="rpp fails", workers=1, on_run=None, resume=False):
+    scenario = Scenario(GRID, Pose(0.15, 0.15), Pose(0.85, 0.15), "hand")
+    plan = JobPlan(fake_runs.CONTROLLERS[2:], fake_runs.WORLD, 3)
+    verdict = read_verdict(keep, plan.names)
+    wanted = MinimizeSettings(seeds=2, held_out_seeds=3)
+    options = {"resources": resources.Resources(workers=workers), "on_run": on_run, "resume": resume, "drive": recorded}
+    return run_minimizing(scenario, plan, verdict, wanted, path, **options)
+
+
+@pytest.fixture
+def no_robot(monkeypatch):
+    monkeypatch.setattr("evolution.minimizing.running.run_job", blocked)
+    monkeypatch.setattr("evolution.minimizing.running.preparation", lambda *_: None)
+
+
+def test_the_cause_is_left(no_robot, tmp_path):
+    found = minimise(tmp_path / "out")
+    (cause,) = obstacles_of(found.after.map)
+    assert cause[1, 4]
+    assert found.held_after == (True,) * 3
+    assert [row["obstacles"] for row in found.table()] == [3, 1]
+    again = load(tmp_path / "out")
+    assert again.sentences() == found.sentences()
+    assert again.after.map == found.after.map
+
+
+def test_a_killed_minimisation_continues_with_the_same_bytes(no_robot, tmp_path):
+    minimise(tmp_path / "whole", workers=2)
+    count = iter(range(100))
+
+    def interrupt(*_):
+        if next(count) == 5:
+            raise KeyboardInterrupt
+
+    with suppress(KeyboardInterrupt):
+        minimise(tmp_path / "cut", on_run=interrupt)
+    minimise(tmp_path / "cut", resume=True)
+    for name in ("maps.json", "summary.json"):
+        assert (tmp_path / "cut" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+
+
+def test_a_verdict_that_does_not_hold_is_refused(no_robot, tmp_path):
+    with pytest.raises(ConfigError, match="holds on 0 of 2 seeds"):
+        minimise(tmp_path / "out", "rpp succeeds")
+
+
+def test_the_command_says_what_is_wrong(tmp_path, capsys):
+    argv = ["minimize", "examples/office.yaml", "--out", str(tmp_path / "out")]
+    assert main([*argv, "--keep", "mpi fails"]) == 2
+    assert "did you mean 'mppi'" in capsys.readouterr().err
+    assert main([*argv, "--keep", "mppi fails", "--map", "offic"]) == 2
+    assert "--map: unknown map 'offic'; did you mean 'office'" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_summary_is_json(no_robot, tmp_path):
+    minimise(tmp_path / "out")
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["keep"] == "rpp fails"
