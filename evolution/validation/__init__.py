@@ -16,8 +16,8 @@ from evolution.validation.measures import Measure
 from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
 from evolution.validation.plant import PlantOracle, plant_measures
-from evolution.validation.setup import KINDS, is_reproduced
 from evolution.validation.plant_runs import PlantRuns, plant_run_measures
+from evolution.validation.setup import KINDS, is_reproduced
 from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
 
 __all__ = [

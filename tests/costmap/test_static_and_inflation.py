@@ -159,7 +159,7 @@ def test_footprint_of_params_or_robot():
         ({"voxel_layer": {"z_voxels": 17}}, "z_voxels: expected less than or equal to 16, got 17"),
         ({"obstacle_layer": {"scan": {"marking": 1}}}, "marking: expected true or false, got 1"),
         ({"obstacle_layer": {"combination_method": 2}}, "expected 0 or 1 (2 is new in Jazzy), got 2"),
-        ({"release": "foxy"}, "release: expected 'humble' or 'jazzy', got 'foxy'"),
+        ({"release": "foxy"}, "release: expected 'humble', 'jazzy' or 'lyrical', got 'foxy'"),
         ({"width": 0}, "width"),
     ],
 )
