@@ -239,5 +239,5 @@ def test_a_release_that_is_not_built_is_refused(spoilt):
     file = spoilt / "config.json"
     file.chmod(0o644)
     file.write_text(file.read_text().replace('"humble"', '"rolling"'))
-    with pytest.raises(MapFormatError, match="expected humble or jazzy, got 'rolling'"):
+    with pytest.raises(MapFormatError, match="expected humble or jazzy or lyrical, got 'rolling'"):
         Oracle(spoilt)
