@@ -14,7 +14,7 @@ from statistics import NormalDist, median
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import t as student
+import scipy
 
 from evolution.search.judging.equation import gain
 from evolution.search.judging.exact import JudgedMap, Names
@@ -115,7 +115,7 @@ def _predicted(margin: float, deviation: float, repeats: int) -> float:
     """Return the chance that a further value lies less than ``margin`` above the mean of some repeats."""
     if deviation == 0.0:
         return float(margin >= 0.0)
-    return float(student.cdf(margin / (deviation * np.sqrt(1.0 + 1.0 / repeats)), PRIOR + repeats - 1))
+    return float(scipy.special.stdtr(PRIOR + repeats - 1, margin / (deviation * np.sqrt(1.0 + 1.0 / repeats))))
 
 
 def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: Fitness) -> float:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from pydantic import field_validator
-from scipy import ndimage
 
 from evolution.search.operators.sampling import Cells
 from gym_mapbench.errors import ConfigError
@@ -76,7 +76,7 @@ class Edit:
 
     def cut_out(self) -> tuple[Cells, int, int]:
         """Return the chosen obstacle as a stamp, with the row and col of its lower-left cell."""
-        rows, cols = ndimage.find_objects(self.labels, max_label=self.obstacle)[self.obstacle - 1]
+        rows, cols = scipy.ndimage.find_objects(self.labels, max_label=self.obstacle)[self.obstacle - 1]
         return self.labels[rows, cols] == self.obstacle, rows.start, cols.start
 
 

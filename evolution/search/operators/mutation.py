@@ -12,9 +12,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from pymoo.core.mutation import Mutation
-from scipy import ndimage
 
 from evolution.search.operators.adaptive import Credit, Trial
 from evolution.search.operators.changes import OPERATORS
@@ -173,8 +173,8 @@ def mutate_map(
 
 def label_obstacles(cells: Cells, connectivity: int = 4) -> tuple[Labels, int]:
     """Return the labels of the connected obstacles, from 1 (0 where free), and their number."""
-    neighbours = ndimage.generate_binary_structure(2, 1 if connectivity == 4 else 2)
-    labels, count = ndimage.label(cells, structure=neighbours)
+    neighbours = scipy.ndimage.generate_binary_structure(2, 1 if connectivity == 4 else 2)
+    labels, count = scipy.ndimage.label(cells, structure=neighbours)
     return np.asarray(labels, dtype=np.int32), int(count)
 
 
@@ -188,9 +188,9 @@ def obstacles_near(way: NDArray[np.float64], labels: Labels) -> list[int]:
     free = np.ones(labels.shape, dtype=np.bool_)
     cols, rows = (np.clip(np.rint(way[:, axis]).astype(int), 0, labels.shape[1 - axis] - 1) for axis in (0, 1))
     free[rows, cols] = False
-    distances = ndimage.distance_transform_edt(free)
+    distances = scipy.ndimage.distance_transform_edt(free)
     numbers = np.unique(labels[labels > 0])
-    nearest = np.asarray(ndimage.minimum(distances, labels, numbers))
+    nearest = np.asarray(scipy.ndimage.minimum(distances, labels, numbers))
     return [int(number) for number in numbers[np.argsort(nearest, kind="stable")]]
 
 

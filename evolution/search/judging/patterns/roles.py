@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from itertools import combinations, product
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from evolution.search.judging.patterns.base import Pattern, Times, log_times
 from evolution.search.judging.patterns.pools import Found, Pool, orders_of
@@ -83,7 +83,7 @@ class Roles(Pattern):
         if not maps:
             return 0.0
         of_roles = np.array([role_scores(times) for times in maps])
-        filled = of_roles[linear_sum_assignment(of_roles, maximize=True)]
+        filled = of_roles[scipy.optimize.linear_sum_assignment(of_roles, maximize=True)]
         return float(filled.sum()) / int(of_roles.shape[1])
 
     def bound(self, widest: float) -> float:
