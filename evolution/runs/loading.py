@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from statistics import median
@@ -12,6 +12,7 @@ from typing import Any
 from evolution.driving import RESULT_FIELDS, RUN_COLUMNS, RunResult
 from evolution.files import Row, Table, Tabled, read_npz
 from evolution.runs.directory import CONFIG, MAPS, RunDir, controllers_in
+from evolution.runs.front import front_sentence, objectives_in
 from evolution.search import Experiment, MapResults, experiment_of
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.generator import ShapeSettings, default_task
@@ -37,6 +38,7 @@ class LoadedRun(Tabled):
         best: The best map set.
         best_results: ``best_results.json``.
         timing: ``timing.jsonl``; a half-written last line is left out.
+        front: ``front.csv``; empty for a search of one objective.
         figures: Directory of its figures, if it is not the one in ``path``.
     """
 
@@ -50,19 +52,21 @@ class LoadedRun(Tabled):
     best_results: Mapping[str, Any]
     timing: list[Row]
     figures: Path | None = None
+    front: list[Row] = field(default_factory=list)
 
     def table(self, name: str = "best") -> Table:
         """Return a table.
 
         Args:
             name: ``best`` (the best map set: one row per map, with every controller's median time in s and the score
-                of the map), ``generations``, ``individuals`` or ``runs`` (the files of these names).
+                of the map), ``generations``, ``individuals``, ``runs`` or ``front`` (the files of
+                these names).
 
         Raises:
             ConfigError: If there is no such table.
         """
         tables = {"best": self._best_rows(), "generations": self.generations, "individuals": self.individuals}
-        tables["runs"] = self.runs
+        tables |= {"runs": self.runs, "front": self.front}
         if (name or "best") not in tables:
             raise unknown_name("table", name, tables)
         title = f"Best map set, fitness {self.best_results['fitness']:.2f}" if name in ("", "best") else ""
@@ -127,7 +131,13 @@ def load_run(path: str | Path) -> LoadedRun:
         rundir.read_best(best_results["map_set"]),
         best_results,
         rundir.read_timing(),
+        front=rundir.read_front(),
     )
+
+
+def front_lines(run: LoadedRun) -> list[str]:
+    """Return in words what held-out seeds leave of the Pareto front of a run; nothing for a search of one objective."""
+    return front_sentence(run.front, run.individuals, objectives_in(run.front)) if run.front else []
 
 
 def experiment_in(run: LoadedRun | RunDir) -> Experiment:

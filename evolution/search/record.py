@@ -71,9 +71,10 @@ class Record:
             self.runs.setdefault(job.key, run_row(generation, job, result))
 
     def _further(self, judgement: Judgement) -> Row:
-        """Return the objectives after the first, which is the fitness, and the constraints."""
+        """Return the objectives after the first, which is the fitness, the constraints, and their violation."""
         values = (*judgement.objectives[1:], *judgement.constraints)
-        return dict(zip((*self.objectives[1:], *self.constraints), values, strict=True))
+        row = dict(zip((*self.objectives[1:], *self.constraints), values, strict=True))
+        return row | {"violation": judgement.rank_key[0]} if self.constraints else row
 
 
 def runs_on(plan: JobPlan, evaluation: Evaluation) -> list[DrivenRun]:

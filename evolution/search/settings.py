@@ -95,10 +95,10 @@ class EvolveSettings(Settings):
         pattern = FITNESSES.get(self.judging.fitness)
         with FITNESSES.blamed(self.judging.fitness):
             pattern.check(self.maps_per_set, controllers)
-        most = self.ga.kind.objectives
-        if most is not None and len(pattern.objectives) > most:
+        most, objectives = self.ga.kind.objectives, (*pattern.objectives, *self.judging.objectives)
+        if most is not None and len(objectives) > most:
             raise ConfigError(
-                f"ga.algorithm: expected one for {len(pattern.objectives)} objectives with fitness "
+                f"ga.algorithm: expected one for {len(objectives)} objectives (such as nsga2) with fitness "
                 f"{self.judging.fitness!r}, got {self.ga.algorithm!r}"
             )
         self.check_runs(controllers)
