@@ -123,12 +123,10 @@ def test_held_out_objectives_are_medians_over_trials_on_the_last_seeds(tmp_path)
     last = [[of_map[name][-3:] for name in ("dwb", "mppi", "rpp")] for of_map in driven.values()]
     fitness = Fitness.of(JudgingSettings(), 150.0)
     trials = [
-        fitness(
-            tuple(tuple((runs[seed],) for runs in of_map) for of_map, seed in zip(last, seeds, strict=True))
-        ).fitness
+        tuple(tuple((runs[seed],) for runs in of_map) for of_map, seed in zip(last, seeds, strict=True))
         for seeds in product(range(3), repeat=3)
     ]
-    assert point.values[0] == median(one.fitness for one in trials) == point.held_out.fitness
+    assert point.values[0] == median(fitness(one).fitness for one in trials) == point.held_out.fitness
 
 
 def test_a_front_repeats_with_other_workers_and_after_an_interruption(tmp_path):
