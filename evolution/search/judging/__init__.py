@@ -1,7 +1,7 @@
 """Judging: how good a map set is. In: results of its maps. Out: a :class:`Judgement`.
 
 =====================  =================================================================================================
-``patterns``           what a fitness looks for in the scores of the maps: gini, cluster, roles, pairs
+``patterns``           what a fitness looks for in the scores of the maps: gini, cluster, roles, pairs, regret
 ``failures``           what a failed run counts: exclude, censor, par2
 ``equation``           the fitness of the thesis (Eq. 4.5)
 ``fitness``            judges a map set: pattern, failures and equation together

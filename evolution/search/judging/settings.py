@@ -40,8 +40,8 @@ class JudgingSettings(PatternSettings):
     """How the results of a map set become its fitness (thesis, sections 4.1.8 to 4.1.12).
 
     Args:
-        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), ``roles``, ``pairs``, or a third-party fitness
-            (see :mod:`evolution.search.judging.patterns`).
+        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), ``roles``, ``pairs``, ``regret``, or a third-party
+            fitness (see :mod:`evolution.search.judging.patterns`).
         objectives: What is minimised besides the fitness: ``n_obstacles`` or ``occupied_share``, in the mean over the
             maps of a set; or a metric, by which the fitness is computed once more. Needs an algorithm for several
             objectives, such as ``nsga2``; then a set must be solved, and have a fitness of 0 or less.
