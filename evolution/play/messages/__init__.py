@@ -25,6 +25,7 @@ from evolution.play.messages.replies import (
     Way,
 )
 from evolution.play.messages.requests import (
+    MAX_FILE,
     MAX_REPEATS,
     MAX_RUNS,
     MAX_SIDE,
@@ -33,12 +34,14 @@ from evolution.play.messages.requests import (
     MAX_VARIANTS,
     REQUESTS,
     AskInstant,
+    AskOpen,
     AskParameters,
     AskRandom,
     AskSearch,
     AskWhy,
     Cancel,
     Drive,
+    DroppedFile,
     Key,
     Name,
     Point,
@@ -65,6 +68,7 @@ from evolution.play.messages.start import (
 )
 
 __all__ = [
+    "MAX_FILE",
     "MAX_REPEATS",
     "MAX_RUNS",
     "MAX_SIDE",
@@ -75,6 +79,7 @@ __all__ = [
     "Answer",
     "AnswerRow",
     "AskInstant",
+    "AskOpen",
     "AskParameters",
     "AskRandom",
     "AskSearch",
@@ -85,6 +90,7 @@ __all__ = [
     "CostGrid",
     "Data",
     "Drive",
+    "DroppedFile",
     "DwbThoughts",
     "Error",
     "FamilyState",

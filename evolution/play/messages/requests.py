@@ -13,8 +13,10 @@ from gym_mapbench.settings import Settings
 
 MAX_SIDE = 5_000
 """Most rows, and most columns, of a map."""
-MAX_TEXT = 8_000_000
-"""Most characters of a message: a map of 5,000 x 5,000 cells takes 4.2 million."""
+MAX_TEXT = 10_000_000
+"""Most characters of a message: the cells of a map of 5,000 x 5,000 take 4.2 million, and the unknown ones as many."""
+MAX_FILE = 6_000_000
+"""Most bytes of a dropped file."""
 MAX_VARIANTS = 12
 MAX_REPEATS = 50
 MAX_RUNS = 600
@@ -42,7 +44,9 @@ class Scene(Settings):
         width: Number of columns.
         resolution: Side of a cell, m.
         origin: Lower-left corner of cell (0, 0), m.
-        cells: Base64 of the occupancy, one bit a cell, row-major from row 0, the first cell in the highest bit.
+        cells: Base64 of the occupancy, one bit a cell, row-major from row 0, the first cell in the highest bit; rows
+            are not padded.
+        unknown: The same for the cells about which nothing is known; empty if all is known.
         start: Where the robot starts.
         goal: Where the robot shall go.
         name: Name of the map in tables and files.
@@ -53,6 +57,7 @@ class Scene(Settings):
     resolution: Annotated[float, Field(ge=0.001, le=10.0)]
     origin: Point
     cells: Annotated[str, Field(max_length=MAX_TEXT)]
+    unknown: Annotated[str, Field(max_length=MAX_TEXT)] = ""
     start: PoseTuple
     goal: PoseTuple
     name: Annotated[str, Field(min_length=1, max_length=60, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")] = "map"
@@ -174,6 +179,19 @@ class AskRandom(Settings):
     family: Name
     seed: Seed = 0
     genes: Annotated[dict[Name, float], Field(max_length=40)] = Field(default_factory=dict)
+
+
+class DroppedFile(Settings):
+    """A file that was dropped on the page: its name, and its content in base64."""
+
+    name: Annotated[str, Field(min_length=1, max_length=120, pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")]
+    content: Annotated[str, Field(max_length=MAX_FILE * 4 // 3 + 4)]
+
+
+class AskOpen(Settings):
+    """Read dropped files (``POST open``): a map with the files that belong to it. Answers with a list of scenes."""
+
+    files: Annotated[tuple[DroppedFile, ...], Field(min_length=1, max_length=8)]
 
 
 class AskParameters(Session):
