@@ -3,3 +3,12 @@
 In: maps, parameters and controllers of the command line, and messages of a page in the browser. Out: the runs, their
 results and what the robots believe, computed by the same code as ``mapbench bench`` and ``mapbench drive``.
 """
+
+from __future__ import annotations
+
+from evolution.play.messages import AskRandom, WorldSettings
+from evolution.play.plans import FILE, Given
+from evolution.play.scenes import sampled, scene_of
+from evolution.play.server import serve
+
+__all__ = ["FILE", "AskRandom", "Given", "WorldSettings", "sampled", "scene_of", "serve"]

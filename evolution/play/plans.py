@@ -30,7 +30,7 @@ from controllers.registry import FOLLOWERS
 from controllers.releases import Release
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, ParameterFile, try_controllers, with_parameters
 from evolution.files import temporary_directory, write_text
-from evolution.play.messages import Session, Variant, WorldSettings
+from evolution.play.messages import AskParameters, Session, Variant, WorldSettings
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, MapBenchError, unknown_name
 from gym_mapbench.files.documents import read_document_text
@@ -124,6 +124,11 @@ def settings_of(world: WorldSettings, given: Given, text: str | None = None) -> 
     return settings if robot is None else _with_robot(settings, robot, world.robot_radius)
 
 
+def own_settings(world: WorldSettings, given: Given) -> DriveSettings:
+    """Return world and navigation with a preset, or the file, as it is."""
+    return settings_of(world, given, base_text(world, given) if world.preset == FILE else None)
+
+
 def base_text(world: WorldSettings, given: Given) -> str:
     """Return the text of the parameter file that changes are written into."""
     name = _checked_preset(world.preset, given)
@@ -141,6 +146,18 @@ def command_lines(variants: Sequence[PlannedVariant], session: Session, given: G
 def parameter_files(variants: Sequence[PlannedVariant]) -> dict[str, str]:
     """Return the texts of the parameter files that the commands read, by name."""
     return {one.source: one.text for one in variants if one.text is not None}
+
+
+def changed_file(asked: AskParameters, given: Given) -> str:
+    """Return the parameter file of one variant of a session; without changes, that of the preset or of the user.
+
+    Raises:
+        ConfigError: If there is no such variant, or a value cannot be used.
+    """
+    for one in planned(asked, given):
+        if one.variant.name == asked.variant:
+            return base_text(asked.settings, given) if one.text is None else one.text
+    raise unknown_name("variant", asked.variant, [one.name for one in asked.variants])
 
 
 def _plan(variant: Variant, world: WorldSettings, given: Given) -> PlannedVariant:
@@ -179,7 +196,7 @@ def _changed_text(spec: ControllerSpec, variant: Variant, world: WorldSettings, 
 
 
 def known_values(navigation: NavigationParams, spec: ControllerSpec) -> dict[str, Any]:
-    """Return the values of a controller and of the costmaps by name; only Nav2's controllers have values of their own."""
+    """Return the values of one of Nav2's controllers and of the costmaps by name; of the costmaps only for others."""
     of_nav2 = spec.registered_name in FOLLOWERS or spec.registered_name in navigation.controllers
     found = values_of(navigation, spec.registered_name if of_nav2 else next(iter(navigation.controllers)))
     written = {key: value for key, value in found.items() if not key.endswith("release")}

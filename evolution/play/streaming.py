@@ -1,7 +1,7 @@
 """Streaming: runs in worker processes that send their poses while they drive, and that end when they are not wanted.
 
-A worker connects to the server for each run. The server closes the connection to end the run. A worker process is not
-killed for that, so the next run begins at once.
+A worker connects to the server for each run. The server sends a message, or closes the connection, to end the run. No
+worker process is killed for that, so the next run begins at once.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from typing import Any
 
 from evolution.driving import Job, RunResult, run_job
 
+END = "end"
+"""What the server sends to end a run; it sends nothing else."""
 BATCH_SECONDS = 0.02
 """Wall-clock time between two messages of a run."""
 Waypoint = tuple[float, float, float, float]
@@ -126,7 +128,7 @@ def send(channel: Connection, message: object) -> None:
     """Send a message to the server.
 
     Raises:
-        CancelledError: If the server has closed the connection.
+        CancelledError: If the run is not wanted any more.
     """
     refuse_if_cancelled(channel)
     try:
@@ -136,6 +138,6 @@ def send(channel: Connection, message: object) -> None:
 
 
 def refuse_if_cancelled(channel: Connection) -> None:
-    """Raise ``CancelledError`` if the server has closed the connection; it never sends anything."""
+    """Raise ``CancelledError`` if the server has sent something, or has closed the connection."""
     if channel.poll():
         raise CancelledError

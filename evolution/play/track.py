@@ -14,7 +14,7 @@ from multiprocessing.connection import Client, Connection, Listener
 from typing import Any
 
 from evolution.driving import Evaluator, Job, ResultStore, RunResult
-from evolution.play.streaming import Address, CancelledError
+from evolution.play.streaming import END, Address, CancelledError
 
 OnMessage = Callable[[Job, Any], object]
 OnResult = Callable[[Job, RunResult], object]
@@ -24,6 +24,10 @@ END_SECONDS = 1.0
 """How long a cancelled batch may take to end by itself; its workers are killed then."""
 BACKLOG = 64
 ENDS = (OSError, EOFError, AuthenticationError)
+
+
+def ignore(_job: Job, _message: Any) -> None:
+    """Do nothing with a message or a result."""
 
 
 @dataclass
@@ -58,7 +62,7 @@ class Track:
         self._listener = Listener(None, authkey=self._key, backlog=BACKLOG)
         self._lock = threading.Lock()
         self._busy = threading.Lock()
-        self._batch = _Batch(0, {}, lambda _job, _message: None, {})
+        self._batch = _Batch(0, {}, ignore, {})
         self._closed = False
         threading.Thread(target=self._accept, daemon=True).start()
 
@@ -67,13 +71,19 @@ class Track:
         self._evaluator.get_ready()
 
     def run(
-        self, function: RunStreamed, jobs: Sequence[Job], on_message: OnMessage, on_result: OnResult
+        self,
+        function: RunStreamed,
+        jobs: Sequence[Job],
+        wanted: Callable[[], bool],
+        on_message: OnMessage = ignore,
+        on_result: OnResult = ignore,
     ) -> list[RunResult]:
         """End the batch under way, run another, and return its results in the order of its jobs.
 
         Args:
             function: Runs a job in a worker; takes the address to which it sends its messages.
             jobs: The jobs.
+            wanted: Whether the batch is still wanted; asked once the former batch is told to end.
             on_message: Called with each message of a run, in a thread.
             on_result: Called with each result, after all messages of its run, in a thread.
 
@@ -82,6 +92,8 @@ class Track:
             RunError: If no worker can be started.
         """
         batch = self._begin(jobs, on_message)
+        if not wanted():
+            raise CancelledError
         if not self._busy.acquire(timeout=END_SECONDS):
             self._evaluator.close()
             self._busy.acquire()
@@ -92,7 +104,7 @@ class Track:
 
     def cancel(self) -> None:
         """End the batch under way."""
-        self._begin((), lambda _job, _message: None)
+        self._begin((), ignore)
 
     def close(self) -> None:
         """End everything: no worker is left."""
@@ -104,7 +116,7 @@ class Track:
         self._listener.close()
 
     def _begin(self, jobs: Sequence[Job], on_message: OnMessage) -> _Batch:
-        """Make a batch the present one, and close the connections of the former one."""
+        """Make a batch the present one, and ask the runs of the former one to end."""
         by_key = {job.key: job for job in jobs}
         with self._lock:
             former = self._batch
@@ -113,7 +125,7 @@ class Track:
             channels = tuple(former.channels)
         for channel in channels:
             with contextlib.suppress(OSError):
-                channel.close()
+                channel.send(END)
         return self._batch
 
     def _run(self, batch: _Batch, function: RunStreamed, jobs: Sequence[Job], on_result: OnResult) -> list[RunResult]:

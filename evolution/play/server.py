@@ -1,0 +1,110 @@
+"""Server: listens on one address until it is told to end."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from evolution.driving import ControllerSpec, Resources, preparation, run_job
+from evolution.play.catalogue import state_of
+from evolution.play.messages import MAX_TEXT, Scene, WorldSettings
+from evolution.play.plans import Given, own_settings
+from evolution.play.track import Track
+from gym_mapbench.errors import ConfigError
+
+BACKLOG = 64
+MAX_CONNECTIONS = 64
+END_SECONDS = 3
+"""How long open connections may take to end."""
+LOOK_WORKERS = 1
+"""Worker processes that show instants."""
+
+
+def serve(
+    given: Given,
+    scenes: Sequence[Scene],
+    world: WorldSettings,
+    chosen: Sequence[ControllerSpec],
+    *,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    resources: Resources,
+    on_start: Callable[[str], object],
+) -> None:
+    """Serve the playground until Ctrl-C.
+
+    Args:
+        given: What the command line gives.
+        scenes: The maps; the page begins with the first.
+        world: The world to begin with.
+        chosen: The controllers to begin with.
+        host: Address to listen on.
+        port: Port; 0 for any that is free.
+        resources: Workers and time limits.
+        on_start: Called with the address of the page once the server listens.
+
+    Raises:
+        ConfigError: If a package is missing, or the address cannot be used.
+    """
+    uvicorn = _import_uvicorn()
+    from evolution.play.app import Application
+    from evolution.play.desk import Desk
+    from evolution.play.guard import Door
+
+    state = state_of(given, scenes, world, chosen)
+    with _listening(host, port) as listener:
+        door = Door(host, listener.getsockname()[1])
+        desk = Desk(given, *_tracks(given, world, chosen, resources))
+        app = Application(given, state, desk).behind(door)
+        config = uvicorn.Config(
+            app,
+            log_level="warning",
+            access_log=False,
+            server_header=False,
+            ws_max_size=MAX_TEXT,
+            limit_concurrency=MAX_CONNECTIONS,
+            timeout_graceful_shutdown=END_SECONDS,
+        )
+        on_start(door.address)
+        uvicorn.Server(config).run(sockets=[listener])
+
+
+def _import_uvicorn() -> Any:
+    """Import uvicorn, and see whether the other packages are there."""
+    try:
+        import starlette  # noqa: F401
+        import uvicorn
+        import websockets  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise ConfigError(
+            f"the playground needs starlette, uvicorn and websockets ({error}); install them with "
+            "pip install 'gym-mapbench[play]'"
+        ) from None
+    return uvicorn
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    """Return a socket that listens.
+
+    Raises:
+        ConfigError: If the address cannot be used.
+    """
+    try:
+        return socket.create_server(
+            (host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET, backlog=BACKLOG
+        )
+    except (OSError, OverflowError) as error:
+        raise ConfigError(f"--host {host} --port {port}: cannot be listened on ({error})") from None
+
+
+def _tracks(
+    given: Given, world: WorldSettings, chosen: Sequence[ControllerSpec], resources: Resources
+) -> tuple[Track, Track]:
+    """Return the pools for runs and for instants; their workers load the kernels of the chosen controllers now."""
+    warm_up = preparation(chosen, own_settings(world, given))
+    sizes = resources, resources.replace(workers=LOOK_WORKERS)
+    tracks = [Track(one.evaluator(run_job, warm_up=warm_up, retries=0)) for one in sizes]
+    for track in tracks:
+        track.get_ready()
+    return tracks[0], tracks[1]
