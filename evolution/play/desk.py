@@ -5,14 +5,16 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
+from functools import partial
 
 from evolution.play.drives import Driven, Send, drive, prepared
+from evolution.play.instants import instant_message, look
 from evolution.play.messages import AskInstant, Cancel, Drive, Error, Request
 from evolution.play.newest import Newest
 from evolution.play.plans import Given
 from evolution.play.streaming import CancelledError
 from evolution.play.track import Track
-from gym_mapbench.errors import ConfigError, MapBenchError
+from gym_mapbench.errors import ConfigError, MapBenchError, RunError
 
 LOG = logging.getLogger(__name__)
 Task = tuple[Request, Send]
@@ -82,7 +84,16 @@ class Desk:
             drive(self._driven, self._given, self._runs, self._work.is_empty, send)
 
     def _show(self, request: Request, send: Send) -> None:
-        pass
+        """Show an instant of a run of the last drive."""
+        if isinstance(request, AskInstant):
+            job = self._last(request.id).job(request.variant, request.repeat)
+            answer = partial(instant_message, request.id, request.variant, request.repeat)
+            function = partial(look, request.time)
+            (result,) = self._looks.run(
+                function, [job], self._instants.is_empty, lambda _job, fields: send(answer(fields))
+            )
+            if result.outcome == "error":
+                raise RunError(result.reason)
 
     def _last(self, number: int) -> Driven:
         """Return the last drive, which must have a number.

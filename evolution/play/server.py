@@ -95,7 +95,8 @@ def _listening(host: str, port: int) -> socket.socket:
             (host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET, backlog=BACKLOG
         )
     except (OSError, OverflowError) as error:
-        raise ConfigError(f"--host {host} --port {port}: cannot be listened on ({error})") from None
+        reason = str(error).partition("(while")[0].strip()
+        raise ConfigError(f"--host {host} --port {port}: cannot be listened on ({reason})") from None
 
 
 def _tracks(

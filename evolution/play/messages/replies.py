@@ -187,9 +187,7 @@ class RppThoughts(Data):
         carrot: The point of the path that it drives at.
         lookahead: Distance to look ahead, m.
         curvature: Of the arc to the carrot, 1/m.
-        desired: Speed without regulation, m/s.
-        speed: Regulated speed, m/s.
-        regulation: What limited the speed; empty if nothing did.
+        desired: Speed without regulation, m/s; the speed of the command is the regulated one.
     """
 
     kind: Literal["rpp"] = "rpp"
@@ -197,8 +195,6 @@ class RppThoughts(Data):
     lookahead: float
     curvature: float
     desired: float
-    speed: float
-    regulation: str
 
 
 Thoughts = DwbThoughts | MppiThoughts | RppThoughts
@@ -214,7 +210,8 @@ class Instant(Data):
         time: Time of the control cycle, s.
         pose: Where the robot is.
         believed: Where the robot believes to be.
-        command: The command of this cycle: m/s, rad/s.
+        velocity: Speeds at the beginning of the cycle: m/s, rad/s.
+        command: The command of the cycle: m/s, rad/s; None if the controller does not say.
         plan: The global path in the map.
         local: The local costmap; None if the controller has none, as for the following.
         global_costmap: The inflated global costmap.
@@ -229,7 +226,8 @@ class Instant(Data):
     time: float
     pose: PoseTuple
     believed: PoseTuple
-    command: tuple[float, float]
+    velocity: tuple[float, float]
+    command: tuple[float, float] | None
     plan: list[Point]
     local: CostGrid | None
     global_costmap: CostGrid | None
