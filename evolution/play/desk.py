@@ -9,9 +9,10 @@ from functools import partial
 
 from evolution.play.drives import Driven, Send, drive, prepared
 from evolution.play.instants import instant_message, look
-from evolution.play.messages import AskInstant, Cancel, Drive, Error, Request
+from evolution.play.messages import AskInstant, AskSearch, AskWhy, Cancel, Drive, Error, Request
 from evolution.play.newest import Newest
 from evolution.play.plans import Given
+from evolution.play.searches import search, why
 from evolution.play.streaming import CancelledError
 from evolution.play.track import Track
 from gym_mapbench.errors import ConfigError, MapBenchError, RunError
@@ -82,6 +83,10 @@ class Desk:
             self._driven = None
             self._driven = prepared(request, self._given)
             drive(self._driven, self._given, self._runs, self._work.is_empty, send)
+        elif isinstance(request, AskSearch):
+            search(self._last(request.id), request, self._runs, self._work.is_empty, send)
+        elif isinstance(request, AskWhy):
+            why(self._last(request.id), request, self._runs, self._work.is_empty, send)
 
     def _show(self, request: Request, send: Send) -> None:
         """Show an instant of a run of the last drive."""

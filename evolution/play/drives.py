@@ -29,6 +29,7 @@ class Driven:
         variants: The variants, ready to run.
         results: Results of the runs so far, by the key of the job.
         ends: Last pose of each run so far, by the key of the job.
+        ways: Ways of the first repeat so far, by the key of the job.
     """
 
     request: Drive
@@ -36,6 +37,14 @@ class Driven:
     variants: list[PlannedVariant]
     results: dict[str, RunResult] = field(default_factory=dict)
     ends: dict[str, Waypoint] = field(default_factory=dict)
+    ways: dict[str, list[Waypoint]] = field(default_factory=dict)
+
+    def take(self, job: Job, part: Part) -> None:
+        """Keep what later requests need of the way of a run."""
+        if part.poses:
+            self.ends[job.key] = part.poses[-1]
+        if job.repeat == 0:
+            self.ways.setdefault(job.key, []).extend(part.poses)
 
     def jobs_of(self, variant: PlannedVariant) -> list[Job]:
         """Return the jobs of a variant, repeat by repeat."""
@@ -78,8 +87,7 @@ def drive(driven: Driven, given: Given, track: Track, wanted: Callable[[], bool]
             names.setdefault(job.key, []).append(name)
 
     def pass_on(job: Job, part: Part) -> None:
-        if part.poses:
-            driven.ends[job.key] = part.poses[-1]
+        driven.take(job, part)
         for name in names[job.key]:
             send(Way.model_construct(id=driven.request.id, variant=name, repeat=job.repeat, **vars(part)))
 

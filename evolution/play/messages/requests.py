@@ -151,7 +151,8 @@ class AskWhy(Settings):
 
     Args:
         id: The ``drive``.
-        verdict: As for ``mapbench minimize --keep``; the names are those of the controllers, e.g. ``dwb fails``.
+        verdict: As for ``mapbench minimize --keep``, e.g. ``dwb fails``; the names are those of the variants, with
+            underscores for spaces.
         runs: Most runs.
     """
 
