@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from controllers.nav2_params import NavigationParams
 from controllers.nav2_params.plugins import CONTROLLERS
-from evolution.driving import ControllerSpec
+from evolution.driving import ControllerSpec, DriveSettings
 from evolution.files import PACKAGE_VERSION
 from evolution.play.messages import (
     MAX_FILE,
@@ -47,14 +46,14 @@ def state_of(given: Given, scenes: Sequence[Scene], settings: WorldSettings, cho
         settings: The world to begin with.
         chosen: The controllers to begin with.
     """
-    worlds = {name: own_settings(settings.replace(preset=name), given).navigation for name in given.presets}
+    worlds = {name: own_settings(settings.replace(preset=name), given) for name in given.presets}
     return State(
         version=PACKAGE_VERSION,
         scene=scenes[0],
         settings=settings,
         variants=[Variant(name=spec.name, controller=spec.name) for spec in chosen],
         controllers=[_controller(spec, worlds) for spec in given.controllers],
-        presets=[_preset(name, navigation, given) for name, navigation in worlds.items()],
+        presets=[_preset(name, world, given) for name, world in worlds.items()],
         robots=[_robot(ROBOTS.get(name)) for name in ROBOTS.names()],
         noise_levels=list(NOISES.names()),
         families=[FamilyState(name=name, genes=_genes(name)) for name in FAMILIES.names()],
@@ -63,9 +62,9 @@ def state_of(given: Given, scenes: Sequence[Scene], settings: WorldSettings, cho
     )
 
 
-def _controller(spec: ControllerSpec, worlds: Mapping[str, NavigationParams]) -> ControllerState:
-    parameters = {name: controller_parameters(navigation, spec) for name, navigation in worlds.items()}
-    first = next(iter(worlds.values()))
+def _controller(spec: ControllerSpec, worlds: Mapping[str, DriveSettings]) -> ControllerState:
+    parameters = {name: controller_parameters(world.navigation, spec) for name, world in worlds.items()}
+    first = next(iter(worlds.values())).navigation
     kind = spec.registered_name
     if parameters[next(iter(worlds))]:
         kind = first.controller(spec.registered_name).kind
@@ -77,10 +76,16 @@ def _controller(spec: ControllerSpec, worlds: Mapping[str, NavigationParams]) ->
     )
 
 
-def _preset(name: str, navigation: NavigationParams, given: Given) -> PresetState:
+def _preset(name: str, world: DriveSettings, given: Given) -> PresetState:
     label = Path(given.file.params).name if name == FILE and given.file is not None else PRESET_LABELS[name]
-    shared = costmap_parameters(navigation, given.controllers[0])
-    return PresetState(name=name, release=navigation.release, label=label, shared=shared)
+    navigation = world.navigation
+    return PresetState(
+        name=name,
+        release=navigation.release,
+        label=label,
+        shared=costmap_parameters(navigation, given.controllers[0]),
+        robot=_robot(world.robot),
+    )
 
 
 def _robot(robot: RobotSpec) -> RobotState:

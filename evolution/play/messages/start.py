@@ -59,22 +59,6 @@ class ControllerState(Data):
     parameters: dict[str, list[Parameter]]
 
 
-class PresetState(Data):
-    """A set of parameters.
-
-    Args:
-        name: Name for ``WorldSettings.preset``; ``file`` for the parameter file of the command line.
-        release: ``humble`` or ``jazzy``.
-        label: Name for a reader.
-        shared: Parameters of the costmaps.
-    """
-
-    name: str
-    release: str
-    label: str
-    shared: list[Parameter]
-
-
 class RobotState(Data):
     """A robot: its shape is a polygon, or a disc if ``footprint`` is None."""
 
@@ -83,6 +67,24 @@ class RobotState(Data):
     footprint: list[Point] | None
     max_linear_velocity: float
     max_angular_velocity: float
+
+
+class PresetState(Data):
+    """A set of parameters.
+
+    Args:
+        name: Name for ``WorldSettings.preset``; ``file`` for the parameter file of the command line.
+        release: ``humble`` or ``jazzy``.
+        label: Name for a reader.
+        shared: Parameters of the costmaps.
+        robot: The robot where the settings name none.
+    """
+
+    name: str
+    release: str
+    label: str
+    shared: list[Parameter]
+    robot: RobotState
 
 
 class Gene(Data):

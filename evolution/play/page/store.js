@@ -92,8 +92,7 @@ export class Store extends EventTarget {
   }
 
   robot() {
-    const name = this.settings.robot || this.state.robots[0].name;
-    const robot = this.state.robots.find((one) => one.name === name) || this.state.robots[0];
+    const robot = this.state.robots.find((one) => one.name === this.settings.robot) || this.preset().robot;
     return this.settings.robot_radius ? { ...robot, radius: this.settings.robot_radius, footprint: null } : robot;
   }
 
