@@ -15,6 +15,7 @@ export class Overlays {
     this.owner.addEventListener("change", () => this.ask());
     place.append(this.owner);
     for (const [name, label, on] of KINDS) this.boxes[name] = this.box(place, label, on);
+    view.addGround((context) => this.drawCosts(context));
     view.add((context) => this.draw(context));
     server.on("instant", (reply) => this.show(reply));
     this.owners();
@@ -61,16 +62,21 @@ export class Overlays {
     if (reply.id !== this.ways.id || reply.variant !== this.owner.value) return;
     this.instant = reply;
     this.grids = new Map();
-    for (const [name, grid] of [["local", reply.local], ["global", reply.global_costmap]]) if (grid) this.grids.set(name, painted(grid));
+    for (const [name, grid] of [["global", reply.global_costmap], ["local", reply.local]]) if (grid) this.grids.set(name, painted(grid));
     this.view.paint();
+  }
+
+  drawCosts(context) {
+    const { instant } = this;
+    if (!instant) return;
+    const grids = { global: instant.global_costmap, local: instant.local };
+    for (const [name, image] of this.grids) if (this.boxes[name].checked) this.costs(context, grids[name], image);
   }
 
   draw(context) {
     const { instant } = this;
     if (!instant) return;
     const on = (name) => this.boxes[name].checked;
-    if (on("global") && this.grids.has("global")) this.costs(context, instant.global_costmap, this.grids.get("global"));
-    if (on("local") && this.grids.has("local")) this.costs(context, instant.local, this.grids.get("local"));
     const { colour } = this.store.look(instant.variant);
     if (on("plan")) this.view.line(context, instant.plan, this.view.colour("ink"), 1.5, "dotted");
     if (on("lidar")) for (const point of instant.lidar) this.view.dot(context, point, 1.5, "#CC0044");

@@ -27,7 +27,7 @@ export class Search {
     const done = [...this.ways.runs.values()].filter((run) => run.result && run.repeat === 0);
     const order = done.sort((a, b) => b.result.time - a.result.time).map((run) => run.variant);
     if (failed) this.begin({ type: "why", verdict: `${failed.variant} fails` });
-    else if (order.length > 1) this.begin({ type: "why", verdict: "same order" });
+    else if (order.length > 1) this.begin({ type: "why", verdict: "order" });
     else byId("search-text").textContent = "Nothing to explain: no run failed, and there is only one controller.";
   }
 

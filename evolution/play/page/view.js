@@ -11,13 +11,16 @@ export class View {
     this.shift = [0, 0];
     this.walls = document.createElement("canvas");
     this.layers = [];
+    this.ground = [];
     this.asked = false;
     new ResizeObserver(() => this.resize()).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.mapChanged());
   }
 
-  /* A layer draws itself: (context, view). Layers are drawn in their order, above the map. */
+  /* A layer draws itself: (context). Layers are drawn in their order above the map; those of the ground come first. */
   add(layer) { this.layers.push(layer); }
+
+  addGround(layer) { this.ground.push(layer); }
 
   resize() {
     const ratio = devicePixelRatio || 1;
@@ -97,7 +100,7 @@ export class View {
     context.strokeStyle = this.colour("wall");
     context.lineWidth = 2;
     context.strokeRect(left, top, grid.width * size, grid.height * size);
-    for (const layer of this.layers) layer(context, this);
+    for (const layer of [...this.ground, ...this.layers]) layer(context);
   }
 
   /* A line through points of the map. */
