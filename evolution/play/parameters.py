@@ -20,8 +20,8 @@ from evolution.tuning import ParameterRange, shipped_space, space_names
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.settings import Settings
 
-ARGUMENT = re.compile(r"^    (\w+): (.+(?:\n      .+)*)", re.MULTILINE)
-"""An argument in a docstring, with the indented lines that follow."""
+ARGUMENT = re.compile(r"^    (\w+(?:, \w+)*): (.+(?:\n      .+)*)", re.MULTILINE)
+"""One or several arguments in a docstring, with the indented lines that follow."""
 UNIT = re.compile(r", (m/s\^2|rad/s\^2|m/s|rad/s|1/m|Hz|rad|m|s)(?=[.;,:]|$)")
 KINDS: dict[type, Literal["float", "int", "bool", "str", "list"]] = {
     bool: "bool",
@@ -105,4 +105,4 @@ def _texts(kind: type) -> Iterator[dict[str, str]]:
     """Yield the texts of the arguments in the docstrings of a class and of its bases."""
     for base in kind.__mro__:
         found = ARGUMENT.findall(inspect.cleandoc(base.__doc__ or ""))
-        yield {name: " ".join(text.split()) for name, text in found}
+        yield {name: " ".join(text.split()) for names, text in found for name in names.split(", ")}

@@ -25,6 +25,7 @@ from controllers.nav2_params import (
     read_nav2_params,
     write_nav2_params,
 )
+from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.nav2_params.values import COSTMAPS, values_of, write_values
 from controllers.registry import FOLLOWERS
 from controllers.releases import Release
@@ -199,7 +200,8 @@ def known_values(navigation: NavigationParams, spec: ControllerSpec) -> dict[str
     """Return the values of one of Nav2's controllers and of the costmaps by name; of the costmaps only for others."""
     of_nav2 = spec.registered_name in FOLLOWERS or spec.registered_name in navigation.controllers
     found = values_of(navigation, spec.registered_name if of_nav2 else next(iter(navigation.controllers)))
-    written = {key: value for key, value in found.items() if not key.endswith("release")}
+    ours = CONTROLLERS[navigation.controller(spec.registered_name).kind].our_keys if of_nav2 else frozenset()
+    written = {key: value for key, value in found.items() if key not in ours and not key.endswith(".release")}
     return {key: value for key, value in written.items() if of_nav2 or key.startswith(COSTMAPS)}
 
 

@@ -126,6 +126,8 @@ class Track:
         for channel in channels:
             with contextlib.suppress(OSError):
                 channel.send(END)
+        for event in former.ended.values():
+            event.set()
         return self._batch
 
     def _run(self, batch: _Batch, function: RunStreamed, jobs: Sequence[Job], on_result: OnResult) -> list[RunResult]:
