@@ -171,8 +171,8 @@ class DwbParams(SettingsWithCritics):
         include_last_point: Whether the critics look at the last pose of a trajectory.
         limit_vel_cmd_in_traj: Whether the command is what a period's acceleration reaches, instead of the sample.
         prune_plan: Whether poses of the plan that the robot has passed are removed.
-        prune_distance: With ``prune_plan``, how far behind the robot the critics see the plan, m; in Humble also how far
-            along the plan the robot is searched for.
+        prune_distance: With ``prune_plan``, how far behind the robot the critics see the plan, m; in Humble also how
+            far along the plan the robot is searched for.
         shorten_transformed_plan: Whether the critics see the plan only up to ``forward_prune_distance``.
         short_circuit_trajectory_evaluation: Without effect on the choice: whether bad trajectories are judged in part.
         xy_goal_tolerance: Distance to the goal within which RotateToGoal turns the robot, m.
