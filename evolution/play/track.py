@@ -113,7 +113,6 @@ class Track:
         self._evaluator.close()
         with contextlib.suppress(*ENDS):
             Client(self._listener.address, authkey=self._key).close()
-        self._listener.close()
 
     def _begin(self, jobs: Sequence[Job], on_message: OnMessage) -> _Batch:
         """Make a batch the present one, and ask the runs of the former one to end."""
@@ -150,11 +149,12 @@ class Track:
         return batch is self._batch
 
     def _accept(self) -> None:
-        """Take the connections of the workers."""
-        while not self._closed:
-            with contextlib.suppress(*ENDS):
-                channel = self._listener.accept()
-                threading.Thread(target=self._receive, args=(channel,), daemon=True).start()
+        """Take the connections of the workers, until one comes after the end: that of :meth:`close`."""
+        with self._listener:
+            while not self._closed:
+                with contextlib.suppress(*ENDS):
+                    channel = self._listener.accept()
+                    threading.Thread(target=self._receive, args=(channel,), daemon=True).start()
 
     def _receive(self, channel: Connection) -> None:
         """Take the messages of a run until it ends; a run of a former batch is refused."""
