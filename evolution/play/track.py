@@ -60,6 +60,7 @@ class Track:
         self._evaluator = evaluator
         self._key = secrets.token_bytes(32)
         self._listener = Listener(None, authkey=self._key, backlog=BACKLOG)
+        self._address = str(self._listener.address)
         self._lock = threading.Lock()
         self._busy = threading.Lock()
         self._batch = _Batch(0, {}, ignore, {})
@@ -112,7 +113,7 @@ class Track:
         self.cancel()
         self._evaluator.close()
         with contextlib.suppress(*ENDS):
-            Client(self._listener.address, authkey=self._key).close()
+            Client(self._address, authkey=self._key).close()
 
     def _begin(self, jobs: Sequence[Job], on_message: OnMessage) -> _Batch:
         """Make a batch the present one, and ask the runs of the former one to end."""
@@ -137,7 +138,7 @@ class Track:
 
         if self._is_present(batch):
             self._evaluator.store = ResultStore()
-            address = Address(str(self._listener.address), self._key, batch.number)
+            address = Address(self._address, self._key, batch.number)
             self._evaluator.run_job = partial(function, address)
             with contextlib.suppress(FutureCancelledError):
                 results = self._evaluator.run(jobs, pass_on)
