@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from itertools import groupby
+from operator import attrgetter
 
 from controllers.registry import relative_cost
 from evolution.driving import Job, RunResult, check_room
@@ -97,13 +99,19 @@ def drive(driven: Driven, given: Given, track: Track, wanted: Callable[[], bool]
             send(run_message(driven.request.id, name, job, result, driven.ends.get(job.key)))
 
     every = {job.key: job for own in jobs.values() for job in own}
-    track.run(run_streamed, sorted(every.values(), key=_first_to_run), wanted, pass_on, finish)
+    track.run(run_streamed, _in_order(every.values()), wanted, pass_on, finish)
     send(_answer(driven, given, jobs))
 
 
-def _first_to_run(job: Job) -> tuple[int, float]:
-    """Order jobs so that all end early: repeat by repeat, and the most expensive controller first."""
-    return job.repeat, -relative_cost(job.controller.registered_name, job.settings.navigation)
+def _in_order(jobs: Iterable[Job]) -> list[Job]:
+    """Order jobs so that all end early: repeat by repeat, the most expensive controller first, then the cheapest."""
+    ordered = sorted(jobs, key=lambda job: (job.repeat, _cost(job)))
+    repeats = [list(group) for _, group in groupby(ordered, key=attrgetter("repeat"))]
+    return [job for group in repeats for job in (group[-1], *group[:-1])]
+
+
+def _cost(job: Job) -> float:
+    return relative_cost(job.controller.registered_name, job.settings.navigation)
 
 
 def _answer(driven: Driven, given: Given, jobs: dict[str, list[Job]]) -> Data:
