@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import webbrowser
+from pathlib import Path
 
 from controllers.nav2_params import PRESETS
 from controllers.nav2_params.plugins import PRIMARIES
@@ -12,7 +13,7 @@ from evolution.commands.console import console, note
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file
 from evolution.driving import ControllerSpec, ParameterFile
 from evolution.inputs import load_all
-from evolution.play import FILE, AskRandom, Given, WorldSettings, sampled, scene_of, serve
+from evolution.play import FILE, AskRandom, Beginning, Given, WorldSettings, export_session, sampled, scene_of, serve
 from evolution.search import controllers_from
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -21,7 +22,8 @@ from gym_mapbench.ros_params import parse_defines
 EXAMPLES = """  mapbench play examples/office.yaml                    draw, change parameters, watch; Ctrl-C ends it
   mapbench play office.yaml --params nav2_params.yaml   with the parameters of a robot
   mapbench play runs/first                              the best maps of a search
-  mapbench play office.yaml --controllers dwb,sac=models/sac.zip --no-browser"""
+  mapbench play office.yaml --controllers dwb,sac=models/sac.zip --no-browser
+  mapbench play office.yaml --export office_page        a page to look at, without a server"""
 LOCAL = "127.0.0.1"
 MOST_MAPS = 60
 RANDOM = AskRandom(family="doors", seed=1)
@@ -52,35 +54,40 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="ADDRESS",
         help=f"address to listen on (default {LOCAL}, which only this machine can reach)",
     )
+    parser.add_argument(
+        "--export", metavar="DIR", help="write map, ways and overlays as a page without a server into a new directory"
+    )
     group.add_argument("--no-browser", action="store_true", help="print the address of the page without opening it")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve the playground until Ctrl-C."""
-    read = read_parameter_file(args)
+    """Serve the playground until Ctrl-C, or export what it would begin with."""
+    beginning = _beginning(args)
+    if args.export is not None:
+        console.print(f"wrote {export_session(beginning, Path(args.export))}; open it in any browser")
+        return 0
+    if args.host != LOCAL:
+        note(f"--host {args.host}: everyone who can reach this address and knows the token can use this machine")
+    serve(beginning, host=args.host, port=args.port, on_start=_print if args.no_browser else _open)
+    return 0
+
+
+def _beginning(args: argparse.Namespace) -> Beginning:
+    """Return what the options describe."""
     chosen = driving_options.controllers_of(args)
-    file = None if read is None else _file_of(args)
-    given = Given(_with_others(chosen), file)
-    preset = args.params or driving_options.DEFAULT_PARAMS
-    world = WorldSettings(preset=preset if file is None else FILE, seed=args.seed or 0)
+    file = None if read_parameter_file(args) is None else _file_of(args)
+    preset = FILE if file is not None else args.params or driving_options.DEFAULT_PARAMS
     scenarios = load_all(args.maps, args.start, args.goal)
     if len(scenarios) > MOST_MAPS:
         raise ConfigError(f"maps: expected at most {MOST_MAPS} maps, got {len(scenarios)}")
-    scenes = [scene_of(scenario) for scenario in scenarios] or [sampled(RANDOM, EnvConfig())]
-    if args.host != LOCAL:
-        note(f"--host {args.host}: everyone who can reach this address and knows the token can use this machine")
-    serve(
-        given,
-        scenes,
-        world,
+    return Beginning(
+        Given(_with_others(chosen), file),
+        [scene_of(scenario) for scenario in scenarios] or [sampled(RANDOM, EnvConfig())],
+        WorldSettings(preset=preset, seed=args.seed or 0),
         chosen,
-        host=args.host,
-        port=args.port,
-        resources=driving_options.resources_of(args),
-        on_start=_open if not args.no_browser else _print,
+        driving_options.resources_of(args),
     )
-    return 0
 
 
 def _file_of(args: argparse.Namespace) -> ParameterFile:

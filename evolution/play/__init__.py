@@ -9,6 +9,16 @@ from __future__ import annotations
 from evolution.play.messages import AskRandom, WorldSettings
 from evolution.play.plans import FILE, Given
 from evolution.play.scenes import sampled, scene_of
-from evolution.play.server import serve
+from evolution.play.server import Beginning, export_session, serve
 
-__all__ = ["FILE", "AskRandom", "Given", "WorldSettings", "sampled", "scene_of", "serve"]
+__all__ = [
+    "FILE",
+    "AskRandom",
+    "Beginning",
+    "Given",
+    "WorldSettings",
+    "export_session",
+    "sampled",
+    "scene_of",
+    "serve",
+]

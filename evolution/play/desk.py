@@ -93,7 +93,7 @@ class Desk:
         if isinstance(request, AskInstant):
             job = self._last(request.id).job(request.variant, request.repeat)
             answer = partial(instant_message, request.id, request.variant, request.repeat)
-            function = partial(look, request.time)
+            function = partial(look, (request.time,))
             (result,) = self._looks.run(
                 function, [job], self._instants.is_empty, lambda _job, fields: send(answer(fields))
             )

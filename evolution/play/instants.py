@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import base64
 import contextlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,20 +30,22 @@ MAX_POINTS = 2_000
 
 
 class SeenError(Exception):
-    """The moment has been seen, so the run ends."""
+    """All moments have been seen, so the run ends."""
 
 
 @dataclass
 class Look:
-    """Watches a run until a moment.
+    """Watches a run at some moments.
 
     Args:
         environment: The env of the run.
-        time: The moment, s.
+        times: The moments, s, ascending.
+        show: Takes the fields of :class:`Instant` at each moment.
     """
 
     environment: EnvConfig
-    time: float
+    times: list[float]
+    show: Callable[[dict[str, Any]], object]
     controller: Controller | None = None
     observation: dict[str, Any] = field(default_factory=dict)
     info: dict[str, Any] = field(default_factory=dict)
@@ -52,9 +56,13 @@ class Look:
         self.observation, self.info, self.calls = observation, info, _calls(self.controller)
 
     def watch(self, controller: Controller) -> None:
-        """End the run if the next cycle is later than the moment; the controller has just decided."""
+        """Show the moments before the next cycle; the controller has just decided. After the last, the run ends."""
         self.controller = controller
-        if self.info["time"] + 1.0 / self.environment.control_hz > self.time + 1e-9:
+        next_time = self.info["time"] + 1.0 / self.environment.control_hz
+        while self.times and next_time > self.times[0] + 1e-9:
+            self.times.pop(0)
+            self.show(self.fields())
+        if not self.times:
             raise SeenError
 
     def fields(self) -> dict[str, Any]:
@@ -96,14 +104,23 @@ class Look:
         return points(np.column_stack([sensor.x + ranges * np.cos(angles), sensor.y + ranges * np.sin(angles)]))
 
 
-def look(time: float, address: Address, job: Job) -> RunResult:
-    """Run a job up to a moment, in a worker, and send the fields of :class:`Instant`."""
-    seen = Look(job.settings.environment, time)
+def look(times: Sequence[float], address: Address, job: Job) -> RunResult:
+    """Run a job up to some moments, in a worker, and send the fields of :class:`Instant` at each.
+
+    Of the moments after the end, the last cycle is sent once.
+
+    Args:
+        times: The moments, s, ascending.
+        address: Where to send them.
+        job: The run.
+    """
     with address.connect(job) as channel:
+        seen = Look(job.settings.environment, list(times), partial(send, channel))
         with contextlib.suppress(SeenError):
             drive(job, seen.watch, seen.step)
-        send(channel, seen.fields())
-    return RunResult("timeout", time_s=time, path_length_m=0.0)
+        if seen.times:
+            seen.show(seen.fields())
+    return RunResult("timeout", time_s=times[-1], path_length_m=0.0)
 
 
 def instant_message(number: int, variant: str, repeat: int, fields: dict[str, Any]) -> Instant:

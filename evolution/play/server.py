@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from evolution.driving import ControllerSpec, Resources, preparation, run_job
+from evolution.driving import ControllerSpec, Resources, preparation, run_job, try_controllers
 from evolution.play.catalogue import state_of
-from evolution.play.messages import MAX_TEXT, Scene, WorldSettings
+from evolution.play.exporting import export
+from evolution.play.messages import MAX_TEXT, Scene, State, WorldSettings
 from evolution.play.plans import Given, own_settings
 from evolution.play.track import Track
 from gym_mapbench.errors import ConfigError
@@ -21,27 +24,50 @@ LOOK_WORKERS = 1
 """Worker processes that show instants."""
 
 
-def serve(
-    given: Given,
-    scenes: Sequence[Scene],
-    world: WorldSettings,
-    chosen: Sequence[ControllerSpec],
-    *,
-    host: str = "127.0.0.1",
-    port: int = 0,
-    resources: Resources,
-    on_start: Callable[[str], object],
-) -> None:
-    """Serve the playground until Ctrl-C.
+@dataclass(frozen=True)
+class Beginning:
+    """What a playground begins with.
 
     Args:
         given: What the command line gives.
         scenes: The maps; the page begins with the first.
-        world: The world to begin with.
-        chosen: The controllers to begin with.
+        world: The world.
+        chosen: The controllers.
+        resources: Workers and time limits.
+    """
+
+    given: Given
+    scenes: Sequence[Scene]
+    world: WorldSettings
+    chosen: Sequence[ControllerSpec]
+    resources: Resources
+
+    def state(self) -> State:
+        """Return what the page starts with.
+
+        Raises:
+            ConfigError: If a controller cannot run.
+        """
+        try_controllers(self.chosen, own_settings(self.world, self.given))
+        return state_of(self.given, self.scenes, self.world, self.chosen)
+
+    def tracks(self) -> tuple[Track, Track]:
+        """Return the pools for runs and for instants; their workers load the kernels of the chosen controllers now."""
+        warm_up = preparation(self.chosen, own_settings(self.world, self.given))
+        sizes = self.resources, self.resources.replace(workers=LOOK_WORKERS)
+        runs, looks = (Track(one.evaluator(run_job, warm_up=warm_up, retries=0)) for one in sizes)
+        runs.get_ready()
+        looks.get_ready()
+        return runs, looks
+
+
+def serve(beginning: Beginning, *, host: str, port: int, on_start: Callable[[str], object]) -> None:
+    """Serve the playground until Ctrl-C.
+
+    Args:
+        beginning: What it begins with.
         host: Address to listen on.
         port: Port; 0 for any that is free.
-        resources: Workers and time limits.
         on_start: Called with the address of the page once the server listens.
 
     Raises:
@@ -52,11 +78,10 @@ def serve(
     from evolution.play.desk import Desk
     from evolution.play.guard import Door
 
-    state = state_of(given, scenes, world, chosen)
+    state = beginning.state()
     with _listening(host, port) as listener:
         door = Door(host, listener.getsockname()[1])
-        desk = Desk(given, *_tracks(given, world, chosen, resources))
-        app = Application(given, state, desk).behind(door)
+        app = Application(beginning.given, state, Desk(beginning.given, *beginning.tracks())).behind(door)
         config = uvicorn.Config(
             app,
             log_level="warning",
@@ -68,6 +93,20 @@ def serve(
         )
         on_start(door.address)
         uvicorn.Server(config).run(sockets=[listener])
+
+
+def export_session(beginning: Beginning, folder: Path) -> Path:
+    """Run what the page would begin with, write it into a new folder as a page without a server, and return the file.
+
+    Raises:
+        ConfigError: If the folder holds something, or a variant cannot run.
+    """
+    tracks = beginning.tracks()
+    try:
+        return export(beginning.given, beginning.state(), tracks, folder)
+    finally:
+        for track in tracks:
+            track.close()
 
 
 def _import_uvicorn() -> Any:
@@ -97,15 +136,3 @@ def _listening(host: str, port: int) -> socket.socket:
     except (OSError, OverflowError) as error:
         reason = str(error).partition("(while")[0].strip()
         raise ConfigError(f"--host {host} --port {port}: cannot be listened on ({reason})") from None
-
-
-def _tracks(
-    given: Given, world: WorldSettings, chosen: Sequence[ControllerSpec], resources: Resources
-) -> tuple[Track, Track]:
-    """Return the pools for runs and for instants; their workers load the kernels of the chosen controllers now."""
-    warm_up = preparation(chosen, own_settings(world, given))
-    sizes = resources, resources.replace(workers=LOOK_WORKERS)
-    tracks = [Track(one.evaluator(run_job, warm_up=warm_up, retries=0)) for one in sizes]
-    for track in tracks:
-        track.get_ready()
-    return tracks[0], tracks[1]
