@@ -63,6 +63,7 @@ class Playground {
     this.overlays.forget();
     this.search.reset();
     this.answer.begin();
+    this.hover();
     if (!this.server.isOpen) return;
     say("Driving…");
     this.began = performance.now();

@@ -44,7 +44,6 @@ export class Parameters {
       .map((one) => row(one, one.key in this.values ? this.values[one.key] : one.default, one.key in this.values, (value) => this.set(one, value)));
     byId("parameter-list").replaceChildren(...rows);
     byId("compare").disabled = !this.variant;
-    byId("save-params").disabled = !this.variant;
     this.differs();
   }
 
@@ -80,7 +79,8 @@ export class Parameters {
 
   async save() {
     try {
-      this.say(`Saved ${await this.server.download("save/params", { ...this.store.session(), variant: this.variant.name })}.`);
+      const { name } = this.variant || this.store.variants[0];
+      this.say(`Saved ${await this.server.download("save/params", { ...this.store.session(), variant: name })}.`);
     } catch (error) {
       this.say(error.message, true);
     }
