@@ -17,6 +17,7 @@ from evolution.play.track import Track
 from gym_mapbench.errors import ConfigError
 
 BACKLOG = 64
+LAST_PORT = 65535
 MAX_CONNECTIONS = 64
 END_SECONDS = 3
 """How long open connections may take to end."""
@@ -129,10 +130,12 @@ def _listening(host: str, port: int) -> socket.socket:
     Raises:
         ConfigError: If the address cannot be used.
     """
+    if port > LAST_PORT:
+        raise ConfigError(f"--port: expected 0 to {LAST_PORT}, got {port}")
     try:
         return socket.create_server(
             (host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET, backlog=BACKLOG
         )
-    except (OSError, OverflowError) as error:
+    except OSError as error:
         reason = str(error).partition("(while")[0].strip()
         raise ConfigError(f"--host {host} --port {port}: cannot be listened on ({reason})") from None

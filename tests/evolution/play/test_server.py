@@ -84,7 +84,7 @@ def never_serves(monkeypatch):
     ("options", "problem"),
     [
         (["--host", "no.such.host.invalid"], "--host no.such.host.invalid"),
-        (["--port", "70000"], "--port 70000"),
+        (["--port", "70000"], "--port: expected 0 to 65535"),
         (["nothing.yaml"], "nothing.yaml"),
         (["--controllers", "nobody"], "nobody"),
         (["--params", "thesys"], "thesys"),
