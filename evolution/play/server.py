@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -93,7 +94,8 @@ def serve(beginning: Beginning, *, host: str, port: int, on_start: Callable[[str
             timeout_graceful_shutdown=END_SECONDS,
         )
         on_start(door.address)
-        uvicorn.Server(config).run(sockets=[listener])
+        with contextlib.suppress(KeyboardInterrupt):
+            uvicorn.Server(config).run(sockets=[listener])
 
 
 def export_session(beginning: Beginning, folder: Path) -> Path:

@@ -47,13 +47,15 @@ def wait_for_end(pids):
 
 
 @pytest.mark.skipif(not os.path.exists("/proc"), reason="looks into /proc")
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_a_playground_that_ends_leaves_no_process(how):
+@pytest.mark.parametrize(
+    ("how", "code"), [(signal.SIGINT, 0), (signal.SIGTERM, -signal.SIGTERM), (signal.SIGKILL, -signal.SIGKILL)]
+)
+def test_a_playground_that_ends_leaves_no_process(how, code):
     with playing() as (process, address):
         assert urllib.request.urlopen(f"{address}state", timeout=30).status == 200
         children = children_of(process.pid)
         process.send_signal(how)
-        process.wait(20)
+        assert process.wait(20) == code
         assert children
         assert wait_for_end(children) == []
 
