@@ -55,6 +55,7 @@ from evolution.search.operators import (
     GeneEdit,
     MutationSettings,
     Operator,
+    change_near_way,
     scenario_on,
 )
 from evolution.search.option_names import nested, nested_document, short_names
@@ -103,6 +104,7 @@ __all__ = [
     "ValidationSettings",
     "best_set",
     "calibrate_scale",
+    "change_near_way",
     "check_experiment",
     "check_several",
     "controllers_from",

@@ -16,7 +16,15 @@ from evolution.tuning.running import run_tuning
 from evolution.tuning.sampling import optuna
 from evolution.tuning.search import OnTrial, Trial
 from evolution.tuning.settings import AgainstSettings, TuneSettings
-from evolution.tuning.space import SearchSpace, read_space, shipped_document, shipped_space, space_for, space_names
+from evolution.tuning.space import (
+    ParameterRange,
+    SearchSpace,
+    read_space,
+    shipped_document,
+    shipped_space,
+    space_for,
+    space_names,
+)
 
 __all__ = [
     "FIGURES",
@@ -26,6 +34,7 @@ __all__ = [
     "TUNING",
     "AgainstSettings",
     "OnTrial",
+    "ParameterRange",
     "ParameterText",
     "SearchSpace",
     "Trial",

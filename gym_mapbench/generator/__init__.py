@@ -17,7 +17,15 @@ from gym_mapbench.generator.motifs import (
     legs_of,
     places,
 )
-from gym_mapbench.generator.sampling import DrawnMap, draw_from, draw_map, draw_obstacle, is_drivable, plan_way
+from gym_mapbench.generator.sampling import (
+    DrawnMap,
+    draw_from,
+    draw_map,
+    draw_obstacle,
+    find_way,
+    is_drivable,
+    plan_way,
+)
 from gym_mapbench.generator.shapes import (
     TASK_YAW,
     Cells,
@@ -60,6 +68,7 @@ __all__ = [
     "draw_position",
     "draw_shape",
     "elements_line",
+    "find_way",
     "genome_of",
     "interior",
     "is_drivable",
