@@ -76,13 +76,15 @@ class Scripted(Settings):
     @cached_property
     def _marks(self) -> Floats:
         """Distance along the round at every corner, m."""
-        return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self._corners, axis=0).T))])
+        marks: Floats = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self._corners, axis=0).T))])
+        return marks
 
     @cached_property
     def _headings(self) -> Floats:
         """Heading on every leg of the round, rad."""
         dx, dy = np.diff(self._corners, axis=0).T
-        return np.arctan2(dy, dx)
+        headings: Floats = np.arctan2(dy, dx)
+        return headings
 
 
 class Wander(Settings):
