@@ -17,6 +17,7 @@ from gym_mapbench.generator.motifs import (
     legs_of,
     places,
 )
+from gym_mapbench.generator.people import PeopleSettings, draw_person, fits, with_people
 from gym_mapbench.generator.sampling import DrawnMap, draw_from, draw_map, draw_obstacle, is_drivable, plan_way
 from gym_mapbench.generator.shapes import (
     TASK_YAW,
@@ -47,6 +48,7 @@ __all__ = [
     "FamilySpecs",
     "Motif",
     "MotifGenes",
+    "PeopleSettings",
     "Route",
     "Section",
     "ShapeSettings",
@@ -57,9 +59,11 @@ __all__ = [
     "draw_from",
     "draw_map",
     "draw_obstacle",
+    "draw_person",
     "draw_position",
     "draw_shape",
     "elements_line",
+    "fits",
     "genome_of",
     "interior",
     "is_drivable",
@@ -71,4 +75,5 @@ __all__ = [
     "sample_map",
     "stamp",
     "task_cells",
+    "with_people",
 ]

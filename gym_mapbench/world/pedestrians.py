@@ -6,8 +6,8 @@ course of a body can be checked against the walls before a run.
 
 from __future__ import annotations
 
+import functools
 import math
-from functools import cached_property
 from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
@@ -51,40 +51,17 @@ class Scripted(Settings):
 
     def at(self, times: Floats) -> Floats:
         """As :meth:`~gym_mapbench.world.motions.Motion.at`."""
-        corners, marks = self._corners, self._marks
+        corners, marks, headings = _round_of(self.waypoints, self.loop)
         along = np.fmod(self.phase * marks[-1] + self.speed * times, marks[-1])
         x, y = (np.interp(along, marks, corners[:, axis]) for axis in (0, 1))
-        leg = np.clip(np.searchsorted(marks, along, side="right") - 1, 0, len(self._headings) - 1)
-        return np.stack([x, y, self._headings[leg]], axis=1)
+        leg = np.clip(np.searchsorted(marks, along, side="right") - 1, 0, len(headings) - 1)
+        return np.stack([x, y, headings[leg]], axis=1)
 
     def course(self, spacing: float) -> Floats:
         """As :meth:`Course.course`."""
-        marks = self._marks
+        corners, marks, _ = _round_of(self.waypoints, self.loop)
         along = np.union1d(marks, np.linspace(0.0, marks[-1], math.ceil(marks[-1] / spacing) + 1))
-        return np.stack([np.interp(along, marks, self._corners[:, axis]) for axis in (0, 1)], axis=1)
-
-    @cached_property
-    def _corners(self) -> Floats:
-        """Corners ``(n, 2)`` of one round, the first one again at the end."""
-        points = list(self.waypoints)
-        back = points[:1] if self.loop else points[-2::-1]
-        corners = np.array(points + back)
-        moved = np.hypot(*np.diff(corners, axis=0).T) > 0
-        kept: Floats = corners[np.concatenate([[True], moved])]
-        return kept if len(kept) > 1 else np.array([*kept, kept[0] + (1e-9, 0.0)])
-
-    @cached_property
-    def _marks(self) -> Floats:
-        """Distance along the round at every corner, m."""
-        marks: Floats = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self._corners, axis=0).T))])
-        return marks
-
-    @cached_property
-    def _headings(self) -> Floats:
-        """Heading on every leg of the round, rad."""
-        dx, dy = np.diff(self._corners, axis=0).T
-        headings: Floats = np.arctan2(dy, dx)
-        return headings
+        return np.stack([np.interp(along, marks, corners[:, axis]) for axis in (0, 1)], axis=1)
 
 
 class Wander(Settings):
@@ -120,7 +97,7 @@ class Wander(Settings):
 
     def _curve(self, angles: Floats) -> tuple[Floats, Floats]:
         """Return places ``(n, 2)`` (m) and their derivatives by the angle ``(n, 2)`` (m/rad)."""
-        amplitudes, offsets = self._terms
+        amplitudes, offsets = _terms_of(self.reach, self.seed)
         places = np.tile(np.array(self.centre), (len(angles), 1))
         slopes = np.zeros_like(places)
         for term in range(HARMONICS):
@@ -129,17 +106,35 @@ class Wander(Settings):
             slopes += amplitudes[term] * (term + 1) * np.cos(turned)
         return places, slopes
 
-    @cached_property
-    def _terms(self) -> tuple[Floats, Floats]:
-        """Amplitudes (m) and offsets (rad) of the sines, ``(harmonics, 2)`` each; the curve stays within reach."""
-        rng = np.random.default_rng(self.seed)
-        shares = rng.uniform(0.2, 1.0, (HARMONICS, 2))
-        amplitudes = self.reach / math.sqrt(2.0) * shares / shares.sum(axis=0)
-        return amplitudes, rng.uniform(-math.pi, math.pi, (HARMONICS, 2))
-
-    @cached_property
+    @property
     def _rate(self) -> float:
         """Angle per second, rad/s: the mean square of the curve's slope makes it the speed that was asked for."""
-        amplitudes, _ = self._terms
+        amplitudes, _ = _terms_of(self.reach, self.seed)
         orders = np.arange(1, HARMONICS + 1)[:, None]
         return self.speed / math.sqrt(float(((amplitudes * orders) ** 2).sum()) / 2)
+
+
+# Arrays are kept here and not on the motions, which are compared by value.
+@functools.lru_cache(maxsize=256)
+def _round_of(waypoints: tuple[tuple[float, float], ...], loop: bool) -> tuple[Floats, Floats, Floats]:
+    """Return the round of a scripted walk.
+
+    Returns:
+        Corners ``(n, 2)`` m, the first one again at the end; the distance along the round at every corner, ``(n,)`` m;
+        and the heading on every leg, ``(n - 1,)`` rad.
+    """
+    corners = np.array([*waypoints, *(waypoints[:1] if loop else waypoints[-2::-1])])
+    corners = corners[np.concatenate([[True], np.hypot(*np.diff(corners, axis=0).T) > 0])]
+    if len(corners) == 1:
+        corners = np.array([corners[0], corners[0] + (1e-9, 0.0)])
+    dx, dy = np.diff(corners, axis=0).T
+    return corners, np.concatenate([[0.0], np.cumsum(np.hypot(dx, dy))]), np.arctan2(dy, dx)
+
+
+@functools.lru_cache(maxsize=256)
+def _terms_of(reach: float, seed: int) -> tuple[Floats, Floats]:
+    """Return amplitudes (m) and offsets (rad) of the sines, ``(harmonics, 2)`` each; the curve stays within reach."""
+    rng = np.random.default_rng(seed)
+    shares = rng.uniform(0.2, 1.0, (HARMONICS, 2))
+    amplitudes = reach / math.sqrt(2.0) * shares / shares.sum(axis=0)
+    return amplitudes, rng.uniform(-math.pi, math.pi, (HARMONICS, 2))

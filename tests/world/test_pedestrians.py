@@ -148,6 +148,8 @@ def test_a_person_has_a_radius_of_a_quarter_of_a_metre_and_returns_from_json():
     ):
         again = Body.from_mapping(body.model_dump(mode="json"), "body")
         assert again == body
+        assert (place_bodies([again], np.arange(3.0)) == place_bodies([body], np.arange(3.0))).all()
+        assert again == body, "equal by value after use, too"
         times = np.linspace(0, 30, 99)
         assert (place_bodies([again], times) == place_bodies([body], times)).all()
     assert body.shape.radius == 0.25

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
-from gym_mapbench.generator import DrawnMap, ShapeSettings, default_task, sample_map
+from gym_mapbench.generator import DrawnMap, PeopleSettings, ShapeSettings, default_task, sample_map, with_people
 from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import MapSet, Scenario
 
 Cells = NDArray[np.bool_]
 Column = NDArray[np.object_]
+NOBODY = PeopleSettings()
 DrawMap = Callable[[np.random.Generator, ShapeSettings], Cells | DrawnMap]
 
 
@@ -41,10 +42,15 @@ def scenario_of(drawn: Cells | DrawnMap, shapes: ShapeSettings) -> Scenario:
 
 
 def sample_map_set(
-    rng: np.random.Generator, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map
+    rng: np.random.Generator,
+    maps_per_set: int,
+    shapes: ShapeSettings,
+    draw_map: DrawMap = sample_map,
+    people: PeopleSettings = NOBODY,
 ) -> MapSet:
     """Return one sampled individual."""
-    return MapSet(tuple(scenario_of(draw_map(rng, shapes), shapes) for _ in range(maps_per_set)))
+    sampled = (scenario_of(draw_map(rng, shapes), shapes) for _ in range(maps_per_set))
+    return MapSet(tuple(with_people(scenario, people, rng) for scenario in sampled))
 
 
 class MapSampling(Sampling):  # type: ignore[misc]
@@ -54,14 +60,22 @@ class MapSampling(Sampling):  # type: ignore[misc]
         maps_per_set: Maps in an individual.
         shapes: Options of the maps.
         draw_map: Samples one map; must leave start and goal free.
+        people: The people on every map.
     """
 
-    def __init__(self, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map) -> None:
+    def __init__(
+        self,
+        maps_per_set: int,
+        shapes: ShapeSettings,
+        draw_map: DrawMap = sample_map,
+        people: PeopleSettings = NOBODY,
+    ) -> None:
         super().__init__()
         self.maps_per_set = maps_per_set
         self.shapes = shapes
         self.draw_map = draw_map
+        self.people = people
 
     def _do(self, _problem: Any, n_samples: int, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
-        draws = (sample_map_set(random_state, self.maps_per_set, self.shapes, self.draw_map) for _ in range(n_samples))
-        return as_column(list(draws))
+        options = self.maps_per_set, self.shapes, self.draw_map, self.people
+        return as_column([sample_map_set(random_state, *options) for _ in range(n_samples)])
