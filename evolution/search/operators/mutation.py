@@ -77,7 +77,8 @@ class Mutator:
         """Return a changed map with the default task, and the names of the operators.
 
         A map with a genome changes in its genes; operators on cells apply to other maps only. On a map with people,
-        either the people change or the walls; people who no longer fit between the walls are sampled again.
+        either the people change or the walls; people who no longer fit between the walls are sampled again. A
+        change of walls that leaves no room for a single person is dropped.
 
         Args:
             scenario: The map.
@@ -90,7 +91,8 @@ class Mutator:
         if rng.random() < self.people.mutation:
             return change_people(scenario, self.people, rng)
         varied, names = self._vary_walls(scenario, rng, chances, mates)
-        return with_people(varied, self.people, rng, scenario.bodies), names
+        varied = with_people(varied, self.people, rng, scenario.bodies)
+        return (varied, names) if varied.bodies else (scenario, ())
 
     def _vary_walls(
         self,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import DrawnMap, PeopleSettings, ShapeSettings, default_task, sample_map, with_people
 from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
@@ -16,6 +17,8 @@ from gym_mapbench.world.scenario import MapSet, Scenario
 
 Cells = NDArray[np.bool_]
 Column = NDArray[np.object_]
+MAX_MAPS = 20
+"""Maps that are sampled until one has room for a person."""
 NOBODY = PeopleSettings()
 DrawMap = Callable[[np.random.Generator, ShapeSettings], Cells | DrawnMap]
 
@@ -48,9 +51,23 @@ def sample_map_set(
     draw_map: DrawMap = sample_map,
     people: PeopleSettings = NOBODY,
 ) -> MapSet:
-    """Return one sampled individual."""
-    sampled = (scenario_of(draw_map(rng, shapes), shapes) for _ in range(maps_per_set))
-    return MapSet(tuple(with_people(scenario, people, rng) for scenario in sampled))
+    """Return one sampled individual.
+
+    Raises:
+        ConfigError: If there are people and none of 20 maps has room for one.
+    """
+    return MapSet(tuple(_sample_scenario(rng, shapes, draw_map, people) for _ in range(maps_per_set)))
+
+
+def _sample_scenario(
+    rng: np.random.Generator, shapes: ShapeSettings, draw_map: DrawMap, people: PeopleSettings
+) -> Scenario:
+    """Return a sampled map, with people if there are any."""
+    for _ in range(MAX_MAPS):
+        scenario = with_people(scenario_of(draw_map(rng, shapes), shapes), people, rng)
+        if scenario.bodies or not people.count:
+            return scenario
+    raise ConfigError(f"people: expected maps with room for a person, got none in {MAX_MAPS} samples")
 
 
 class MapSampling(Sampling):  # type: ignore[misc]

@@ -9,10 +9,10 @@ from evolution.search import EvolveSettings
 from evolution.search.operators.mutation import Mutator
 from evolution.search.operators.people_changes import PEOPLE_OPERATORS, change_people
 from evolution.search.operators.repair import repair_scenario
-from evolution.search.operators.sampling import sample_map_set
+from evolution.search.operators.sampling import sample_map_set, scenario_on
 from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator import PeopleSettings, ShapeSettings, clear_and_border, sample_map, with_people
+from gym_mapbench.generator import PeopleSettings, ShapeSettings, clear_and_border, with_people
 from gym_mapbench.world.clearance import check_clearance
 from gym_mapbench.world.robot import ROBOTS
 
@@ -89,14 +89,16 @@ def test_repair_keeps_the_people_who_fit():
     assert repair_scenario(broken, SMALL) is broken
 
 
-def test_a_map_without_room_is_refused():
-    cells = np.ones((SMALL.size, SMALL.size), dtype=bool)
-    from evolution.search.operators.sampling import scenario_on
+def test_maps_without_room_are_refused_and_walls_that_leave_no_room_stay():
+    def full(rng, shapes):
+        return clear_and_border(np.ones((shapes.size, shapes.size), dtype=bool), shapes)
 
-    full = scenario_on(clear_and_border(cells, SMALL), SMALL)
-    with pytest.raises(ConfigError, match="expected a map with room for one"):
-        with_people(full, PeopleSettings(count=1, radius=1.0), np.random.default_rng(0))
-    assert sample_map(np.random.default_rng(0), SMALL).shape == (SMALL.size, SMALL.size)
+    with pytest.raises(ConfigError, match="expected maps with room for a person, got none in 20"):
+        sample_map_set(np.random.default_rng(0), 1, SMALL, full, PeopleSettings(count=1))
+    scenario = sampled(0)
+    fat = PeopleSettings(count=4, radius=1.0, mutation=0.0)
+    narrow = with_people(scenario_on(full(None, SMALL), SMALL), fat, np.random.default_rng(0), scenario.bodies)
+    assert narrow.bodies == ()
 
 
 def test_people_are_recorded_only_where_they_are_asked_for():
