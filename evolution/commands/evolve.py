@@ -29,6 +29,7 @@ EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --preset thesis --fitness cluster --pop-size 40 --evaluations 600 --seed 3
   mapbench evolve --preset thesis                  the search of the thesis: no noise, no validation
   mapbench evolve --fitness roles --family doors,pillars,shapes --runs 2000
+  mapbench evolve --people 4 --out runs/people     maps with people who walk
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
   mapbench evolve --objectives gini,n_obstacles    differences with few obstacles: a Pareto front
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
@@ -71,6 +72,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "censor, the time limit; with par2, twice the time limit",
     )
     options.add_family_option(search, "those of the preset")
+    search.add_argument(
+        "--people",
+        type=options.non_negative,
+        metavar="N",
+        help="people who walk on every new map (default: those of the preset); the search changes them like walls",
+    )
     driving_options.add_controllers_option(
         parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
     )
@@ -131,6 +138,8 @@ def _experiment(args: argparse.Namespace) -> Experiment:
         given["families"] = list(args.family)
     if args.objectives is not None:
         given |= _objectives(args.objectives, args.fitness, config)
+    if args.people is not None:
+        given["people"] = {"count": args.people}
     document = compose(args.preset or DEFAULT_PRESET, config, **given)
     named = driving_options.named_controllers(args)
     if named and (args.controllers is not None or "controllers" not in config):

@@ -45,6 +45,7 @@ from evolution.runs.documents import (
 )
 from evolution.runs.former_names import present_config, present_results, present_row
 from evolution.runs.front import front_rows
+from evolution.runs.recorded_bodies import bodies_document
 from evolution.runs.results import named, results_document
 from evolution.search import Evaluation, Experiment, FrontPoint, Record, ValidationResult
 from gym_mapbench.errors import MapBenchError, RunError
@@ -57,6 +58,9 @@ GENERATIONS, INDIVIDUALS, RUNS = "generations.csv", "individuals.csv", "runs.csv
 BEST_RESULTS, MAPS, TIMING, STORE = "best_results.json", "maps", "timing.jsonl", "results.sqlite"
 FRONT, FRONT_SETS = "front.csv", "front"
 
+BODIES = "_bodies.json"
+"""End of the names of the files with the moving bodies on the maps of a generation."""
+
 RUN = DirectoryKind("run", CONFIG, format_version=1, to_drive=("controllers", "run"))
 
 README_TEXT = """One run of mapbench. All lengths are m, times s, angles rad; smaller fitness is better.
@@ -68,6 +72,7 @@ runs.csv            one line per driven run, at its first use: map, controller, 
 maps/NNNN.npz       maps first seen in generation NNNN, by digest: boolean arrays [row, col],
                     True where there is a wall, row 0 at the bottom (numpy.load)
 maps/NNNN.json      genomes of these maps, by digest; only where families of motifs are sampled
+maps/NNNN_bodies.json  people on these maps, by digest; only where people are sampled
 best_map_set.json   the best map set so far, as text
 best_results.json   its fitness, and every run on it; after the validation stage, its held-out fitness
 front.csv           with several objectives: the sets of the Pareto front, their objectives in the search and on
@@ -267,6 +272,8 @@ class RunDir:
         if record.genomes:
             genomes = {digest: genome.model_dump(mode="json") for digest, genome in record.genomes.items()}
             write_json(self.path / MAPS / f"{generation:04d}.json", genomes)
+        if record.bodies:
+            write_json(self.path / MAPS / f"{generation:04d}{BODIES}", bodies_document(record.bodies))
         self._write_table(GENERATIONS, record.generations)
         self._write_table(INDIVIDUALS, record.individuals)
         self._write_table(RUNS, list(record.runs.values()))

@@ -10,13 +10,15 @@ from statistics import median
 from typing import Any
 
 from evolution.driving import RESULT_FIELDS, RUN_COLUMNS, RunResult
-from evolution.files import Row, Table, Tabled, read_npz
-from evolution.runs.directory import CONFIG, MAPS, RunDir, controllers_in
+from evolution.files import Row, Table, Tabled, read_json, read_npz
+from evolution.runs.directory import BODIES, CONFIG, MAPS, RunDir, controllers_in
 from evolution.runs.front import front_sentence, objectives_in
+from evolution.runs.recorded_bodies import read_bodies
 from evolution.search import Experiment, MapResults, experiment_of
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.generator import ShapeSettings, default_task
 from gym_mapbench.trust import refuse_code
+from gym_mapbench.world.bodies import Body
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import MapSet, Scenario
 
@@ -108,6 +110,18 @@ class LoadedRun(Tabled):
             raise RunError(f"{self.path / MAPS}: {len(missing)} of the driven maps are missing")
         return found
 
+    @cached_property
+    def bodies(self) -> Mapping[str, tuple[Body, ...]]:
+        """Moving bodies of those maps that have some, by digest; read at first use.
+
+        Raises:
+            RunError: If a file is damaged.
+        """
+        found: dict[str, tuple[Body, ...]] = {}
+        for path in sorted((self.path / MAPS).glob(f"*{BODIES}")):
+            found |= read_bodies(read_json(path), str(path))
+        return found
+
 
 def load_run(path: str | Path) -> LoadedRun:
     """Read the directory of a run; an unfinished one as far as it has come.
@@ -172,7 +186,10 @@ def reached_maps(run: LoadedRun) -> list[Scenario]:
     shapes = ShapeSettings.from_mapping(run.config["search"]["shapes"], "search.shapes")
     reached = dict.fromkeys(row["map"] for row in run.runs if row["outcome"] == "goal")
     margin = shapes.border + shapes.task_distance
-    return [Scenario(run.maps[digest], *default_task(run.maps[digest], margin), digest) for digest in reached]
+    return [
+        Scenario(run.maps[digest], *default_task(run.maps[digest], margin), digest, run.bodies.get(digest, ()))
+        for digest in reached
+    ]
 
 
 def _result(row: Mapping[str, Any]) -> RunResult:

@@ -50,7 +50,7 @@ def give_further_seeds(front: Iterable[Evaluation], archive: Archive, settings: 
     """
     wanted: dict[str, int] = {}
     for one in front:
-        names = [scenario.map.digest for scenario in one.map_set]
+        names = [scenario.world_digest for scenario in one.map_set]
         more = wanted | {name: _next_repeats(archive.repeats_of(name), settings) for name in names}
         if budget.cost_of(more) <= budget.runs:
             wanted = more

@@ -166,9 +166,10 @@ class _Search:
         self.budget = Budget(settings, self.archive)
         self.problem = MapSetProblem(self._results_of, Objectives(fitness))
         self.rng = np.random.default_rng(settings.seed)
-        mutator = Mutator(settings.shapes, settings.ga.mutation, settings.families, experiment.run.robot)
+        robot, people = experiment.run.robot, settings.people
+        mutator = Mutator(settings.shapes, settings.ga.mutation, settings.families, robot, people)
         self.mutation = MapMutation(mutator, self._role_of if settings.ga.mutation.adaptive else None)
-        sampling = MapSampling(settings.maps_per_set, settings.shapes, draw_map or _sampler(experiment))
+        sampling = MapSampling(settings.maps_per_set, settings.shapes, draw_map or _sampler(experiment), people)
         self.algorithm: GeneticAlgorithm = make_algorithm(
             settings.ga, self.problem, sampling, self.mutation, self.rng, settings.evaluations
         )
@@ -246,7 +247,7 @@ class _Search:
 
     def _role_of(self, map_set: MapSet, place: int) -> int:
         """Return the rank of a map's score in its set; maps without a score come last."""
-        found = [self.archive.judged(one.map.digest, self.problem.fitness).score for one in map_set]
+        found = [self.archive.judged(one.world_digest, self.problem.fitness).score for one in map_set]
         scores = [np.inf if score is None else score for score in found]
         return sorted(range(len(scores)), key=scores.__getitem__).index(place)
 

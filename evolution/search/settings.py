@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from evolution.driving import TIME
 from evolution.search.algorithms import GaSettings
@@ -13,7 +13,7 @@ from evolution.search.judging import FITNESSES, JudgingSettings
 from evolution.search.option_names import SECTIONS, SHORT_NAMES, nested
 from evolution.search.sections import ArchiveSettings, ValidationSettings
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator import FamilySpecs, ShapeSettings
+from gym_mapbench.generator import FamilySpecs, PeopleSettings, ShapeSettings
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.quantities import Count, Few, Natural
 from gym_mapbench.settings import Settings
@@ -42,6 +42,7 @@ class EvolveSettings(Settings):
             names of :data:`gym_mapbench.generator.FAMILIES`, or mappings of ``name`` and ``options``. If empty, random
             shapes, as in the thesis.
         shapes: Size of the maps, and the options of random shapes.
+        people: The people on new maps, and how often a mutation changes them; none by default.
     """
 
     seed: Natural = 0
@@ -55,6 +56,14 @@ class EvolveSettings(Settings):
     validation: ValidationSettings | None = None
     families: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()
+    people: PeopleSettings = PeopleSettings()
+
+    @model_serializer(mode="wrap")
+    def _without_people(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave ``people`` out if they are the defaults, so that a search without people is recorded as ever."""
+        values: dict[str, Any] = dump(self)
+        default = PeopleSettings().model_dump(mode="json")
+        return {name: value for name, value in values.items() if name != "people" or value != default}
 
     @classmethod
     def option_names(cls) -> list[str]:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
-from gym_mapbench.env.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, RewardSettings
+from gym_mapbench.env.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, PeopleWindow, RewardSettings
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import FamilySpecs, ShapeSettings, default_task
@@ -59,10 +59,11 @@ class EnvConfig(Settings):
         xy_goal_tolerance: Largest distance from the goal, m; once the robot has been this close, only its heading
             counts (Nav2's SimpleGoalChecker).
         yaw_goal_tolerance: Largest error of the heading at the goal, rad.
-        observation: Which of ``pose odom velocity goal scan path costmap`` are observed.
+        observation: Which of ``pose odom velocity goal scan path costmap people`` are observed.
         lidar: Beams and ranges of the scan, and the scanner's place on the robot.
         path: The observed window of the global path.
         costmap: The observed window of the costmap.
+        people: The observed moving bodies.
         noise: ``none``, ``nominal``, ``rough``, or a mapping of
             :class:`~gym_mapbench.world.noise.NoiseSettings`, in which ``level`` may name the level that the other
             values change: ``{level: nominal, scan: 0.02}``.
@@ -89,6 +90,7 @@ class EnvConfig(Settings):
     lidar: LidarSettings = LidarSettings()
     path: PathWindow = PathWindow()
     costmap: CostmapWindow = CostmapWindow()
+    people: PeopleWindow = PeopleWindow()
     noise: NoiseSettings = NoiseSettings()
     reward: RewardSettings = RewardSettings()
 
@@ -109,9 +111,10 @@ class EnvConfig(Settings):
 
     @model_serializer(mode="wrap")
     def _without_defaults(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave ``plant`` out if it is ``ideal``, so that the identity of such a run does not depend on the option."""
+        """Leave ``plant`` and ``people`` out if they are the defaults, so that no identity of a run depends on them."""
         values: dict[str, Any] = dump(self)
-        return {name: value for name, value in values.items() if name != "plant" or value != "ideal"}
+        default = {"plant": "ideal", "people": PeopleWindow().model_dump(mode="json")}
+        return {name: value for name, value in values.items() if name not in default or value != default[name]}
 
     @field_validator("maps", mode="before")
     @classmethod

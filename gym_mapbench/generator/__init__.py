@@ -17,6 +17,7 @@ from gym_mapbench.generator.motifs import (
     legs_of,
     places,
 )
+from gym_mapbench.generator.people import PeopleSettings, draw_person, fits, with_people
 from gym_mapbench.generator.sampling import (
     DrawnMap,
     draw_from,
@@ -55,6 +56,7 @@ __all__ = [
     "FamilySpecs",
     "Motif",
     "MotifGenes",
+    "PeopleSettings",
     "Route",
     "Section",
     "ShapeSettings",
@@ -65,10 +67,12 @@ __all__ = [
     "draw_from",
     "draw_map",
     "draw_obstacle",
+    "draw_person",
     "draw_position",
     "draw_shape",
     "elements_line",
     "find_way",
+    "fits",
     "genome_of",
     "interior",
     "is_drivable",
@@ -80,4 +84,5 @@ __all__ = [
     "sample_map",
     "stamp",
     "task_cells",
+    "with_people",
 ]

@@ -63,7 +63,7 @@ def reevaluate(
     wanted: dict[str, int] = {}
     driven: set[str] = set()
     for one in spread(front):
-        maps = [scenario.map.digest for scenario in one.map_set]
+        maps = [scenario.world_digest for scenario in one.map_set]
         more = wanted | {name: archive.repeats_of(name) + seeds for name in maps if name not in wanted}
         if budget.cost_of(more) <= budget.all_runs:
             wanted = more
