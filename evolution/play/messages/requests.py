@@ -24,7 +24,7 @@ MAX_RUNS = 600
 MAX_VALUES = 200
 """Most changed parameters of a variant."""
 
-Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[\w .,=+-]+$")]
+PageName = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[\w .,=+-]+$")]
 """A name that the page gives: letters, digits and ``_ .,=+-``; never a module or a file."""
 Key = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[\w.]+$")]
 """Nav2's dotted name of a parameter below its controller, or ``local_costmap.…`` and ``global_costmap.…``."""
@@ -32,7 +32,7 @@ Point = tuple[float, float]
 """x, y in m."""
 PoseTuple = tuple[float, float, float]
 """x, y in m, and the heading in rad."""
-Seed = Annotated[int, Field(ge=0, lt=2**63)]
+PageSeed = Annotated[int, Field(ge=0, lt=2**63)]
 Values = Annotated[dict[Key, JsonValue], Field(max_length=MAX_VALUES)]
 
 
@@ -76,11 +76,11 @@ class WorldSettings(Settings):
         shared: Parameters of the costmaps for all variants, by key.
     """
 
-    preset: Name
+    preset: PageName
     robot: Annotated[str, Field(max_length=80, pattern=r"^[\w .+-]*$")] = ""
     robot_radius: Annotated[float, Field(gt=0, le=5)] | None = None
-    noise: Name = "none"
-    seed: Seed = 0
+    noise: PageName = "none"
+    seed: PageSeed = 0
     repeats: Annotated[int, Field(ge=1, le=MAX_REPEATS)] = 1
     shared: Values = Field(default_factory=dict)
 
@@ -89,13 +89,13 @@ class Variant(Settings):
     """A controller with some of its parameters changed.
 
     Args:
-        name: Name in the table; unique.
+        name: PageName in the table; unique.
         controller: Name of one of the state's controllers.
         parameters: The changed parameters, by key.
     """
 
-    name: Name
-    controller: Name
+    name: PageName
+    controller: PageName
     parameters: Values = Field(default_factory=dict)
 
 
@@ -126,7 +126,7 @@ class AskInstant(Settings):
 
     type: Literal["instant"] = "instant"
     id: Natural
-    variant: Name
+    variant: PageName
     repeat: Natural = 0
     time: NonNegative
 
@@ -177,9 +177,9 @@ class AskRandom(Settings):
         genes: Genes with the values to use; the generator samples the others. Only for families with genes.
     """
 
-    family: Name
-    seed: Seed = 0
-    genes: Annotated[dict[Name, float], Field(max_length=40)] = Field(default_factory=dict)
+    family: PageName
+    seed: PageSeed = 0
+    genes: Annotated[dict[PageName, float], Field(max_length=40)] = Field(default_factory=dict)
 
 
 class DroppedFile(Settings):
@@ -198,7 +198,7 @@ class AskOpen(Settings):
 class AskParameters(Session):
     """Save the parameters of a variant (``POST save/params``); answers with a ``nav2_params.yaml``."""
 
-    variant: Name
+    variant: PageName
 
 
 Request = Drive | AskInstant | AskSearch | AskWhy | Cancel
