@@ -44,8 +44,9 @@ def observation_space(config: EnvConfig) -> spaces.Dict:
     ``pose``: x, y (m), yaw (rad) on the map, as the localisation has them. ``odom``: the same in the odom frame, as
     wheel odometry has them. ``velocity``: v (m/s), omega (rad/s). ``goal``: x, y, yaw in the robot's frame. ``scan``:
     ranges from the scanner, m. ``path``: x, y of the first point, of the second..., in the robot's frame, m.
-    ``costmap``: ``(1, cells, cells)`` Nav2 cost values, row 0 at the bottom. ``people``: ``(nearest, 6)`` the nearest
-    moving bodies.
+    ``costmap``: ``(1, cells, cells)`` Nav2 cost values, row 0 at the bottom. ``people``: for each of the
+    nearest moving bodies, the nearest first: x, y (m), velocity (m/s) along x and y, in the robot's frame, radius (m), 1;
+    zeros where there are fewer.
     """
     return spaces.Dict({key: SPACES[key](config) for key in config.observation})
 
@@ -68,7 +69,7 @@ SPACES: dict[str, Callable[[EnvConfig], spaces.Box]] = {
     "scan": lambda config: spaces.Box(0.0, config.lidar.range_max, (config.lidar.beams,), np.float32),
     "path": lambda config: _vector(FAR, 2 * config.path.points),
     "costmap": lambda config: spaces.Box(0, 255, (1, config.costmap.cells, config.costmap.cells), np.uint8),
-    "people": lambda config: spaces.Box(-FAR, FAR, (config.people.nearest, 6), np.float32),
+    "people": lambda config: _vector(FAR, 6 * config.people.nearest),
 }
 
 
@@ -145,7 +146,7 @@ class Observer:
         """Return the nearest bodies in the frame of a robot at a true pose, see :func:`observation_space`."""
         seen, world = np.empty((self._config.people.nearest, 6), dtype=np.float32), self._world
         see_people(np.array(pose), world.poses, world.velocities, world.radii, seen)
-        return seen
+        return seen.ravel()
 
     def beams(self, pose: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
         """Return where the beams start, and ``(beams, 2)`` world angle (rad) and range (m) of each, without noise.

@@ -57,9 +57,9 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     | `scan` | (360,) | float32 | 0 | 3.5 | ranges of the lidar (m), counter-clockwise from straight ahead |
     | `path` | (40,) | float32 | -1e8 | 1e8 | x, y (m) of the next 20 points of the global path, in the robot's frame |
     | `costmap` | (1, 60, 60) | uint8 | 0 | 255 | Nav2's costs around the robot, row 0 at the bottom |
-    | `people` | (5, 6) | float32 | -1e8 | 1e8 | the nearest bodies in the robot's frame, see below |
+    | `people` | (30,) | float32 | -1e8 | 1e8 | the nearest bodies in the robot's frame, see below |
 
-    Each row of `people` is a moving body, the nearest first: x, y (m), velocity along x and y (m/s), radius (m), and 1.
+    `people` has six numbers for each moving body, the nearest first: x, y (m), velocity along x and y (m/s), radius (m), and 1.
     The rows beyond the last body are 0.
 
     **Reward**: the sum of the terms, with the weights of `reward`.

@@ -185,7 +185,7 @@ def test_people_are_the_nearest_bodies_in_the_frame_of_the_robot(nearest, robot)
         world = env.simulation.world
         velocities = [[-0.3, 0.0], 0.5 * np.array([2.0, -1.0]) / np.hypot(2.0, 1.0)]
         expected = twin_of_people(info["pose"], world.poses, velocities, world.radii, nearest)
-        assert observation["people"] == pytest.approx(expected, abs=1e-6)
+        assert observation["people"].reshape(-1, 6) == pytest.approx(expected, abs=1e-6)
         if robot == "turtlebot3_waffle":
             outlines = np.hypot(*(world.poses[:, :2] - info["pose"][:2]).T) - world.radii - env.robot.radius
             assert info["nearest_body"] == pytest.approx(outlines.min())
