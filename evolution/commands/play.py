@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import threading
 import webbrowser
 from pathlib import Path
 
@@ -107,5 +108,6 @@ def _print(address: str) -> None:
 
 
 def _open(address: str) -> None:
+    """Print the address, and open it beside the server, as a browser for terminals returns only when it is left."""
     _print(address)
-    webbrowser.open(address)
+    threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
