@@ -88,7 +88,7 @@ def why(driven: Driven, asked: AskWhy, track: Track, wanted: Callable[[], bool],
     paths = [np.array(driven.ways[job.key])[:, 1:3] for job in jobs if driven.ways.get(job.key)]
     try:
         smallest_map(driven.scenario, plan, verdict, driven.request.settings.repeats, runner, paths, offer)
-        text = f"{asked.verdict}: every obstacle of this map is needed ({runner.done} runs)."
+        text = f"{asked.verdict}: every obstacle that remains is needed ({runner.done} runs)."
     except _SpentError:
         text = f"{asked.verdict}: the smallest map after {runner.done} runs; some obstacles may not be needed."
     send(_offers(asked, runner.done, asked.runs, [_smaller(smallest, asked)], text))

@@ -45,8 +45,8 @@ def observation_space(config: EnvConfig) -> spaces.Dict:
     wheel odometry has them. ``velocity``: v (m/s), omega (rad/s). ``goal``: x, y, yaw in the robot's frame. ``scan``:
     ranges from the scanner, m. ``path``: x, y of the first point, of the second..., in the robot's frame, m.
     ``costmap``: ``(1, cells, cells)`` Nav2 cost values, row 0 at the bottom. ``people``: for each of the
-    nearest moving bodies, the nearest first: x, y (m), velocity (m/s) along x and y, in the robot's frame, radius (m), 1;
-    zeros where there are fewer.
+    nearest moving bodies, the nearest first: x, y (m), velocity along x and y (m/s), in the robot's frame, radius (m),
+    1; zeros where there are fewer.
     """
     return spaces.Dict({key: SPACES[key](config) for key in config.observation})
 

@@ -59,8 +59,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     | `costmap` | (1, 60, 60) | uint8 | 0 | 255 | Nav2's costs around the robot, row 0 at the bottom |
     | `people` | (30,) | float32 | -1e8 | 1e8 | the nearest bodies in the robot's frame, see below |
 
-    `people` has six numbers for each moving body, the nearest first: x, y (m), velocity along x and y (m/s), radius (m), and 1.
-    The rows beyond the last body are 0.
+    `people` has six numbers for each moving body, the nearest first: x, y (m), velocity along x and y (m/s), radius
+    (m), and 1. The numbers beyond the last body are 0.
 
     **Reward**: the sum of the terms, with the weights of `reward`.
 

@@ -3,10 +3,13 @@
 const byId = (id) => document.getElementById(id);
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const FAR = 5;
+const TURN = Math.PI / 12;
 
 export function listen(tools, timeline, search, parameters) {
   const others = [
     ["s", "Start here", () => tools.place("start")], ["g", "Goal here", () => tools.place("goal")],
+    ["t", "Turn the start by 15°", () => tools.turn("start", TURN)], ["u", "Turn the goal by 15°", () => tools.turn("goal", TURN)],
+    ["+", "Closer", () => tools.view.zoomBy(1.2)], ["-", "Farther", () => tools.view.zoomBy(1 / 1.2)],
     ["0", "Show the whole map", () => tools.view.fit()], [" ", "Play or pause", () => timeline.toggle()],
     [",", "0.5 s back", () => timeline.by(-0.5)], [".", "0.5 s on", () => timeline.by(0.5)],
     ["h", "Make it harder", () => byId("harder").click()], ["a", "Tell them apart", () => byId("apart").click()],
@@ -51,7 +54,7 @@ function onMap(event, tools) {
 }
 
 function explain(keys) {
-  const all = [...keys, ["Ctrl+Z", "Undo"], ["Ctrl+Y", "Redo"], ["arrows", "Move the cursor on the map (with Shift: 5 cells)"], ["Enter", "Draw at the cursor; shapes: begin and end"]];
+  const all = [...keys, ["Ctrl+Z", "Undo"], ["Ctrl+Y", "Redo"], ["arrows", "Move the cursor on the map (with Shift: 5 cells), or the map with the tool Move"], ["Enter", "Draw at the cursor; shapes: begin and end"]];
   byId("help-list").replaceChildren(...all.map(([key, title]) => {
     const line = document.createElement("p"), shown = document.createElement("kbd");
     shown.textContent = key === " " ? "space" : key;

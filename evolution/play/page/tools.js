@@ -184,8 +184,8 @@ export class Tools {
       this.view.line(context, [this.store[which].slice(0, 2), this.tip(which)], colour, 3);
       this.view.dot(context, this.tip(which), 5, colour);
       const [x, y] = this.view.toScreen(...this.store[which]), ratio = devicePixelRatio || 1;
-      context.fillStyle = colour;
-      context.font = `${13 * ratio}px system-ui, sans-serif`;
+      context.fillStyle = this.view.colour("ink");
+      context.font = `${14 * ratio}px system-ui, sans-serif`;
       context.fillText(which, x + 8 * ratio, y - 10 * ratio);
     }
     if (this.stroke && this.stroke.kind === "draw") this.preview(context);
@@ -223,6 +223,10 @@ export class Tools {
 
   /* Keyboard: the cursor moves cell by cell, and Enter draws there. */
   step(dx, dy) {
+    if (this.tool === "move") {
+      this.view.move(dx, dy);
+      return;
+    }
     const { grid } = this.store;
     this.cursor = this.cursor || this.middle([grid.width >> 1, grid.height >> 1]);
     this.cursor = [this.cursor[0] + dx * grid.resolution, this.cursor[1] + dy * grid.resolution];
@@ -241,6 +245,14 @@ export class Tools {
     this.stroke = { kind: "draw", from: cell, last: cell, value: this.tool === "eraser" ? 0 : 1 };
     this.apply(cell);
     if (this.tool === "brush" || this.tool === "eraser") this.up();
+  }
+
+  /* Turns the start or the goal, rad. */
+  turn(which, angle) {
+    this.store.remember();
+    const pose = this.store[which];
+    pose[2] = Math.atan2(Math.sin(pose[2] + angle), Math.cos(pose[2] + angle));
+    this.end();
   }
 
   /* Puts the start or the goal where the cursor is. */

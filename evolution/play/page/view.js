@@ -2,6 +2,7 @@
 
 const DASHES = { solid: [], dashed: [10, 6], dotted: [3, 5] };
 const MARGIN = 12;
+const STEP = 20;
 
 export class View {
   constructor(canvas, store) {
@@ -63,6 +64,18 @@ export class View {
     const after = this.at(event);
     this.shift[0] += (after[0] - before[0]) * this.scale;
     this.shift[1] -= (after[1] - before[1]) * this.scale;
+    this.paint();
+  }
+
+  zoomBy(factor) {
+    this.zoom = Math.min(Math.max(this.zoom * factor, 0.5), 40);
+    this.paint();
+  }
+
+  /* Moves the map by some steps. */
+  move(right, up) {
+    this.shift[0] += STEP * right * (devicePixelRatio || 1);
+    this.shift[1] -= STEP * up * (devicePixelRatio || 1);
     this.paint();
   }
 

@@ -64,8 +64,8 @@ export class Ways {
       this.view.cross(context, one.where, colour);
       if (one.repeat) continue;
       const [x, y] = this.view.toScreen(...one.where);
-      context.font = `${13 * ratio}px system-ui, sans-serif`;
-      context.fillStyle = colour;
+      context.font = `${14 * ratio}px system-ui, sans-serif`;
+      context.fillStyle = this.view.colour("ink");
       context.fillText(`${one.variant}: ${one.outcome.replaceAll("_", " ")}`, x + 12 * ratio, y + 4 * ratio);
     }
   }

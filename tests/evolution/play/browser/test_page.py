@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import re
 import shutil
@@ -160,7 +161,10 @@ def test_the_command_gives_the_numbers_of_the_page(page, tmp_path):
     )
     run = [sys.executable, "-m", "evolution", *words[1:], "--format", "csv"]
     output = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
-    assert f",{float(found['rpp']):g}" in output
+    rows = {row["controller"]: row for row in csv.DictReader(io.StringIO(output))}
+    assert set(rows) == set(found)
+    for name, row in rows.items():
+        assert (f"{float(row['time_s']):.2f}" if row["outcome"] == "goal" else "–") == found[name]
 
 
 def test_what_a_controller_considers_is_shown_at_any_time(page):
@@ -180,6 +184,9 @@ def test_everything_by_the_keyboard(page):
     assert times(page) != before
     changes(page, lambda: canvas.send_keys(Keys.CONTROL, "z"))
     assert times(page) == before
+    changes(page, lambda: canvas.send_keys("u"))
+    assert times(page) != before
+    changes(page, lambda: canvas.send_keys(Keys.CONTROL, "z"))
     canvas.send_keys("?")
     assert page.find_element(By.ID, "help").is_displayed()
 
