@@ -177,7 +177,7 @@ def test_why_leaves_only_what_the_verdict_needs(page, session):
         last = until(socket, "offers")[-1]
         while not last.get("finished", True):
             last = until(socket, "offers")[-1]
-    assert last["text"].startswith("rpp succeeds: every obstacle of this map is needed")
+    assert last["text"].startswith("rpp succeeds: every obstacle that remains is needed")
     assert last["offers"][0]["scene"]["cells"] != session["scene"]["cells"]
 
 
