@@ -1,4 +1,4 @@
-"""The film ``docs/playground.gif``: DWB stands still in an office, a wall is drawn, and two parameters let DWB drive.
+"""The film ``docs/playground.gif``: DWB stops before the goal, and two parameter changes bring DWB there.
 
 Run from the root of the project, with Chromium and its driver (Debian: chromium, chromium-driver)::
 

@@ -42,7 +42,24 @@ SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "evolve", EXAMPLES)
-    search = parser.add_argument_group("the search")
+    _add_search_options(parser.add_argument_group("the search"))
+    driving_options.add_controllers_option(
+        parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
+    )
+    driving_options.add_drive_options(parser, "that of the preset or of --config")
+    driving_options.add_seed_option(parser)
+    driving_options.add_resource_options(parser)
+    parser.add_argument("--out", metavar="DIR", help="run directory (default runs/FITNESS-popN-seedN)")
+    parser.add_argument(
+        "--resume",
+        metavar="DIR",
+        help=f"continue the run in this directory; beside it, only {options.written(BESIDE_RESUME)} may be given",
+    )
+    parser.set_defaults(run=run)
+
+
+def _add_search_options(search: argparse._ArgumentGroup) -> None:
+    """Add the options of the search itself."""
     search.add_argument(
         "--preset", help=f"options to start from: {', '.join(preset_names())} (default {DEFAULT_PRESET})"
     )
@@ -78,19 +95,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="N",
         help="people who walk on every new map (default: those of the preset); the search changes them like walls",
     )
-    driving_options.add_controllers_option(
-        parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
-    )
-    driving_options.add_drive_options(parser, "that of the preset or of --config")
-    driving_options.add_seed_option(parser)
-    driving_options.add_resource_options(parser)
-    parser.add_argument("--out", metavar="DIR", help="run directory (default runs/FITNESS-popN-seedN)")
-    parser.add_argument(
-        "--resume",
-        metavar="DIR",
-        help=f"continue the run in this directory; beside it, only {options.written(BESIDE_RESUME)} may be given",
-    )
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

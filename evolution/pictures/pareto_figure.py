@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from evolution.files import Row
 from evolution.pictures.style import COLOURS, new_figure
-from evolution.runs import HELD_OUT, hypervolumes, objectives_in
+from evolution.runs import HELD_OUT, feasible, hypervolumes, objectives_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +36,7 @@ def pareto_figure(front: Sequence[Row], individuals: Sequence[Row]) -> Figure:
 def _draw_sets(axes: Axes, front: Sequence[Row], individuals: Sequence[Row], names: Sequence[str]) -> None:
     """Draw the solved sets, the front, and from each point of the front a line to its values on held-out seeds."""
     first, second = names[:2]
-    solved = [row for row in individuals if row.get("violation", 0.0) <= 0.0]
+    solved = feasible(individuals)
     axes.plot(
         [row[first] for row in solved], [row[second] for row in solved], ".", color="#bbbbbb", label="solved sets"
     )

@@ -10,7 +10,7 @@ from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
 from evolution.runs.exclusive_store import exclusive_store
 from evolution.runs.former_names import present_results
-from evolution.runs.front import HELD_OUT, hypervolumes, objectives_in
+from evolution.runs.front import HELD_OUT, feasible, hypervolumes, objectives_in
 from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, front_lines, load_run, reached_maps
 from evolution.runs.map_summary import OUTLIER, ControllerTimes, MapSummary, summary_of_map
 from evolution.runs.recorded_experiment import RecordedExperiment
@@ -45,6 +45,7 @@ __all__ = [
     "errors_in",
     "exclusive_store",
     "experiment_in",
+    "feasible",
     "front_lines",
     "hypervolumes",
     "judge",

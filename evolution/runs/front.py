@@ -105,14 +105,14 @@ class _Box:
     @classmethod
     def of(cls, individuals: Sequence[Row], names: Sequence[str]) -> _Box:
         """Return the box of all sets that violated no constraint."""
-        table = _table(_feasible(individuals), names)
+        table = _table(feasible(individuals), names)
         if not len(table):
             return cls(names, np.zeros(len(names)), np.ones(len(names)))
         return cls(names, table.min(axis=0), table.max(axis=0))
 
     def volume(self, individuals: Sequence[Row]) -> float:
         """Return the hypervolume of those of some sets that violated no constraint."""
-        return self.volume_of(_table(_feasible(individuals), self._names))
+        return self.volume_of(_table(feasible(individuals), self._names))
 
     def volume_of(self, table: Floats) -> float:
         """Return the hypervolume of some points, ``(n, objectives)``."""
@@ -121,7 +121,8 @@ class _Box:
         return float(HV(ref_point=np.ones(len(self._names)))(inside)) if len(inside) else 0.0
 
 
-def _feasible(rows: Sequence[Row]) -> list[Row]:
+def feasible(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows of ``individuals.csv`` whose sets violated no constraint."""
     return [row for row in rows if row.get("violation", 0.0) <= 0.0]
 
 

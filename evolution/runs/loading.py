@@ -61,8 +61,8 @@ class LoadedRun(Tabled):
 
         Args:
             name: ``best`` (the best map set: one row per map, with every controller's median time in s and the score
-                of the map), ``generations``, ``individuals``, ``runs`` or ``front`` (the files of
-                these names).
+                of the map), ``generations``, ``individuals``, ``runs`` or ``front`` (the files of these
+                names).
 
         Raises:
             ConfigError: If there is no such table.

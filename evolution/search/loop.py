@@ -229,7 +229,7 @@ class _Search:
         self.algorithm.evaluator.eval(self.problem, offspring)
         self.algorithm.tell(infills=offspring)
         self.mutation.credit_trials(partial(self._gain, {one.X[0].digest: one for one in self.algorithm.pop}))
-        if self.settings.archive.elite and len(self.problem.objectives.names) > 1:
+        if self.settings.archive.elite and self.problem.objectives.are_several:
             give_further_seeds(front_of(self.population), self.archive, self.settings, self.budget)
             judge_again(self.algorithm)
         elif self.settings.archive.elite:
@@ -267,7 +267,7 @@ class _Search:
     def _finish(self, clock: _Clock) -> None:
         """Run the validation stage, if there is one, and write the end of the search."""
         stage = self.settings.validation is not None
-        if len(self.problem.objectives.names) > 1:
+        if self.problem.objectives.are_several:
             self._end_on_front()
         elif stage:
             self._validate()

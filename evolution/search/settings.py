@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from evolution.driving import TIME
 from evolution.search.algorithms import GaSettings
@@ -16,7 +16,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.generator import FamilySpecs, PeopleSettings, ShapeSettings
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.quantities import Count, Few, Natural
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings
 
 Limit = Annotated[Count, Field(le=10**9)]
 
@@ -24,7 +24,7 @@ METRIC_NAMES = (TIME, *METRICS.built_in)
 """The quantities that can be compared between controllers, without third-party metrics."""
 
 
-class EvolveSettings(Settings):
+class EvolveSettings(ExtendedSettings):
     """All options of one search.
 
     Args:
@@ -45,6 +45,8 @@ class EvolveSettings(Settings):
         people: The people on new maps, and how often a mutation changes them; none by default.
     """
 
+    newer: ClassVar[tuple[str, ...]] = ("people",)
+
     seed: Natural = 0
     evaluations: Limit = 600
     runs: Limit | None = None
@@ -57,13 +59,6 @@ class EvolveSettings(Settings):
     families: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()
     people: PeopleSettings = PeopleSettings()
-
-    @model_serializer(mode="wrap")
-    def _without_people(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave ``people`` out if they are the defaults, so that a search without people is recorded as ever."""
-        values: dict[str, Any] = dump(self)
-        default = PeopleSettings().model_dump(mode="json")
-        return {name: value for name, value in values.items() if name != "people" or value != default}
 
     @classmethod
     def option_names(cls) -> list[str]:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from evolution.tuning.objectives import OBJECTIVES, read_requirement
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.generator import FamilySpecs
 from gym_mapbench.quantities import Count, Few, Fraction, Natural
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings, Settings
 
 
 class AgainstSettings(Settings):
@@ -31,7 +31,7 @@ class AgainstSettings(Settings):
     families: FamilySpecs = ()
 
 
-class TuneSettings(Settings):
+class TuneSettings(ExtendedSettings):
     """Options of a tuning.
 
     Args:
@@ -50,6 +50,8 @@ class TuneSettings(Settings):
         against: Options of the rounds with evolved maps; None for none.
     """
 
+    newer: ClassVar[tuple[str, ...]] = ("against",)
+
     trials: Few = 100
     runs: Count | None = None
     objectives: Annotated[tuple[str, ...], Field(min_length=1)] = ("time",)
@@ -63,12 +65,6 @@ class TuneSettings(Settings):
     validation_repeats: Count = 2
     test_repeats: Count = 2
     against: AgainstSettings | None = None
-
-    @model_serializer(mode="wrap")
-    def _without_rounds(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out ``against`` where it is None, as in files of earlier versions."""
-        values: dict[str, Any] = dump(self)
-        return values if self.against else {name: value for name, value in values.items() if name != "against"}
 
     @model_validator(mode="after")
     def _known(self) -> Self:

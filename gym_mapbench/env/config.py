@@ -7,9 +7,9 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from gym_mapbench.env.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, PeopleWindow, RewardSettings
 from gym_mapbench.errors import ConfigError, unknown_name
@@ -17,7 +17,7 @@ from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import FamilySpecs, ShapeSettings, default_task
 from gym_mapbench.kernels.motion import MAX_TICK_TRAVEL
 from gym_mapbench.quantities import Positive
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import LidarSettings
@@ -32,7 +32,7 @@ Rows = tuple[str, ...]
 Maps = str | Rows | tuple[Rows, ...] | dict[str, Any] | None
 
 
-class EnvConfig(Settings):
+class EnvConfig(ExtendedSettings):
     """One environment, as a frozen value that JSON and YAML can hold.
 
     Args:
@@ -69,6 +69,8 @@ class EnvConfig(Settings):
             values change: ``{level: nominal, scan: 0.02}``.
         reward: Weights of the reward's terms.
     """
+
+    newer: ClassVar[tuple[str, ...]] = ("plant", "people")
 
     maps: Maps = None
     start: tuple[float, float, float] | None = None
@@ -108,13 +110,6 @@ class EnvConfig(Settings):
         if isinstance(config, EnvConfig):
             return config.replace(**options)
         return cls.from_mapping({} if config is None else config, "config").replace(**options)
-
-    @model_serializer(mode="wrap")
-    def _without_defaults(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave ``plant`` and ``people`` out if they are the defaults, so that no identity of a run depends on them."""
-        values: dict[str, Any] = dump(self)
-        default = {"plant": "ideal", "people": PeopleWindow().model_dump(mode="json")}
-        return {name: value for name, value in values.items() if name not in default or value != default[name]}
 
     @field_validator("maps", mode="before")
     @classmethod

@@ -1,8 +1,8 @@
 """Metrics of social navigation: measures of one recorded run among moving bodies. Pure functions of an Episode.
 
-"Francis" is Francis et al., Principles and Guidelines for Evaluating Social Robot Navigation Algorithms (2025), whose
-metrics these are; the sizes of the spaces are those of Hall, The Hidden Dimension (1966). Distances are those between
-the outlines of robot and body.
+Names and definitions are those of this project; for the choice of metrics see Francis et al., Principles and Guidelines
+for Evaluating Social Robot Navigation Algorithms (2025). The spaces are named after Hall, The Hidden Dimension (1966).
+Distances are those between the outlines of robot and body.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ FAR_AWAY = 1e3
 
 
 def min_distance_to_people(episode: Episode) -> float:
-    """Smallest distance to a moving body, m (Francis: minimum distance to human); 1000 m where there is none."""
+    """Smallest distance to a moving body, m; 1000 m where there is none."""
     return float(min(_gaps(episode).min(), FAR_AWAY))
 
 
 def intimate_space_time(episode: Episode) -> float:
-    """Time within 0.45 m of a moving body, s (Francis: space compliance)."""
+    """Time within 0.45 m of a moving body, s."""
     return _time(episode, _gaps(episode) < INTIMATE_SPACE)
 
 
 def personal_space_time(episode: Episode) -> float:
-    """Time within 1.2 m of a moving body, s, intimate space included (Francis: space compliance)."""
+    """Time within 1.2 m of a moving body, s, intimate space included."""
     return _time(episode, _gaps(episode) < PERSONAL_SPACE)
 
 
 def freezing_time(episode: Episode) -> float:
-    """Time for which the robot stands still within 1.2 m of a moving body, s (Francis: freezing)."""
+    """Time for which the robot stands still within 1.2 m of a moving body, s."""
     return _time(episode, _stands(episode) & (_gaps(episode) < PERSONAL_SPACE))
 
 

@@ -46,6 +46,11 @@ class Objectives:
         return (*self.fitness.constraints, *(CONSTRAINTS if self.further else ()))
 
     @property
+    def are_several(self) -> bool:
+        """Whether there are several, so that the best sets form a Pareto front."""
+        return len(self.names) > 1
+
+    @property
     def further(self) -> tuple[str, ...]:
         """Names of the objectives that are not the fitness's own."""
         return self.fitness.settings.objectives
@@ -65,12 +70,9 @@ class Objectives:
         judged = self.fitness(results)
         if not self.further:
             return judged
+        objectives = (*judged.objectives, *(value(map_set, results) for value in self._values))
         constraints = (*judged.constraints, 1.0 - judged.success_rate, judged.fitness)
-        return replace(judged, objectives=self.values(map_set, results, judged), constraints=constraints)
-
-    def values(self, map_set: MapSet, results: SetResults, judged: Judgement) -> tuple[float, ...]:
-        """Return the objectives of a set; ``judged`` is its judgement by the fitness."""
-        return (*judged.objectives, *(value(map_set, results) for value in self._values))
+        return replace(judged, objectives=objectives, constraints=constraints)
 
     @cached_property
     def _values(self) -> tuple[Callable[[MapSet, SetResults], float], ...]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
+from pydantic import AfterValidator, field_validator, model_validator
 
 from evolution.driving import check_metric
 from evolution.search.judging.failures import FAILURES, FailurePolicy
@@ -15,7 +15,7 @@ from gym_mapbench.metrics.episode import Outcome
 from gym_mapbench.metrics.map_metrics import n_obstacles, occupied_share
 from gym_mapbench.quantities import NonNegative, Positive
 from gym_mapbench.registry import Registry
-from gym_mapbench.settings import OptionError
+from gym_mapbench.settings import ExtendedSettings, OptionError
 from gym_mapbench.world.gridmap import GridMap
 
 MAP_MEASURES: dict[str, Callable[[GridMap], float]] = {"n_obstacles": n_obstacles, "occupied_share": occupied_share}
@@ -36,7 +36,7 @@ FitnessName = Annotated[str, _in(FITNESSES)]
 FailureName = Annotated[str, _in(FAILURES)]
 
 
-class JudgingSettings(PatternSettings):
+class JudgingSettings(PatternSettings, ExtendedSettings):
     """How the results of a map set become its fitness (thesis, sections 4.1.8 to 4.1.12).
 
     Args:
@@ -61,6 +61,8 @@ class JudgingSettings(PatternSettings):
         unevenness_weight: lambda of Alg. 2.
     """
 
+    newer: ClassVar[tuple[str, ...]] = ("objectives",)
+
     fitness: FitnessName = "gini"
     objectives: tuple[str, ...] = ()
     metric: str = "time"
@@ -72,12 +74,6 @@ class JudgingSettings(PatternSettings):
     timeout_cost: NonNegative = 10.0
     pattern_weight: NonNegative = 20.0
     cluster_scale: Positive | None = None
-
-    @model_serializer(mode="wrap")
-    def _without_objectives(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out ``objectives`` where there are none, as in files of earlier versions."""
-        values: dict[str, Any] = dump(self)
-        return values if self.objectives else {name: value for name, value in values.items() if name != "objectives"}
 
     @field_validator("objectives")
     @classmethod
