@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from controllers.descriptor import Limits, Nav2Controller, named_limits
+from controllers.releases import Release
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
 from gym_mapbench.ros_params import Keys, in_every_release
@@ -22,6 +23,14 @@ def limits(params: Mapping[str, Any]) -> Limits:
     return named_limits(params, {"max_linear_velocity": "desired_linear_vel", **TURNING})
 
 
+def arrange(values: dict[str, Any], release: Release) -> dict[str, Any]:
+    """Give the parameters the names that a release writes."""
+    if release != "lyrical":
+        return values
+    lyrical = {older: name for name, older in RENAMED_KEYS.items()}
+    return {lyrical.get(name, name): value for name, value in values.items()}
+
+
 RPP = Nav2Controller(
     in_every_release("nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"),
     "Regulated Pure Pursuit",
@@ -30,11 +39,12 @@ RPP = Nav2Controller(
         ros_only=ROS_ONLY_KEYS,
         renamed={"max_allowed_time_to_collision": "max_allowed_time_to_collision_up_to_carrot", **RENAMED_KEYS},
         elsewhere={
-            "allow_obstacle_checking_beyond_goal": "the look-ahead ends at the carrot here",
             "use_approach_linear_velocity_scaling": "a parameter of older releases; the approach is always scaled now",
+            "velocity_feedback": "Lyrical's dynamic window is around the last command",
             "use_approach_vel_scaling": "a parameter of older releases; the approach is always scaled now",
         },
     ),
+    arrange=arrange,
     make=RppFollower,
     limits=limits,
     relative_cost=1.0,
