@@ -79,10 +79,10 @@ def _pose(state, call):
 
 
 @kernel
-def _cost_along(call, dt, rollout, b, k, costs, corners, own, near_goal, threshold, single):
+def _cost_along(call, dt, rollout, b, k, costs, corners, own, looks, near_goal, threshold, single):
     """Sum of the Cost critic along one trajectory; MARKED if it collides."""
     value, state, every = ZERO, _first(call, dt), own.trajectory_point_step
-    for t in range(len(rollout[3]) // every * every):
+    for t in range((looks - 1) * every + 1):
         if t > 0:
             state = _next(state, call, dt, rollout, b, k, t)
         if t % every != 0:
@@ -151,8 +151,9 @@ def walk_cost(tuning_of, call_of, rollout, costs, corners, near_goal, collected)
         for k in range(min(width, tuning.batch_size - b * width)):
             if sums[b, k] >= MARKED:
                 sums[b, k] = _cost_along(
-                    call, tuning.model_dt, rollout, b, k, costs, corners, own, near_goal, threshold, tuning.jazzy
-                )
+                    call, tuning.model_dt, rollout, b, k, costs, corners, own, tuning.looks, near_goal, threshold,
+                    tuning.jazzy,
+                )  # fmt: skip
 
 
 @kernel
