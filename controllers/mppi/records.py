@@ -43,6 +43,7 @@ and whether the control sequence is moved on by a step in every call."""
 CALL = np.dtype(
     [
         *((name, np.float64) for name in ("x", "y", "yaw", "v", "w")),
+        *((name, np.float64) for name in ("base_x", "base_y", "base_yaw", "sum_x", "sum_y", "sum_yaw")),
         *((name, np.float64) for name in ("goal_x", "goal_y", "end_yaw", "squared_distance")),
         *((name, np.float64) for name in ("resolution", "origin_x", "origin_y")),
         ("unknown_is_free", np.bool_),
@@ -53,7 +54,8 @@ CALL = np.dtype(
     ],
     align=True,
 )
-"""One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; the goal (m; in Jazzy the end of the plan, else the last
+"""One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; where the sums of a rollout begin and what is added to
+them (m, rad; see :mod:`controllers.mppi.kernels.rollout`); the goal (m; in Jazzy the end of the plan, else the last
 point of the local path) and its squared distance (in Lyrical along the path), and the heading at the end of the local path (rad); place of the costmap (m). Written
 during the call: whether all trajectories collide, how many do for the Obstacles critic, the furthest path point reached
 (-1 until known), and the point that PathAngle looks at (m, from the robot) with the path's heading there (rad)."""

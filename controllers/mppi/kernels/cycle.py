@@ -68,8 +68,12 @@ def begin(tuning_of, call_of, pose, velocity, path, goal, costs, place, unknown_
     call.v, call.w = velocity
     (call.goal_x, call.goal_y), call.end_yaw = goal, points[2, count - 1]
     call.squared_distance = (call.x - call.goal_x) ** 2 + (call.y - call.goal_y) ** 2
+    call.base_x, call.base_y, call.base_yaw = pose
+    call.sum_x = call.sum_y = call.sum_yaw = 0.0
     if tuning_of[0].lyrical:
         call.squared_distance = _path_length(path) ** 2
+        call.sum_x, call.sum_y, call.sum_yaw = pose
+        call.base_x = call.base_y = call.base_yaw = 0.0
     call.resolution, call.origin_x, call.origin_y = place
     call.unknown_is_free = unknown_is_free
     call.failed, call.obstacle_hits, call.furthest = False, 0, -1

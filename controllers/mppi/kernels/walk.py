@@ -60,7 +60,7 @@ def _outline_cost(costs, call, corners, x, y, yaw):
 @kernel
 def _first(call, dt):
     """State of every sample at step 0."""
-    return first_state(np.float32(call.v), np.float32(call.w), np.float32(call.yaw), np.float32(dt))
+    return first_state(call, np.float32(dt))
 
 
 @kernel
@@ -68,14 +68,14 @@ def _next(state, call, dt, rollout, b, k, t):
     """State of sample ``k`` of block ``b`` at step ``t``, from the one before."""
     refresh_every, noise_v, noise_w, v, w = rollout
     speed, turn = v[t - 1] + noise_v[b, t - 1, k], w[t - 1] + noise_w[b, t - 1, k]
-    return next_state(state, speed, turn, np.float32(call.yaw), np.float32(dt), t % refresh_every == 0)
+    return next_state(state, speed, turn, np.float32(call.base_yaw), np.float32(dt), t % refresh_every == 0)
 
 
 @kernel
 def _pose(state, call):
     """Pose of a sample as Nav2 rounds it."""
-    x, y = np.float32(call.x + state[0]), np.float32(call.y + state[1])
-    return np.float64(x), np.float64(y), np.float64(state[2] + np.float32(call.yaw))
+    x, y = np.float32(call.base_x + state[0]), np.float32(call.base_y + state[1])
+    return np.float64(x), np.float64(y), np.float64(state[2] + np.float32(call.base_yaw))
 
 
 @kernel
