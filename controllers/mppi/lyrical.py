@@ -36,9 +36,9 @@ class LyricalOptimizer(Optimizer):
         ahead = np.float32(params.TrajectoryValidator.collision_lookahead_time) / np.float32(params.model_dt)
         self._checked = int(ahead)
 
-    def reset(self) -> None:
-        """Forget the control sequence, its history and the commands sent; take new noise."""
-        super().reset()
+    def _forget(self) -> None:
+        """Forget the control sequence, its history and the commands sent."""
+        super()._forget()
         for queue in self._queues:
             queue[:] = 0.0
 
@@ -61,9 +61,15 @@ class LyricalOptimizer(Optimizer):
                 sent = self.send()
                 self.chosen = self.v.copy(), self.w.copy()
                 return sent
-            self.reset()
-            self.total[:] = 0.0
+            self._begin_again()
         raise ControllerError("Optimizer fail to compute path")
+
+    def _begin_again(self) -> None:
+        """Reset within a call (``fallback``); with ``regenerate_noises``, the next noise is already there."""
+        self._forget()
+        self.total[:] = 0.0
+        if not self._params.regenerate_noises:
+            self._noise = self._source.sample()
 
     def _speeds_at_start(self, velocity: Twist) -> Twist:
         """Return the last command, or the speeds nearest to it that the measured ones can become within a period."""

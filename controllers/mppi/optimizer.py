@@ -134,12 +134,16 @@ class Optimizer:
 
     def reset(self) -> None:
         """Forget the control sequence and its history, take new noise; Humble lifts the speed limit as well."""
+        self._forget()
+        self._noise = self._source.sample()
+
+    def _forget(self) -> None:
+        """Forget the control sequence and its history."""
         for values in (self.v, self.w, self._history_v, self._history_w):
             values[:] = 0.0
         if not self._is_jazzy:
             self.set_speed_limit(0.0)
         self.sent = STOP
-        self._noise = self._source.sample()
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
         """Scale all limits so that ``vx_max`` becomes ``speed`` (m/s), or by ``speed`` per cent; 0 lifts the limit."""
