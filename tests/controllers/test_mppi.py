@@ -22,8 +22,9 @@ from controllers.mppi.kernels.points import ROWS_SIZE, step_and_locate
 from controllers.mppi.kernels.rollout import BLOCK
 from controllers.mppi.kernels.update import filter_controls
 from controllers.mppi.noise import Layout, Nav2Noise, NoiseBank, NumpyNoise
-from controllers.mppi.params import CRITIC_NAMES, JAZZY_DEFAULTS, RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
+from controllers.mppi.params import CRITIC_NAMES, RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
 from controllers.mppi.path_handler import PathHandler
+from controllers.mppi.release_tables import JAZZY_DEFAULTS, LYRICAL_DEFAULTS
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.jit import kernel
@@ -534,5 +535,5 @@ def test_known_keys_do_not_overlap():
         f"{g}.{k}" for g in groups for k in type(getattr(MppiParams(), g)).model_fields
     }
     assert not known & (set(ROS_ONLY_KEYS) | set(RENAMED_KEYS))
-    assert set(JAZZY_DEFAULTS) <= known
+    assert set(JAZZY_DEFAULTS) | set(LYRICAL_DEFAULTS) <= known
     assert set(RENAMED_KEYS.values()) <= known
