@@ -69,7 +69,7 @@ def make_controller(
             a controller of ``navigation`` by its own name; a third party's (a name or ``module:attribute``); or the
             file of a Stable-Baselines3 model, ``path/to/model.zip`` or ``NAME=path/to/model.zip``.
         navigation: Parameters of the whole navigation, e.g. from ``read_nav2_params``; None for the preset's.
-        preset: ``thesis``, ``fair``, ``jazzy`` or ``jazzy_fair``; not used if ``navigation`` is given.
+        preset: One of :data:`~controllers.nav2_params.PRESETS`; not used if ``navigation`` is given.
         label: Name under which the controller is reported; ``name`` if None. A third party's controller names itself.
         nav2_params: Parameters of this controller to change, under Nav2's names; dotted names are given as
             ``**{"PathAlign.scale": 24.0}``. Names of newer releases are understood, and keys that only ROS reads are

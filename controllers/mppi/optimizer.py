@@ -109,7 +109,9 @@ class Optimizer:
         samples = (layout.blocks, params.time_steps, layout.samples) if self._is_jazzy else (0, 0, 0)
         self._limited = np.zeros((2, *samples), dtype=np.float32)
         self._collected = np.zeros((COLLECTED_ROWS, *shape), dtype=np.float32)
-        self._looked = _looked_at(params, int(self._tuning["looks"][0])) if self._scan else np.full(params.time_steps, -1)
+        self._looked = (
+            _looked_at(params, int(self._tuning["looks"][0])) if self._scan else np.full(params.time_steps, -1)
+        )
         self._keep = _kept_steps(params)
         axes = 3 if params.PathAlignCritic.use_path_orientations else 2
         self._kept = np.zeros((axes, self._keep.max() + 1, *shape), dtype=np.float32)

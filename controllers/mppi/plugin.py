@@ -7,13 +7,12 @@ from typing import Any
 
 from controllers.descriptor import Limits, Nav2Controller, named_limits
 from controllers.mppi.controller import MppiFollower
+from controllers.mppi.motion_model import arrange, forms, take_motion_model
 from controllers.mppi.params import RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
 from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Keys, Section, in_every_release
 
-MODELS = {"DiffDriveMotionModel": "DiffDrive", "AckermannMotionModel": "Ackermann", "OmniMotionModel": "Omni"}
-"""Lyrical's classes of the motion models -> their older names."""
 VALIDATOR = "mppi::DefaultOptimalTrajectoryValidator"
 """The trajectory validator of Lyrical that is built here."""
 OLD_CRITICS: Mapping[Release, Mapping[str, str]] = {"humble": {"PathAlignLegacyCritic": "PathAlignCritic"}}
@@ -33,14 +32,7 @@ LIMITS = {
 
 def adapt(section: Section) -> None:
     """Choose a motion model and critics that are built here."""
-    model = section.values.get("motion_model")
-    block = section.values.get(model) if isinstance(model, str) else None
-    if isinstance(model, str) and isinstance(block, Mapping) and "plugin" in block:
-        section.values["motion_model"] = MODELS.get(str(block["plugin"]).rpartition("::")[2], block["plugin"])
-        if "min_turning_r" in block:
-            section.values["AckermannConstraints"] = {"min_turning_r": block["min_turning_r"]}
-        del section.values[model]
-        section.findings.add("renamed", f"{section.name}.{model}", "motion_model")
+    take_motion_model(section)
     _take_validator(section)
     for key in ("vy_std", "AckermannConstraints.min_turning_r"):
         _drop_zero(section, key)
@@ -124,6 +116,8 @@ MPPI = Nav2Controller(
         },
     ),
     adapt=adapt,
+    arrange=arrange,
+    forms=forms,
     make=MppiFollower,
     limits=limits,
     relative_cost=4.0,

@@ -15,9 +15,9 @@ from gym_mapbench.ros_params import overlay
 
 __all__ = ["PRESETS", "counterpart", "load_preset", "overlay", "read_preset"]
 
-PRESETS = ("thesis", "fair", "jazzy", "jazzy_fair")
-PAIRS = (("thesis", "jazzy"), ("fair", "jazzy_fair"))
-"""Presets that have the same limits, one for each release."""
+PRESETS = ("thesis", "fair", "jazzy", "jazzy_fair", "lyrical", "lyrical_fair")
+COUNTERPARTS = (("thesis", "jazzy", "lyrical"), ("fair", "jazzy_fair", "lyrical_fair"))
+"""Presets that have the same limits, one for each release, in the order of ``RELEASES``."""
 
 
 @functools.cache
@@ -36,8 +36,8 @@ def load_preset(name: str) -> NavigationParams:
 
 def counterpart(navigation: NavigationParams, release: Release) -> NavigationParams | None:
     """Return the preset of a release with the limits that a preset of any release has; None for other parameters."""
-    pair = next((pair for pair in PAIRS if navigation in map(load_preset, pair)), None)
-    return None if pair is None else load_preset(pair[RELEASES.index(release)])
+    presets = next((presets for presets in COUNTERPARTS if navigation in map(load_preset, presets)), None)
+    return None if presets is None else load_preset(presets[RELEASES.index(release)])
 
 
 def read_preset(name: str) -> dict[str, Any]:

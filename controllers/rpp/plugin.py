@@ -9,7 +9,7 @@ from controllers.descriptor import Limits, Nav2Controller, named_limits
 from controllers.releases import Release
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
-from gym_mapbench.ros_params import Keys, in_every_release
+from gym_mapbench.ros_params import Keys, Section, in_every_release
 
 TURNING = {
     "max_angular_velocity": "rotate_to_heading_angular_vel",
@@ -21,6 +21,13 @@ TURNING = {
 def limits(params: Mapping[str, Any]) -> Limits:
     """Return the limits of the robot that the parameters state."""
     return named_limits(params, {"max_linear_velocity": "desired_linear_vel", **TURNING})
+
+
+def adapt(section: Section) -> None:
+    """Give Lyrical's parameters their names here, unless the older name is given as well, which then counts there."""
+    for name, older in RENAMED_KEYS.items():
+        if section.findings.release == "lyrical" and name in section.values and older not in section.values:
+            section.values[older] = section.values.pop(name)
 
 
 def arrange(values: dict[str, Any], release: Release) -> dict[str, Any]:
@@ -44,6 +51,7 @@ RPP = Nav2Controller(
             "use_approach_vel_scaling": "a parameter of older releases; the approach is always scaled now",
         },
     ),
+    adapt=adapt,
     arrange=arrange,
     make=RppFollower,
     limits=limits,

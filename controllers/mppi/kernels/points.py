@@ -295,7 +295,9 @@ def sweep(
                 controls, limits = (v[t - 1], w[t - 1]), (highest, lowest, effort_v[t - 1], effort_w[t - 1])
                 noise = noise_v[b, t - 1], noise_w[b, t - 1]
                 if looks:
-                    is_near = step_and_locate(rows, *noise, controls, base_yaw, period, limits, scale, last, near, cells)
+                    is_near = step_and_locate(
+                        rows, *noise, controls, base_yaw, period, limits, scale, last, near, cells
+                    )
                 else:
                     step_and_score(rows, *noise, controls, base_yaw, period, limits)
                 if t % refresh_every == 0:
