@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from controllers.parameters import ReleaseSettings
 from controllers.releases import Release
-from gym_mapbench.quantities import NonNegative, NonPositive, Positive
+from gym_mapbench.quantities import NonNegative, Positive
 
 ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})
 """Keys of a parameter file that mean nothing without ROS: listed as ignored."""
@@ -161,11 +161,11 @@ class RppParams(ReleaseSettings):
     cancel_deceleration: Positive | None = None
     stateful: bool | None = None
     use_dynamic_window: bool | None = None
-    min_linear_vel: NonPositive | None = None
+    min_linear_vel: float | None = None
     max_angular_vel: NonNegative | None = None
-    min_angular_vel: NonPositive | None = None
+    min_angular_vel: float | None = None
     max_linear_accel: NonNegative | None = None
-    max_linear_decel: NonPositive | None = None
-    max_angular_decel: NonPositive | None = None
+    max_linear_decel: float | None = None
+    max_angular_decel: float | None = None
     min_distance_to_obstacle: float | None = None
     allow_obstacle_checking_beyond_goal: bool | None = None

@@ -159,7 +159,8 @@ class RosPlugin:
 
     def changed_defaults(self, source: Release, target: Release) -> dict[str, Any]:
         """Return, by dotted name, the source's defaults that differ in the target; both must have the parameter."""
-        pairs = {name: (self.default(name, source), self.default(name, target)) for name in self.parameters}
+        of_nav2 = [name for name in self.parameters if name not in self.our_keys]
+        pairs = {name: (self.default(name, source), self.default(name, target)) for name in of_nav2}
         return {name: old for name, (old, new) in pairs.items() if None not in (old, new) and old != new}
 
     def complete(self, values: Mapping[str, Any]) -> dict[str, Any]:
