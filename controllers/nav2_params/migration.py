@@ -20,6 +20,7 @@ from controllers.nav2_params import lyrical_migration
 from controllers.nav2_params.controller_migration import migrate_controller
 from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.migration_rules import (
+    LYRICALS,
     NEW_DEFAULTS,
     OVERTAKEN,
     RENAMES,
@@ -137,7 +138,8 @@ def _is_unknown(work: Work, node: str, entry: Entry) -> bool:
     siblings = {key.value for key, _ in entry.group.value}
     if node == "behavior_server" and OVERTAKEN.get(work.target, {}).get(entry.name) in siblings:
         return True
-    of_nodes = [item for table in UNKNOWN[work.target] for item in table.items()]
+    lyricals = LYRICALS if work.source == "lyrical" != work.target else {}
+    of_nodes = [*UNKNOWN[work.target].items(), *lyricals.items()]
     patterns = [pattern for name, patterns in of_nodes if fnmatchcase(node, name) for pattern in patterns]
     return any(fnmatchcase(entry.name, pattern) for pattern in patterns)
 

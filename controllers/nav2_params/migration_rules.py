@@ -81,25 +81,20 @@ LYRICALS = {
     "controller_server": ("*.path_length_tolerance", "*.xy_goal_tolerance_buffer"),
     "planner_server": ("allow_partial_planning", "*.max_cycles_factor"),
 }
-"""Node -> keys of Lyrical that older releases do not have; those of controllers stand in the controllers' tables."""
-UNKNOWN: Mapping[Release, tuple[Mapping[str, tuple[str, ...]], ...]] = {
-    "humble": (
-        LYRICALS,
-        {
-            "*": ("enable_stamped_cmd_vel", "use_realtime_priority", "costmap_update_timeout", "*introspection_mode"),
-            "behavior_server": ("global_costmap_topic", "global_footprint_topic"),
-            "bt_navigator": ("error_code_name*", "navigators", "navigate_to_pose", "navigate_through_poses"),
-            "velocity_smoother": ("stamp_smoothed_velocity_with_smoothing_time",),
-        },
-    ),
-    "jazzy": (LYRICALS, {"bt_navigator": ("groot_zmq_*", "enable_groot_monitoring")}),
-    "lyrical": (
-        {
-            "*": ("action_server_result_timeout",),
-            "bt_navigator": ("groot_zmq_*",),
-            "velocity_smoother": ("stamp_smoothed_velocity_with_smoothing_time",),
-        },
-    ),
+"""Node -> keys of Lyrical's files that mean nothing in older releases; those of controllers are in their own tables."""
+UNKNOWN: Mapping[Release, Mapping[str, tuple[str, ...]]] = {
+    "humble": {
+        "*": ("enable_stamped_cmd_vel", "use_realtime_priority", "costmap_update_timeout", "*introspection_mode"),
+        "behavior_server": ("global_costmap_topic", "global_footprint_topic"),
+        "bt_navigator": ("error_code_name*", "navigators", "navigate_to_pose", "navigate_through_poses"),
+        "velocity_smoother": ("stamp_smoothed_velocity_with_smoothing_time",),
+    },
+    "jazzy": {"bt_navigator": ("groot_zmq_*", "enable_groot_monitoring")},
+    "lyrical": {
+        "*": ("action_server_result_timeout",),
+        "bt_navigator": ("groot_zmq_*",),
+        "velocity_smoother": ("stamp_smoothed_velocity_with_smoothing_time",),
+    },
 }
 """Release -> node -> keys that mean nothing there."""
 OVERTAKEN: Mapping[Release, Mapping[str, str]] = {"humble": {"global_frame": "local_frame"}}

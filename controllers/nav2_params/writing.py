@@ -130,10 +130,11 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
     return {
         **_without_timeout(_own_options(server), navigation.release, ControllerServer),
         "odom_topic": "/odom",
-        **_progress_checker(server.progress_checker, navigation.release),
+        **_list_progress_checker(server.progress_checker, navigation.release),
         "goal_checker_plugins": ["goal_checker"],
         "controller_plugins": list(plugins),
         **_path_handler(server, navigation.release),
+        **_progress_checker(server.progress_checker, navigation.release),
         "goal_checker": {
             **_options(server.goal_checker),
             "plugin": GOAL_CHECKERS[server.goal_checker.plugin][navigation.release],
@@ -154,15 +155,24 @@ def _without_timeout(values: dict[str, Any], release: Release, settings: type[Se
     return {name: value for name, value in values.items() if keeps or name != COSTMAP_TIMEOUT}
 
 
+def _list_progress_checker(checker: ProgressChecker, release: Release) -> dict[str, Any]:
+    """Return the parameter that names the progress checker; Humble has only one, and Lyrical may have none."""
+    if release == "humble":
+        return {"progress_checker_plugin": "progress_checker"}
+    return {"progress_checker_plugins": [] if _checks_no_progress(checker, release) else ["progress_checker"]}
+
+
+def _checks_no_progress(checker: ProgressChecker, release: Release) -> bool:
+    return checker.plugin == "none" and release == "lyrical"
+
+
 def _progress_checker(checker: ProgressChecker, release: Release) -> dict[str, Any]:
-    """Return the progress checker with the parameter that names it; Humble has only one, and Lyrical may have none."""
-    if checker.plugin == "none" and release == "lyrical":
-        return {"progress_checker_plugins": []}
+    """Return the group of the progress checker by its name."""
+    if _checks_no_progress(checker, release):
+        return {}
     if checker.plugin not in PROGRESS_CHECKERS:
         raise ConfigError(f"progress_checker.plugin: expected one that ROS has, got {checker.plugin!r}")
-    name = "progress_checker"
-    listed = {"progress_checker_plugin": name} if release == "humble" else {"progress_checker_plugins": [name]}
-    return {**listed, name: {**_options(checker), "plugin": PROGRESS_CHECKERS[checker.plugin][release]}}
+    return {"progress_checker": {**_options(checker), "plugin": PROGRESS_CHECKERS[checker.plugin][release]}}
 
 
 def _path_handler(server: ControllerServer, release: Release) -> dict[str, Any]:
