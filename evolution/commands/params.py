@@ -38,7 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     convert.add_argument(
         "--nav2",
         choices=RELEASES,
-        help="ROS distribution to convert it for; beside --to, the distribution it was written for (default: recognised "
+        help="ROS distribution to convert it for; beside --to, the one it was written for (default: recognised "
         "by its keys)",
     )
     convert.add_argument("--out", metavar="FILE", help="a new file (default: standard output)")
