@@ -47,9 +47,9 @@ def test_mppis_trajectories_are_those_of_the_roll_out(release, setup, costmap):
     assert samples.costs.tolist() == total.ravel()[order].tolist()
     for number, sample in enumerate(order.tolist()):
         block, k = divmod(sample, total.shape[1])
-        start = (np.float32(one) for one in (*VELOCITY, POSE.yaw, params.model_dt))
+        call, dt = follower._optimizer._call[0], np.float32(params.model_dt)
         noise = explored.noise_v[block], explored.noise_w[block]
-        end = retrace(*noise, k, params.time_steps - 1, explored.v, explored.w, *start)
+        end = retrace(*noise, k, params.time_steps - 1, explored.v, explored.w, call, dt)
         np.testing.assert_allclose(samples.points[number, -1], np.add(POSE[:2], end), atol=1e-4)
 
 
