@@ -59,6 +59,7 @@ RENAMED_KEYS = {
 }
 """Name in newer releases -> name in Humble and Jazzy; both are accepted."""
 
+
 class AckermannParams(Settings):
     """Limits of the motion model Ackermann.
 

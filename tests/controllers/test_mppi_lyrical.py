@@ -41,7 +41,8 @@ def records(params, speeds=(0.0, 0.0), period=0.05):
     call = np.zeros(1, dtype=CALL)
     call["v"], call["w"] = speeds
     tuning = make_tuning(params, make_setup(period=period))
-    tuning["lowest_speed"], tuning["highest_speed"], tuning["fastest_turn"] = params.vx_min, params.vx_max, params.wz_max
+    tuning["lowest_speed"], tuning["highest_speed"] = params.vx_min, params.vx_max
+    tuning["fastest_turn"] = params.wz_max
     return tuning, call
 
 
@@ -156,7 +157,8 @@ def test_goal_critics_score_at_their_threshold():
     path = np.array([[0.0, 0.0, 0.0], [0.75, 0.0, 0.0]])
     for threshold, scores in ((0.75, True), (0.7499, False)):
         options = {"threshold_to_consider": threshold}
-        params = lyrical(batch_size=5, critics=["GoalCritic", "GoalAngleCritic"], GoalCritic=options, GoalAngleCritic=options)
+        critics = dict.fromkeys(("GoalCritic", "GoalAngleCritic"), options)
+        params = lyrical(batch_size=5, critics=list(critics), **critics)
         ours = evaluate(*make_call(params, pose=Pose(0.0, 0.0), path=path, costmap=free_map()))
         assert (ours.costs > 0).all() == scores
 
