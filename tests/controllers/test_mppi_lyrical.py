@@ -17,12 +17,23 @@ from controllers.mppi.kernels.update import FILTER, LINEAR_FILTER
 from controllers.mppi.lyrical import LyricalOptimizer
 from controllers.mppi.noise import Layout, LyricalNoise, make_source
 from controllers.mppi.params import MppiParams
+from controllers.mppi.path_handler import PathHandler
 from controllers.mppi.records import CALL, make_tuning
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_mppi_lyrical import PlainLyrical
-from tests.controllers.test_mppi import RECTANGLE, STEPS, curved_path, free_map, make_call, make_setup
+from tests.controllers.test_mppi import (
+    RECTANGLE,
+    STEPS,
+    curved_path,
+    follower,
+    free_map,
+    make_call,
+    make_setup,
+    straight_plan,
+)
+from tests.controllers.test_mppi import drive as drive_follower
 
 LAST = Twist(0.3, 0.05)
 STRAIGHT = np.column_stack([0.05 * np.arange(41), np.zeros((41, 2))])
@@ -445,3 +456,40 @@ def test_a_block_holds_one_trajectory_after_the_other():
     source = make_source(lyrical(batch_size=BLOCK + 1, time_steps=3, noise="nav2"), np.random.default_rng(0))
     assert isinstance(source, LyricalNoise)
     assert np.abs(source.sample().v[1, :, 1:]).max() == 0.0
+
+
+# --- the follower ----------------------------------------------------------------------------------------------------
+
+
+def test_the_follower_keeps_its_sequence_through_a_pause_and_forgets_it_when_an_action_ends():
+    def commands(gap=0.05, ends=False):
+        made = follower(release="lyrical", noise="nav2")
+        drive_follower(made, 3)
+        if ends:
+            made.end_action()
+        return drive_follower(made, 1, start=0.1 + gap)
+
+    assert commands() == commands(gap=60.0)
+    assert commands() != commands(ends=True)
+
+
+def test_commands_change_by_no_more_than_the_limits_allow():
+    made = follower(release="lyrical", vx_std=1.0, wz_std=2.0, az_max=0.5, ax_max=0.4, ax_min=-0.4)
+    speeds = STOP
+    for _ in range(20):
+        command = made.compute_velocity_commands(Pose(0.4, 0.3, 0.1), speeds, free_map(), 0.0)
+        assert abs(command.v - speeds.v) <= 0.4 * 0.05 + 1e-6
+        assert abs(command.w - speeds.w) <= 0.5 * 0.05 + 1e-6
+        speeds = command
+
+
+def test_the_local_path_is_two_metres_long_and_keeps_a_segment():
+    paths = PathHandler(lyrical())
+    paths.set_plan(straight_plan(5.0))
+    window = paths.local_path(Pose(1.02, 0.1), free_map())
+    assert (window[0, 0], window[-1, 0]) == pytest.approx((1.0, 3.0))
+    assert paths.goal(window) == pytest.approx((3.0, 0.0))
+    paths.set_plan(straight_plan(1.0))
+    assert paths.local_path(Pose(1.2, 0.0), free_map())[:, 0] == pytest.approx([0.95, 1.0])
+    paths.set_plan(straight_plan(0.0))
+    assert len(paths.local_path(Pose(1.2, 0.0), free_map())) == 1
