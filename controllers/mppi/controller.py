@@ -50,7 +50,7 @@ class MppiFollower:
         self._paths.move_plan(path)
 
     def end_action(self) -> None:
-        """Forget the control sequence and take new noise (``reset``, which is called when an action ends since Jazzy)."""
+        """Forget the control sequence and take new noise (``reset``, called since Jazzy when an action ends)."""
         self._optimizer.reset()
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:

@@ -154,7 +154,7 @@ class Nav2Noise:
     def _uniforms(self, count: int) -> NDArray[np.float32]:
         """Return the next numbers in [0, 1)."""
         words = np.asarray(self._bits.random_raw(count)).astype(np.uint32)
-        return np.minimum(words.astype(np.float32) * np.float32(2.0**-32), BELOW_ONE)
+        return _below_one(words.astype(np.float32) * np.float32(2.0**-32))
 
     def _laid_out(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Fill the array trajectory after trajectory."""
@@ -178,11 +178,17 @@ class LyricalNoise(Nav2Noise):
         """Return the next numbers in [0, 1)."""
         states = self._state * _minstd_powers((count - 1).bit_length())[:count] % MINSTD_MODULUS
         self._state = states[-1]
-        return np.minimum((states - np.uint64(1)).astype(np.float32) * np.float32(2.0**-31), BELOW_ONE)
+        return _below_one((states - np.uint64(1)).astype(np.float32) * np.float32(2.0**-31))
 
     def _laid_out(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Fill the array time step after time step."""
         return values.reshape(self._layout.time_steps, self._layout.batch_size).T
+
+
+def _below_one(uniform: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return numbers in [0, 1], with the largest number below 1 for 1."""
+    below: NDArray[np.float32] = np.minimum(uniform, BELOW_ONE)
+    return below
 
 
 def _polar_pairs(uniform: NDArray[np.float32]) -> NDArray[np.float32]:

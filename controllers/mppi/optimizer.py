@@ -1,6 +1,6 @@
 """The optimizer of a run: its control sequence, its noise, and the reset of both.
 
-Source: nav2_mppi_controller/src/optimizer.cpp (Humble and Jazzy; :mod:`controllers.mppi.lyrical` has what Lyrical changes).
+Source: nav2_mppi_controller/src/optimizer.cpp (Humble and Jazzy); Lyrical is in :mod:`controllers.mppi.lyrical`.
 """
 
 from __future__ import annotations
@@ -109,9 +109,8 @@ class Optimizer:
         samples = (layout.blocks, params.time_steps, layout.samples) if self._is_jazzy else (0, 0, 0)
         self._limited = np.zeros((2, *samples), dtype=np.float32)
         self._collected = np.zeros((COLLECTED_ROWS, *shape), dtype=np.float32)
-        self._looked = (
-            _looked_at(params, int(self._tuning["looks"][0])) if self._scan else np.full(params.time_steps, -1)
-        )
+        looks = int(self._tuning["looks"][0])
+        self._looked = _looked_at(params, looks) if self._scan else np.full(params.time_steps, -1)
         self._keep = _kept_steps(params)
         axes = 3 if params.PathAlignCritic.use_path_orientations else 2
         self._kept = np.zeros((axes, self._keep.max() + 1, *shape), dtype=np.float32)
@@ -275,7 +274,7 @@ class Optimizer:
         smooth(self.v, self.w, self._history_v, self._history_w, not self._is_jazzy)
 
     def limit(self) -> None:
-        """Bring the filtered control sequence within the limits: nothing, up to Jazzy, which limit before they filter."""
+        """Bring the filtered control sequence into the limits: up to Jazzy, nothing, as they come before the filter."""
 
     def collides(self, costmap: Costmap) -> bool:
         """Whether the chosen trajectory is refused: never, up to Jazzy."""

@@ -54,11 +54,12 @@ CALL = np.dtype(
     ],
     align=True,
 )
-"""One call: pose (m, rad) and speeds (m/s, rad/s) of the robot; where the sums of a rollout begin and what is added to
-them (m, rad; see :mod:`controllers.mppi.kernels.rollout`); the goal (m; in Jazzy the end of the plan, else the last
-point of the local path) and its squared distance (in Lyrical along the path), and the heading at the end of the local path (rad); place of the costmap (m). Written
-during the call: whether all trajectories collide, how many do for the Obstacles critic, the furthest path point reached
-(-1 until known), and the point that PathAngle looks at (m, from the robot) with the path's heading there (rad)."""
+"""One call: pose (m, rad) of the robot and speeds at the start of the rollout (m/s, rad/s); what is added to the sums
+of a rollout and where they begin (m, rad; see :mod:`controllers.mppi.kernels.rollout`); the goal (m; in Jazzy the end
+of the plan, else the last point of the local path), its squared distance (in Lyrical along the local path), and the
+heading at the end of the local path (rad); place of the costmap (m). Written during the call: whether all trajectories
+collide, how many do for the Obstacles critic, the furthest path point reached (-1 until known), and the point that
+PathAngle looks at (m, from the robot) with the path's heading there (rad)."""
 
 
 def make_tuning(params: MppiParams, setup: FollowerSetup) -> Record:

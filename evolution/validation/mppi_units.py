@@ -99,7 +99,9 @@ def _evaluate(oracle: Oracle, preset: Preset, unit: Unit) -> Evaluation:
     """Evaluate one recorded call with the recorded noise and control sequence."""
     params = MppiParams(**follower_params(oracle, "MPPI"))
     noise, recorded = oracle.arrays("mppi_noise.npz"), unit.recorded
-    path, goal = _local_path(params, unit)
+    paths = PathHandler(params)
+    paths.set_plan(_plan(unit))
+    path = paths.local_path(unit.pose, unit.costmap)
     return evaluate(
         params,
         follower_setup(oracle, preset),
@@ -109,20 +111,17 @@ def _evaluate(oracle: Oracle, preset: Preset, unit: Unit) -> Evaluation:
         unit.costmap,
         (recorded["mppi_seq_in_vx"][unit.row], recorded["mppi_seq_in_wz"][unit.row]),
         (noise["vx"], noise["wz"]),
-        goal,
+        paths.goal(path),
         Twist(*recorded["last_cmd"][unit.row].tolist()) if "last_cmd" in recorded else STOP,
     )
 
 
-def _local_path(params: MppiParams, unit: Unit) -> tuple[NDArray[np.float64], tuple[float, float] | None]:
-    """Return the local path and the goal in the sense of the critics; in Lyrical, a recorded path and its end."""
-    if params.release == "lyrical":
-        begin, end = unit.recorded["local_path_offset"][unit.row : unit.row + 2]
-        return unit.recorded["local_path"][begin:end], None
-    paths = PathHandler(params)
-    paths.set_plan(unit.plan)
-    path = paths.local_path(unit.pose, unit.costmap)
-    return path, paths.goal(path)
+def _plan(unit: Unit) -> NDArray[np.float64]:
+    """Return the plan of a call: ours, or the recorded one of Lyrical, which is unrounded and 2e-6 m from ours."""
+    if "local_path" not in unit.recorded:
+        return unit.plan
+    begin, end = unit.recorded["path_offset"][unit.row : unit.row + 2]
+    return unit.recorded["path"][begin:end]
 
 
 def _cost_errors(ours: Evaluation, recorded: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -1,8 +1,8 @@
 """Which critics apply to a call, and the scores for which the sweep has collected enough.
 
-Source: nav2_mppi_controller/src/critics (Humble, Jazzy and Lyrical). A critic adds ``(factor * scores)^cost_power`` to the
-costs; its scores are a row of what is collected per sample. Critics that need a pass of their own over the trajectories
-are only chosen here; the optimizer calls them by their row.
+Source: nav2_mppi_controller/src/critics (Humble, Jazzy and Lyrical). A critic adds ``(factor * scores)^cost_power`` to
+the costs; its scores are a row of what is collected per sample. Critics that need a pass of their own over the
+trajectories are only chosen here; the optimizer calls them by their row.
 """
 
 from __future__ import annotations

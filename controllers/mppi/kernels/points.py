@@ -280,7 +280,7 @@ def sweep(
     scale = np.float32(scale[0]), np.float32(scale[1]), np.float32(scale[2])
     last, near = (np.uint32(grid[0]), np.uint32(grid[1]), np.uint32(grid[2])), np.int32(grid[3])
     rows, ring = np.empty(ROWS_SIZE, dtype=np.float32), np.empty((RING, BLOCK), dtype=np.uint32)
-    base_yaw, period = np.float32(call.base_yaw), np.float32(dt)
+    yaw_0, period = np.float32(call.base_yaw), np.float32(dt)
     goal_x, goal_y = np.float32(call.goal_x - call.base_x), np.float32(call.goal_y - call.base_y)
     cos, sin = np.float32(np.cos(call.end_yaw)), np.float32(np.sin(call.end_yaw))
     (highest, lowest), (effort_v, effort_w, effort), last_look = speeds, efforts, looked.max()
@@ -295,13 +295,11 @@ def sweep(
                 controls, limits = (v[t - 1], w[t - 1]), (highest, lowest, effort_v[t - 1], effort_w[t - 1])
                 noise = noise_v[b, t - 1], noise_w[b, t - 1]
                 if looks:
-                    is_near = step_and_locate(
-                        rows, *noise, controls, base_yaw, period, limits, scale, last, near, cells
-                    )
+                    is_near = step_and_locate(rows, *noise, controls, yaw_0, period, limits, scale, last, near, cells)
                 else:
-                    step_and_score(rows, *noise, controls, base_yaw, period, limits)
+                    step_and_score(rows, *noise, controls, yaw_0, period, limits)
                 if t % refresh_every == 0:
-                    refresh(rows, base_yaw)
+                    refresh(rows, yaw_0)
             if keep[t] >= 0:
                 _keep(rows, call, b, kept, keep[t])
             if looks:
@@ -313,4 +311,4 @@ def sweep(
             if look:
                 _add_heading(rows, cos, sin, either_way, b, collected)
         final = steps - 1
-        _finish(rows, noise_v[b, final], noise_w[b, final], effort_v[final], effort_w[final], base_yaw, b, collected)
+        _finish(rows, noise_v[b, final], noise_w[b, final], effort_v[final], effort_w[final], yaw_0, b, collected)

@@ -23,7 +23,7 @@ def _touches(costs, call, x, y, yaw, corners, by_footprint):
     rows, cols = costs.shape
     cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
     cost = 0 if cell < 0 else costs[cell // cols, cell % cols]
-    return cost == LETHAL or cost == INSCRIBED
+    return cost in (LETHAL, INSCRIBED)
 
 
 @kernel
