@@ -94,11 +94,11 @@ def _return_handling(
     own = {entry.name.removeprefix(f"{name}."): entry for key, entry in given.items() if key.startswith(f"{name}.")}
     values = PathHandler().model_dump() | {key: value_of(entry) for key, entry in own.items()}
     for controller in controllers.values():
-        for old, new in HANDLED.get(controller.kind, {}).items():
+        for old, new in HANDLED[controller.primary].items():
             value = values[new]
             if value not in (None, controller.plugin.default(old, work.target)):
                 work.write_out(controller.full, controller.group, old, value, f"the path handler's {new}")
-    returned = {new for controller in controllers.values() for new in HANDLED.get(controller.kind, {}).values()}
+    returned = {new for controller in controllers.values() for new in HANDLED[controller.primary].values()}
     for key, entry in own.items():
         if key not in returned and key != "plugin":
             work.lose(full, entry, "taken out: only Lyrical has a path handler")
@@ -113,7 +113,7 @@ def migrate_forms(work: Work, controllers: Controllers) -> None:
         return
     for controller in controllers.values():
         lyrical = work.target == "lyrical"
-        if controller.primary == "mppi" and (lyrical or controller.kind == "mppi"):
+        if controller.primary == "mppi":
             (_fold_motion_model if lyrical else _unfold_motion_model)(work, controller)
         if controller.kind in SHIMS:
             (_fold_primary if lyrical else _unfold_primary)(work, controller)
@@ -149,8 +149,8 @@ def _unfold_motion_model(work: Work, controller: ControllerGroup) -> None:
     if ros_class is None:
         return
     model = MODELS.get(str(value_of(ros_class)), "DiffDrive")
-    for entry in children(controller.group):
-        if entry.name.partition(".")[0] == block:
+    for name, entry in given.items():
+        if name.partition(".")[0] == block:
             work.edits.remove(entry)
     if KEY in given:
         work.edits.replace(given[KEY], model)
@@ -183,15 +183,12 @@ def _shared(controller: ControllerGroup) -> Iterator[tuple[str, Entry]]:
 
 def _unfold_primary(work: Work, controller: ControllerGroup) -> None:
     """Put the parameters of the primary controller of a Rotation Shim beside the shim's own."""
-    given, full = controller.given, controller.full
-    for name in TURNING.values():
-        if f"{PRIMARY}.{name}" in given:
-            work.take_out(full, given[f"{PRIMARY}.{name}"], "the shim and its primary controller share one value")
+    full = controller.full
     for entry in children(controller.group):
         block = isinstance(entry.value, yaml.MappingNode) and not (entry.group.flow_style or entry.value.flow_style)
         if entry.name == PRIMARY and block:
             work.edits.dissolve(entry)
-            work.edits.rename(given[f"{PRIMARY}.plugin"].key, PRIMARY)
+            work.edits.rename(controller.given[f"{PRIMARY}.plugin"].key, PRIMARY)
             work.say(f"{full}.{PRIMARY}", entry.line, "its parameters stand beside the shim's")
         elif entry.name.startswith(f"{PRIMARY}."):
             rest = work.edits.name_of(entry.key).removeprefix(f"{PRIMARY}.")

@@ -90,18 +90,23 @@ class ControllerGroup:
 
     @property
     def given(self) -> dict[str, Entry]:
-        """Its parameters and groups by dotted name."""
-        return {entry.name: entry for entry in entries(self.group)}
+        """Its parameters and groups by dotted name; those of a primary controller as if they stood beside the others."""
+        return {_beside(entry.name): entry for entry in entries(self.group)}
 
 
 def controllers_in(full: str, server: yaml.MappingNode) -> dict[str, ControllerGroup]:
-    """Return the groups of the controllers that are built here, by name; a primary controller's own group is one."""
+    """Return the groups of the controllers that are built here, by name; those of primary controllers are not."""
     found = {}
     for entry in entries(server):
-        kind = controller_kind(values_in(entry.value))
+        kind = None if entry.name.endswith(f".{PRIMARY}") else controller_kind(values_in(entry.value))
         if kind is not None and isinstance(entry.value, yaml.MappingNode):
             found[entry.name] = ControllerGroup(f"{full}.{entry.name}", entry.value, kind)
     return found
+
+
+def _beside(name: str) -> str:
+    inner = name.removeprefix(f"{PRIMARY}.")
+    return name if inner in OWN_OF_SHIM else inner
 
 
 def values_in(node: yaml.Node) -> dict[str, Any]:
