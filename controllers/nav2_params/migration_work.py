@@ -90,7 +90,7 @@ class ControllerGroup:
 
     @property
     def given(self) -> dict[str, Entry]:
-        """Its parameters and groups by dotted name; those of a primary controller as if they stood beside the others."""
+        """Its parameters and groups by dotted name; those of a primary controller stand beside the others."""
         return {_beside(entry.name): entry for entry in entries(self.group)}
 
 
