@@ -33,7 +33,7 @@ def take_motion_model(section: Section) -> None:
     lyrical = section.findings.release == "lyrical"
     name = section.values.get(KEY, BLOCKS["DiffDrive"] if lyrical else None)
     block = section.values.get(name) if isinstance(name, str) else None
-    if isinstance(block, Mapping) and "plugin" in block:
+    if isinstance(name, str) and isinstance(block, Mapping) and "plugin" in block:
         section.values[KEY] = MODELS.get(str(block["plugin"]), block["plugin"])
         if RADIUS in block:
             section.values[CONSTRAINTS] = {RADIUS: block[RADIUS]}

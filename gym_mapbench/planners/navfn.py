@@ -121,7 +121,8 @@ class NavfnPlanner:
 
     def _most_points(self, costmap: Costmap) -> int:
         """Largest number of points of a path."""
-        return self.params.max_cycles_factor * max(costmap.costs.shape)
+        longer: int = max(costmap.costs.shape)
+        return self.params.max_cycles_factor * longer
 
     def _why_short(self, points: int, costmap: Costmap) -> str:
         """Say why NavFn's walk down the potential ended before the start."""
