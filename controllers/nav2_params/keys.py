@@ -105,6 +105,7 @@ BT_NAVIGATOR = Keys(
         "odom_topic",
         "path_blackboard_id",
         "plugin_lib_names",
+        "search_window",
         "wait_for_service_timeout",
     },
     elsewhere={

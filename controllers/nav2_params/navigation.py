@@ -15,6 +15,7 @@ from controllers.checkers import GOAL_CHECKERS, GoalChecker, ProgressChecker
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
 from controllers.path_handler import PathHandler
 from controllers.releases import MODELLED, Release
+from controllers.rotation_shim.plugin import configured_inside
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.planners import PLANNERS
@@ -333,7 +334,7 @@ class NavigationParams(Settings):
             if plugin.kind == name:
                 return plugin
         if name in SHIMS:
-            return ControllerPlugin(kind=name, params=self.controller(SHIMS[name]).params)
+            return ControllerPlugin(kind=name, params=configured_inside(self.controller(SHIMS[name]).params))
         unconfigured = {kind for kind, plugin in CONTROLLERS.items() if plugin.needs_no_section and kind not in SHIMS}
         if name in unconfigured:
             return ControllerPlugin(kind=name, params={"release": self.release})

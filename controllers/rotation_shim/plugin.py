@@ -74,6 +74,15 @@ def around(primary: Nav2Controller, primaries: Iterable[Nav2Controller]) -> Nav2
     )
 
 
+def configured_inside(params: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters of a controller as those of a shim around it, whose other parameters have their defaults.
+
+    In Lyrical the controller keeps its own turn on the spot.
+    """
+    own = {name: params[name] for name in TURNING.values() if name in params}
+    return {**params, PRIMARY: own} if own and params["release"] == "lyrical" else {**params}
+
+
 def unfold(section: Section) -> None:
     """Put the parameters of a Rotation Shim's primary controller, in Lyrical a group of their own, beside the shim's.
 

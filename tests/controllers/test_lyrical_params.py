@@ -144,6 +144,13 @@ def test_the_shims_primary_controller_is_read_from_its_own_block():
     assert read.named("unused") == ("controller_server.FollowPath.lookahead_dist",)
 
 
+def test_a_shim_that_is_not_configured_leaves_the_controller_inside_as_it_is():
+    preset = load_preset("lyrical_fair")
+    params = params_around(RppParams)(**preset.controller("shim_rpp").params)
+    assert params.of_primary().rotate_to_heading_angular_vel == 1.9
+    assert RppParams(**preset.controller("rpp").params).rotate_to_heading_angular_vel == 1.9
+
+
 def test_the_back_up_has_limits_and_the_layer_a_radius_of_its_own():
     server = node(behavior_plugins=["backup"], backup={"plugin": "nav2_behaviors::BackUp", "minimum_speed": 0.2})
     limits = lyrical({"behavior_server": server}).behavior_server.backup
