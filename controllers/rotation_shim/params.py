@@ -28,7 +28,7 @@ _JAZZY: dict[str, Any] = {
 _ALWAYS = "Humble looks at the heading of every new path"
 
 
-_ONE_BLOCK = "the shim and its primary controller read the same value"
+_ONE_BLOCK = "the shim and its primary controller share one value"
 _SHARED = ("rotate_to_heading_angular_vel", "max_angular_accel")
 _APART = {f"primary_controller.{name}": _ONE_BLOCK for name in _SHARED}
 
@@ -91,7 +91,8 @@ class RotationShimParams(ReleaseSettings, ExtendedSettings):
 
     def of_primary(self) -> Self:
         """Return the parameters as the primary controller reads them."""
-        return self.replace(**{name: value for name, value in self.primary_controller if value is not None})
+        own = {name: value for name, value in self.primary_controller if value is not None}
+        return self.replace(**own) if own else self
 
 
 def _of_both(table: str, primary: type[Settings]) -> dict[Release, dict[str, Any]]:
