@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+import yaml
 
 from controllers.nav2_params import load_preset, parse_nav2_params, write_nav2_params
 from controllers.nav2_params.navigation import (
@@ -13,6 +14,7 @@ from controllers.nav2_params.navigation import (
     PlannerPlugin,
     ProgressChecker,
 )
+from controllers.nav2_params.values import write_values
 from controllers.path_handler import PathHandler
 from controllers.releases import MODELLED
 from controllers.rotation_shim.params import params_around
@@ -275,6 +277,16 @@ def test_a_shim_is_written_with_a_block_inside_and_comes_back(kind):
     read = parse_nav2_params(document)
     assert (read.recognition.release, read.navigation.controllers["FollowPath"]) == ("lyrical", plugin)
     assert {finding.kind for finding in read.findings} <= {"ros_only"}
+
+
+def test_values_are_written_where_lyrical_reads_them():
+    text = yaml.safe_dump(with_controller({**SHIM, "primary_controller": {**RPP, "max_linear_vel": 0.3}}))
+    written = write_values(text, "FollowPath", {"desired_linear_vel": 0.4, "lookahead_dist": 0.7, "closed_loop": False})
+    group = yaml.safe_load(written)["controller_server"]["ros__parameters"]["FollowPath"]
+    assert group["primary_controller"] == {**RPP, "max_linear_vel": 0.4, "lookahead_dist": 0.7}
+    assert group["closed_loop"] is False
+    values = parse_nav2_params(yaml.safe_load(written)).navigation.controllers["FollowPath"].params
+    assert (values["desired_linear_vel"], values["lookahead_dist"]) == (0.4, 0.7)
 
 
 def test_a_server_without_a_progress_check_is_lyricals():
