@@ -30,30 +30,6 @@ def around(primary: Nav2Controller, primaries: Iterable[Nav2Controller]) -> Nav2
         primaries: All controllers that can be inside; keys of any of them that mean nothing without ROS, or have other
             names in other releases, are recognised.
     """
-
-    def adapt(section: Section) -> None:
-        inside = section.values.pop(PRIMARY, None)
-        if section.findings.release == "lyrical":
-            section.values[PRIMARY] = {name: value for name, value in inside.items() if name in TURNING.values()}
-        primary.adapt(section)
-
-    def arrange(values: dict[str, Any], release: Release) -> dict[str, Any]:
-        if release != "lyrical":
-            return {**primary.arrange(values, release), PRIMARY: primary.names[release]}
-        own = {name: value for name, value in values.items() if name in RotationShimParams.model_fields}
-        apart = own.pop(PRIMARY, {})
-        inside = {name: value for name, value in values.items() if name not in RotationShimParams.model_fields}
-        return {**own, PRIMARY: {"plugin": primary.names[release], **primary.arrange(inside, release), **apart}}
-
-    def forms(group: Mapping[str, Any]) -> Mapping[str, tuple[Release, ...]]:
-        inside = group[PRIMARY]
-        if not isinstance(inside, Mapping):
-            return {PRIMARY: ("humble", "jazzy"), **primary.forms(group)}
-        return {PRIMARY: ("lyrical",), **{f"{PRIMARY}.{key}": found for key, found in primary.forms(inside).items()}}
-
-    def limits(params: Mapping[str, Any]) -> Limits:
-        return highest([primary.limits(params), named_limits(params, TURNING)])
-
     every = [one.other_keys for one in primaries]
     keys = replace(
         primary.other_keys,
@@ -66,12 +42,43 @@ def around(primary: Nav2Controller, primaries: Iterable[Nav2Controller]) -> Nav2
         title=f"the Rotation Shim around {primary.title}",
         params=params_around(primary.params),
         other_keys=keys,
-        adapt=adapt,
-        arrange=arrange,
-        forms=forms,
+        adapt=partial(_adapt, primary),
+        arrange=partial(_arrange, primary),
+        forms=partial(_forms, primary),
         make=partial(RotationShimFollower, primary.make),
-        limits=limits,
+        limits=partial(_limits, primary),
     )
+
+
+def _adapt(primary: Nav2Controller, section: Section) -> None:
+    """Leave the class of the primary controller out, and of its group what the shim does not share with it."""
+    inside = section.values.pop(PRIMARY, None)
+    if section.findings.release == "lyrical":
+        section.values[PRIMARY] = {name: value for name, value in inside.items() if name in TURNING.values()}
+    primary.adapt(section)
+
+
+def _arrange(primary: Nav2Controller, values: dict[str, Any], release: Release) -> dict[str, Any]:
+    """Name the primary controller; in Lyrical, put its parameters into its own group."""
+    if release != "lyrical":
+        return {**primary.arrange(values, release), PRIMARY: primary.names[release]}
+    own = {name: value for name, value in values.items() if name in RotationShimParams.model_fields}
+    apart = own.pop(PRIMARY, {})
+    inside = {name: value for name, value in values.items() if name not in RotationShimParams.model_fields}
+    return {**own, PRIMARY: {"plugin": primary.names[release], **primary.arrange(inside, release), **apart}}
+
+
+def _forms(primary: Nav2Controller, group: Mapping[str, Any]) -> Mapping[str, tuple[Release, ...]]:
+    """Return the keys with a form that not every release starts with -> the releases that do."""
+    inside = group[PRIMARY]
+    if not isinstance(inside, Mapping):
+        return {PRIMARY: ("humble", "jazzy"), **primary.forms(group)}
+    return {PRIMARY: ("lyrical",), **{f"{PRIMARY}.{key}": found for key, found in primary.forms(inside).items()}}
+
+
+def _limits(primary: Nav2Controller, params: Mapping[str, Any]) -> Limits:
+    """Return the limits of the robot that the parameters of both state."""
+    return highest([primary.limits(params), named_limits(params, TURNING)])
 
 
 def configured_inside(params: Mapping[str, Any]) -> dict[str, Any]:
