@@ -195,7 +195,9 @@ def _planner_server(navigation: NavigationParams) -> dict[str, Any]:
 
 def _behavior_server(server: BehaviorServer, release: Release) -> dict[str, Any]:
     options = _options(server)
-    limits = {name: value for name, value in options.pop("backup").items() if value and release != "jazzy"}
+    limits = options.pop("backup")
+    if release != "lyrical":  # whose defaults are not 0
+        limits = {name: value for name, value in limits.items() if value and release == "humble"}
     own = {"backup": limits}
     return {
         **options,

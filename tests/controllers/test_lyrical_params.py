@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import pytest
 import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from controllers.nav2_params import load_preset, parse_nav2_params, write_nav2_params
 from controllers.nav2_params.navigation import (
+    BehaviorServer,
     ControllerPlugin,
     ControllerServer,
+    DriveLimits,
     GoalChecker,
     NavigationParams,
     PlannerPlugin,
@@ -303,3 +307,59 @@ def test_files_of_a_release_are_recognised_when_they_come_back(release):
     preset = {"humble": "thesis"}.get(release, release)
     recognition = parse_nav2_params(write_nav2_params(load_preset(preset))).recognition
     assert (recognition.release, recognition.against) == (release, ())
+
+
+positive = st.floats(0.01, 10)
+goal_checkers = st.builds(
+    GoalChecker,
+    plugin=st.sampled_from(["simple", "stopped", "position", "axis", "adaptive"]),
+    path_length_tolerance=positive,
+    along_path_tolerance=positive,
+    required_stagnation_cycles=st.integers(1, 99),
+)
+handlers = st.builds(
+    PathHandler,
+    prune_distance=positive,
+    max_robot_pose_search_dist=st.none() | st.floats(-1, 9),
+    enforce_path_rotation=st.booleans(),
+)
+KINDS = {
+    "dwb": st.fixed_dictionaries({"critics": st.just(["PathDist"]), "sim_time": positive}),
+    "mppi": st.fixed_dictionaries(
+        {"sgf_order": st.sampled_from([1, 2]), "TrajectoryValidator.consider_footprint": st.booleans()}
+    ),
+    "rpp": st.fixed_dictionaries({"desired_linear_vel": positive, "use_dynamic_window": st.booleans()}),
+    "graceful": st.fixed_dictionaries(
+        {"footprint_scaling_factor": positive, "obstacle_cost_margin": st.integers(0, 9)}
+    ),
+}
+plugins = st.sampled_from([(kind, shim) for kind in KINDS for shim in ("", "shim_")]).flatmap(
+    lambda found: KINDS[found[0]].map(
+        lambda params: ControllerPlugin(kind=f"{found[1]}{found[0]}", params={**params, "release": "lyrical"})
+    )
+)
+navigations = st.builds(
+    NavigationParams,
+    release=st.just("lyrical"),
+    controllers=st.dictionaries(st.sampled_from(["FollowPath", "Precise"]), plugins),
+    controller_server=st.builds(ControllerServer, goal_checker=goal_checkers, path_handler=handlers),
+    planner=st.builds(
+        PlannerPlugin,
+        params=st.fixed_dictionaries({"max_cycles_factor": st.integers(1, 9), "release": st.just("lyrical")}),
+    ),
+    behavior_server=st.builds(BehaviorServer, backup=st.builds(DriveLimits, acceleration_limit=positive)),
+    local_costmap=st.builds(
+        lambda radius: CostmapParams(inflation_layer=InflationLayer(custom_inscribed_radius=radius), release="lyrical"),
+        st.floats(-1, 1),
+    ),
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(navigations)
+def test_what_is_written_for_lyrical_reads_back_the_same(navigation):
+    read = parse_nav2_params(write_nav2_params(navigation), release="lyrical")
+    behaviors = read.navigation.behavior_server
+    assert read.navigation.replace(behavior_server=navigation.behavior_server) == navigation
+    assert behaviors.backup.acceleration_limit == navigation.behavior_server.backup.acceleration_limit
+    assert {finding.kind for finding in read.findings} <= {"ros_only"}
