@@ -1,14 +1,20 @@
-"""Time the main parts of the simulation and print medians with their ratio to a calibration loop of the same run."""
+"""Time the main parts of the simulation and print medians with their ratio to a calibration loop of the same run.
+
+With ``--against DIR``, another checkout of this project, both are timed in turns, and the ratio of medians is printed.
+"""
 
 from __future__ import annotations
 
 import argparse
 import itertools
 import json
+import os
 import statistics
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -148,7 +154,8 @@ def world_timings(scenario: Scenario) -> Iterator[Timing]:
     simulation = Simulation(World(scenario.map), EnvConfig().robot, scenario.start)
     yield measure("5 Box2D ticks", lambda: simulation.advance(0.1, 0.3, 5), 1000)
     for beams in (0, 100, 360):
-        yield env_timing(scenario, beams)
+        yield random_steps(scenario, beams)
+        yield free_steps(beams)
     env = MapBenchEnv(observation=("pose", "velocity"))
     yield measure("env reset", lambda: env.reset(options={"scenario": scenario}), 100)
 
@@ -173,16 +180,34 @@ def costmap_timings(scenario: Scenario) -> Iterator[Timing]:
         yield measure(f"{name} costmap, scan and update", update, 400)
 
 
-def env_timing(scenario: Scenario, beams: int) -> Timing:
-    """One env step with random actions."""
+def random_steps(scenario: Scenario, beams: int) -> Timing:
+    """One env step with random actions, which soon lead to a wall and along it."""
+    env = endless(scenario, beams)
+    actions = np.random.default_rng(0).uniform([-0.1, -1.0], [0.4, 1.0], (64, 2)).astype(np.float32)
+    count, touched = iter(range(10**9)), []
+
+    def step() -> None:
+        touched.append(env.step(actions[next(count) % 64])[4]["contact"])
+
+    timing = measure("", step, 2000)
+    return replace(timing, name=f"env step, {beams} beams, touching in {100 * statistics.fmean(touched):.0f} %")
+
+
+def free_steps(beams: int) -> Timing:
+    """One env step on a circle that touches nothing."""
+    env = endless(Scenario(GridMap(np.zeros((150, 150), np.bool_)), Pose(3.75, 3.75), Pose(7.0, 7.0)), beams)
+    action = np.array([0.3, 0.5], np.float32)
+    return measure(f"env step, {beams} beams, free", lambda: env.step(action), 2000)
+
+
+def endless(scenario: Scenario, beams: int) -> MapBenchEnv:
+    """Return an env whose episode does not end, after its reset."""
     observed = ("pose", "velocity", "goal", "scan") if beams else ("pose", "velocity", "goal")
     env = MapBenchEnv(
         observation=observed, lidar={"beams": max(beams, 1)}, collision_ends_episode=False, time_limit=1e5
     )
     env.reset(seed=0, options={"scenario": scenario})
-    actions = np.random.default_rng(0).uniform([-0.1, -1.0], [0.4, 1.0], (64, 2)).astype(np.float32)
-    count = iter(range(10**9))
-    return measure(f"env step, {beams} beams", lambda: env.step(actions[next(count) % 64]), 2000)
+    return env
 
 
 def recorded_nav2(directory: str | None) -> dict[tuple[str, str], float]:
@@ -196,12 +221,38 @@ def recorded_nav2(directory: str | None) -> dict[tuple[str, str], float]:
     return found
 
 
+def timed_in(checkout: Path) -> dict[str, float]:
+    """Run this benchmark in a checkout; return the milliseconds by name, without the share of contacts in a name."""
+    script = checkout / "benchmarks" / "speed.py"
+    environment = {**os.environ, "PYTHONPATH": str(checkout)}
+    command = [sys.executable, str(script)]
+    lines = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.splitlines()
+    return {line[:44].split(", touching")[0].strip(): float(line[44:55]) for line in lines[1:]}
+
+
+def compare_checkouts(other: Path, rounds: int) -> None:
+    """Time both checkouts in turns, and print the medians and their ratio."""
+    here = Path(__file__).parents[1]
+    runs = [(timed_in(other), timed_in(here)) for _ in range(rounds)]
+    print(f"{'what':44s} {'other ms':>10s} {'here ms':>10s} {'here/other':>11s}")
+    for name in (name for name in runs[0][1] if name in runs[0][0]):
+        before, after = (statistics.median(run[place][name] for run in runs) for place in (0, 1))
+        print(f"{name:44s} {before:10.4f} {after:10.4f} {after / before:11.2f}")
+
+
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--oracle", metavar="DIR", help="recorded Nav2 results, for their times per call")
-    nav2 = recorded_nav2(parser.parse_args().oracle)
-    scenario = a_scenario()
+    parser.add_argument(
+        "--against", type=Path, metavar="DIR", help="another checkout, to be timed in turns with this one"
+    )
+    parser.add_argument("--rounds", type=int, default=3, help="runs of each with --against (default 3)")
+    args = parser.parse_args()
+    if args.against:
+        compare_checkouts(args.against.resolve(), args.rounds)
+        return
+    nav2, scenario = recorded_nav2(args.oracle), a_scenario()
     print(f"{'what':44s} {'ms':>10s} {'x loop':>12s} {'Nav2 ms':>10s} {'faster':>9s}")
     for timing in (*follower_timings(scenario, nav2), *world_timings(scenario)):
         print(timing.line(), flush=True)

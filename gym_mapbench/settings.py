@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import (
     BaseModel,
     ConfigDict,
     ModelWrapValidatorHandler,
+    SerializerFunctionWrapHandler,
     ValidationError,
     ValidatorFunctionWrapHandler,
     field_validator,
+    model_serializer,
     model_validator,
 )
 from pydantic_core import ErrorDetails
@@ -89,6 +91,26 @@ class Settings(BaseModel):
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some options changed, validated again."""
         return type(self)(**{**{name: getattr(self, name) for name in type(self).model_fields}, **changes})
+
+
+class ExtendedSettings(Settings):
+    """Options of which some are newer than the files that hold the others.
+
+    A newer option is left out of files while it has its default, so that these files and the identities made of them
+    stay those of earlier versions.
+
+    Attributes:
+        newer: Names of these options.
+    """
+
+    newer: ClassVar[tuple[str, ...]] = ()
+
+    @model_serializer(mode="wrap")
+    def _without_newer_defaults(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        values: dict[str, Any] = dump(self)
+        fields = type(self).model_fields
+        unchanged = {name for name in self.newer if getattr(self, name) == fields[name].get_default()}
+        return {name: value for name, value in values.items() if name not in unchanged}
 
 
 def _refuse_conversion(came: object, made: object) -> None:

@@ -83,6 +83,7 @@ class DwbFollower:
         self._totals, self._illegal_by = np.zeros(most, dtype=np.float32), np.zeros(most, dtype=np.int64)
         self._memory = np.zeros(1, dtype=MEMORY)
         self._plan, self._goal = np.empty((0, 3)), Pose(0.0, 0.0)
+        self._judged = 0, -1
 
     def reset(self, setup: FollowerSetup) -> None:
         """Forget the last run: the plan, the critics' memory and the speed limit."""
@@ -144,6 +145,10 @@ class DwbFollower:
         count, best, _, _ = self._decide(pose, velocity, costmap, now, drives=False)
         return self._evaluation(count, best)
 
+    def last_evaluation(self) -> DwbEvaluation:
+        """Return how all candidates of the last cycle were judged; there are none before the first."""
+        return self._evaluation(*self._judged)
+
     def explain(self, pose: Pose, costmap: Costmap, now: float) -> str:
         """Say which critics keep a robot at rest from driving on; arguments as in the last cycle."""
         judged = self.evaluate(pose, Twist(0.0, 0.0), costmap, now)
@@ -193,7 +198,7 @@ class DwbFollower:
             self._critics, self._memory, self._forwards, (m.costs, m.origin_x, m.origin_y, m.resolution), self._corners,
             drives, self._twists, self._velocities, self._weights, self._raw, self._totals, self._illegal_by,
         )  # fmt: skip
-        self._plan = self._plan[first:]
+        self._plan, self._judged = self._plan[first:], (count, best)
         if status == NO_PLAN:
             raise invalid_path("resulting plan has 0 poses in it")
         return count, best, v, w

@@ -146,6 +146,37 @@ class DwbParams(SettingsWithCritics):
     computing time of Nav2 but not its choice; here it has no effect at all.
 
     Args:
+        min_vel_x: Lowest sampled speed, m/s; negative for driving backwards.
+        max_vel_x: Highest sampled speed, m/s.
+        min_vel_y: Without effect: lowest speed sideways, m/s.
+        max_vel_y: Without effect: highest speed sideways, m/s.
+        max_vel_theta: Highest sampled turn rate, rad/s.
+        min_speed_xy: Slower samples are left out, m/s, unless they turn at ``min_speed_theta`` at least.
+        max_speed_xy: Faster samples are left out, m/s.
+        min_speed_theta: Samples that turn more slowly are left out, rad/s, unless they are as fast as ``min_speed_xy``.
+        acc_lim_x: Acceleration within which samples must be reachable, m/s^2.
+        acc_lim_y: Without effect: the same sideways, m/s^2.
+        acc_lim_theta: Angular acceleration within which samples must be reachable, rad/s^2.
+        decel_lim_x: Deceleration within which samples must be reachable, m/s^2; negative.
+        decel_lim_y: Without effect: the same sideways, m/s^2.
+        decel_lim_theta: Angular deceleration within which samples must be reachable, rad/s^2; negative.
+        vx_samples: Number of sampled speeds.
+        vy_samples: Without effect: number of sampled speeds sideways.
+        vtheta_samples: Number of sampled turn rates.
+        sim_time: Length of a trajectory, s.
+        discretize_by_time: Whether the poses of a trajectory are ``time_granularity`` apart, instead of the other two.
+        time_granularity: Time between two poses with ``discretize_by_time``, s.
+        linear_granularity: Longest distance between two poses without it, m.
+        angular_granularity: Largest turn between two poses without it, rad.
+        include_last_point: Whether the critics look at the last pose of a trajectory.
+        limit_vel_cmd_in_traj: Whether the command is what a period's acceleration reaches, instead of the sample.
+        prune_plan: Whether poses of the plan that the robot has passed are removed.
+        prune_distance: With ``prune_plan``, how far behind the robot the critics see the plan, m; in Humble also how
+            far along the plan the robot is searched for.
+        shorten_transformed_plan: Whether the critics see the plan only up to ``forward_prune_distance``.
+        short_circuit_trajectory_evaluation: Without effect on the choice: whether bad trajectories are judged in part.
+        xy_goal_tolerance: Distance to the goal within which RotateToGoal turns the robot, m.
+        trans_stopped_velocity: Speed below which RotateToGoal takes the robot for standing, m/s.
         critics: Names of the critics, in the order in which they judge.
         trajectory_generator_name: The Standard generator samples speeds that can be reached within ``sim_time``, the
             LimitedAccel one speeds that can be reached within ``sim_period``.

@@ -10,6 +10,7 @@ from controllers.mppi.noise import make_source
 from controllers.mppi.optimizer import Optimizer
 from controllers.mppi.params import MppiParams
 from controllers.mppi.path_handler import PathHandler
+from controllers.mppi.trajectories import MppiSamples, samples_of
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.world.scenario import Pose
 
@@ -22,6 +23,7 @@ class MppiFollower:
     """
 
     _optimizer: Optimizer
+    _start: tuple[Pose, Twist]
 
     def __init__(self, params: MppiParams | None = None) -> None:
         self.params = params or MppiParams()
@@ -65,6 +67,14 @@ class MppiFollower:
         patience = self.params.reset_period
         if patience is not None and self._last_call is not None and now - self._last_call > patience:
             self._optimizer.reset()
-        self._last_call = now
+        self._last_call, self._start = now, (pose, velocity)
         path = self._paths.local_path(pose, costmap)
         return self._optimizer.compute(pose, velocity, path, self._paths.goal(path), costmap)
+
+    def last_samples(self, count: int) -> MppiSamples | None:
+        """Return some of the trajectories that the last call has sampled, and the chosen one; None before a call.
+
+        Args:
+            count: Most trajectories; they are chosen evenly from the cheapest to the most expensive.
+        """
+        return None if self._last_call is None else samples_of(self._optimizer, self.params, *self._start, count)

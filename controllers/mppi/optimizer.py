@@ -6,6 +6,7 @@ Source: nav2_mppi_controller/src/optimizer.cpp (Humble and Jazzy).
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,22 @@ Array = NDArray[np.float32]
 Rollout = tuple[int, Array, Array, Array, Array]
 
 
+class Explored(NamedTuple):
+    """Sampled controls: those of a sample are the sums of the sequence and of its noise.
+
+    Args:
+        noise_v: ``(blocks, time_steps, samples)`` m/s.
+        noise_w: The same, rad/s.
+        v: ``(time_steps,)`` m/s.
+        w: The same, rad/s.
+    """
+
+    noise_v: Array
+    noise_w: Array
+    v: Array
+    w: Array
+
+
 class Optimizer:
     """Keeps the control sequence of a run and improves it call by call.
 
@@ -58,6 +75,8 @@ class Optimizer:
         total: ``(blocks, samples)`` costs as in the soft-max.
         failed: Whether all trajectories of the last call collide.
         furthest: Index of the furthest path point the last call reached; -1 if no critic asked.
+        explored: The controls that the last iteration has sampled; None before.
+        chosen: ``(time_steps,)`` speeds and turn rates from which the last command was taken; None before.
 
     Raises:
         ConfigError: If the control period is longer than ``model_dt``.
@@ -93,6 +112,8 @@ class Optimizer:
         self._speeds = _speeds(params)
         self.v, self.w = np.zeros((2, params.time_steps), dtype=np.float32)
         self._history_v, self._history_w = np.zeros((2, HISTORY), dtype=np.float32)
+        self.explored: Explored | None = None
+        self.chosen: tuple[Array, Array] | None = None
         self.set_speed_limit(0.0)
         self.reset()
 
@@ -140,6 +161,7 @@ class Optimizer:
                 self.reset()
             raise (ControllerError if self._is_jazzy else ControllerAbort)("Optimizer fail to compute path")
         self.smooth()
+        self.chosen = self.v.copy(), self.w.copy()
         return self.send()
 
     def optimize(
@@ -173,6 +195,7 @@ class Optimizer:
             self._looked, self._limited, collected,
         )  # fmt: skip
         sampled = self._limited if self._is_jazzy else self._noise[:2]
+        self.explored = Explored(sampled[0], sampled[1], self.v.copy(), self.w.copy())
         rollout = refresh_every, sampled[0], sampled[1], self.v, self.w
         self._walk(rollout, costs)
         rows = assess(tuning, call, self._rows, points, valid, self._kept, collected)

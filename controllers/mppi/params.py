@@ -150,10 +150,18 @@ class MppiParams(SettingsWithCritics):
         iteration_count: Number of rollouts and updates per call.
         retry_attempt_limit: How often Nav2 retries, always in vain, if all trajectories collide. Before it gives up it
             is reset once more than that.
-        vx_std, vy_std, wz_std: Standard deviations of the noise, m/s and rad/s.
-        vx_max, vx_min, vy_max, wz_max: Limits of the resulting controls, m/s and rad/s.
-        ax_max, ax_min, az_max: Jazzy: limits of the acceleration of sampled and resulting controls, m/s^2 and rad/s^2.
-        ay_max, ay_min: Jazzy: the same sideways, without effect here.
+        vx_std: Standard deviation of the noise of the speed, m/s.
+        vy_std: Without effect: standard deviation of the noise of the speed sideways, m/s.
+        wz_std: Standard deviation of the noise of the turn rate, rad/s.
+        vx_max: Highest resulting speed, m/s.
+        vx_min: Lowest resulting speed, m/s; negative for driving backwards.
+        vy_max: Highest speed sideways, m/s; only the Constraint critic uses it.
+        wz_max: Highest resulting turn rate, rad/s.
+        ax_max: Jazzy: largest acceleration of sampled and resulting controls, m/s^2.
+        ax_min: Jazzy: largest deceleration of sampled and resulting controls, m/s^2; negative.
+        ay_max: Jazzy, without effect: largest acceleration sideways, m/s^2.
+        ay_min: Jazzy, without effect: largest deceleration sideways, m/s^2.
+        az_max: Jazzy: largest angular acceleration of sampled and resulting controls, rad/s^2.
         open_loop: Jazzy: whether the last command is taken for the measured speed.
         temperature: Temperature of the soft-max; the lower it is, the more the best trajectories count.
         gamma: Weight of staying near the last control sequence.
@@ -164,6 +172,8 @@ class MppiParams(SettingsWithCritics):
             costmap.
         enforce_path_inversion: Whether the path is cut at its next cusp until the robot is there within
             ``inversion_xy_tolerance`` (m) and ``inversion_yaw_tolerance`` (rad).
+        inversion_xy_tolerance: Distance to a cusp of the path within which the path beyond it is given, m.
+        inversion_yaw_tolerance: Difference of the heading at a cusp within which the path beyond it is given, rad.
         AckermannConstraints: Limits of the motion model Ackermann.
         critics: Names of the critics in their order. Nav2's code has no default; these are its examples'.
         noise: Ours. ``numpy`` samples from the run's own generator; ``nav2`` gives Nav2's own numbers (std::mt19937 and

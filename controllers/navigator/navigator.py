@@ -45,7 +45,7 @@ from controllers.navigator.planner_server import PlannerServer
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from controllers.navigator.tree_loop import TreeLoop
 from controllers.navigator.velocity_smoother import VelocitySmoother
-from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.costmap import Costmap, CostmapParams
 from gym_mapbench.env.render import SeenCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Event, Outcome
@@ -199,6 +199,16 @@ class Navigator:
         """The current local costmap, placed on the map where the robot believes it to be."""
         robot = self._robot
         return SeenCostmap(self._local_costmap.costmap, relate(robot.local_pose, robot.pose), robot.pose)
+
+    @property
+    def cmd_vel(self) -> Twist:
+        """The newest command that the robot was given."""
+        return self._cmd_vel
+
+    @property
+    def global_costmap(self) -> Costmap:
+        """The current global costmap, in the frame of the map."""
+        return self._global_costmap.costmap
 
     @property
     def number_recoveries(self) -> int:

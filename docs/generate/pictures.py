@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import spearmanr
 
 from controllers.nav2_params import NavigationParams, load_preset
 from docs.generate.gallery import KEPT
@@ -42,6 +43,8 @@ MOMENT = 9.0
 GINIS = ((20.0, 20.0, 20.0), (20.0, 25.0, 30.0), (20.0, 20.0, 70.0), (10.0, 10.0, 130.0))
 """Times of three controllers, s, with Gini coefficients from 0 to 0.5."""
 PIXELS = 600
+DARK = 0.6
+"""Rank correlation from which on a cell of the matrix is too dark for black digits."""
 LEAST_FOR_A_BOX = 5
 """Searches of a method from which on quartiles say something."""
 OTHER_SCALES = ("change:", "robust with the fitness")
@@ -229,6 +232,23 @@ def _held_out_fitness() -> dict[str, list[float]]:
     return groups
 
 
+def metrics() -> Any:
+    """Draw rank correlations of the metrics' Gini coefficients; on the diagonal those between two repeats."""
+    rows = list(csv.DictReader((ROOT / "docs" / "concepts" / "metrics.csv").read_text(encoding="utf-8").splitlines()))
+    names = [name for name in rows[0] if name not in ("map", "repeat")]
+    table = np.array([[float(row[name]) for name in names] for row in rows]).reshape(-1, 2, len(names))
+    rho = np.asarray(spearmanr(table.mean(axis=1)).statistic)
+    np.fill_diagonal(rho, [spearmanr(table[:, 0, place], table[:, 1, place]).statistic for place in range(len(names))])
+    figure, (axes,) = new_figure(width=7.5, height=6.0)
+    axes.imshow(rho, cmap="Blues", vmin=0.0, vmax=1.0)
+    for row, column in np.ndindex(rho.shape):
+        colour = "white" if rho[row, column] > DARK else "black"
+        axes.text(column, row, f"{rho[row, column]:.2f}", ha="center", va="center", fontsize=8, color=colour)
+    axes.set_xticks(range(len(names)), names, rotation=40, ha="right", fontsize=8)
+    axes.set_yticks(range(len(names)), names, fontsize=8)
+    return figure
+
+
 PICTURES: dict[str, Callable[[], Any]] = {
     "costmaps": costmaps,
     "noise_seen": noise_seen,
@@ -239,6 +259,7 @@ PICTURES: dict[str, Callable[[], Any]] = {
     "motifs": motifs,
     "validation": validation,
     "heldout": heldout,
+    "metrics": metrics,
     "set_lorenz": lambda: solved_lorenz_figure(load_run(KEPT / "quick").best_results["maps"]),
 }
 """Functions that draw a figure, by the name of its file."""

@@ -16,7 +16,7 @@ from evolution.benchmark.barn import (
     score_runs,
 )
 from evolution.benchmark.comparison import Comparison, compare, our_times, times_of_results
-from evolution.benchmark.comparison_verdict import differences_in_words, verdict_of_comparison
+from evolution.benchmark.comparison_verdict import differences_in_words, verdict_of_comparison, verdict_of_pairs
 from evolution.benchmark.configurations import (
     Configuration,
     ParameterComparison,
@@ -84,4 +84,5 @@ __all__ = [
     "table_of_scores",
     "times_of_results",
     "verdict_of_comparison",
+    "verdict_of_pairs",
 ]

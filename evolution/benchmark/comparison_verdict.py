@@ -18,8 +18,12 @@ def verdict_of_comparison(comparison: ParameterComparison) -> list[str]:
     """Return the answer for each pair of sides, the maps with the largest differences, and the keys that differ."""
     if comparison.against_first:
         return [*_of_sweep(comparison), *_keys(comparison.parameters)]
-    sentences = [text for pair in comparison.pairs for text in _of_pair(comparison, pair)]
-    return [*sentences, *_maps(comparison), *_keys(comparison.parameters)]
+    return [*verdict_of_pairs(comparison), *_maps(comparison), *_keys(comparison.parameters)]
+
+
+def verdict_of_pairs(comparison: ParameterComparison) -> list[str]:
+    """Return the answer for each pair of sides: who is better, goals, and ratio of times."""
+    return [text for pair in comparison.pairs for text in _of_pair(comparison, pair)]
 
 
 def _of_sweep(comparison: ParameterComparison) -> list[str]:

@@ -20,6 +20,7 @@ COMMANDS = {
     "minimize": "Remove and shrink the obstacles of a map while a verdict holds.",
     "train": "Train a policy with Stable-Baselines3 (pip install gym-mapbench[rl]).",
     "drive": "Run one controller once and watch.",
+    "play": "Draw a map, change parameters, and watch the controllers at once (pip install gym-mapbench[play]).",
     "maps": "Measure maps, convert them, check their tasks, or sample new ones.",
     "params": "Check a nav2_params.yaml, or convert it.",
     "export": "Write maps for ROS 2, Gazebo and other programs.",

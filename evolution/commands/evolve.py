@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from evolution.api import compose, evolve
 from evolution.commands import COMMON, driving_options, options
 from evolution.commands.console import console, note, print_table
 from evolution.commands.progress import SearchBar
-from evolution.runs import LoadedRun, RunDir, contact_sentence, experiment_in, validation_sentence
+from evolution.runs import LoadedRun, RunDir, contact_sentence, experiment_in, front_lines, validation_sentence
 from evolution.search import (
     DEFAULT_PRESET,
     FAILURES,
     FITNESSES,
+    MAP_MEASURES,
     METRIC_NAMES,
     Experiment,
     experiment_of,
+    nested_document,
     preset_names,
     read_document,
 )
@@ -26,7 +29,9 @@ EXAMPLES = """  mapbench evolve --preset quick --out runs/first
   mapbench evolve --preset thesis --fitness cluster --pop-size 40 --evaluations 600 --seed 3
   mapbench evolve --preset thesis                  the search of the thesis: no noise, no validation
   mapbench evolve --fitness roles --family doors,pillars,shapes --runs 2000
+  mapbench evolve --people 4 --out runs/people     maps with people who walk
   mapbench evolve --params my_nav2_params.yaml --controllers dwb,rpp --out runs/mine
+  mapbench evolve --objectives gini,n_obstacles    differences with few obstacles: a Pareto front
   mapbench evolve --resume runs/first              after an interruption, to exactly the same result"""
 
 BESIDE_RESUME = (*driving_options.RESOURCE_OPTIONS, *COMMON)
@@ -37,12 +42,36 @@ SEARCH_OPTIONS = ("fitness", "pop_size", "evaluations", "runs", "maps_per_set", 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the subcommand."""
     parser = options.example_parser(subparsers, "evolve", EXAMPLES)
-    search = parser.add_argument_group("the search")
+    _add_search_options(parser.add_argument_group("the search"))
+    driving_options.add_controllers_option(
+        parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
+    )
+    driving_options.add_drive_options(parser, "that of the preset or of --config")
+    driving_options.add_seed_option(parser)
+    driving_options.add_resource_options(parser)
+    parser.add_argument("--out", metavar="DIR", help="run directory (default runs/FITNESS-popN-seedN)")
+    parser.add_argument(
+        "--resume",
+        metavar="DIR",
+        help=f"continue the run in this directory; beside it, only {options.written(BESIDE_RESUME)} may be given",
+    )
+    parser.set_defaults(run=run)
+
+
+def _add_search_options(search: argparse._ArgumentGroup) -> None:
+    """Add the options of the search itself."""
     search.add_argument(
         "--preset", help=f"options to start from: {', '.join(preset_names())} (default {DEFAULT_PRESET})"
     )
     search.add_argument("--config", metavar="FILE", help="YAML with the sections search, controllers, run")
     search.add_argument("--fitness", metavar="NAME", help=options.names_in(FITNESSES))
+    search.add_argument(
+        "--objectives",
+        type=options.names,
+        metavar="A,B,..",
+        help=f"several objectives, all minimised, by NSGA-II: a fitness, and {', '.join(MAP_MEASURES)} or metrics, in "
+        "which the fitness is computed once more",
+    )
     search.add_argument("--pop-size", type=options.positive, metavar="N", help="map sets in the population")
     search.add_argument("--evaluations", type=options.positive, metavar="N", help="map sets evaluated in total")
     search.add_argument("--runs", type=options.positive, metavar="N", help="runs of controllers in total")
@@ -60,19 +89,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "censor, the time limit; with par2, twice the time limit",
     )
     options.add_family_option(search, "those of the preset")
-    driving_options.add_controllers_option(
-        parser, "those of --config, else the controller_plugins of the --params file, else those of the preset"
+    search.add_argument(
+        "--people",
+        type=options.non_negative,
+        metavar="N",
+        help="people who walk on every new map (default: those of the preset); the search changes them like walls",
     )
-    driving_options.add_drive_options(parser, "that of the preset or of --config")
-    driving_options.add_seed_option(parser)
-    driving_options.add_resource_options(parser)
-    parser.add_argument("--out", metavar="DIR", help="run directory (default runs/FITNESS-popN-seedN)")
-    parser.add_argument(
-        "--resume",
-        metavar="DIR",
-        help=f"continue the run in this directory; beside it, only {options.written(BESIDE_RESUME)} may be given",
-    )
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -93,7 +115,8 @@ def run(args: argparse.Namespace) -> int:
             resources=driving_options.resources_of(args),
         )
     print_table(found.table())
-    for line in (*validation_sentence(found.best_results, found.config["search"]), *contact_sentence(found.runs)):
+    validated = validation_sentence(found.best_results, found.config["search"])
+    for line in (*validated, *front_lines(found), *contact_sentence(found.runs)):
         console.print(line)
     console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     console.print(f"A page with replays: mapbench report {found.path}")
@@ -117,6 +140,10 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     given: dict[str, Any] = {name: getattr(args, name) for name in SEARCH_OPTIONS if getattr(args, name) is not None}
     if args.family is not None:
         given["families"] = list(args.family)
+    if args.objectives is not None:
+        given |= _objectives(args.objectives, args.fitness, config)
+    if args.people is not None:
+        given["people"] = {"count": args.people}
     document = compose(args.preset or DEFAULT_PRESET, config, **given)
     named = driving_options.named_controllers(args)
     if named and (args.controllers is not None or "controllers" not in config):
@@ -124,6 +151,28 @@ def _experiment(args: argparse.Namespace) -> Experiment:
     experiment = experiment_of(document)
     settings = driving_options.drive_settings(args, experiment.run)
     return Experiment(experiment.search, experiment.controllers, settings)
+
+
+def _objectives(names: Sequence[str], fitness: str | None, config: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a search with several objectives, one of which is a fitness.
+
+    Args:
+        names: The objectives.
+        fitness: The value of ``--fitness``, which need not be repeated among the objectives.
+        config: Content of ``--config``; an algorithm that it names is kept.
+
+    Raises:
+        ConfigError: If no fitness is named, or several.
+    """
+    fitnesses = dict.fromkeys([*(name for name in names if name in FITNESSES), *([fitness] if fitness else [])])
+    if len(fitnesses) != 1:
+        raise ConfigError(
+            f"--objectives: expected one fitness among them ({options.names_in(FITNESSES)}), got "
+            f"{', '.join(fitnesses) or ', '.join(names)}"
+        )
+    algorithm = nested_document(config).get("search", {}).get("ga", {}).get("algorithm", "nsga2")
+    further = [name for name in names if name not in fitnesses]
+    return {"fitness": next(iter(fitnesses)), "objectives": further, "algorithm": algorithm if further else "ga"}
 
 
 def _print_errors(loaded: LoadedRun) -> None:

@@ -13,16 +13,18 @@ from evolution.commands.parameter_file import read_parameter_file
 from evolution.commands.progress import Bar, PlainColumn, RunsPerSecond
 from evolution.driving import Job, ParameterFile, RunResult
 from evolution.report import write_report
-from evolution.tuning import OBJECTIVES, Trial, TuneSettings, Tuning
+from evolution.tuning import OBJECTIVES, AgainstSettings, Trial, TuneSettings, Tuning
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import parse_defines
 
 EXAMPLES = """  mapbench tune rpp --train train.json --test test.json --out runs/rpp
   mapbench tune FollowPath --params nav2_params.yaml --train maps/*.yaml --test office.yaml --out runs/mine
   mapbench tune dwb --train train.json --test test.json --objective time --objective clearance --out runs/front
   mapbench tune mppi --train train.json --test test.json --require 'clearance>=0.1' --out runs/careful
+  mapbench tune dwb --train train.json --test test.json --against evolve --out runs/hard
   mapbench tune dwb --train train.json --test test.json --space space.yaml --out runs/mine
   mapbench tune rpp --train train.json --test test.json --out runs/rpp --resume      after an interruption"""
-DEFAULTS = TuneSettings()
+DEFAULTS, ROUNDS = TuneSettings(), AgainstSettings()
 NOISE = "nominal"
 
 
@@ -71,6 +73,14 @@ def _add_search_options(group: argparse._ArgumentGroup) -> None:
         metavar="CONDITION",
         help="condition over the runs of a trial, such as clearance>=0.1 or collisions<=0; may be given several times",
     )
+    group.add_argument(
+        "--against",
+        choices=("evolve",),
+        help="search in rounds, and after each evolve maps against the best values, which join the training maps",
+    )
+    group.add_argument(
+        "--rounds", type=options.positive, metavar="N", help=f"rounds with --against (default {ROUNDS.rounds})"
+    )
     group.add_argument("--sampler", choices=("tpe", "random"), help="tpe (default) or random, as a control")
     group.add_argument(
         "--finalists",
@@ -94,6 +104,7 @@ def run(args: argparse.Namespace) -> int:
     """Tune, write the page, and print the result."""
     settings = driving_options.drive_settings(args)
     given = {name: getattr(args, name) for name in GIVEN if getattr(args, name) is not None}
+    given |= _against(args)
     with only_results_on_stdout(), TuneBar(given.get("trials", DEFAULTS.trials)) as bar:
         result = tune(
             args.controller,
@@ -113,6 +124,15 @@ def run(args: argparse.Namespace) -> int:
     _print(result)
     console.print(f"The tuned parameters are in {result.params}; look at {page}.")
     return 0
+
+
+def _against(args: argparse.Namespace) -> dict[str, AgainstSettings]:
+    """Return the options of the rounds with evolved maps; nothing without ``--against``."""
+    if args.against is None:
+        if args.rounds is not None:
+            raise ConfigError("--rounds: expected --against evolve beside it")
+        return {}
+    return {"against": ROUNDS if args.rounds is None else ROUNDS.replace(rounds=args.rounds)}
 
 
 def _parameters(args: argparse.Namespace) -> str | ParameterFile | None:

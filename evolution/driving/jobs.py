@@ -19,7 +19,7 @@ from evolution.driving.seeds import ALL_CONTROLLERS, derive_seed
 from evolution.driving.settings import DriveSettings
 from evolution.files import PACKAGE_VERSION
 from gym_mapbench.errors import ConfigError, unknown_name, visible
-from gym_mapbench.metrics import METRICS
+from gym_mapbench.metrics import ALWAYS, METRICS
 from gym_mapbench.metrics.episode import Outcome
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import Scenario
@@ -219,13 +219,13 @@ def check_metric(name: str) -> str:
 
 
 def asked_for(names: Iterable[str]) -> tuple[str, ...]:
-    """Return those of the named metrics that are not the project's own, each once.
+    """Return those of the named metrics that are not measured on every run, each once.
 
     Raises:
         ConfigError: If a metric is unknown, or workers cannot find it.
     """
     checked = dict.fromkeys(METRICS.for_workers(check_metric(name)) for name in names)
-    return tuple(name for name in checked if name not in (TIME, *METRICS.built_in))
+    return tuple(name for name in checked if name not in (TIME, *ALWAYS))
 
 
 def check_controllers(controllers: tuple[ControllerSpec, ...]) -> None:

@@ -20,6 +20,8 @@ from gym_mapbench.metrics.episode import Episode, Event, Outcome
 from gym_mapbench.world.scenario import Scenario
 
 Floats = NDArray[np.float64]
+OnStep = Callable[[dict[str, Any], dict[str, Any]], object]
+"""Takes the observation and the info of an env."""
 
 
 def environment_for(config: EnvConfig, controller: Controller, *, own_goal_check: bool = True) -> MapBenchEnv:
@@ -59,6 +61,7 @@ def run_episode(
     seed: int,
     noise_seed: int | None = None,
     watch: Callable[[Controller], object] | None = None,
+    on_step: OnStep | None = None,
 ) -> Episode:
     """Run a controller on ``scenario`` once, from reset to the end.
 
@@ -70,6 +73,7 @@ def run_episode(
         seed: Seed of the controller's generator, and of the env's unless ``noise_seed`` is given.
         noise_seed: Seed of the env's own noise; the same for all controllers gives common random numbers.
         watch: Called with the controller after every command that is driven.
+        on_step: Called with the observation and the info of the reset and of every step.
 
     Returns:
         The recorded run; one of outcome ``planner_failure`` where the controller observes a path and there is none.
@@ -80,7 +84,7 @@ def run_episode(
         return _without_path(env, scenario, name, seed, str(error))
     context = context_of(env.config, scenario, seed)
     controller.reset(context)
-    log, info = _drive(env, controller, observation, info, watch)
+    log, info = _drive(env, controller, observation, info, watch, on_step)
     outcome, reason = _outcome(controller, info)
     trajectory, events = log.trajectory, _events(controller, log)
     if outcome != "goal":
@@ -109,9 +113,12 @@ def _drive(
     observation: dict[str, Any],
     info: dict[str, Any],
     watch: Callable[[Controller], object] | None,
+    on_step: OnStep | None,
 ) -> tuple[_Log, dict[str, Any]]:
     """Run from the observation of a reset to the end; return the log and the information of the last step."""
     log = _Log(info)
+    if on_step is not None:
+        on_step(observation, info)
     while info["outcome"] == "running":
         began = time.perf_counter()
         answer = controller.act(observation)
@@ -123,6 +130,8 @@ def _drive(
         command = np.array(answer, dtype=np.float64)
         observation, _, _, _, info = env.step(command)
         log.add(command, info)
+        if on_step is not None:
+            on_step(observation, info)
     return log, info
 
 

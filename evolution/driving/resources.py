@@ -46,6 +46,7 @@ class Resources(Settings):
         store: ResultStore | None = None,
         warm_up: Callable[[], object] | None = None,
         kind: type[Evaluator] = Evaluator,
+        retries: int = 1,
     ) -> Evaluator:
         """Return an evaluator that uses these resources.
 
@@ -54,6 +55,7 @@ class Resources(Settings):
             store: Keeps the results; in memory if None.
             warm_up: Called once in every new worker.
             kind: The evaluator's class.
+            retries: Further attempts after an error.
         """
         return kind(
             run_job,
@@ -62,6 +64,7 @@ class Resources(Settings):
             warm_up=warm_up,
             executor=self.executor,
             timeout_s=self.run_timeout_s,
+            retries=retries,
         )
 
 

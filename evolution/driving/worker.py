@@ -9,7 +9,7 @@ from controllers.base import Controller
 from controllers.navigator.navigator import Navigator
 from controllers.registry import CONTROLLERS, make_controller
 from evolution.driving.jobs import ControllerSpec, Job, RunResult
-from evolution.driving.one_run import environment_for, run_episode
+from evolution.driving.one_run import OnStep, environment_for, run_episode
 from evolution.driving.settings import DriveSettings
 from evolution.driving.unknown_map import without_map
 from gym_mapbench.costmap import LAYERS
@@ -70,12 +70,13 @@ def check_room(scenarios: Iterable[Scenario], settings: DriveSettings) -> None:
         raise ConfigError(problems[0])
 
 
-def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Episode:
+def drive(job: Job, watch: Callable[[Controller], object] | None = None, on_step: OnStep | None = None) -> Episode:
     """Run a job and return the recorded episode.
 
     Args:
         job: The run.
         watch: Called with the controller after every command.
+        on_step: Called with the observation and the info of the reset and of every step.
     """
     settings = job.settings
     if settings.unknown_map:
@@ -83,13 +84,25 @@ def drive(job: Job, watch: Callable[[Controller], object] | None = None) -> Epis
     controller = build_controller(job.controller, settings)
     env = environment_for(settings.environment, controller, own_goal_check=settings.own_goal_check)
     return run_episode(
-        env, controller, job.scenario, name=job.controller.name, seed=job.seed, noise_seed=job.noise_seed, watch=watch
+        env,
+        controller,
+        job.scenario,
+        name=job.controller.name,
+        seed=job.seed,
+        noise_seed=job.noise_seed,
+        watch=watch,
+        on_step=on_step,
     )
 
 
-def run_job(job: Job) -> RunResult:
-    """Run a job and return its result; wall-clock values are apart from the values that a seed reproduces."""
-    return result_of(drive(job), job.metrics)
+def run_job(job: Job, on_step: OnStep | None = None) -> RunResult:
+    """Run a job and return its result; wall-clock values are apart from the values that a seed reproduces.
+
+    Args:
+        job: The run.
+        on_step: As for :func:`drive`.
+    """
+    return result_of(drive(job, on_step=on_step), job.metrics)
 
 
 def result_of(episode: Episode, also: Iterable[str] = ()) -> RunResult:

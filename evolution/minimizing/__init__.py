@@ -7,7 +7,7 @@ and a directory that can be continued.
 from __future__ import annotations
 
 from evolution.minimizing.results import MINIMIZATION, Minimized, load_minimized
-from evolution.minimizing.running import MinimizeSettings, run_minimizing
+from evolution.minimizing.running import MinimizeSettings, run_minimizing, smallest_map
 from evolution.minimizing.verdicts import Verdict, read_verdict
 
 __all__ = [
@@ -18,4 +18,5 @@ __all__ = [
     "load_minimized",
     "read_verdict",
     "run_minimizing",
+    "smallest_map",
 ]

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
-from evolution.driving import DEFAULT_RESOURCES, Evaluator, Job, JobPlan, OnRun, Resources, drive, preparation, run_job
+from evolution.driving import DEFAULT_RESOURCES, Job, JobPlan, OnRun, Resources, RunResult, drive, preparation, run_job
 from evolution.files import Row, write_json
 from evolution.minimizing.delta_debugging import BATCH, minimal
 from evolution.minimizing.obstacles import Cells, farthest_first, halves, map_with, obstacles_of
@@ -23,6 +23,28 @@ from gym_mapbench.settings import Settings
 from gym_mapbench.world.scenario import MapSet, Scenario
 
 OnStep = Callable[[str], object]
+OnSmaller = Callable[[Scenario], object]
+
+
+class Runner(Protocol):
+    """Runs jobs, such as an :class:`~evolution.driving.Evaluator`."""
+
+    def run(self, jobs: Sequence[Job], on_run: OnRun | None = None, /) -> Sequence[RunResult]:
+        """Return the results of jobs, in their order."""
+        ...
+
+
+class Plan(Protocol):
+    """The runs of a scenario, such as those of a :class:`~evolution.driving.JobPlan`."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the controllers, in order."""
+        ...
+
+    def job(self, scenario: Scenario, number: int, repeat: int) -> Job:
+        """Return a run of a controller, given by its position."""
+        ...
 
 
 class MinimizeSettings(Settings):
@@ -88,17 +110,46 @@ def run_minimizing(
     return result
 
 
+def smallest_map(
+    scenario: Scenario,
+    plan: Plan,
+    verdict: Verdict,
+    seeds: int,
+    runner: Runner,
+    paths: Sequence[Any],
+    on_smaller: OnSmaller = lambda _: None,
+) -> Scenario:
+    """Return the map without the obstacles that a verdict does not need, without writing anything.
+
+    Args:
+        scenario: The map with its task.
+        plan: The runs.
+        verdict: What must stay true.
+        seeds: Number of seeds on which it must hold.
+        runner: Runs the jobs.
+        paths: Driven paths ``(n, 2)`` or more columns, x and y in m; the farthest obstacles are removed first.
+        on_smaller: Called with each smaller map.
+
+    Raises:
+        ConfigError: If the verdict does not hold on the map.
+    """
+    search = _Search(scenario, plan, verdict, MinimizeSettings(seeds=seeds), runner, on_smaller=on_smaller)
+    search.measure()
+    return search.reduce(paths)
+
+
 @dataclass
 class _Search:
     """The state of a minimisation."""
 
     scenario: Scenario
-    plan: JobPlan
+    plan: Plan
     verdict: Verdict
     settings: MinimizeSettings
-    evaluator: Evaluator
-    on_step: OnStep
-    on_run: OnRun | None
+    evaluator: Runner
+    on_step: OnStep = lambda _: None
+    on_run: OnRun | None = None
+    on_smaller: OnSmaller = lambda _: None
     steps: list[Row] = field(default_factory=list)
 
     def measure(self) -> None:
@@ -150,7 +201,7 @@ class _Search:
 
     def trials(self, scenarios: Sequence[Scenario], repeats: range) -> list[list[Trial]]:
         """Return the trials of each scenario, one for each repeat."""
-        numbers = range(len(self.plan.controllers))
+        numbers = range(len(self.plan.names))
         jobs = [self.plan.job(one, number, repeat) for one in scenarios for repeat in repeats for number in numbers]
         results = iter(self.evaluator.run(jobs, self.on_run))
         return [[{name: next(results) for name in self.plan.names} for _ in repeats] for _ in scenarios]
@@ -173,6 +224,7 @@ class _Search:
         count, cells = len(obstacles_of(scenario.map)), int(scenario.map.occupancy.sum())
         self.steps.append({"step": len(self.steps) + 1, "obstacles": count, "occupied_cells": cells})
         self.on_step(f"{count} obstacles, {cells} occupied cells")
+        self.on_smaller(scenario)
 
 
 def _document(scenario: Scenario, plan: JobPlan, verdict: Verdict, settings: MinimizeSettings) -> dict[str, Any]:

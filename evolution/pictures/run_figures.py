@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from evolution.driving import drive
 from evolution.pictures.map_figures import DrivenMap, map_set_figure
+from evolution.pictures.pareto_figure import pareto_figure
 from evolution.pictures.plots import convergence_figure, lorenz_figure, times_figure
 from evolution.pictures.style import FORMATS, save_figure
 from evolution.runs import LoadedRun, experiment_in, summary_of_map, typical_repeat
@@ -49,7 +50,7 @@ def recorded_maps(run: LoadedRun) -> list[DrivenMap]:
 def write_run_figures(
     run: LoadedRun, maps: Sequence[DrivenMap] | None = None, formats: Sequence[str] = FORMATS
 ) -> list[Path]:
-    """Draw convergence, best maps with trajectories, times and Lorenz curves into ``figures/``."""
+    """Draw convergence, best maps with trajectories, times, Lorenz curves and a Pareto front into ``figures/``."""
     folder = run.figures or run.path / FIGURES
     maps = drive_best(run) if maps is None else maps
     written = save_figure(convergence_figure(_convergence(run)), folder / "convergence", formats)
@@ -59,6 +60,8 @@ def write_run_figures(
     written += save_figure(times, folder / "times", formats)
     if drawn := solved_lorenz_figure(run.best_results["maps"]):
         written += save_figure(drawn, folder / "lorenz", formats)
+    if run.front:
+        written += save_figure(pareto_figure(run.front, run.individuals), folder / "front", formats)
     return written
 
 

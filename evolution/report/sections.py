@@ -13,7 +13,7 @@ import numpy as np
 
 from evolution.pictures import FIGURES
 from evolution.report.page import Attachment, Section, Table, picture
-from evolution.runs import OUTLIER, LoadedRun, summary_of_map
+from evolution.runs import HELD_OUT, OUTLIER, LoadedRun, objectives_in, summary_of_map
 from gym_mapbench.errors import MapBenchError, PluginError
 from gym_mapbench.generator import MotifGenes
 from gym_mapbench.registry import Registry, must_be_callable
@@ -23,6 +23,7 @@ CAPTIONS = {
     "best_maps": "The best maps: one run of each controller, and the times of all runs",
     "convergence": "Best fitness over the evaluations",
     "times": "Travel times per map and controller: bars are medians, dots single runs, rings outliers",
+    "front": "Pareto front in the search and on held-out seeds among all solved sets; hypervolume over evaluations",
     "lorenz": "Lorenz curves of the times that chose the set: far from the diagonal, the times differ more",
 }
 
@@ -38,13 +39,18 @@ TIMES_NOTE = (
     "which does not contain the held-out runs."
 )
 
+FRONT_NOTE = (
+    "Every objective is minimised. Held-out values are medians over trials on seeds that the search has not used; a "
+    "set remains on the front if no other re-evaluated set dominates it. The sets are in the directory front."
+)
+
 GENES = ("map", "motif", "route", "elements", "shared genes", "largest deviation")
 GENES_NOTE = "Lengths are m, phases shares of the pitch, deviations of elements shares of the width of a gene's range."
 
 
 def tables_section(run: LoadedRun) -> Section:
     """The runs on the best map set, and every generation."""
-    tables = [_times_table(run), *_genes_tables(run), _generations_table(run)]
+    tables = [_times_table(run), *_genes_tables(run), *_front_tables(run), _generations_table(run)]
     return Section("Tables", tables=tables, id="tables")
 
 
@@ -149,6 +155,21 @@ def _genes_rows(name: str, genome: Genome) -> list[list[str | float | int]]:
         ]
         for section in genes.sections
     ]
+
+
+def _front_tables(run: LoadedRun) -> list[Table]:
+    """Return the table of the Pareto front; none for a search of one objective."""
+    if not run.front:
+        return []
+    names = objectives_in(run.front)
+    columns = {
+        "set": "set",
+        **{name: name for name in names},
+        **{f"held-out {name}": HELD_OUT + name for name in names},
+    }
+    columns |= {"goals": "goals", "runs": "runs", "remains on the front": "remains"}
+    rows = [["" if row[column] is None else row[column] for column in columns.values()] for row in run.front]
+    return [Table("Pareto front", tuple(columns), rows, FRONT_NOTE)]
 
 
 def _generations_table(run: LoadedRun) -> Table:

@@ -30,6 +30,11 @@ VALIDATED = (
     "The best trials and the own values were re-run on all training maps with held-out seeds. The result is the trial "
     "with the lowest cost."
 )
+ROUNDS = (
+    "After each round but the last, maps were evolved against its best values: maps on which these are slow or fail "
+    "where another controller is fast. The maps joined the training maps. The table has the mean cost of the own "
+    "values, of the best values of each round and of the tuned values, on held-out seeds."
+)
 CAPTIONS = {
     "history": "Cost of each trial; the cost of a stopped trial is estimated from its differences to the best trial",
     "front": "Costs of the trials, and the Pareto front of the finalists on held-out seeds with their numbers",
@@ -82,6 +87,7 @@ def _sections(tuning: Tuning) -> list[Section]:
         Section("History", [SEARCHED], figures=_figures(tuning, "history", "front")),
         Section("Importance", figures=_figures(tuning, "importance")),
         Section("Validation", [VALIDATED], _tables("Finalists", summary.finalists)),
+        *([Section("Rounds", [ROUNDS], _tables("Mean cost", summary.rounds))] if summary.rounds else []),
         Section("Test", [COMPARED], _tables("Runs", summary.test)),
         Section("Trials", tables=_tables("Trials", summary.trials)),
     ]

@@ -10,7 +10,8 @@ from evolution.runs.directory import CONFIG, RUN, STORE, RunDir
 from evolution.runs.documents import check_results
 from evolution.runs.exclusive_store import exclusive_store
 from evolution.runs.former_names import present_results
-from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, load_run, reached_maps
+from evolution.runs.front import HELD_OUT, feasible, hypervolumes, objectives_in
+from evolution.runs.loading import LoadedRun, driven_maps, experiment_in, front_lines, load_run, reached_maps
 from evolution.runs.map_summary import OUTLIER, ControllerTimes, MapSummary, summary_of_map
 from evolution.runs.recorded_experiment import RecordedExperiment
 from evolution.runs.reevaluation import Reevaluation, judge, reevaluation_of
@@ -27,6 +28,7 @@ from evolution.runs.results import (
 
 __all__ = [
     "CONFIG",
+    "HELD_OUT",
     "OUTLIER",
     "RUN",
     "STORE",
@@ -43,8 +45,12 @@ __all__ = [
     "errors_in",
     "exclusive_store",
     "experiment_in",
+    "feasible",
+    "front_lines",
+    "hypervolumes",
     "judge",
     "load_run",
+    "objectives_in",
     "present_results",
     "reached_maps",
     "reevaluation_of",

@@ -22,6 +22,7 @@ from evolution.files import (
     append_line,
     check,
     check_rows,
+    csv_of,
     make_directory,
     npz_of,
     read_csv,
@@ -33,6 +34,7 @@ from evolution.files import (
 )
 from evolution.runs.documents import (
     Checkpoint,
+    FrontRow,
     GenerationRow,
     IndividualRow,
     RunConfig,
@@ -42,8 +44,10 @@ from evolution.runs.documents import (
     check_results,
 )
 from evolution.runs.former_names import present_config, present_results, present_row
+from evolution.runs.front import front_rows
+from evolution.runs.recorded_bodies import bodies_document
 from evolution.runs.results import named, results_document
-from evolution.search import Evaluation, Experiment, Record, ValidationResult
+from evolution.search import Evaluation, Experiment, FrontPoint, Record, ValidationResult
 from gym_mapbench.errors import MapBenchError, RunError
 from gym_mapbench.mapio.map_set_file import BEST_MAP_SET, map_set_document, read_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
@@ -52,6 +56,10 @@ from gym_mapbench.world.scenario import MapSet
 CONFIG, CHECKPOINT, README = "config.json", "checkpoint.json", "README.txt"
 GENERATIONS, INDIVIDUALS, RUNS = "generations.csv", "individuals.csv", "runs.csv"
 BEST_RESULTS, MAPS, TIMING, STORE = "best_results.json", "maps", "timing.jsonl", "results.sqlite"
+FRONT, FRONT_SETS = "front.csv", "front"
+
+BODIES = "_bodies.json"
+"""End of the names of the files with the moving bodies on the maps of a generation."""
 
 RUN = DirectoryKind("run", CONFIG, format_version=1, to_drive=("controllers", "run"))
 
@@ -64,8 +72,12 @@ runs.csv            one line per driven run, at its first use: map, controller, 
 maps/NNNN.npz       maps first seen in generation NNNN, by digest: boolean arrays [row, col],
                     True where there is a wall, row 0 at the bottom (numpy.load)
 maps/NNNN.json      genomes of these maps, by digest; only where families of motifs are sampled
+maps/NNNN_bodies.json  people on these maps, by digest; only where people are sampled
 best_map_set.json   the best map set so far, as text
 best_results.json   its fitness, and every run on it; after the validation stage, its held-out fitness
+front.csv           with several objectives: the sets of the Pareto front, their objectives in the search and on
+                    held-out seeds, and whether they remain on the front
+front/N.json        these sets, as best_map_set.json
 checkpoint.json     where the search stands
 figures/            the best maps with all trajectories, the best fitness over the search, travel times, and Lorenz
                     curves (the further from the diagonal, the larger the differences between controllers)
@@ -260,6 +272,8 @@ class RunDir:
         if record.genomes:
             genomes = {digest: genome.model_dump(mode="json") for digest, genome in record.genomes.items()}
             write_json(self.path / MAPS / f"{generation:04d}.json", genomes)
+        if record.bodies:
+            write_json(self.path / MAPS / f"{generation:04d}{BODIES}", bodies_document(record.bodies))
         self._write_table(GENERATIONS, record.generations)
         self._write_table(INDIVIDUALS, record.individuals)
         self._write_table(RUNS, list(record.runs.values()))
@@ -267,6 +281,22 @@ class RunDir:
         results = results_document(best, record.plan.names, checkpoint["cluster_scale"], validation)
         write_json(self.path / BEST_RESULTS, results)
         self.write_checkpoint(checkpoint)
+
+    def write_front(self, points: Sequence[FrontPoint], names: Sequence[str]) -> None:
+        """Write the Pareto front of a search whose objectives have these names."""
+        RUN.check_there(self.path)
+        make_directory(self.path / FRONT_SETS)
+        for number, point in enumerate(points, start=1):
+            sets = group_scenarios(named(point.evaluation.map_set))
+            write_json(self.path / FRONT_SETS / f"{number}.json", map_set_document(sets))
+        write_text(self.path / FRONT, csv_of(front_rows(points, names)))
+
+    def read_front(self) -> list[Row]:
+        """Read ``front.csv``; empty for a search of one objective, or an unfinished one."""
+        path = self.path / FRONT
+        rows = read_csv(path) if path.is_file() else []
+        check_rows(FrontRow, rows, path)
+        return rows
 
     def _write_table(self, name: str, rows: Sequence[Row]) -> None:
         """Write a table that has grown since it was last written by this object."""

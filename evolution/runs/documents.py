@@ -141,6 +141,17 @@ class IndividualRow(Document):
     map_1: str
 
 
+class FrontRow(Document):
+    """A line of ``front.csv``; it also has the objectives in the search and on held-out seeds."""
+
+    set: int
+    map_set: str
+    goals: int | None
+    runs: int | None
+    order_kept: float | None
+    remains: int | None
+
+
 class RunRow(Document):
     """A line of ``runs.csv``; it also has measures."""
 

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 from evolution.driving import RESULT_FIELDS, RUN_COLUMNS, RunResult
-from evolution.files import Row, Table, Tabled, read_npz
-from evolution.runs.directory import CONFIG, MAPS, RunDir, controllers_in
+from evolution.files import Row, Table, Tabled, read_json, read_npz
+from evolution.runs.directory import BODIES, CONFIG, MAPS, RunDir, controllers_in
+from evolution.runs.front import front_sentence, objectives_in
+from evolution.runs.recorded_bodies import read_bodies
 from evolution.search import Experiment, MapResults, experiment_of
 from gym_mapbench.errors import RunError, unknown_name
 from gym_mapbench.generator import ShapeSettings, default_task
 from gym_mapbench.trust import refuse_code
+from gym_mapbench.world.bodies import Body
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import MapSet, Scenario
 
@@ -37,6 +40,7 @@ class LoadedRun(Tabled):
         best: The best map set.
         best_results: ``best_results.json``.
         timing: ``timing.jsonl``; a half-written last line is left out.
+        front: ``front.csv``; empty for a search of one objective.
         figures: Directory of its figures, if it is not the one in ``path``.
     """
 
@@ -50,19 +54,21 @@ class LoadedRun(Tabled):
     best_results: Mapping[str, Any]
     timing: list[Row]
     figures: Path | None = None
+    front: list[Row] = field(default_factory=list)
 
     def table(self, name: str = "best") -> Table:
         """Return a table.
 
         Args:
             name: ``best`` (the best map set: one row per map, with every controller's median time in s and the score
-                of the map), ``generations``, ``individuals`` or ``runs`` (the files of these names).
+                of the map), ``generations``, ``individuals``, ``runs`` or ``front`` (the files of these
+                names).
 
         Raises:
             ConfigError: If there is no such table.
         """
         tables = {"best": self._best_rows(), "generations": self.generations, "individuals": self.individuals}
-        tables["runs"] = self.runs
+        tables |= {"runs": self.runs, "front": self.front}
         if (name or "best") not in tables:
             raise unknown_name("table", name, tables)
         title = f"Best map set, fitness {self.best_results['fitness']:.2f}" if name in ("", "best") else ""
@@ -104,6 +110,18 @@ class LoadedRun(Tabled):
             raise RunError(f"{self.path / MAPS}: {len(missing)} of the driven maps are missing")
         return found
 
+    @cached_property
+    def bodies(self) -> Mapping[str, tuple[Body, ...]]:
+        """Moving bodies of those maps that have some, by digest; read at first use.
+
+        Raises:
+            RunError: If a file is damaged.
+        """
+        found: dict[str, tuple[Body, ...]] = {}
+        for path in sorted((self.path / MAPS).glob(f"*{BODIES}")):
+            found |= read_bodies(read_json(path), str(path))
+        return found
+
 
 def load_run(path: str | Path) -> LoadedRun:
     """Read the directory of a run; an unfinished one as far as it has come.
@@ -127,7 +145,13 @@ def load_run(path: str | Path) -> LoadedRun:
         rundir.read_best(best_results["map_set"]),
         best_results,
         rundir.read_timing(),
+        front=rundir.read_front(),
     )
+
+
+def front_lines(run: LoadedRun) -> list[str]:
+    """Return in words what held-out seeds leave of the Pareto front of a run; nothing for a search of one objective."""
+    return front_sentence(run.front, run.individuals, objectives_in(run.front)) if run.front else []
 
 
 def experiment_in(run: LoadedRun | RunDir) -> Experiment:
@@ -162,7 +186,10 @@ def reached_maps(run: LoadedRun) -> list[Scenario]:
     shapes = ShapeSettings.from_mapping(run.config["search"]["shapes"], "search.shapes")
     reached = dict.fromkeys(row["map"] for row in run.runs if row["outcome"] == "goal")
     margin = shapes.border + shapes.task_distance
-    return [Scenario(run.maps[digest], *default_task(run.maps[digest], margin), digest) for digest in reached]
+    return [
+        Scenario(run.maps[digest], *default_task(run.maps[digest], margin), digest, run.bodies.get(digest, ()))
+        for digest in reached
+    ]
 
 
 def _result(row: Mapping[str, Any]) -> RunResult:

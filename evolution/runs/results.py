@@ -43,7 +43,7 @@ def results_document(
         "maps": [
             {
                 "name": f"map_{number}",
-                "map": scenario.map.digest,
+                "map": scenario.world_digest,
                 "score": score,
                 "values": None if values is None else dict(zip(controllers, values, strict=True)),
                 "runs": _runs_of_map(of_map, controllers),

@@ -5,10 +5,10 @@ In: an :class:`Experiment` (options, controllers, world) and an evaluator that d
 
 ====================  ==========================================================================
 ``judging``           how good a map set is: patterns, failure policies, Eq. 4.5
-``algorithms``        how map sets are searched: ga, random
+``algorithms``        how map sets are searched: ga, random, nsga2
 ``operators``         how new map sets are made: sampling, crossover, mutation
 ``loop``              the search itself; ``archive``, ``elite`` and ``budget`` serve it
-``validation_stage``  the best maps on held-out seeds
+``validation_stage``  the best maps, or the Pareto front, on held-out seeds
 ``settings``          the options; ``option_names`` lists short and former names
 ====================  ==========================================================================
 """
@@ -32,6 +32,7 @@ from evolution.search.experiments import (
 from evolution.search.judging import (
     FAILURES,
     FITNESSES,
+    MAP_MEASURES,
     MAX_MAPS,
     FailurePolicy,
     Fitness,
@@ -54,6 +55,7 @@ from evolution.search.operators import (
     GeneEdit,
     MutationSettings,
     Operator,
+    change_near_way,
     scenario_on,
 )
 from evolution.search.option_names import nested, nested_document, short_names
@@ -61,7 +63,7 @@ from evolution.search.record import Record, result_fields, runs_on
 from evolution.search.recorder import Recorder
 from evolution.search.sections import ArchiveSettings, ValidationSettings
 from evolution.search.settings import METRIC_NAMES, EvolveSettings
-from evolution.search.validation_stage import ValidationResult
+from evolution.search.validation_stage import FrontPoint, ValidationResult
 
 __all__ = [
     "ALGORITHMS",
@@ -70,6 +72,7 @@ __all__ = [
     "FAILURES",
     "FITNESSES",
     "GENE_OPERATORS",
+    "MAP_MEASURES",
     "MAX_MAPS",
     "METRIC_NAMES",
     "OPERATORS",
@@ -84,6 +87,7 @@ __all__ = [
     "FailurePolicy",
     "Fitness",
     "FitnessName",
+    "FrontPoint",
     "GaSettings",
     "GeneEdit",
     "Judgement",
@@ -100,6 +104,7 @@ __all__ = [
     "ValidationSettings",
     "best_set",
     "calibrate_scale",
+    "change_near_way",
     "check_experiment",
     "check_several",
     "controllers_from",

@@ -59,7 +59,7 @@ class Archive:
 
     def evaluate(self, map_sets: Sequence[MapSet]) -> list[SetResults]:
         """Return the results of these sets; new maps are driven with the repeats of the plan."""
-        scenarios = {scenario.map.digest: scenario for map_set in map_sets for scenario in map_set}
+        scenarios = {scenario.world_digest: scenario for map_set in map_sets for scenario in map_set}
         for digest, scenario in scenarios.items():
             self.scenarios.setdefault(digest, scenario)
             self._runs.setdefault(digest, [[] for _ in self.plan.controllers])
@@ -83,7 +83,7 @@ class Archive:
 
     def complete(self, map_sets: Iterable[MapSet]) -> None:
         """Drive the runs of these sets that controllers lack on maps where another controller has more."""
-        digests = {scenario.map.digest: None for map_set in map_sets for scenario in map_set}
+        digests = {scenario.world_digest: None for map_set in map_sets for scenario in map_set}
         self.drive({digest: self.repeats_of(digest) for digest in digests}, everyone=True)
 
     def drive_while_solved(self, repeats: Mapping[str, int]) -> None:
@@ -110,7 +110,7 @@ class Archive:
 
     def results_of(self, map_set: MapSet) -> SetResults:
         """Return the results of a set of evaluated maps."""
-        return tuple(self.results(scenario.map.digest) for scenario in map_set)
+        return tuple(self.results(scenario.world_digest) for scenario in map_set)
 
     def repeats_of(self, digest: str) -> int:
         """Return the number of repeats of a map."""
@@ -151,8 +151,8 @@ class Archive:
     def _drive(self, jobs: Sequence[Job]) -> None:
         place = {spec.name: number for number, spec in enumerate(self.plan.controllers)}
         for job, result in zip(jobs, self.evaluator.run(jobs, self.on_run), strict=True):
-            self._runs[job.scenario.map.digest][place[job.controller.name]].append(result)
-            self._judged.pop(job.scenario.map.digest, None)
+            self._runs[job.scenario.world_digest][place[job.controller.name]].append(result)
+            self._judged.pop(job.scenario.world_digest, None)
             self._new.append((job, result))
         self.count += len(jobs)
 

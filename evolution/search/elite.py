@@ -1,7 +1,10 @@
-"""The elite: the best set of the archive. Its maps get further seeds, against selection bias."""
+"""The elite: the best set of the archive, or the Pareto front. Its maps get further seeds, against selection bias."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+from evolution.search.algorithms import Evaluation
 from evolution.search.archive import Archive
 from evolution.search.budget import Budget
 from evolution.search.judging import Fitness, Judgement, Names
@@ -34,6 +37,24 @@ def find_elite(archive: Archive, fitness: Fitness, settings: EvolveSettings, bud
         names = _best_with_few_new_maps(archive, fitness, settings)
         wanted = dict.fromkeys(names, settings.elite_repeats)
     return names
+
+
+def give_further_seeds(front: Iterable[Evaluation], archive: Archive, settings: EvolveSettings, budget: Budget) -> None:
+    """Drive the maps of a Pareto front with further seeds: those of the elite, then one more in each generation.
+
+    Args:
+        front: Its sets; of the last ones, nothing is driven where the runs do not suffice.
+        archive: Every evaluated map.
+        settings: Options of the search.
+        budget: Limits the runs.
+    """
+    wanted: dict[str, int] = {}
+    for one in front:
+        names = [scenario.world_digest for scenario in one.map_set]
+        more = wanted | {name: _next_repeats(archive.repeats_of(name), settings) for name in names}
+        if budget.cost_of(more) <= budget.runs:
+            wanted = more
+    archive.drive(wanted, everyone=True)
 
 
 def _best_with_few_new_maps(archive: Archive, fitness: Fitness, settings: EvolveSettings) -> Names:

@@ -55,7 +55,7 @@ class Experiment:
     def plan(self) -> JobPlan:
         """Which runs a scenario needs, and what is measured on them."""
         search = self.search
-        return JobPlan(self.controllers, self.run, search.seed, search.repeats, (search.judging.metric,))
+        return JobPlan(self.controllers, self.run, search.seed, search.repeats, search.judging.metrics)
 
     @property
     def fitness(self) -> Fitness:

@@ -23,14 +23,14 @@ from evolution.files import Row
 from evolution.search.algorithms import Evaluation, MapSetProblem, ask, judge_again, make_algorithm
 from evolution.search.archive import Archive
 from evolution.search.budget import Budget
-from evolution.search.elite import find_elite
+from evolution.search.elite import find_elite, give_further_seeds
 from evolution.search.experiment import Experiment
-from evolution.search.judging import Fitness, Judgement, best_of
+from evolution.search.judging import Fitness, Judgement, Objectives, best_of
 from evolution.search.operators import DrawMap, MapMutation, MapSampling, Mutator, Trial
 from evolution.search.record import Record
 from evolution.search.recorder import Journal, Recorder
 from evolution.search.staging import contenders, stages_of
-from evolution.search.validation_stage import ValidationResult, validate
+from evolution.search.validation_stage import FrontPoint, ValidationResult, front_of, reevaluate, validate
 from gym_mapbench.generator import draw_from, sample_map
 from gym_mapbench.world.scenario import MapSet
 
@@ -70,6 +70,7 @@ class EvolveResult:
         population: The last population after selection.
         fitness: The fitness as used, with its cluster scale.
         record: All generations, individuals and runs.
+        front: With several objectives the Pareto front, by fitness.
         validation: Held-out fitness of the best map set; None without a validation stage, or if too few maps were
             solved by all controllers.
     """
@@ -79,6 +80,7 @@ class EvolveResult:
     fitness: Fitness
     record: Record
     validation: ValidationResult | None = None
+    front: tuple[FrontPoint, ...] = ()
 
 
 def evolve(
@@ -162,18 +164,20 @@ class _Search:
         stages = stages_of(experiment.plan) if staged else None
         self.archive = Archive(evaluator, experiment.plan, stages, on_run)
         self.budget = Budget(settings, self.archive)
-        self.problem = MapSetProblem(self._results_of, fitness)
+        self.problem = MapSetProblem(self._results_of, Objectives(fitness))
         self.rng = np.random.default_rng(settings.seed)
-        mutator = Mutator(settings.shapes, settings.ga.mutation, settings.families, experiment.run.robot)
+        robot, people = experiment.run.robot, settings.people
+        mutator = Mutator(settings.shapes, settings.ga.mutation, settings.families, robot, people)
         self.mutation = MapMutation(mutator, self._role_of if settings.ga.mutation.adaptive else None)
-        sampling = MapSampling(settings.maps_per_set, settings.shapes, draw_map or _sampler(experiment))
+        sampling = MapSampling(settings.maps_per_set, settings.shapes, draw_map or _sampler(experiment), people)
         self.algorithm: GeneticAlgorithm = make_algorithm(
             settings.ga, self.problem, sampling, self.mutation, self.rng, settings.evaluations
         )
-        self.record = Record(experiment.plan, self.problem.fitness.objectives, self.problem.fitness.constraints)
+        self.record = Record(experiment.plan, self.problem.objectives.names, self.problem.objectives.constraints)
         self.generation = 0
         self.validated: Evaluation | None = None
         self.validation: ValidationResult | None = None
+        self.front: tuple[FrontPoint, ...] = ()
 
     def step(self, on_generation: OnGeneration | None) -> bool:
         """Run one generation; False if there is nothing left to do."""
@@ -197,7 +201,7 @@ class _Search:
         return True
 
     def result(self) -> EvolveResult:
-        return EvolveResult(self.best, self.population, self.problem.fitness, self.record, self.validation)
+        return EvolveResult(self.best, self.population, self.problem.fitness, self.record, self.validation, self.front)
 
     @property
     def population(self) -> tuple[Evaluation, ...]:
@@ -225,7 +229,10 @@ class _Search:
         self.algorithm.evaluator.eval(self.problem, offspring)
         self.algorithm.tell(infills=offspring)
         self.mutation.credit_trials(partial(self._gain, {one.X[0].digest: one for one in self.algorithm.pop}))
-        if self.settings.archive.elite:
+        if self.settings.archive.elite and self.problem.objectives.are_several:
+            give_further_seeds(front_of(self.population), self.archive, self.settings, self.budget)
+            judge_again(self.algorithm)
+        elif self.settings.archive.elite:
             elite = find_elite(self.archive, self.problem.fitness, self.settings, self.budget)
             judge_again(self.algorithm, [self.archive.map_set(elite)] if elite else [])
 
@@ -240,7 +247,7 @@ class _Search:
 
     def _role_of(self, map_set: MapSet, place: int) -> int:
         """Return the rank of a map's score in its set; maps without a score come last."""
-        found = [self.archive.judged(one.map.digest, self.problem.fitness).score for one in map_set]
+        found = [self.archive.judged(one.world_digest, self.problem.fitness).score for one in map_set]
         scores = [np.inf if score is None else score for score in found]
         return sorted(range(len(scores)), key=scores.__getitem__).index(place)
 
@@ -260,12 +267,28 @@ class _Search:
     def _finish(self, clock: _Clock) -> None:
         """Run the validation stage, if there is one, and write the end of the search."""
         stage = self.settings.validation is not None
-        if stage:
+        if self.problem.objectives.are_several:
+            self._end_on_front()
+        elif stage:
             self._validate()
+        if stage:
             self.record.add_runs(self.generation, self.archive.take_new())
         self.journal.write_end(self.record, self.best, self._checkpoint(finished=True), self.validation, stage)
         if stage and not self.journal.was_finished:
             self.journal.write_timing(clock.row(self.generation))
+
+    def _end_on_front(self) -> None:
+        """Write the Pareto front, re-evaluated if there is a validation stage; its first set is the best one."""
+        stage, objectives = self.settings.validation, self.problem.objectives
+        front = front_of(self.population)
+        if stage is None:
+            self.front = tuple(map(FrontPoint, front))
+        else:
+            self.front = tuple(reevaluate(front, self.archive, objectives, stage.held_out_seeds, self.budget))
+            best = self.front[0].evaluation
+            self.validated = replace(best, results=self.archive.results_of(best.map_set))
+            self.validation = self.front[0].held_out
+        self.journal.write_front(self.front, ("fitness", *objectives.names[1:]))
 
     def _validate(self) -> None:
         """Let held-out seeds select the best set, and measure its held-out fitness."""

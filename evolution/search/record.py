@@ -15,6 +15,7 @@ from evolution.driving import RESULT_FIELDS, Job, JobPlan, RunResult
 from evolution.files import Row
 from evolution.search.algorithms import Evaluation
 from evolution.search.judging import Judgement, best_of, missing_runs
+from gym_mapbench.world.bodies import Body
 from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 
@@ -41,6 +42,8 @@ class Record:
     """Maps first seen in the last generation, by digest."""
     genomes: dict[str, Genome] = field(default_factory=dict)
     """Genomes of those of these maps that have one, by digest of the map."""
+    bodies: dict[str, tuple[Body, ...]] = field(default_factory=dict)
+    """Moving bodies of those of these maps that have some, by digest."""
     _known_maps: set[str] = field(default_factory=set)
 
     def add(
@@ -58,10 +61,11 @@ class Record:
         row = generation_row(generation, len(self.individuals), population)
         further = self._further(best_of(population).judgement)
         self.generations.append(row | {f"best_{name}": value for name, value in further.items()})
-        scenarios = {scenario.map.digest: scenario for one in evaluated for scenario in one.map_set}
+        scenarios = {scenario.world_digest: scenario for one in evaluated for scenario in one.map_set}
         new = {digest: scenario for digest, scenario in scenarios.items() if digest not in self._known_maps}
         self.maps = {digest: scenario.map for digest, scenario in new.items()}
         self.genomes = {digest: scenario.genome for digest, scenario in new.items() if scenario.genome is not None}
+        self.bodies = {digest: scenario.bodies for digest, scenario in new.items() if scenario.bodies}
         self._known_maps |= set(new)
         self.add_runs(generation, runs)
 
@@ -71,9 +75,10 @@ class Record:
             self.runs.setdefault(job.key, run_row(generation, job, result))
 
     def _further(self, judgement: Judgement) -> Row:
-        """Return the objectives after the first, which is the fitness, and the constraints."""
+        """Return the objectives after the first, which is the fitness, the constraints, and their violation."""
         values = (*judgement.objectives[1:], *judgement.constraints)
-        return dict(zip((*self.objectives[1:], *self.constraints), values, strict=True))
+        row = dict(zip((*self.objectives[1:], *self.constraints), values, strict=True))
+        return row | {"violation": judgement.rank_key[0]} if self.constraints else row
 
 
 def runs_on(plan: JobPlan, evaluation: Evaluation) -> list[DrivenRun]:
@@ -120,7 +125,7 @@ def individual_row(generation: int, individual: int, evaluation: Evaluation) -> 
         "not_driven": missing_runs(evaluation.results),
     }
     for number, (scenario, score) in enumerate(zip(evaluation.map_set, judgement.scores, strict=True), start=1):
-        row |= {f"map_{number}": scenario.map.digest, f"score_{number}": score}
+        row |= {f"map_{number}": scenario.world_digest, f"score_{number}": score}
     return row
 
 
@@ -128,7 +133,7 @@ def run_row(generation: int, job: Job, result: RunResult) -> Row:
     """Return a line of ``runs.csv``: a run, at its first use."""
     return {
         "generation": generation,
-        "map": job.scenario.map.digest,
+        "map": job.scenario.world_digest,
         "controller": job.controller.name,
         "repeat": job.repeat,
         "seed": job.seed,

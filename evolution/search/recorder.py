@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
 from evolution.search.algorithms import Evaluation
 from evolution.search.experiment import Experiment
 from evolution.search.record import Record
-from evolution.search.validation_stage import ValidationResult
+from evolution.search.validation_stage import FrontPoint, ValidationResult
 from gym_mapbench.errors import RunError
 
 Checkpoint = Mapping[str, Any]
@@ -36,6 +36,10 @@ class Recorder(Protocol):
         self, record: Record, best: Evaluation, checkpoint: Checkpoint, validation: ValidationResult | None = None
     ) -> None:
         """Write everything known after a generation, or after the validation stage."""
+        ...
+
+    def write_front(self, points: Sequence[FrontPoint], names: Sequence[str]) -> None:
+        """Write the Pareto front of a search whose objectives have these names."""
         ...
 
     def write_checkpoint(self, checkpoint: Checkpoint) -> None:
@@ -88,6 +92,11 @@ class Journal:
             return True
         self.recorder.write_generation(record, best, checkpoint)
         return False
+
+    def write_front(self, points: Sequence[FrontPoint], names: Sequence[str]) -> None:
+        """Write the Pareto front of a search whose objectives have these names."""
+        if self.recorder is not None:
+            self.recorder.write_front(points, names)
 
     def write_end(
         self, record: Record, best: Evaluation, checkpoint: Checkpoint, validation: ValidationResult | None, stage: bool

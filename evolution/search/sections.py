@@ -16,9 +16,10 @@ class ArchiveSettings(Settings):
     """How the archive of all evaluated maps takes part in a search.
 
     Args:
-        elite: Whether the best set of the archive joins the population after every generation.
-        elite_seeds: Further runs of each controller, each with a new seed, on the maps of that set before it joins; one
-            more after every generation that a map stays in it, up to four times as many.
+        elite: Whether the best set of the archive joins the population after every generation. With several
+            objectives, the elite are the sets of the Pareto front.
+        elite_seeds: Further runs of each controller, each with a new seed, on the maps of the elite; one more after
+            every generation that a map stays in it, up to four times as many.
         staged: Whether controllers run on a map one after the other, the cheapest first, until one fails. Only runs
             that cannot change the search are left out. A failure policy that gives failed runs a value leaves out none.
     """

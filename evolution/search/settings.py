@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -13,10 +13,10 @@ from evolution.search.judging import FITNESSES, JudgingSettings
 from evolution.search.option_names import SECTIONS, SHORT_NAMES, nested
 from evolution.search.sections import ArchiveSettings, ValidationSettings
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.generator import FamilySpecs, ShapeSettings
+from gym_mapbench.generator import FamilySpecs, PeopleSettings, ShapeSettings
 from gym_mapbench.metrics import METRICS
 from gym_mapbench.quantities import Count, Few, Natural
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings
 
 Limit = Annotated[Count, Field(le=10**9)]
 
@@ -24,7 +24,7 @@ METRIC_NAMES = (TIME, *METRICS.built_in)
 """The quantities that can be compared between controllers, without third-party metrics."""
 
 
-class EvolveSettings(Settings):
+class EvolveSettings(ExtendedSettings):
     """All options of one search.
 
     Args:
@@ -42,7 +42,10 @@ class EvolveSettings(Settings):
             names of :data:`gym_mapbench.generator.FAMILIES`, or mappings of ``name`` and ``options``. If empty, random
             shapes, as in the thesis.
         shapes: Size of the maps, and the options of random shapes.
+        people: The people on new maps, and how often a mutation changes them; none by default.
     """
+
+    newer: ClassVar[tuple[str, ...]] = ("people",)
 
     seed: Natural = 0
     evaluations: Limit = 600
@@ -55,6 +58,7 @@ class EvolveSettings(Settings):
     validation: ValidationSettings | None = None
     families: FamilySpecs = ()
     shapes: ShapeSettings = ShapeSettings()
+    people: PeopleSettings = PeopleSettings()
 
     @classmethod
     def option_names(cls) -> list[str]:
@@ -95,10 +99,10 @@ class EvolveSettings(Settings):
         pattern = FITNESSES.get(self.judging.fitness)
         with FITNESSES.blamed(self.judging.fitness):
             pattern.check(self.maps_per_set, controllers)
-        most = self.ga.kind.objectives
-        if most is not None and len(pattern.objectives) > most:
+        most, objectives = self.ga.kind.objectives, (*pattern.objectives, *self.judging.objectives)
+        if most is not None and len(objectives) > most:
             raise ConfigError(
-                f"ga.algorithm: expected one for {len(pattern.objectives)} objectives with fitness "
+                f"ga.algorithm: expected one for {len(objectives)} objectives (such as nsga2) with fitness "
                 f"{self.judging.fitness!r}, got {self.ga.algorithm!r}"
             )
         self.check_runs(controllers)

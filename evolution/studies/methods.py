@@ -171,4 +171,5 @@ def record_sets(
 def _map_set(names: Iterable[str], run: LoadedRun, experiment: Experiment) -> MapSet:
     """Return the map set of some maps of a recorded run, named by digest."""
     shapes = experiment.search.shapes
-    return MapSet(tuple(scenario_on(run.maps[name].occupancy, shapes) for name in names))
+    found = ((scenario_on(run.maps[name].occupancy, shapes), run.bodies.get(name, ())) for name in names)
+    return MapSet(tuple(replace(scenario, bodies=bodies) for scenario, bodies in found))

@@ -15,8 +15,16 @@ from evolution.tuning.results import FIGURES, PARAMS, TRIALS, TUNING, Tuning, lo
 from evolution.tuning.running import run_tuning
 from evolution.tuning.sampling import optuna
 from evolution.tuning.search import OnTrial, Trial
-from evolution.tuning.settings import TuneSettings
-from evolution.tuning.space import SearchSpace, read_space, shipped_document, shipped_space, space_for, space_names
+from evolution.tuning.settings import AgainstSettings, TuneSettings
+from evolution.tuning.space import (
+    ParameterRange,
+    SearchSpace,
+    read_space,
+    shipped_document,
+    shipped_space,
+    space_for,
+    space_names,
+)
 
 __all__ = [
     "FIGURES",
@@ -24,7 +32,9 @@ __all__ = [
     "PARAMS",
     "TRIALS",
     "TUNING",
+    "AgainstSettings",
     "OnTrial",
+    "ParameterRange",
     "ParameterText",
     "SearchSpace",
     "Trial",

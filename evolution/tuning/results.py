@@ -8,6 +8,7 @@
     summary.json        verdict, changed parameters, trials, finalists, importances, and the runs on the test maps
     trials.csv          one line per trial
     test.json           the test maps
+    evolved.json        the evolved maps that joined the training maps, with --against evolve
     test.csv            one line per run on the test maps
     front/              with several objectives, a parameter file for each point of the Pareto front
     figures/            history, importances, Pareto front
@@ -19,13 +20,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from pydantic import Field
+
 from evolution.files import DirectoryKind, Document, Row, Table, Tabled, check, read_json
 from gym_mapbench.errors import RunError, unknown_name
 
 TUNING = DirectoryKind("tuning", "tuning.json", format_version=1)
 SUMMARY, TRIALS, TEST, PARAMS, FRONT = "summary.json", "trials.csv", "test.csv", "nav2_params.yaml", "front"
-TEST_MAPS, FIGURES = "test.json", "figures"
-TABLES = ("changes", "trials", "finalists", "importances", "test")
+TEST_MAPS, EVOLVED_MAPS, FIGURES = "test.json", "evolved.json", "figures"
+TABLES = ("changes", "trials", "finalists", "importances", "test", "rounds")
 
 
 class TuningSummary(Document):
@@ -43,6 +46,7 @@ class TuningSummary(Document):
         importances: For each parameter, its importance for each objective.
         trials: A row for each trial.
         test: A row for each run on the test maps.
+        rounds: The mean cost of the values of each round on each group of training maps; empty for a single round.
     """
 
     verdict: list[str]
@@ -56,6 +60,7 @@ class TuningSummary(Document):
     importances: list[Row]
     trials: list[Row]
     test: list[Row]
+    rounds: list[Row] = Field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -86,8 +91,8 @@ class Tuning(Tabled):
         """Return a table.
 
         Args:
-            name: ``changes`` (the tuned parameters before and after), ``trials``, ``finalists``, ``importances`` or
-                ``test``.
+            name: ``changes`` (the tuned parameters before and after), ``trials``, ``finalists``, ``importances``,
+                ``test`` or ``rounds``.
 
         Raises:
             ConfigError: If there is no such table.

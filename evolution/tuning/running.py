@@ -15,12 +15,25 @@ from evolution.runs import exclusive_store
 from evolution.tuning.figures import write_figures
 from evolution.tuning.parameter_text import ParameterText
 from evolution.tuning.plan import TuningPlan
-from evolution.tuning.results import FRONT, PARAMS, SUMMARY, TEST, TEST_MAPS, TRIALS, TUNING, Tuning, load_tuning
-from evolution.tuning.search import OnTrial, Searched, Trial, search
+from evolution.tuning.results import (
+    EVOLVED_MAPS,
+    FRONT,
+    PARAMS,
+    SUMMARY,
+    TEST,
+    TEST_MAPS,
+    TRIALS,
+    TUNING,
+    Tuning,
+    load_tuning,
+)
+from evolution.tuning.rounds import Round, matrix, search_in_rounds
+from evolution.tuning.search import OnTrial, Searched, Trial
 from evolution.tuning.validation import Finalist, front_of, judge, validate
 from evolution.tuning.verdict import verdict_of
 from gym_mapbench.mapio import group_scenarios
 from gym_mapbench.mapio.map_set_file import write_map_set
+from gym_mapbench.world.scenario import Scenario
 
 
 def run_tuning(
@@ -59,11 +72,13 @@ def run_tuning(
         exclusive_store(TUNING, path, resources.wait_s) as store,
         resources.evaluator(run_job, store, preparation(own.controllers, own.settings)) as evaluator,
     ):
-        searched = search(plan, evaluator, on_trial, on_run)
-        finalists = validate(plan, searched.trials, evaluator, on_run)
-        test = judge(plan, front_of(finalists)[0], evaluator, on_run)
+        rounds = search_in_rounds(plan, evaluator, on_trial, on_run)
+        finalists = validate(rounds[-1].plan, rounds[-1].searched.trials, evaluator, on_run)
+        winner = front_of(finalists)[0]
+        of_rounds = matrix(rounds, winner.values, evaluator, on_run) if len(rounds) > 1 else []
+        test = judge(plan, winner, evaluator, on_run)
         TUNING.check_there(path)
-        _write(_Outcome(plan, searched, finalists, test), text, path)
+        _write(_Outcome(rounds, finalists, of_rounds, test), text, path)
     return load_tuning(path)
 
 
@@ -71,14 +86,29 @@ def run_tuning(
 class _Outcome:
     """All that was found."""
 
-    plan: TuningPlan
-    searched: Searched
+    rounds: list[Round]
     finalists: list[Finalist]
+    matrix: list[Row]
     test: list[Row]
     front: list[Finalist] = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "front", front_of(self.finalists))
+
+    @property
+    def plan(self) -> TuningPlan:
+        """The tuning with all training maps."""
+        return self.rounds[-1].plan
+
+    @property
+    def searched(self) -> Searched:
+        """The last round, whose best trials are the finalists."""
+        return self.rounds[-1].searched
+
+    @property
+    def evolved(self) -> tuple[Scenario, ...]:
+        """The evolved maps that joined the training maps."""
+        return self.plan.train[len(self.rounds[0].plan.train) :]
 
     @property
     def winner(self) -> Finalist:
@@ -92,10 +122,10 @@ class _Outcome:
     def summary(self) -> dict[str, Any]:
         """Return the content of ``summary.json``."""
         changed = self.changed(self.winner.values)
-        trials = self.searched.trials
+        trials = [trial for one in self.rounds for trial in one.searched.trials]
         validated = len(self.finalists) * self.plan.settings.validation_repeats * len(self.plan.train)
         return {
-            "verdict": verdict_of(self.plan, self.searched, self.winner, self.test),
+            "verdict": verdict_of(self.plan, self.searched, self.winner, self.test) + self._of_rounds(),
             "controller": self.plan.controller,
             "objectives": list(self.plan.settings.objectives),
             "winner": self.winner.number,
@@ -110,6 +140,7 @@ class _Outcome:
             "importances": self._importances(),
             "trials": self.trial_rows(),
             "test": self.test,
+            **({"rounds": self.matrix} if self.matrix else {}),
         }
 
     def _finalist_row(self, one: Finalist) -> Row:
@@ -125,7 +156,23 @@ class _Outcome:
 
     def trial_rows(self) -> list[Row]:
         """Return a row for each trial."""
-        return [self._trial_row(trial) for trial in self.searched.trials]
+        if len(self.rounds) == 1:
+            return [self._trial_row(trial) for trial in self.searched.trials]
+        return [
+            {"round": number, **self._trial_row(trial)}
+            for number, one in enumerate(self.rounds, start=1)
+            for trial in one.searched.trials
+        ]
+
+    def _of_rounds(self) -> list[str]:
+        """Say how many maps were evolved; nothing for a single round."""
+        if len(self.rounds) == 1:
+            return []
+        earlier = sum(len(one.searched.trials) for one in self.rounds[:-1])
+        return [
+            f"It was the last of {len(self.rounds)} rounds; those before made {earlier} trials. {len(self.evolved)} "
+            "maps that were evolved against the best values of a round are among the training maps."
+        ]
 
     def _trial_row(self, trial: Trial) -> Row:
         costs = trial.estimate or (None,) * len(self.plan.settings.objectives)
@@ -151,6 +198,8 @@ def _write(outcome: _Outcome, text: ParameterText, path: Path) -> None:
         for one in outcome.front:
             write_text(path / FRONT / f"trial_{one.number}.yaml", text.with_values(outcome.changed(one.values)))
     write_map_set(group_scenarios(outcome.plan.test), path / TEST_MAPS)
+    if outcome.evolved:
+        write_map_set(group_scenarios(outcome.evolved), path / EVOLVED_MAPS)
     write_text(path / TRIALS, csv_of(outcome.trial_rows()))
     write_text(path / TEST, csv_of(outcome.test))
     summary = outcome.summary()

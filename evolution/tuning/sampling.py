@@ -39,21 +39,31 @@ class Sampling:
         space: The tuned parameters.
         own: The user's values of the sampled parameters, which the first trial has.
         settings: Options of the tuning.
+        start: Values of the trials after the first.
+        seed: Seed of the sampler.
     """
 
-    def __init__(self, space: SearchSpace, own: Mapping[str, Value], settings: TuneSettings) -> None:
+    def __init__(
+        self,
+        space: SearchSpace,
+        own: Mapping[str, Value],
+        settings: TuneSettings,
+        start: Sequence[Mapping[str, Value]],
+        seed: int,
+    ) -> None:
         module = optuna()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", module.exceptions.ExperimentalWarning)
             samplers = {"tpe": module.samplers.TPESampler, "random": module.samplers.RandomSampler}
             self._study = module.create_study(
                 directions=["minimize"] * len(settings.objectives),
-                sampler=samplers[settings.sampler](seed=settings.seed),
+                sampler=samplers[settings.sampler](seed=seed),
                 pruner=module.pruners.WilcoxonPruner(p_threshold=settings.stop_p, n_startup_steps=LEAST_STEPS),
             )
         self._space = {name: _distribution(module, one) for name, one in space.sampled.items()}
         self._stops = settings.stop_p > 0 and len(settings.objectives) == 1
-        self._study.enqueue_trial({name: one.nearest(own[name]) for name, one in space.sampled.items()})
+        for values in (own, *start):
+            self._study.enqueue_trial({name: one.nearest(values[name]) for name, one in space.sampled.items()})
         self._trials: list[Any] = []
 
     def ask(self) -> dict[str, Value]:

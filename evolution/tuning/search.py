@@ -80,11 +80,25 @@ class Searched:
 
 
 def search(
-    plan: TuningPlan, evaluator: Evaluator, on_trial: OnTrial | None = None, on_run: OnRun | None = None
+    plan: TuningPlan,
+    evaluator: Evaluator,
+    on_trial: OnTrial | None = None,
+    on_run: OnRun | None = None,
+    start: Sequence[dict[str, Value]] = (),
+    number: int = 1,
 ) -> Searched:
-    """Run the search; returns all trials."""
+    """Run the search, and return all trials.
+
+    Args:
+        plan: The tuning.
+        evaluator: Drives the runs.
+        on_trial: Called after each trial.
+        on_run: Called after each run.
+        start: Values of the trials after the first, which has the user's own.
+        number: Number of the round; the sampler's seed depends on it.
+    """
     settings, trials = plan.settings, list[Trial]()
-    sampling = Sampling(plan.space, plan.own, settings)
+    sampling = Sampling(plan.space, plan.own, settings, start, settings.seed + 1_000_000 * (number - 1))
     while len(trials) < settings.trials and not _spent(plan, trials):
         size = min(settings.batch, settings.trials - len(trials))
         batch = [_begin(plan, sampling, len(trials) + place) for place in range(size)]

@@ -2,22 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from evolution.tuning.objectives import OBJECTIVES, read_requirement
 from gym_mapbench.errors import ConfigError, unknown_name
+from gym_mapbench.generator import FamilySpecs
 from gym_mapbench.quantities import Count, Few, Fraction, Natural
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings, Settings
 
 
-class TuneSettings(Settings):
+class AgainstSettings(Settings):
+    """Options of a tuning against evolved maps.
+
+    Args:
+        rounds: Rounds of searching for values; after each but the last, maps are evolved against the best values.
+        maps: Most maps that join the training maps after a round, for good.
+        evaluations: Maps evaluated in an evolution, each with the tuned and with another controller.
+        pop_size: Maps in its population.
+        families: Families that new maps are sampled from; if empty, those of the preset ``robust``.
+    """
+
+    rounds: Annotated[int, Field(ge=2, le=100)] = 3
+    maps: Count = 4
+    evaluations: Annotated[int, Field(ge=2, le=100_000)] = 40
+    pop_size: Annotated[int, Field(ge=2, le=10_000)] = 10
+    families: FamilySpecs = ()
+
+
+class TuneSettings(ExtendedSettings):
     """Options of a tuning.
 
     Args:
         trials: Number of trials, the user's own values included.
-        runs: The search begins no further batch after so many runs; None for no such limit.
+        runs: The search begins no further batch after so many runs, shared equally by its rounds; None for no limit.
         objectives: What is minimised, by name; several give a Pareto front.
         requirements: Conditions such as ``clearance>=0.1``, over the runs of a trial.
         sampler: How values are sampled: ``tpe`` (tree-structured Parzen estimator) or ``random``.
@@ -28,7 +47,10 @@ class TuneSettings(Settings):
         finalists: Number of the best trials that are re-run on all training maps with held-out seeds.
         validation_repeats: Runs of each of them on each training map.
         test_repeats: Runs on each test map.
+        against: Options of the rounds with evolved maps; None for none.
     """
+
+    newer: ClassVar[tuple[str, ...]] = ("against",)
 
     trials: Few = 100
     runs: Count | None = None
@@ -42,6 +64,7 @@ class TuneSettings(Settings):
     finalists: Count = 5
     validation_repeats: Count = 2
     test_repeats: Count = 2
+    against: AgainstSettings | None = None
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -50,6 +73,10 @@ class TuneSettings(Settings):
                 raise unknown_name("objective", name, OBJECTIVES)
         if len(set(self.objectives)) < len(self.objectives):
             raise ConfigError("objectives: expected different names, got one twice")
+        if self.against and self.trials < self.against.rounds:
+            raise ConfigError(
+                f"trials: expected one or more for each of {self.against.rounds} rounds, got {self.trials}"
+            )
         for text in self.requirements:
             read_requirement(text)
         return self

@@ -21,6 +21,7 @@ from gym_mapbench.kernels.motion import drive_robots
 from gym_mapbench.kernels.observation import read_robots, scan_worlds, see_goals
 from gym_mapbench.kernels.task import judge_worlds
 from gym_mapbench.world.lidar import directions
+from gym_mapbench.world.proximity import Proximity
 from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.state import Worlds, drive_of
 from gym_mapbench.world.world import World
@@ -51,6 +52,7 @@ class Batch:
         self._walls = np.ones((self._count, 0), np.bool_)
         self._fields = np.zeros((self._count, 0))
         self._traffic = Traffic(self._count)
+        self._proximity = Proximity(config.robot)
         self.envs: Sequence[MapBenchEnv] = ()
 
     def settle(self, index: int, world: World, field: NDArray[np.float64]) -> None:
@@ -161,6 +163,7 @@ class Batch:
             "touched": TOUCHED_NAMES[tasks["touched"]],
             "pose": poses,
             "velocity": velocities,
+            "nearest_body": self._traffic.gaps(self._proximity, poses),
             "reward_terms": {name: tasks[name].copy() for name in REWARD_TERMS},
         }
 

@@ -7,17 +7,17 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from gym_mapbench.env.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, RewardSettings
+from gym_mapbench.env.groups import OBSERVATION_KEYS, CostmapWindow, PathWindow, PeopleWindow, RewardSettings
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.generator import FamilySpecs, ShapeSettings, default_task
 from gym_mapbench.kernels.motion import MAX_TICK_TRAVEL
 from gym_mapbench.quantities import Positive
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings
 from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import LidarSettings
@@ -32,7 +32,7 @@ Rows = tuple[str, ...]
 Maps = str | Rows | tuple[Rows, ...] | dict[str, Any] | None
 
 
-class EnvConfig(Settings):
+class EnvConfig(ExtendedSettings):
     """One environment, as a frozen value that JSON and YAML can hold.
 
     Args:
@@ -59,15 +59,18 @@ class EnvConfig(Settings):
         xy_goal_tolerance: Largest distance from the goal, m; once the robot has been this close, only its heading
             counts (Nav2's SimpleGoalChecker).
         yaw_goal_tolerance: Largest error of the heading at the goal, rad.
-        observation: Which of ``pose odom velocity goal scan path costmap`` are observed.
+        observation: Which of ``pose odom velocity goal scan path costmap people`` are observed.
         lidar: Beams and ranges of the scan, and the scanner's place on the robot.
         path: The observed window of the global path.
         costmap: The observed window of the costmap.
+        people: The observed moving bodies.
         noise: ``none``, ``nominal``, ``rough``, or a mapping of
             :class:`~gym_mapbench.world.noise.NoiseSettings`, in which ``level`` may name the level that the other
             values change: ``{level: nominal, scan: 0.02}``.
         reward: Weights of the reward's terms.
     """
+
+    newer: ClassVar[tuple[str, ...]] = ("plant", "people")
 
     maps: Maps = None
     start: tuple[float, float, float] | None = None
@@ -89,6 +92,7 @@ class EnvConfig(Settings):
     lidar: LidarSettings = LidarSettings()
     path: PathWindow = PathWindow()
     costmap: CostmapWindow = CostmapWindow()
+    people: PeopleWindow = PeopleWindow()
     noise: NoiseSettings = NoiseSettings()
     reward: RewardSettings = RewardSettings()
 
@@ -106,12 +110,6 @@ class EnvConfig(Settings):
         if isinstance(config, EnvConfig):
             return config.replace(**options)
         return cls.from_mapping({} if config is None else config, "config").replace(**options)
-
-    @model_serializer(mode="wrap")
-    def _without_defaults(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave ``plant`` out if it is ``ideal``, so that the identity of such a run does not depend on the option."""
-        values: dict[str, Any] = dump(self)
-        return {name: value for name, value in values.items() if name != "plant" or value != "ideal"}
 
     @field_validator("maps", mode="before")
     @classmethod

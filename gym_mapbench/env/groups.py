@@ -9,7 +9,7 @@ from pydantic import Field
 from gym_mapbench.quantities import Few, NonNegative, Positive
 from gym_mapbench.settings import Settings
 
-OBSERVATION_KEYS = ("pose", "odom", "velocity", "goal", "scan", "path", "costmap")
+OBSERVATION_KEYS = ("pose", "odom", "velocity", "goal", "scan", "path", "costmap", "people")
 RewardWeight = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
@@ -40,6 +40,16 @@ class CostmapWindow(Settings):
     cells: Annotated[int, Field(ge=1, le=4000)] = 60
     inflation_radius: NonNegative = 0.55
     cost_scaling_factor: NonNegative = 3.0
+
+
+class PeopleWindow(Settings):
+    """The moving bodies that are observed.
+
+    Args:
+        nearest: How many: the nearest ones.
+    """
+
+    nearest: Few = 5
 
 
 class RewardSettings(Settings):

@@ -22,6 +22,7 @@ from gym_mapbench.errors import NoPathError
 from gym_mapbench.kernels import frames
 from gym_mapbench.kernels.jit import plain
 from gym_mapbench.kernels.path import see_path
+from gym_mapbench.kernels.people import see_people
 from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.localisation import Localisation, Odometry
@@ -43,7 +44,9 @@ def observation_space(config: EnvConfig) -> spaces.Dict:
     ``pose``: x, y (m), yaw (rad) on the map, as the localisation has them. ``odom``: the same in the odom frame, as
     wheel odometry has them. ``velocity``: v (m/s), omega (rad/s). ``goal``: x, y, yaw in the robot's frame. ``scan``:
     ranges from the scanner, m. ``path``: x, y of the first point, of the second..., in the robot's frame, m.
-    ``costmap``: ``(1, cells, cells)`` Nav2 cost values, row 0 at the bottom.
+    ``costmap``: ``(1, cells, cells)`` Nav2 cost values, row 0 at the bottom. ``people``: for each of the
+    nearest moving bodies, the nearest first: x, y (m), velocity along x and y (m/s), in the robot's frame, radius (m),
+    1; zeros where there are fewer.
     """
     return spaces.Dict({key: SPACES[key](config) for key in config.observation})
 
@@ -66,6 +69,7 @@ SPACES: dict[str, Callable[[EnvConfig], spaces.Box]] = {
     "scan": lambda config: spaces.Box(0.0, config.lidar.range_max, (config.lidar.beams,), np.float32),
     "path": lambda config: _vector(FAR, 2 * config.path.points),
     "costmap": lambda config: spaces.Box(0, 255, (1, config.costmap.cells, config.costmap.cells), np.uint8),
+    "people": lambda config: _vector(FAR, 6 * config.people.nearest),
 }
 
 
@@ -104,6 +108,7 @@ class Observer:
 
     def __init__(self, config: EnvConfig, scenario: Scenario, world: World, start: Pose, streams: Streams) -> None:
         self._config = config
+        self._world = world
         self._streams = streams
         self._velocity_normals = Normals(streams.velocity)
         self._odometry = Odometry(config.noise, start, streams.odom_frame, streams.odometry)
@@ -136,6 +141,12 @@ class Observer:
         counted = self._odometry.measure(velocity)
         measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._velocity_normals)
         return Moment(pose, estimate, odom, measured)
+
+    def people(self, pose: Pose) -> NDArray[np.float32]:
+        """Return the nearest bodies in the frame of a robot at a true pose, see :func:`observation_space`."""
+        seen, world = np.empty((self._config.people.nearest, 6), dtype=np.float32), self._world
+        see_people(np.array(pose), world.poses, world.velocities, world.radii, seen)
+        return seen.ravel()
 
     def beams(self, pose: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
         """Return where the beams start, and ``(beams, 2)`` world angle (rad) and range (m) of each, without noise.
@@ -188,6 +199,7 @@ CONTENTS: dict[str, Callable[[Observer, Moment], NDArray[Any]]] = {
     "scan": lambda observer, moment: observer.scan_or_hold(moment.true),
     "path": lambda observer, moment: observer.ahead.ahead_of(moment.estimate),
     "costmap": lambda observer, moment: observer.window.around(moment.estimate),
+    "people": lambda observer, moment: observer.people(moment.true),
 }
 
 

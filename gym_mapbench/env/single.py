@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from gym_mapbench.env.task import TOUCHED, Standing, Task
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.world.clearance import check_clearance, sample_start
 from gym_mapbench.world.noise import Streams, Wander
+from gym_mapbench.world.proximity import Proximity
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.simulation import Simulation
@@ -55,6 +57,10 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     | `scan` | (360,) | float32 | 0 | 3.5 | ranges of the lidar (m), counter-clockwise from straight ahead |
     | `path` | (40,) | float32 | -1e8 | 1e8 | x, y (m) of the next 20 points of the global path, in the robot's frame |
     | `costmap` | (1, 60, 60) | uint8 | 0 | 255 | Nav2's costs around the robot, row 0 at the bottom |
+    | `people` | (30,) | float32 | -1e8 | 1e8 | the nearest bodies in the robot's frame, see below |
+
+    `people` has six numbers for each moving body, the nearest first: x, y (m), velocity along x and y (m/s), radius
+    (m), and 1. The numbers beyond the last body are 0.
 
     **Reward**: the sum of the terms, with the weights of `reward`.
 
@@ -87,6 +93,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     | `touched` | `nothing`, `wall`, `body`, or `wall and body` |
     | `pose` | (3,) float64, true x, y (m), yaw (rad) |
     | `velocity` | (2,) float64, true forward speed (m/s) and turn rate (rad/s) |
+    | `nearest_body` | distance between the outlines of robot and nearest moving body (m); infinite without bodies |
     | `reward_terms` | the terms of the reward by name |
 
     Args:
@@ -121,6 +128,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self._prompt_ticks = self.config.ticks - self._late_ticks
         self.task: Task | None = None
         self._window: Window | None = None
+        self._proximity = Proximity(self.config.robot)
         self._worlds = Worlds()
 
     @property
@@ -168,7 +176,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         if self.render_mode == "human":
             self.render()
         pose, velocity = self.simulation.state()
-        return self.observer.observe(pose, velocity), _info(self.task.standing(), 0, pose, velocity)
+        return self.observer.observe(pose, velocity), self._info(self.task.standing(), 0, pose, velocity)
 
     def step(self, action: ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control period.
@@ -188,7 +196,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         task.step(pose, touched)
         self.picture()
         now = task.standing()
-        observation, info = self.observer.observe(pose, velocity), _info(now, touched, pose, velocity)
+        observation, info = self.observer.observe(pose, velocity), self._info(now, touched, pose, velocity)
         return observation, now.reward, now.outcome in ("goal", "collision"), now.outcome == "timeout", info
 
     def picture(self) -> None:
@@ -249,14 +257,21 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         last[:] = command
         return self.simulation.advance(*command, self._prompt_ticks) | touched
 
+    def _info(self, now: Standing, touched: int, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
+        return {
+            "time": now.time,
+            "outcome": now.outcome,
+            "contact": touched > 0,
+            "touched": TOUCHED[touched],
+            "pose": np.array(pose),
+            "velocity": np.array(velocity),
+            "nearest_body": self._nearest_body(pose),
+            "reward_terms": now.terms,
+        }
 
-def _info(now: Standing, touched: int, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
-    return {
-        "time": now.time,
-        "outcome": now.outcome,
-        "contact": touched > 0,
-        "touched": TOUCHED[touched],
-        "pose": np.array(pose),
-        "velocity": np.array(velocity),
-        "reward_terms": now.terms,
-    }
+    def _nearest_body(self, pose: Pose) -> float:
+        """Return the distance to the nearest body, m; infinite without bodies."""
+        world = self.simulation.world
+        if not world.bodies:
+            return math.inf
+        return float(self._proximity.gaps(np.array([pose]), world.poses[None], world.radii[None])[0])

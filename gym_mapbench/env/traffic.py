@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.kernels.bodies import scan_bodies, worlds_near_bodies
+from gym_mapbench.world.proximity import Proximity
 from gym_mapbench.world.state import Records
 from gym_mapbench.world.world import World
 
@@ -58,6 +59,10 @@ class Traffic:
         near = np.empty(len(robots), np.bool_)
         worlds_near_bodies(robots, commands, self._poses, self._radii, self._paces, drive, ticks, near)
         return near
+
+    def gaps(self, proximity: Proximity, poses: Floats) -> Floats:
+        """Return the distance from every robot, at poses ``(count, 3)``, to its nearest body, ``(count,)`` m."""
+        return proximity.gaps(poses, self._poses, self._radii) if self else np.full(len(poses), np.inf)
 
     def scan(
         self,

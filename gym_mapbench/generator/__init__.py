@@ -17,7 +17,16 @@ from gym_mapbench.generator.motifs import (
     legs_of,
     places,
 )
-from gym_mapbench.generator.sampling import DrawnMap, draw_from, draw_map, draw_obstacle, is_drivable, plan_way
+from gym_mapbench.generator.people import PeopleSettings, draw_person, fits, with_people
+from gym_mapbench.generator.sampling import (
+    DrawnMap,
+    draw_from,
+    draw_map,
+    draw_obstacle,
+    find_way,
+    is_drivable,
+    plan_way,
+)
 from gym_mapbench.generator.shapes import (
     TASK_YAW,
     Cells,
@@ -47,6 +56,7 @@ __all__ = [
     "FamilySpecs",
     "Motif",
     "MotifGenes",
+    "PeopleSettings",
     "Route",
     "Section",
     "ShapeSettings",
@@ -57,9 +67,12 @@ __all__ = [
     "draw_from",
     "draw_map",
     "draw_obstacle",
+    "draw_person",
     "draw_position",
     "draw_shape",
     "elements_line",
+    "find_way",
+    "fits",
     "genome_of",
     "interior",
     "is_drivable",
@@ -71,4 +84,5 @@ __all__ = [
     "sample_map",
     "stamp",
     "task_cells",
+    "with_people",
 ]

@@ -26,6 +26,7 @@ from gym_mapbench.settings import Settings
 from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
+from gym_mapbench.world.scenario import Pose
 
 MAX_SAMPLES = 200
 LONGEST_PLAN = 0.9
@@ -84,27 +85,37 @@ def is_drivable(cells: Cells, shapes: ShapeSettings, robot: RobotSpec) -> bool:
 
 
 def plan_way(cells: Cells, shapes: ShapeSettings, robot: RobotSpec) -> NDArray[np.float64] | None:
+    """Return :func:`find_way` for the cells of a map with the thesis' start and goal.
+
+    Args:
+        cells: ``(rows, cols)`` occupancy.
+        shapes: Resolution, and the place of start and goal.
+        robot: Its shape.
+    """
+    grid = GridMap(cells, shapes.resolution)
+    return find_way(grid, *default_task(grid, shapes.border + shapes.task_distance), robot)
+
+
+def find_way(grid: GridMap, start: Pose, goal: Pose, robot: RobotSpec) -> NDArray[np.float64] | None:
     """Return NavFn's way from start to goal that it can still follow when lidar noise has narrowed it.
 
     Noise marks cells in front of walls: in Nav2's global costmap it closes gaps of 0.45 and 0.50 m to a robot with
     a radius of 0.22 m, which needs 0.45 m without noise, and leaves 0.55 m open. So a cell is kept free on both sides.
 
     Args:
-        cells: ``(rows, cols)`` occupancy.
-        shapes: Resolution, and the place of start and goal.
+        grid: The map.
+        start: Where the robot starts.
+        goal: Where it shall go.
         robot: Its shape.
 
     Returns:
         ``(n, 2)`` x and y, m; None if there is no way, or NavFn would give up on it.
     """
-    grid = GridMap(cells, shapes.resolution)
     params = CostmapParams.example_global()
-    wider = params.replace(footprint_padding=params.footprint_padding + shapes.resolution)
+    wider = params.replace(footprint_padding=params.footprint_padding + grid.resolution)
     costmap = build_static_costmap(grid, params, wider.make_footprint(robot))
     try:
-        path = NavfnPlanner(NavfnParams(tolerance=0.0)).plan(
-            costmap, *default_task(grid, shapes.border + shapes.task_distance)
-        )
+        path = NavfnPlanner(NavfnParams(tolerance=0.0)).plan(costmap, start, goal)
     except NoPathError:
         return None
     return path[:, :2] if len(path) <= LONGEST_PLAN * 4 * max(grid.shape) else None

@@ -19,6 +19,7 @@ from gym_mapbench.errors import MapFormatError
 from gym_mapbench.mapio.image import Picture, grey_levels, look_up, read_picture
 from gym_mapbench.mapio.netpbm import encode_pgm
 from gym_mapbench.mapio.output import Files, check_names
+from gym_mapbench.mapio.people import find_people, read_people
 from gym_mapbench.mapio.poses import find_poses, poses_yaml, read_poses, yaml_float
 from gym_mapbench.mapio.source import as_number, as_numbers, file_inside, read_yaml_file, short
 from gym_mapbench.mapio.tasked_map import TaskedMap, name_tasks
@@ -44,16 +45,21 @@ class _Thresholds(NamedTuple):
 
 
 def read_map_server(path: Path) -> list[TaskedMap]:
-    """Read ``NAME.yaml``, its picture, and its ``NAME_poses.yaml``, if there is one.
+    """Read ``NAME.yaml``, its picture, and its ``NAME_poses.yaml`` and ``NAME_people.yaml``, where there are any.
 
     The picture must lie inside the folder of the YAML file (an absolute name may point there too).
 
     Raises:
-        MapFormatError: If one of the files is damaged, or the origin is rotated.
+        MapFormatError: If one of the files is damaged, the origin is rotated, or there are people and no poses.
     """
     grid = read_map_server_grid(path)
-    poses = find_poses(path)
-    return [TaskedMap(path.stem, grid, name_tasks(path.stem, [read_poses(poses)] if poses else []))]
+    poses, people = find_poses(path), find_people(path)
+    tasks = name_tasks(path.stem, [read_poses(poses)] if poses else [])
+    if people and not tasks:
+        raise MapFormatError(f"{people}: expected start and goal beside it, in {path.stem}_poses.yaml")
+    if people:
+        tasks = (tasks[0]._replace(bodies=read_people(people)),)
+    return [TaskedMap(path.stem, grid, tasks)]
 
 
 def find_map_files(folder: Path) -> list[Path]:

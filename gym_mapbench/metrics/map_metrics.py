@@ -84,6 +84,13 @@ def occupied_share(grid: GridMap) -> float:
     return float(grid.occupancy.mean())
 
 
+def n_obstacles(grid: GridMap) -> float:
+    """Return the number of obstacles: pieces of walls whose cells touch at a side or a corner."""
+    from scipy.ndimage import label
+
+    return float(label(grid.occupancy, structure=np.ones((3, 3)))[1])
+
+
 def narrowest_passage(grid: GridMap, start: Cell, goal: Cell) -> float:
     """Return the width of the narrowest place on the widest way between two cells' middles, m; 0 if there is none.
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gym_mapbench.env.task import distance_to_goal
 from gym_mapbench.errors import PluginError
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode
+from gym_mapbench.metrics.social_metrics import SOCIAL
 from gym_mapbench.registry import Registry, must_be_callable
 from gym_mapbench.world.clearance import measure_clearance
 
@@ -144,9 +145,12 @@ _FUNCTIONS = (
     motion_start,
 )
 METRICS: Registry[Callable[[Episode], float]] = Registry(
-    "metric", "metrics", {function.__name__: function for function in _FUNCTIONS}, check=must_be_callable
+    "metric", "metrics", {function.__name__: function for function in (*_FUNCTIONS, *SOCIAL)}, check=must_be_callable
 )
-"""Metrics by name; the project's own are measured on every run, a third party's only where it is asked for."""
+"""Metrics by name; a third party's are measured only where they are asked for."""
+
+ALWAYS = tuple(function.__name__ for function in _FUNCTIONS)
+"""Names of the metrics that are measured on every run; those of social navigation need moving bodies."""
 
 
 def measure(episode: Episode, also: Iterable[str] = ()) -> dict[str, float]:
@@ -160,7 +164,8 @@ def measure(episode: Episode, also: Iterable[str] = ()) -> dict[str, float]:
         ConfigError: If there is no metric of a name.
         PluginError: If a metric fails, or what it returns is not a finite number.
     """
-    own = {name: METRICS.get(name)(episode) for name in METRICS.built_in}
+    names = METRICS.built_in if episode.scenario.bodies else ALWAYS
+    own = {name: METRICS.get(name)(episode) for name in names}
     return own | {name: _measure_one(name, episode) for name in also}
 
 

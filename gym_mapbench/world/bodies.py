@@ -1,6 +1,7 @@
 """Bodies: what moves through a world besides the robot, as frozen data of a scenario.
 
 A body has a shape and a motion (:mod:`gym_mapbench.world.motions`). Nothing stops a body: neither walls nor the robot.
+A body with a course (:class:`~gym_mapbench.world.pedestrians.Course`) is refused if its course meets a wall.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ class Disc(Settings):
     """The shape of a body.
 
     Args:
-        radius: Radius, m.
+        radius: Radius, m; a person's by default.
     """
 
-    radius: Annotated[float, Field(gt=0, le=100)]
+    radius: Annotated[float, Field(gt=0, le=100)] = 0.25
 
 
 class Body(Settings):
@@ -34,7 +35,7 @@ class Body(Settings):
         motion: Name and options of its motion: ``{name: line, options: {start: [1, 1], end: [3, 1], speed: 0.5}}``.
     """
 
-    shape: Disc
+    shape: Disc = Disc()
     motion: MotionSpec
 
 

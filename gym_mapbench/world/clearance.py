@@ -9,13 +9,18 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.clearance import clearances_of_disc, clearances_of_polygon
 from gym_mapbench.kernels.motion import GROUND, MARGIN, is_clear
 from gym_mapbench.world.bodies import place_bodies
+from gym_mapbench.world.courses import check_courses
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.noise import NoiseSettings, disturb_pose
+from gym_mapbench.world.pedestrians import Course
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.state import ground_of
 
 MAX_SAMPLES = 1000
+CLEAR_SECONDS = 3.0
+"""Seconds from the start on for which a body with a course must leave start and goal clear."""
+CLEAR_TIMES = np.linspace(0.0, CLEAR_SECONDS, 31)
 EVERYWHERE = np.array([-np.inf, -np.inf, np.inf, np.inf])
 
 
@@ -31,7 +36,7 @@ def measure_clearance(grid: GridMap, robot: RobotSpec, poses: ArrayLike) -> NDAr
         poses: ``(n, 3)`` or more columns, x, y (m), yaw (rad); on the map.
     """
     states = np.ascontiguousarray(np.atleast_2d(np.asarray(poses, dtype=np.float64))[:, :3])
-    return _distances(wall_boxes(grid), np.array(grid.bounds), robot, states)
+    return _distances(grid.boxes, np.array(grid.bounds), robot, states)
 
 
 def _distances(
@@ -46,21 +51,15 @@ def _distances(
     return clearances
 
 
-def wall_boxes(grid: GridMap) -> NDArray[np.float64]:
-    """Return the walls as few rectangles, ``(n, 4)`` left, bottom, right, top in the world, m."""
-    row, col, height, width = grid.rectangles.T
-    x, y = grid.origin
-    cells = np.stack([col, row, col + width, row + height], axis=1)
-    boxes: NDArray[np.float64] = cells * grid.resolution + np.array([x, y, x, y])
-    return boxes
-
-
 def check_clearance(scenario: Scenario, robot: RobotSpec) -> None:
-    """Refuse a task whose start or goal the robot cannot stand on.
+    """Refuse a task whose start or goal the robot cannot stand on, or whose bodies walk through walls.
 
     Raises:
-        ConfigError: If the robot would touch a wall there, or a body at time 0.
+        ConfigError: If the robot would touch a wall there, or a body at time 0; a body with a course must stay away for
+            :data:`CLEAR_SECONDS`, and its course clear of walls.
     """
+    if scenario.bodies:
+        check_courses(scenario.map, scenario.bodies)
     for what, pose in (("start", scenario.start), ("goal", scenario.goal)):
         obstacle = find_obstacle(scenario, robot, pose)
         if obstacle:
@@ -71,13 +70,17 @@ def check_clearance(scenario: Scenario, robot: RobotSpec) -> None:
 
 
 def find_obstacle(scenario: Scenario, robot: RobotSpec, pose: Pose) -> str:
-    """Name what the robot touches at a pose on the map before the bodies move; empty if the robot has room."""
+    """Name what the robot touches at a pose on the map while it has not left; empty if the robot has room.
+
+    Bodies count at time 0, and bodies with a course for :data:`CLEAR_SECONDS`.
+    """
     if not has_room(scenario.map, robot, pose):
         return "a wall"
-    for number, (x, y, _) in enumerate(place_bodies(scenario.bodies, np.zeros(1))[0].tolist()):
-        body = scenario.bodies[number]
-        away = _distances(np.array([[x, y, x, y]]), EVERYWHERE, robot, np.array([pose]))[0]
-        if away <= body.shape.radius:
+    places = place_bodies(scenario.bodies, CLEAR_TIMES)
+    for number, body in enumerate(scenario.bodies):
+        met = places[:, number, :2] if isinstance(body.motion.motion, Course) else places[:1, number, :2]
+        away = [_distances(np.array([[*at, *at]]), EVERYWHERE, robot, np.array([pose]))[0] for at in met]
+        if min(away) <= body.shape.radius:
             return f"body {number} ({body.motion.name})"
     return ""
 

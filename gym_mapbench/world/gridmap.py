@@ -133,6 +133,15 @@ class GridMap:
         rectangles.flags.writeable = False
         return rectangles
 
+    @cached_property
+    def boxes(self) -> NDArray[np.float64]:
+        """The walls as few rectangles, ``(n, 4)`` left, bottom, right, top in the world, m."""
+        row, col, height, width = self.rectangles.T
+        x, y = self.origin
+        cells = np.stack([col, row, col + width, row + height], axis=1)
+        boxes: NDArray[np.float64] = cells * self.resolution + np.array([x, y, x, y])
+        return boxes
+
     def world_to_cell(self, x: float, y: float) -> tuple[int, int] | None:
         """Return ``(row, col)`` of the cell that holds the point, None outside the map."""
         col = (x - self.origin[0]) / self.resolution

@@ -18,6 +18,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import NonNegative
 from gym_mapbench.registry import Registry, must_be_callable
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.pedestrians import Scripted, Wander
 
 Floats = NDArray[np.float64]
 
@@ -56,7 +57,9 @@ class Line(Settings):
         return np.stack([self.start[0] + share * dx, self.start[1] + share * dy, yaw], axis=1)
 
 
-MOTIONS: Registry[Callable[..., Motion]] = Registry("motion", "motions", {"line": Line}, check=must_be_callable)
+MOTIONS: Registry[Callable[..., Motion]] = Registry(
+    "motion", "motions", {"line": Line, "scripted": Scripted, "wander": Wander}, check=must_be_callable
+)
 """Motions of bodies by name; each is made of its options by keyword."""
 
 

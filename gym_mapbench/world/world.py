@@ -78,6 +78,14 @@ class World:
         poses[:, :2] += rest / self._ticks * (self._table[step + 1 - self._first] - before)[:, :2]
         return poses
 
+    @property
+    def velocities(self) -> Floats:
+        """``(bodies, 2)`` how fast the bodies move on, m/s."""
+        if not self.bodies:
+            return np.empty((0, 2))
+        moved: Floats = (self.after(1) - self.poses)[:, :2] * self.physics_hz
+        return moved
+
     def near(self, x: float, y: float, drive: Records, ticks: int) -> list[int]:
         """Return the numbers of the bodies that a robot might meet within the next ticks.
 

@@ -163,3 +163,50 @@ def test_the_checkers_have_nothing_to_say(check, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "agg")
     maps = EnvConfig().with_maps(MapSet(SCENARIOS[:1])).maps
     check(gymnasium.make("MapBench-v0", maps=maps, action="normalized").unwrapped)
+
+
+def twin_of_people(pose, poses, velocities, radii, count):
+    """The plain twin: every body by itself, sorted by the distance to its outline."""
+    rows = []
+    for (x, y, _), velocity, radius in zip(poses, velocities, radii, strict=True):
+        turn = np.array([[np.cos(pose[2]), np.sin(pose[2])], [-np.sin(pose[2]), np.cos(pose[2])]])
+        rows.append([*(turn @ [x - pose[0], y - pose[1]]), *(turn @ velocity), radius, 1.0])
+    rows.sort(key=lambda row: np.hypot(row[0], row[1]) - row[4])
+    return np.array([*rows, *[[0.0] * 6] * count][:count])
+
+
+@pytest.mark.parametrize("nearest", [1, 3])
+@pytest.mark.parametrize("robot", ["turtlebot3_waffle", "jackal"])
+def test_people_are_the_nearest_bodies_in_the_frame_of_the_robot(nearest, robot):
+    options = {"observation": ["people"], "people": {"nearest": nearest}, "robot": robot}
+    env = MapBenchEnv(scenarios=SCENARIOS[:1], **options)
+    observation, info = env.reset(seed=0)
+    for _ in range(30):
+        world = env.simulation.world
+        velocities = [[-0.3, 0.0], 0.5 * np.array([2.0, -1.0]) / np.hypot(2.0, 1.0)]
+        expected = twin_of_people(info["pose"], world.poses, velocities, world.radii, nearest)
+        assert observation["people"].reshape(-1, 6) == pytest.approx(expected, abs=1e-6)
+        if robot == "turtlebot3_waffle":
+            outlines = np.hypot(*(world.poses[:, :2] - info["pose"][:2]).T) - world.radii - env.robot.radius
+            assert info["nearest_body"] == pytest.approx(outlines.min())
+        observation, *_, info = env.step((0.1, 0.3))
+
+
+def test_the_nearest_body_is_measured_from_the_outline_of_a_polygon():
+    env = MapBenchEnv(scenarios=[among(line((0.8, 1.4), (0.8, 1.4), 0.0, 0.1))], robot="jackal", observation=["people"])
+    _, info = env.reset(seed=0)
+    half_width = np.array(env.robot.footprint)[:, 1].max()
+    assert info["nearest_body"] == pytest.approx(1.4 - 0.8 - half_width - 0.1)
+
+
+def test_an_env_without_bodies_has_none_near():
+    env = MapBenchEnv(scenarios=[among()], observation=["people"])
+    observation, info = env.reset(seed=0)
+    assert info["nearest_body"] == np.inf
+    assert not observation["people"].any()
+
+
+def test_the_document_of_a_config_knows_people_only_where_they_are_configured():
+    assert "people" not in EnvConfig().model_dump(mode="json")
+    window = EnvConfig(people={"nearest": 2})
+    assert EnvConfig.build(window.model_dump(mode="json")) == window

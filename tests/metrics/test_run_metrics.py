@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gym_mapbench.errors import PluginError
-from gym_mapbench.metrics import METRICS, measure, score_barn
+from gym_mapbench.metrics import ALWAYS, measure, score_barn
 from gym_mapbench.metrics.episode import Episode, Event
 from gym_mapbench.world.clearance import measure_clearance
 from gym_mapbench.world.gridmap import GridMap
@@ -66,7 +66,7 @@ def test_a_straight_run_by_hand():
             "motion_start": 0.1,
         }
     )
-    assert set(values) == set(METRICS.built_in)
+    assert set(values) == set(ALWAYS)
 
 
 def test_a_right_angle_by_hand():
@@ -186,7 +186,7 @@ def test_metrics_of_others_are_measured_where_they_are_asked_for():
     values = measure(episode, [mine])
     assert values.pop(mine) == 0.5
     assert values == measure(episode)
-    assert set(values) == set(METRICS.built_in)
+    assert set(values) == set(ALWAYS)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
-"""Algorithms of the search: ``ga`` and ``random``, and whatever pymoo or a third party brings.
+"""Algorithms of the search: ``ga``, ``random`` and ``nsga2``, and whatever pymoo or a third party brings.
 
-An algorithm is a subclass of pymoo's ``GeneticAlgorithm``, which gets the operators of map sets; NSGA-II is named
-``pymoo.algorithms.moo.nsga2:NSGA2``. Its objectives and constraints come from :mod:`evolution.search.judging`.
+An algorithm is a subclass of pymoo's ``GeneticAlgorithm``, which gets the operators of map sets; NSGA-III would be
+named by a function that makes it. Its objectives and constraints come from :mod:`evolution.search.judging`.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from pymoo.core.problem import Problem
 from evolution.driving import SetResults
 from evolution.search.algorithms.registry import ALGORITHMS
 from evolution.search.algorithms.settings import GaSettings
-from evolution.search.judging import Fitness, Judgement
+from evolution.search.judging import Fitness, Judgement, Objectives
 from evolution.search.operators import (
     Column,
     MapCrossover,
@@ -46,21 +46,26 @@ class MapSetProblem(Problem):  # type: ignore[misc]
 
     Args:
         evaluate_sets: Evaluates map sets and returns their results in the same order.
-        fitness: Judges them. A cluster fitness without a scale is calibrated on the first sets evaluated.
+        objectives: Judge them. A cluster fitness without a scale is calibrated on the first sets evaluated.
     """
 
-    def __init__(self, evaluate_sets: EvaluateSets, fitness: Fitness) -> None:
-        super().__init__(n_var=1, n_obj=len(fitness.objectives), n_ieq_constr=len(fitness.constraints))
+    def __init__(self, evaluate_sets: EvaluateSets, objectives: Objectives) -> None:
+        super().__init__(n_var=1, n_obj=len(objectives.names), n_ieq_constr=len(objectives.constraints))
         self.evaluate_sets = evaluate_sets
-        self.fitness = fitness
+        self.objectives = objectives
+
+    @property
+    def fitness(self) -> Fitness:
+        """The fitness, which gives the first objective."""
+        return self.objectives.fitness
 
     def _evaluate(self, X: Column, out: dict[str, Any], *_: Any, **__: Any) -> None:
         map_sets: list[MapSet] = list(X[:, 0])
         results = self.evaluate_sets(map_sets)
-        self.fitness = self.fitness.calibrated(results)
+        self.objectives = self.objectives.calibrated(results)
         evaluations = np.empty(len(map_sets), dtype=object)
         for index, (map_set, of_set) in enumerate(zip(map_sets, results, strict=True)):
-            evaluations[index] = Evaluation(map_set, of_set, self.fitness(of_set))
+            evaluations[index] = Evaluation(map_set, of_set, self.objectives(map_set, of_set))
         out["F"] = np.array([one.judgement.objectives for one in evaluations])
         out["G"] = np.array([one.judgement.constraints for one in evaluations])
         out["evaluation"] = evaluations
@@ -109,7 +114,7 @@ def ask(algorithm: GeneticAlgorithm, most: int) -> Population | None:
     return asked if asked is not None and len(asked) else None  # random search may sample nothing but duplicates
 
 
-def judge_again(algorithm: GeneticAlgorithm, joining: Sequence[MapSet]) -> None:
+def judge_again(algorithm: GeneticAlgorithm, joining: Sequence[MapSet] = ()) -> None:
     """Judge a population by all results so far, and let map sets join it; the worst sets leave.
 
     Args:

@@ -17,8 +17,8 @@ class GaSettings(Settings):
     """The algorithm of a search, and how it makes new map sets.
 
     Args:
-        algorithm: ``ga``, the baseline ``random``, which samples every generation, or a third-party algorithm
-            (see :mod:`evolution.search.algorithms`).
+        algorithm: ``ga``, the baseline ``random``, which samples every generation, ``nsga2`` for several objectives, or
+            a third-party algorithm (see :mod:`evolution.search.algorithms`).
         pop_size: Individuals in the population, and offspring per generation.
         crossover: ``pool`` (the maps of both parents are distributed at random) or ``position`` (maps at the same
             position are exchanged).

@@ -1,10 +1,11 @@
 """Judging: how good a map set is. In: results of its maps. Out: a :class:`Judgement`.
 
 =====================  =================================================================================================
-``patterns``           what a fitness looks for in the scores of the maps: gini, cluster, roles, pairs
+``patterns``           what a fitness looks for in the scores of the maps: gini, cluster, roles, pairs, regret
 ``failures``           what a failed run counts: exclude, censor, par2
 ``equation``           the fitness of the thesis (Eq. 4.5)
 ``fitness``            judges a map set: pattern, failures and equation together
+``objectives``         the fitness and what is minimised besides
 ``judgement``          the answer: objectives and constraints, and how two answers compare
 ``exact``              the exact best set of many maps
 ``expected_fitness``   the expected fitness of a further trial
@@ -26,12 +27,14 @@ from evolution.search.judging.map_results import (
     singles_of,
     success_share,
 )
+from evolution.search.judging.objectives import Objectives
 from evolution.search.judging.patterns import FITNESSES, Parts, Pattern, gini
-from evolution.search.judging.settings import FitnessName, JudgingSettings
+from evolution.search.judging.settings import MAP_MEASURES, FitnessName, JudgingSettings
 
 __all__ = [
     "FAILURES",
     "FITNESSES",
+    "MAP_MEASURES",
     "MAX_MAPS",
     "FailurePolicy",
     "Fitness",
@@ -41,6 +44,7 @@ __all__ = [
     "JudgingSettings",
     "MapResults",
     "Names",
+    "Objectives",
     "Parts",
     "Pattern",
     "best_of",

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from collections.abc import Callable
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, field_validator, model_validator
 
 from evolution.driving import check_metric
 from evolution.search.judging.failures import FAILURES, FailurePolicy
 from evolution.search.judging.patterns import FITNESSES, PatternSettings
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics.episode import Outcome
+from gym_mapbench.metrics.map_metrics import n_obstacles, occupied_share
 from gym_mapbench.quantities import NonNegative, Positive
 from gym_mapbench.registry import Registry
-from gym_mapbench.settings import OptionError
+from gym_mapbench.settings import ExtendedSettings, OptionError
+from gym_mapbench.world.gridmap import GridMap
+
+MAP_MEASURES: dict[str, Callable[[GridMap], float]] = {"n_obstacles": n_obstacles, "occupied_share": occupied_share}
+"""Measures of maps that a search can minimise, by name."""
 
 
 def _in(registry: Registry[type]) -> AfterValidator:
@@ -29,12 +36,15 @@ FitnessName = Annotated[str, _in(FITNESSES)]
 FailureName = Annotated[str, _in(FAILURES)]
 
 
-class JudgingSettings(PatternSettings):
+class JudgingSettings(PatternSettings, ExtendedSettings):
     """How the results of a map set become its fitness (thesis, sections 4.1.8 to 4.1.12).
 
     Args:
-        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), ``roles``, ``pairs``, or a third-party fitness
-            (see :mod:`evolution.search.judging.patterns`).
+        fitness: ``gini`` (Alg. 1 and 2), ``cluster`` (Alg. 3 and 4), ``roles``, ``pairs``, ``regret``, or a third-party
+            fitness (see :mod:`evolution.search.judging.patterns`).
+        objectives: What is minimised besides the fitness: ``n_obstacles`` or ``occupied_share``, in the mean over the
+            maps of a set; or a metric, by which the fitness is computed once more. Needs an algorithm for several
+            objectives, such as ``nsga2``; then a set must be solved, and have a fitness of 0 or less.
         metric: Quantity compared between controllers: one of ``METRIC_NAMES``, or a third-party metric.
         aggregate: How the repeats of a controller on a map become one value.
         failures: What a failed run counts: ``exclude`` (its map has no value, as in the thesis), ``censor`` (the time
@@ -51,7 +61,10 @@ class JudgingSettings(PatternSettings):
         unevenness_weight: lambda of Alg. 2.
     """
 
+    newer: ClassVar[tuple[str, ...]] = ("objectives",)
+
     fitness: FitnessName = "gini"
+    objectives: tuple[str, ...] = ()
     metric: str = "time"
     aggregate: Literal["mean", "median"] = "mean"
     failures: FailureName = "exclude"
@@ -62,6 +75,21 @@ class JudgingSettings(PatternSettings):
     pattern_weight: NonNegative = 20.0
     cluster_scale: Positive | None = None
 
+    @field_validator("objectives")
+    @classmethod
+    def _known_objectives(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for name in value:
+            if name not in MAP_MEASURES:
+                check_metric(name)
+        if len(set(value)) < len(value):
+            raise ConfigError(f"expected different names, got {', '.join(value)}")
+        return value
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """The metric, and those among the objectives."""
+        return (self.metric, *(name for name in self.objectives if name not in MAP_MEASURES))
+
     @field_validator("metric")
     @classmethod
     def _known(cls, value: str) -> str:
@@ -70,10 +98,15 @@ class JudgingSettings(PatternSettings):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         policy, name = self.policy, self.failures
-        if policy.metric not in (None, self.metric):
-            raise OptionError(
-                "failures", f"expected 'exclude' with metric {self.metric!r} ({name} counts in {policy.metric})"
-            )
+        for metric in self.metrics:
+            if policy.metric not in (None, metric):
+                raise OptionError(
+                    "failures", f"expected 'exclude' with metric {metric!r} ({name} counts in {policy.metric})"
+                )
+        if self.metric in self.objectives:
+            raise OptionError("objectives", f"expected other metrics than that of the fitness, got {self.metric}")
+        if FITNESSES.get(self.fitness).needs_scale and len(self.metrics) > 1:
+            raise OptionError("objectives", f"expected measures of maps with fitness {self.fitness!r}, got a metric")
         if FITNESSES.get(self.fitness).solved_only and not policy.excludes:
             raise OptionError(
                 "failures",

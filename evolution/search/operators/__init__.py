@@ -9,6 +9,7 @@ from evolution.search.operators.duplicates import MapSetDuplicates
 from evolution.search.operators.edits import Edit, Operator
 from evolution.search.operators.gene_changes import GENE_OPERATORS, GeneEdit
 from evolution.search.operators.mutation import MapMutation, Mutator
+from evolution.search.operators.near_way import change_near_way
 from evolution.search.operators.repair import MapRepair
 from evolution.search.operators.sampling import Column, DrawMap, MapSampling, as_column, scenario_on
 from evolution.search.operators.settings import MutationSettings
@@ -30,5 +31,6 @@ __all__ = [
     "Operator",
     "Trial",
     "as_column",
+    "change_near_way",
     "scenario_on",
 ]

@@ -20,16 +20,19 @@ from evolution.search.operators.adaptive import Credit, Trial
 from evolution.search.operators.changes import OPERATORS
 from evolution.search.operators.edits import Edit, Labels, Operator
 from evolution.search.operators.gene_mutation import change_genome
-from evolution.search.operators.sampling import Cells, Column, as_column, scenario_on
+from evolution.search.operators.people_changes import change_people
+from evolution.search.operators.sampling import NOBODY, Cells, Column, as_column, scenario_on
 from evolution.search.operators.settings import MutationSettings
 from gym_mapbench.generator import (
     FamilySpec,
+    PeopleSettings,
     ShapeSettings,
     build_genome,
     clear_and_border,
     interior,
     is_drivable,
     plan_way,
+    with_people,
 )
 from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.robot import RobotSpec
@@ -55,12 +58,14 @@ class Mutator:
         settings: How obstacles change.
         families: Families whose pieces are added; random shapes if empty.
         robot: The robot that drives; informed operators and ``drivable`` need it.
+        people: How the people on a map change.
     """
 
     shapes: ShapeSettings
     settings: MutationSettings
     families: Sequence[FamilySpec] = ()
     robot: RobotSpec | None = None
+    people: PeopleSettings = NOBODY
 
     def vary(
         self,
@@ -71,7 +76,9 @@ class Mutator:
     ) -> tuple[Scenario, tuple[str, ...]]:
         """Return a changed map with the default task, and the names of the operators.
 
-        A map with a genome changes in its genes; operators on cells apply to other maps only.
+        A map with a genome changes in its genes; operators on cells apply to other maps only. On a map with people,
+        either the people change or the walls; people who no longer fit between the walls are sampled again. A
+        change of walls that leaves no room for a single person is dropped.
 
         Args:
             scenario: The map.
@@ -79,6 +86,22 @@ class Mutator:
             chances: Probabilities of the operators; those of the settings if None.
             mates: Genomes of other maps, for crossover.
         """
+        if not scenario.bodies:
+            return self._vary_walls(scenario, rng, chances, mates)
+        if rng.random() < self.people.mutation:
+            return change_people(scenario, self.people, rng)
+        varied, names = self._vary_walls(scenario, rng, chances, mates)
+        varied = with_people(varied, self.people, rng, scenario.bodies)
+        return (varied, names) if varied.bodies else (scenario, ())
+
+    def _vary_walls(
+        self,
+        scenario: Scenario,
+        rng: np.random.Generator,
+        chances: Mapping[str, float] | None,
+        mates: Sequence[Genome],
+    ) -> tuple[Scenario, tuple[str, ...]]:
+        """Return a map without people, its walls changed."""
         chances = chances or self.probabilities(scenario)
         for _ in range(MAX_TRIES):
             if scenario.genome is None:

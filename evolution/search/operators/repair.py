@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,13 +10,17 @@ from pymoo.core.repair import Repair
 
 from evolution.search.operators.sampling import Column, as_column, scenario_on
 from gym_mapbench.generator import ShapeSettings, clear_and_border
+from gym_mapbench.world.courses import find_wall
 from gym_mapbench.world.scenario import MapSet, Scenario
 
 
 def repair_scenario(scenario: Scenario, shapes: ShapeSettings) -> Scenario:
     """Return the scenario on the repaired map; the scenario itself if its map needs no repair."""
     repaired = clear_and_border(scenario.map.occupancy, shapes)
-    return scenario if np.array_equal(repaired, scenario.map.occupancy) else scenario_on(repaired, shapes)
+    if np.array_equal(repaired, scenario.map.occupancy):
+        return scenario
+    made = scenario_on(repaired, shapes)
+    return replace(made, bodies=tuple(body for body in scenario.bodies if not find_wall(made.map, body)))
 
 
 class MapRepair(Repair):  # type: ignore[misc]

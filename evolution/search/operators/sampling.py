@@ -9,13 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
-from gym_mapbench.generator import DrawnMap, ShapeSettings, default_task, sample_map
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import DrawnMap, PeopleSettings, ShapeSettings, default_task, sample_map, with_people
 from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import MapSet, Scenario
 
 Cells = NDArray[np.bool_]
 Column = NDArray[np.object_]
+MAX_MAPS = 20
+"""Maps that are sampled until one has room for a person."""
+NOBODY = PeopleSettings()
 DrawMap = Callable[[np.random.Generator, ShapeSettings], Cells | DrawnMap]
 
 
@@ -41,10 +45,29 @@ def scenario_of(drawn: Cells | DrawnMap, shapes: ShapeSettings) -> Scenario:
 
 
 def sample_map_set(
-    rng: np.random.Generator, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map
+    rng: np.random.Generator,
+    maps_per_set: int,
+    shapes: ShapeSettings,
+    draw_map: DrawMap = sample_map,
+    people: PeopleSettings = NOBODY,
 ) -> MapSet:
-    """Return one sampled individual."""
-    return MapSet(tuple(scenario_of(draw_map(rng, shapes), shapes) for _ in range(maps_per_set)))
+    """Return one sampled individual.
+
+    Raises:
+        ConfigError: If there are people and none of 20 maps has room for one.
+    """
+    return MapSet(tuple(_sample_scenario(rng, shapes, draw_map, people) for _ in range(maps_per_set)))
+
+
+def _sample_scenario(
+    rng: np.random.Generator, shapes: ShapeSettings, draw_map: DrawMap, people: PeopleSettings
+) -> Scenario:
+    """Return a sampled map, with people if there are any."""
+    for _ in range(MAX_MAPS):
+        scenario = with_people(scenario_of(draw_map(rng, shapes), shapes), people, rng)
+        if scenario.bodies or not people.count:
+            return scenario
+    raise ConfigError(f"people: expected maps with room for a person, got none in {MAX_MAPS} samples")
 
 
 class MapSampling(Sampling):  # type: ignore[misc]
@@ -54,14 +77,22 @@ class MapSampling(Sampling):  # type: ignore[misc]
         maps_per_set: Maps in an individual.
         shapes: Options of the maps.
         draw_map: Samples one map; must leave start and goal free.
+        people: The people on every map.
     """
 
-    def __init__(self, maps_per_set: int, shapes: ShapeSettings, draw_map: DrawMap = sample_map) -> None:
+    def __init__(
+        self,
+        maps_per_set: int,
+        shapes: ShapeSettings,
+        draw_map: DrawMap = sample_map,
+        people: PeopleSettings = NOBODY,
+    ) -> None:
         super().__init__()
         self.maps_per_set = maps_per_set
         self.shapes = shapes
         self.draw_map = draw_map
+        self.people = people
 
     def _do(self, _problem: Any, n_samples: int, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
-        draws = (sample_map_set(random_state, self.maps_per_set, self.shapes, self.draw_map) for _ in range(n_samples))
-        return as_column(list(draws))
+        options = self.maps_per_set, self.shapes, self.draw_map, self.people
+        return as_column([sample_map_set(random_state, *options) for _ in range(n_samples)])

@@ -5,11 +5,14 @@ re-evaluates the best maps on held-out seeds and drops a map at its first failur
 the best value that nine in ten of its trials reach, where a trial without the order of the maps gains nothing. The
 maps of this set get as many held-out seeds again, until the selection stays. Its held-out fitness is measured on
 further seeds, which took no part in the selection.
+
+With several objectives nothing is selected: the sets of the Pareto front are re-evaluated on held-out seeds.
 """
 
 from __future__ import annotations
 
+from evolution.search.validation_stage.front import FrontPoint, front_of, reevaluate
 from evolution.search.validation_stage.held_out import ValidationResult
 from evolution.search.validation_stage.stage import Validated, validate
 
-__all__ = ["Validated", "ValidationResult", "validate"]
+__all__ = ["FrontPoint", "Validated", "ValidationResult", "front_of", "reevaluate", "validate"]

@@ -53,7 +53,7 @@ def held_out(results: SetResults, judged: Judgement, fitness: Fitness, seeds: in
         seeds: Number of last repeats that are held out; fewer where a map has fewer because it failed.
         candidates: Number of candidates.
     """
-    last = tuple(_last(of_map, seeds) for of_map in results)
+    last = tuple(last_repeats(of_map, seeds) for of_map in results)
     trials = [fitness(one) for one in trials_of(last)]
     values = [one.fitness for one in trials]
     runs: list[RunResult] = [run for of_map in last for of_controller in of_map for run in of_controller]
@@ -72,7 +72,8 @@ def held_out(results: SetResults, judged: Judgement, fitness: Fitness, seeds: in
     )
 
 
-def _last(of_map: MapResults, seeds: int) -> MapResults:
+def last_repeats(of_map: MapResults, seeds: int) -> MapResults:
+    """Return the last repeats of a map, at most ``seeds``."""
     first = max(repeats_of(of_map) - seeds, 0)
     return tuple(runs[first:] for runs in of_map)
 

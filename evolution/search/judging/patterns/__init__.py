@@ -13,6 +13,7 @@ from evolution.search.judging.patterns.cluster import (
 from evolution.search.judging.patterns.gini import NO_PATTERN, Gini, gini, gini_fitness
 from evolution.search.judging.patterns.pairs import Pairs, pair_scores
 from evolution.search.judging.patterns.pools import Found, Pool, Scores, held_apart
+from evolution.search.judging.patterns.regret import Regret
 from evolution.search.judging.patterns.roles import Roles, groups, role_scores
 from gym_mapbench.registry import Registry, must_be_subclass
 
@@ -27,6 +28,7 @@ __all__ = [
     "Pattern",
     "PatternSettings",
     "Pool",
+    "Regret",
     "Roles",
     "Scores",
     "Times",
@@ -45,7 +47,7 @@ __all__ = [
 FITNESSES: Registry[type[Pattern]] = Registry(
     "fitness",
     "fitnesses",
-    {"gini": Gini, "cluster": Cluster, "roles": Roles, "pairs": Pairs},
+    {"gini": Gini, "cluster": Cluster, "roles": Roles, "pairs": Pairs, "regret": Regret},
     check=must_be_subclass(Pattern),
 )
 """The fitnesses by name."""

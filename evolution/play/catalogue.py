@@ -1,0 +1,109 @@
+"""Catalogue: all that the page starts with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from controllers.nav2_params.plugins import CONTROLLERS
+from evolution.driving import ControllerSpec, DriveSettings
+from evolution.files import PACKAGE_VERSION
+from evolution.play.messages import (
+    MAX_FILE,
+    ControllerState,
+    FamilyState,
+    Gene,
+    Limits,
+    MapEntry,
+    PresetState,
+    RobotState,
+    Scene,
+    State,
+    Variant,
+    WorldSettings,
+)
+from evolution.play.parameters import controller_parameters, costmap_parameters
+from evolution.play.plans import FILE, Given, own_settings
+from gym_mapbench.generator import FAMILIES, make_family
+from gym_mapbench.world.noise import NOISES
+from gym_mapbench.world.robot import ROBOTS, RobotSpec
+
+LABELS = {"dwb": "DWB", "mppi": "MPPI", "rpp": "RPP", "graceful": "Graceful"}
+PRESET_LABELS = {
+    "thesis": "Nav2's examples (Humble)",
+    "fair": "the same limits for all (Humble)",
+    "jazzy": "Nav2's examples (Jazzy)",
+    "jazzy_fair": "the same limits for all (Jazzy)",
+}
+
+
+def state_of(given: Given, scenes: Sequence[Scene], settings: WorldSettings, chosen: Sequence[ControllerSpec]) -> State:
+    """Return what the page starts with.
+
+    Args:
+        given: What the command line gives.
+        scenes: The maps of the command line; the page begins with the first.
+        settings: The world to begin with.
+        chosen: The controllers to begin with.
+    """
+    worlds = {name: own_settings(settings.replace(preset=name), given) for name in given.presets}
+    return State(
+        version=PACKAGE_VERSION,
+        scene=scenes[0],
+        settings=settings,
+        variants=[Variant(name=spec.name, controller=spec.name) for spec in chosen],
+        controllers=[_controller(spec, worlds) for spec in given.controllers],
+        presets=[_preset(name, world, given) for name, world in worlds.items()],
+        robots=[_robot(ROBOTS.get(name)) for name in ROBOTS.names()],
+        noise_levels=list(NOISES.names()),
+        families=[FamilyState(name=name, genes=_genes(name)) for name in FAMILIES.names()],
+        maps=[MapEntry(name=scene.name, scene=scene) for scene in scenes],
+        limits=Limits(file_bytes=MAX_FILE),
+    )
+
+
+def _controller(spec: ControllerSpec, worlds: Mapping[str, DriveSettings]) -> ControllerState:
+    parameters = {name: controller_parameters(world.navigation, spec) for name, world in worlds.items()}
+    first = next(iter(worlds.values())).navigation
+    kind = spec.registered_name
+    if parameters[next(iter(worlds))]:
+        kind = first.controller(spec.registered_name).kind
+    return ControllerState(
+        name=spec.name,
+        kind=kind if kind in CONTROLLERS else "",
+        label=LABELS.get(spec.name, spec.name),
+        parameters=parameters,
+    )
+
+
+def _preset(name: str, world: DriveSettings, given: Given) -> PresetState:
+    label = Path(given.file.params).name if name == FILE and given.file is not None else PRESET_LABELS[name]
+    navigation = world.navigation
+    return PresetState(
+        name=name,
+        release=navigation.release,
+        label=label,
+        shared=costmap_parameters(navigation, given.controllers[0]),
+        robot=_robot(world.robot),
+    )
+
+
+def _robot(robot: RobotSpec) -> RobotState:
+    return RobotState(
+        name=robot.name,
+        radius=robot.radius,
+        footprint=None if robot.footprint is None else list(robot.footprint),
+        max_linear_velocity=robot.max_linear_velocity,
+        max_angular_velocity=robot.max_angular_velocity,
+    )
+
+
+def _genes(name: str) -> list[Gene]:
+    """Return the genes of a family that are sampled from a range."""
+    family = make_family(name)
+    ranges = ((key, getattr(family, key)) for key in getattr(type(family), "model_fields", {}))
+    return [
+        Gene(name=key, low=value[0], high=value[1], default=(value[0] + value[1]) / 2)
+        for key, value in ranges
+        if isinstance(value, tuple) and len(value) == 2 and all(isinstance(one, int | float) for one in value)
+    ]

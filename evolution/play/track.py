@@ -1,0 +1,174 @@
+"""Track: runs batches of jobs in a process pool, one batch at a time; a new batch ends the one under way."""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import CancelledError as FutureCancelledError
+from dataclasses import dataclass, field
+from functools import partial
+from multiprocessing import AuthenticationError
+from multiprocessing.connection import Client, Connection, Listener
+from typing import Any
+
+from evolution.driving import Evaluator, Job, ResultStore, RunResult
+from evolution.play.streaming import END, Address, CancelledError
+
+OnMessage = Callable[[Job, Any], object]
+OnResult = Callable[[Job, RunResult], object]
+RunStreamed = Callable[[Address, Job], RunResult]
+
+END_SECONDS = 1.0
+"""How long a cancelled batch may take to end by itself; its workers are killed then."""
+BACKLOG = 64
+ENDS = (OSError, EOFError, AuthenticationError)
+
+
+def ignore(_job: Job, _message: Any) -> None:
+    """Do nothing with a message or a result."""
+
+
+@dataclass
+class _Batch:
+    """A batch of runs.
+
+    Args:
+        number: Number of the batch.
+        jobs: Its jobs by their keys.
+        on_message: Takes what a run sends.
+        ended: For each job, set once its connection has ended.
+        channels: The open connections.
+    """
+
+    number: int
+    jobs: dict[str, Job]
+    on_message: OnMessage
+    ended: dict[str, threading.Event]
+    channels: set[Connection] = field(default_factory=set)
+
+
+class Track:
+    """A process pool whose runs stream and can be cancelled.
+
+    Args:
+        evaluator: Runs the jobs; its function and its store are replaced for each batch.
+    """
+
+    def __init__(self, evaluator: Evaluator) -> None:
+        self._evaluator = evaluator
+        self._key = secrets.token_bytes(32)
+        self._listener = Listener(None, authkey=self._key, backlog=BACKLOG)
+        self._address = str(self._listener.address)
+        self._lock = threading.Lock()
+        self._busy = threading.Lock()
+        self._batch = _Batch(0, {}, ignore, {})
+        self._closed = False
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def get_ready(self) -> None:
+        """Start the workers now."""
+        self._evaluator.get_ready()
+
+    def run(
+        self,
+        function: RunStreamed,
+        jobs: Sequence[Job],
+        wanted: Callable[[], bool],
+        on_message: OnMessage = ignore,
+        on_result: OnResult = ignore,
+    ) -> list[RunResult]:
+        """End the batch under way, run another, and return its results in the order of its jobs.
+
+        Args:
+            function: Runs a job in a worker; takes the address to which it sends its messages.
+            jobs: The jobs.
+            wanted: Whether the batch is still wanted; asked once the former batch is told to end.
+            on_message: Called with each message of a run, in a thread.
+            on_result: Called with each result, after all messages of its run, in a thread.
+
+        Raises:
+            CancelledError: If a later batch or :meth:`cancel` has ended this one.
+            RunError: If no worker can be started.
+        """
+        batch = self._begin(jobs, on_message)
+        if not wanted():
+            raise CancelledError
+        if not self._busy.acquire(timeout=END_SECONDS):
+            self._evaluator.close()
+            self._busy.acquire()
+        try:
+            return self._run(batch, function, jobs, on_result)
+        finally:
+            self._busy.release()
+
+    def cancel(self) -> None:
+        """End the batch under way."""
+        self._begin((), ignore)
+
+    def close(self) -> None:
+        """End everything: no worker is left."""
+        self._closed = True
+        self.cancel()
+        self._evaluator.close()
+        with contextlib.suppress(*ENDS):
+            Client(self._address, authkey=self._key).close()
+
+    def _begin(self, jobs: Sequence[Job], on_message: OnMessage) -> _Batch:
+        """Make a batch the present one, and ask the runs of the former one to end."""
+        by_key = {job.key: job for job in jobs}
+        with self._lock:
+            former = self._batch
+            ended = {key: threading.Event() for key in by_key}
+            self._batch = _Batch(former.number + 1, by_key, on_message, ended)
+            channels = tuple(former.channels)
+        for channel in channels:
+            with contextlib.suppress(OSError):
+                channel.send(END)
+        for event in former.ended.values():
+            event.set()
+        return self._batch
+
+    def _run(self, batch: _Batch, function: RunStreamed, jobs: Sequence[Job], on_result: OnResult) -> list[RunResult]:
+        def pass_on(job: Job, result: RunResult, _left: int) -> None:
+            batch.ended[job.key].wait(END_SECONDS)
+            if self._is_present(batch):
+                on_result(job, result)
+
+        if self._is_present(batch):
+            self._evaluator.store = ResultStore()
+            address = Address(self._address, self._key, batch.number)
+            self._evaluator.run_job = partial(function, address)
+            with contextlib.suppress(FutureCancelledError):
+                results = self._evaluator.run(jobs, pass_on)
+                if self._is_present(batch):
+                    return results
+        raise CancelledError
+
+    def _is_present(self, batch: _Batch) -> bool:
+        return batch is self._batch
+
+    def _accept(self) -> None:
+        """Take the connections of the workers, until one comes after the end: that of :meth:`close`."""
+        with self._listener:
+            while not self._closed:
+                with contextlib.suppress(*ENDS):
+                    channel = self._listener.accept()
+                    threading.Thread(target=self._receive, args=(channel,), daemon=True).start()
+
+    def _receive(self, channel: Connection) -> None:
+        """Take the messages of a run until it ends; a run of a former batch is refused."""
+        with channel, contextlib.suppress(*ENDS):
+            number, key = channel.recv()
+            with self._lock:
+                batch = self._batch
+                if batch.number != number:
+                    return
+                batch.channels.add(channel)
+            try:
+                while True:
+                    batch.on_message(batch.jobs[key], channel.recv())
+            finally:
+                batch.channels.discard(channel)
+                batch.ended[key].set()

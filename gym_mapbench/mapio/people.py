@@ -1,0 +1,79 @@
+"""``NAME_people.yaml``: the people on a map, as a list of bodies or as a file of HuNavSim.
+
+::
+
+    - {shape: {radius: 0.25}, motion: {name: scripted, options: {waypoints: [[1, 1], [4, 1]], speed: 0.8}}}
+
+Source of the second form: the agents file of HuNavSim (Perez-Higueras et al., HuNavSim: A ROS 2 Human Navigation
+Simulator for Benchmarking Human-Aware Robot Navigation, 2023). An agent with ``cyclic_goals`` is a scripted walk from
+``init_pose`` along its goals in a loop, at ``max_vel``. Its behaviour towards the robot is not simulated.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from gym_mapbench.errors import ConfigError, MapFormatError
+from gym_mapbench.mapio.source import as_number, read_yaml_file, short
+from gym_mapbench.trust import refuse_code
+from gym_mapbench.world.bodies import Body
+
+HUNAV = "hunav_loader"
+
+
+def find_people(map_path: Path) -> Path | None:
+    """Return ``NAME_people.yaml`` beside ``NAME.yaml``; None if there is none."""
+    file = map_path.with_name(f"{map_path.stem}_people.yaml")
+    return file if os.path.isfile(file) else None
+
+
+def read_people(path: Path) -> tuple[Body, ...]:
+    """Read the people of a map.
+
+    Raises:
+        MapFormatError: If the file holds anything else.
+        UntrustedError: If it names code.
+    """
+    document = read_yaml_file(path)
+    refuse_code(document, path)
+    if isinstance(document, Mapping) and HUNAV in document:
+        entries = _hunav_bodies(document[HUNAV], str(path))
+    elif isinstance(document, list):
+        entries = document
+    else:
+        raise MapFormatError(f"{path}: expected a list of bodies or the key {HUNAV}, got {short(document)}")
+    try:
+        return tuple(Body.from_mapping(entry, f"{path}: person {index}") for index, entry in enumerate(entries))
+    except ConfigError as error:
+        raise MapFormatError(str(error)) from None
+
+
+def _hunav_bodies(node: object, where: str) -> list[dict[str, Any]]:
+    """Return the agents of HuNavSim as bodies."""
+    parameters = _entry(node, "ros__parameters", where)
+    names = _entry(parameters, "agents", where)
+    if not isinstance(names, list):
+        raise MapFormatError(f"{where}: agents: expected a list of names, got {short(names)}")
+    return [_hunav_body(_entry(parameters, name, where), f"{where}: {name}") for name in names]
+
+
+def _hunav_body(agent: object, where: str) -> dict[str, Any]:
+    if _entry(agent, "cyclic_goals", where) is not True:
+        raise MapFormatError(f"{where}: expected cyclic_goals true; nobody here stops at a last goal")
+    goals = _entry(agent, "goals", where)
+    if not isinstance(goals, list):
+        raise MapFormatError(f"{where}: goals: expected a list of names, got {short(goals)}")
+    points = [_entry(agent, name, where) for name in ("init_pose", *goals)]
+    waypoints = [[as_number(f"{where}: {axis}", _entry(point, axis, where)) for axis in "xy"] for point in points]
+    speed = as_number(f"{where}: max_vel", _entry(agent, "max_vel", where))
+    motion = {"name": "scripted", "options": {"waypoints": waypoints, "speed": speed, "loop": True}}
+    return {"shape": {"radius": as_number(f"{where}: radius", _entry(agent, "radius", where))}, "motion": motion}
+
+
+def _entry(values: object, key: object, where: str) -> Any:
+    if not isinstance(values, Mapping) or key not in values:
+        raise MapFormatError(f"{where}: expected the key {short(key)}, got {short(values)}")
+    return values[key]

@@ -1,0 +1,37 @@
+"""Proximity: the distance from the robot's outline to the nearest moving body."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_mapbench.kernels.people import nearest_gaps
+from gym_mapbench.world.clearance import counter_clockwise
+from gym_mapbench.world.robot import RobotSpec
+
+Floats = NDArray[np.float64]
+NO_CORNERS: Floats = np.empty((0, 2))
+
+
+class Proximity:
+    """Measures how near bodies are to a robot.
+
+    Args:
+        robot: Its shape.
+    """
+
+    def __init__(self, robot: RobotSpec) -> None:
+        outline = robot.footprint
+        self._corners = NO_CORNERS if outline is None else counter_clockwise(np.asarray(outline, dtype=np.float64))
+        self._radius = robot.radius
+
+    def gaps(self, states: Floats, places: Floats, radii: Floats) -> Floats:
+        """Return the distance from the robot's outline to that of the nearest body, ``(n,)`` m; inf without bodies.
+
+        Args:
+            states: ``(n, 3)`` poses of the robot, m, rad.
+            places: ``(n, bodies, 3)`` poses of the bodies.
+            radii: ``(n, bodies)`` radii of the bodies, m; 0 stands for no body.
+        """
+        gaps: Floats = nearest_gaps(states, places, radii, self._radius, self._corners)
+        return gaps

@@ -1,0 +1,226 @@
+"""The playground in headless Chromium (Debian: chromium, chromium-driver): draw, read, change, save, and keys."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+pytest.importorskip("uvicorn", reason="uvicorn is not installed")
+
+from selenium.webdriver import ActionChains  # noqa: E402
+from selenium.webdriver.common.by import By  # noqa: E402
+from selenium.webdriver.common.keys import Keys  # noqa: E402
+from selenium.webdriver.support.ui import Select, WebDriverWait  # noqa: E402
+
+CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+pytestmark = pytest.mark.skipif(not (CHROMIUM and DRIVER), reason="chromium or chromedriver is not installed")
+PATIENCE = 60
+OFFICE = Path(__file__).parents[4] / "examples" / "office.yaml"
+
+
+@pytest.fixture(scope="module")
+def address():
+    """The address of a playground with the office map."""
+    command = [sys.executable, "-m", "evolution", "play", str(OFFICE), "--no-browser"]
+    with subprocess.Popen([*command, "--controllers", "dwb,rpp"], stdout=subprocess.PIPE, text=True) as process:
+        yield process.stdout.readline().split()[0]
+        process.terminate()
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    """A browser without a window."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
+        options.add_argument(argument)
+    options.add_argument("--window-size=1280,1000")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture
+def page(chromium, address):
+    """The page, freshly loaded, after its first answer; the console stays empty."""
+    chromium.get("about:blank")
+    chromium.get(address)
+    wait_for_answer(chromium)
+    yield chromium
+    assert [entry["message"] for entry in chromium.get_log("browser")] == []
+
+
+def wait_for_answer(page):
+    until(page, lambda: " runs in " in text(page, "status"))
+
+
+def until(page, holds):
+    WebDriverWait(page, PATIENCE, poll_frequency=0.05).until(lambda _: holds())
+
+
+def text(page, name):
+    return page.find_element(By.ID, name).text
+
+
+def click(page, name):
+    page.execute_script("document.getElementById(arguments[0]).click()", name)
+
+
+def times(page):
+    """Text of the column of times, by controller."""
+    rows = [row.find_elements(By.TAG_NAME, "td") for row in page.find_elements(By.CSS_SELECTOR, "#table tr")]
+    return {cells[0].text: cells[2].text for cells in rows if cells}
+
+
+def tool(page, name):
+    page.find_element(By.XPATH, f"//div[@id='tools']/button[text()='{name}']").click()
+
+
+def drag(page, start, move):
+    canvas = page.find_element(By.ID, "map")
+    ActionChains(page).move_to_element_with_offset(canvas, *start).click_and_hold().move_by_offset(
+        *move
+    ).release().perform()
+
+
+def changes(page, act):
+    """Act, and wait for the answer to what that changed."""
+    page.execute_script("document.getElementById('status').textContent = ''")
+    act()
+    wait_for_answer(page)
+
+
+def test_a_failure_is_explained_where_it_happened(page):
+    assert times(page)["dwb"] == "–"
+    assert float(times(page)["rpp"]) == pytest.approx(25.0, abs=1.0)
+    assert text(page, "verdict").startswith("One run of each cannot tell")
+    assert re.search(r"dwb: the time limit was reached; it stood at \(7\.7", text(page, "verdict"))
+
+
+def test_a_wall_changes_the_way_and_undo_brings_it_back(page):
+    before = times(page)
+    tool(page, "Wall")
+    changes(page, lambda: drag(page, (20, -60), (0, 60)))
+    assert times(page) != before
+    changes(page, lambda: tool(page, "Undo"))
+    assert times(page) == before
+    changes(page, lambda: tool(page, "Redo"))
+    assert times(page) != before
+
+
+def test_the_inflation_radius_changes_the_way_and_is_listed(page):
+    before = times(page)
+    Select(page.find_element(By.ID, "parameter-owner")).select_by_value("costmaps")
+    page.find_element(By.ID, "parameter-search").send_keys("global_costmap.inflation_layer.inflation_radius")
+    field = page.find_element(By.CSS_SELECTOR, "#parameter-list input")
+    field.send_keys(Keys.CONTROL, "a")
+    changes(page, lambda: field.send_keys("0.3", Keys.TAB))
+    assert times(page)["rpp"] != before["rpp"]
+    assert "global_costmap.inflation_layer.inflation_radius: 0.55 becomes 0.3" in text(page, "differs")
+    assert page.find_elements(By.CSS_SELECTOR, ".parameter.changed")
+    changes(page, lambda: click(page, "reset"))
+    assert times(page) == before
+    assert text(page, "differs") == "Nothing is changed."
+
+
+def test_a_frozen_variant_stands_beside_the_changed_one(page):
+    Select(page.find_element(By.ID, "parameter-owner")).select_by_value("rpp")
+    changes(page, lambda: click(page, "compare"))
+    page.find_element(By.ID, "parameter-search").send_keys("desired_linear_vel")
+    field = page.find_element(By.CSS_SELECTOR, "#parameter-list input")
+    field.send_keys(Keys.CONTROL, "a")
+    changes(page, lambda: field.send_keys("0.3", Keys.TAB))
+    found = times(page)
+    assert float(found["rpp 2"]) > float(found["rpp"]) + 5
+
+
+def test_the_command_gives_the_numbers_of_the_page(page, tmp_path):
+    changes(page, lambda: drag(page, (20, -60), (0, 40)))
+    found = times(page)
+    archive = page.execute_async_script(
+        "const done = arguments[0], make = URL.createObjectURL;"
+        "URL.createObjectURL = (blob) => {"
+        "  blob.arrayBuffer().then((bytes) => done([...new Uint8Array(bytes)]));"
+        "  return make(blob); };"
+        "document.getElementById('save-session').click();"
+    )
+    zipfile.ZipFile(io.BytesIO(bytes(archive))).extractall(tmp_path)
+    words = (tmp_path / "command.txt").read_text().split()
+    assert " ".join(words) == " ".join(
+        page.execute_script("return document.getElementById('command').textContent").split()
+    )
+    run = [sys.executable, "-m", "evolution", *words[1:], "--format", "csv"]
+    output = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    rows = {row["controller"]: row for row in csv.DictReader(io.StringIO(output))}
+    assert set(rows) == set(found)
+    for name, row in rows.items():
+        assert (f"{float(row['time_s']):.2f}" if row["outcome"] == "goal" else "–") == found[name]
+
+
+def test_what_a_controller_considers_is_shown_at_any_time(page):
+    page.execute_script("const s = document.getElementById('scrub'); s.value = 20; s.dispatchEvent(new Event('input'))")
+    until(page, lambda: "419 candidates" in text(page, "hover"))
+    assert "dwb at 20.00 s" in text(page, "hover")
+
+
+def test_everything_by_the_keyboard(page):
+    before = times(page)
+    body = page.find_element(By.TAG_NAME, "body")
+    body.send_keys("m")
+    assert page.switch_to.active_element.get_attribute("id") == "map"
+    canvas = page.switch_to.active_element
+    canvas.send_keys("l", Keys.ARROW_RIGHT, Keys.ENTER, *[Keys.ARROW_DOWN] * 12)
+    changes(page, lambda: canvas.send_keys(Keys.ENTER))
+    assert times(page) != before
+    changes(page, lambda: canvas.send_keys(Keys.CONTROL, "z"))
+    assert times(page) == before
+    changes(page, lambda: canvas.send_keys("u"))
+    assert times(page) != before
+    changes(page, lambda: canvas.send_keys(Keys.CONTROL, "z"))
+    canvas.send_keys("?")
+    assert page.find_element(By.ID, "help").is_displayed()
+
+
+def test_a_random_map_and_a_link_to_it(page, address):
+    Select(page.find_element(By.ID, "family")).select_by_value("doors")
+    changes(page, lambda: click(page, "draw-random"))
+    assert text(page, "map-name") == "doors"
+    found = times(page)
+    click(page, "copy-link")
+    until(page, lambda: "#map=" in page.current_url)
+    link = page.current_url
+    page.get("about:blank")
+    page.get(link)
+    wait_for_answer(page)
+    assert times(page) == found
+
+
+def test_a_narrow_window_needs_no_sideways_scrolling(page):
+    page.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride", {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": False}
+    )
+    try:
+        until(page, lambda: page.execute_script("return document.documentElement.scrollWidth <= innerWidth"))
+    finally:
+        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_edits_in_a_row_answer_the_last_one(page):
+    before = times(page)
+    tool(page, "Brush")
+    for _ in range(10):
+        drag(page, (20, -60), (0, 5))
+        tool(page, "Undo")
+    changes(page, lambda: tool(page, "Redo"))
+    changes(page, lambda: tool(page, "Undo"))
+    assert times(page) == before

@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+import pytest
+import yaml
+
+from gym_mapbench.errors import MapFormatError
+from gym_mapbench.mapio import load_scenarios
+from gym_mapbench.mapio.map_server import map_server_files
+from gym_mapbench.mapio.tasked_map import group_scenarios
+from tests.worlds import among
+
+PERSON = {
+    "shape": {"radius": 0.2},
+    "motion": {"name": "scripted", "options": {"waypoints": [[0.5, 1.5], [2.5, 1.5]], "speed": 0.5}},
+}
+AGENT = {
+    "id": 1,
+    "behavior": 1,
+    "max_vel": 1.2,
+    "radius": 0.3,
+    "cyclic_goals": True,
+    "init_pose": {"x": 0.5, "y": 2.5, "z": 1.25, "h": 0.0},
+    "goals": ["g0", "g1"],
+    "g0": {"x": 1.5, "y": 2.5, "h": 1.25},
+    "g1": {"x": 1.5, "y": 1.5, "h": 1.25},
+}
+
+
+def hunav(**changes):
+    agent = {key: value for key, value in (AGENT | changes).items() if value is not None}
+    return {"hunav_loader": {"ros__parameters": {"map": "room", "agents": ["agent1"], "agent1": agent}}}
+
+
+@pytest.fixture
+def room(tmp_path):
+    """Writes a map with people, and reads it."""
+
+    def read(people, poses=True):
+        for name, content in map_server_files(group_scenarios([among()])).items():
+            if poses or "poses" not in name:
+                (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+        (tmp_path / "room_people.yaml").write_text(yaml.safe_dump(people))
+        return load_scenarios(tmp_path / "room.yaml")
+
+    return read
+
+
+def test_people_beside_a_map_are_on_it(room):
+    (scenario,) = room([PERSON])
+    (body,) = scenario.bodies
+    assert body.model_dump(mode="json") == PERSON
+    assert scenario.map == among().map
+    assert room([])[0].digest == room([])[0].digest != scenario.digest
+
+
+def test_agents_of_hunavsim_are_scripted_walks_in_a_loop(room):
+    ((body,),) = (one.bodies for one in room(hunav()))
+    assert body.shape.radius == 0.3
+    assert body.motion.name == "scripted"
+    assert body.motion.options == {"waypoints": [[0.5, 2.5], [1.5, 2.5], [1.5, 1.5]], "speed": 1.2, "loop": True}
+
+
+@pytest.mark.parametrize(
+    ("people", "message"),
+    [
+        (3, "expected a list of bodies or the key hunav_loader, got 3"),
+        ({"hunav": {}}, "expected a list of bodies or the key hunav_loader"),
+        ([3], "person 0: expected a mapping"),
+        ([{**PERSON, "shape": {"radius": -1}}], r"person 0: shape\.radius: expected"),
+        (hunav(cyclic_goals=False), "agent1: expected cyclic_goals true"),
+        (hunav(max_vel=None), "agent1: expected the key .*max_vel"),
+        (hunav(goals=["g7"]), "agent1: expected the key .*g7"),
+        (hunav(max_vel=40.0), "person 0: .*speed: expected"),
+        ({"hunav_loader": {"ros__parameters": {"agents": 3}}}, "agents: expected a list of names, got 3"),
+    ],
+)
+def test_bad_files_are_one_clear_line(room, people, message):
+    with pytest.raises(MapFormatError, match=message) as caught:
+        room(people)
+    assert "\n" not in str(caught.value)
+
+
+def test_people_without_a_task_are_refused(room):
+    with pytest.raises(MapFormatError, match=r"room_people\.yaml: expected start and goal beside it"):
+        room([PERSON], poses=False)
