@@ -1,12 +1,18 @@
-"""Nav2's progress and goal checkers: their parameters, and how parameter files name them."""
+"""Nav2's progress and goal checkers: their parameters, and how parameter files name them.
+
+Source: nav2_controller (Humble, Jazzy and Lyrical), plugins.
+"""
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, model_validator
 
 from gym_mapbench.quantities import NonNegative
 from gym_mapbench.ros_params import Keys, RosNames, in_every_release, since
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings, Settings
 
 
 class ProgressChecker(Settings):
@@ -25,26 +31,63 @@ class ProgressChecker(Settings):
     required_movement_angle: NonNegative = 0.5
 
 
-class GoalChecker(Settings):
+class GoalChecker(ExtendedSettings):
     """The goal checker: whether the goal is reached.
 
     Args:
-        plugin: ``simple``, ``stopped`` (the robot must stand as well) or ``position`` (Jazzy: whatever the heading).
-        xy_goal_tolerance: Tolerance of the position, m.
+        plugin: ``simple``, ``stopped`` (the robot must stand as well), ``position`` (since Jazzy: whatever the
+            heading), ``axis`` (Lyrical: along and across the path) or ``adaptive`` (Lyrical: a coarse tolerance where
+            the robot comes no nearer).
+        xy_goal_tolerance: Tolerance of the position, m; neither ``axis`` nor ``adaptive``.
         yaw_goal_tolerance: Tolerance of the heading, rad.
         stateful: Whether a position once reached counts until the next path.
         symmetric_yaw_tolerance: Whether the opposite heading is as good.
-        trans_stopped_velocity: Speed that counts as standing, m/s; ``stopped`` only.
-        rot_stopped_velocity: Turn rate that counts as standing, rad/s; ``stopped`` only.
+        trans_stopped_velocity: Speed that counts as standing, m/s; ``stopped``, and ``adaptive`` with default 0.1.
+        rot_stopped_velocity: Turn rate that counts as standing, rad/s; ``stopped``, and ``adaptive`` with default 0.1.
+        path_length_tolerance: Lyrical: length of the local plan above which the goal is not reached, m.
+        xy_goal_tolerance_buffer: Lyrical: distance beyond the tolerance from which on a position once reached no
+            longer counts, m; 0 for none.
+        along_path_tolerance: ``axis``: tolerance in the direction of the path, m.
+        cross_track_tolerance: ``axis``: tolerance across the path, m.
+        is_overshoot_valid: ``axis``: whether the robot may be any distance past the goal.
+        fine_xy_goal_tolerance: ``adaptive``: tolerance within which the goal is reached at once, m.
+        coarse_xy_goal_tolerance: ``adaptive``: tolerance for a robot that comes no nearer, m.
+        required_stagnation_cycles: ``adaptive``: number of cycles after which a robot comes no nearer.
     """
 
-    plugin: Literal["simple", "stopped", "position"] = "simple"
+    newer: ClassVar[tuple[str, ...]] = (
+        "path_length_tolerance",
+        "xy_goal_tolerance_buffer",
+        "along_path_tolerance",
+        "cross_track_tolerance",
+        "is_overshoot_valid",
+        "fine_xy_goal_tolerance",
+        "coarse_xy_goal_tolerance",
+        "required_stagnation_cycles",
+    )
+
+    plugin: Literal["simple", "stopped", "position", "axis", "adaptive"] = "simple"
     xy_goal_tolerance: NonNegative = 0.25
     yaw_goal_tolerance: NonNegative = 0.25
     stateful: bool = True
     symmetric_yaw_tolerance: bool = False
     trans_stopped_velocity: NonNegative = 0.25
     rot_stopped_velocity: NonNegative = 0.25
+    path_length_tolerance: NonNegative = 1.0
+    xy_goal_tolerance_buffer: NonNegative = 0.0
+    along_path_tolerance: NonNegative = 0.25
+    cross_track_tolerance: NonNegative = 0.25
+    is_overshoot_valid: bool = False
+    fine_xy_goal_tolerance: NonNegative = 0.10
+    coarse_xy_goal_tolerance: NonNegative = 0.25
+    required_stagnation_cycles: Annotated[int, Field(ge=1)] = 15
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_the_plugin(cls, values: Any) -> Any:
+        """Fill in the defaults that another plugin does not have."""
+        adaptive = isinstance(values, Mapping) and values.get("plugin") == "adaptive"
+        return {"trans_stopped_velocity": 0.10, "rot_stopped_velocity": 0.10, **values} if adaptive else values
 
 
 PROGRESS_CHECKERS: dict[str, RosNames] = {
@@ -57,12 +100,15 @@ GOAL_CHECKERS: dict[str, RosNames] = {
     "simple": in_every_release("nav2_controller::SimpleGoalChecker"),
     "stopped": in_every_release("nav2_controller::StoppedGoalChecker"),
     "position": since("jazzy", "nav2_controller::PositionGoalChecker"),
+    "axis": since("lyrical", "nav2_controller::AxisGoalChecker"),
+    "adaptive": since("lyrical", "nav2_controller::AdaptiveToleranceGoalChecker"),
 }
 """Our names of the goal checkers -> their classes in ROS."""
+_BEFORE_LYRICAL = {
+    "path_length_tolerance": "the distance to the goal counts, not the way along the path",
+    "xy_goal_tolerance_buffer": "a position once reached counts until the next path",
+}
 GOAL_CHECKER_KEYS = Keys(
     ros_only=frozenset({"plugin"}),
-    elsewhere={
-        "path_length_tolerance": "the distance to the goal counts here, not the way along the path",
-        "xy_goal_tolerance_buffer": "newer releases only",
-    },
+    missing={"humble": _BEFORE_LYRICAL, "jazzy": _BEFORE_LYRICAL},
 )

@@ -14,6 +14,11 @@ Limits = dict[str, float]
 """Limit of a robot, by its name in :class:`~gym_mapbench.world.robot.RobotSpec` -> its value, SI units."""
 
 
+def _no_forms(group: Mapping[str, Any]) -> Mapping[str, tuple[Release, ...]]:
+    """Find no key: every release starts with the section."""
+    return {}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Nav2Controller(RosPlugin):
     """A controller plugin of Nav2.
@@ -26,6 +31,8 @@ class Nav2Controller(RosPlugin):
         old_critics: Release -> critic that only this release has, and that is not built here -> the nearest critic.
         exchanged: Dotted name of a parameter of one release -> its last part in the other, and value -> value there.
         needs_no_section: Whether a file without a section for the controller still has it, with Nav2's defaults.
+        forms: Given its section, returns the keys with values of a form that not every release starts with -> the
+            releases that do.
     """
 
     make: Callable[[Any], PathFollower]
@@ -34,6 +41,7 @@ class Nav2Controller(RosPlugin):
     old_critics: Mapping[Release, Mapping[str, str]] = field(default_factory=dict)
     exchanged: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
     needs_no_section: bool = False
+    forms: Callable[[Mapping[str, Any]], Mapping[str, tuple[Release, ...]]] = _no_forms
 
 
 def named_limits(params: Mapping[str, Any], sources: Mapping[str, str]) -> Limits:

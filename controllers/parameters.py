@@ -22,7 +22,7 @@ class ReleaseSettings(Settings):
     Attributes:
         DEFAULTS: Release -> dotted name -> default, where it differs from that of the field.
         MISSING: Release -> dotted name of a parameter it does not have -> what it does instead.
-        REPRODUCED: The releases whose behaviour is built.
+        REPRODUCED: The releases whose behaviour is built; parameters of the others are only read and written.
         OURS: Dotted names of the parameters that no release of Nav2 has.
 
     Args:
@@ -43,8 +43,6 @@ class ReleaseSettings(Settings):
             return values
         given = nest_dotted(values)
         release = given.get("release", "humble")
-        if release in MODELLED and release not in cls.REPRODUCED:
-            raise ConfigError(f"release: expected {' or '.join(cls.REPRODUCED)}, got {release}, which is not built yet")
         if release not in MODELLED:
             return given
         for name, instead in cls.MISSING.get(release, {}).items():

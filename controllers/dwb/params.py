@@ -1,13 +1,13 @@
 """Parameters of DWB, under Nav2's names and with the defaults of Nav2's code.
 
-Source: nav2_dwb_controller (Humble and Jazzy): dwb_core, dwb_plugins (kinematic_parameters.cpp,
+Source: nav2_dwb_controller (Humble, Jazzy and Lyrical): dwb_core, dwb_plugins (kinematic_parameters.cpp,
 xy_theta_iterator.cpp, standard_traj_generator.cpp) and the critics of dwb_critics. Most people run the values of Nav2's
 examples, not these defaults.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -46,12 +46,31 @@ ROS_ONLY_KEYS = frozenset(
 RENAMED_KEYS: dict[str, str] = {}
 """Name in newer releases -> name in Humble and Jazzy; DWB's parameters have kept their names."""
 
+PLAN_WINDOW: dict[str, Any] = {
+    "prune_plan": True,
+    "prune_distance": 2.0,
+    "forward_prune_distance": 2.0,
+    "shorten_transformed_plan": True,
+}
+"""Parameters of the part of the plan that the critics see, with their defaults; Lyrical does not have them."""
+
 _ROTATE_TO_GOAL = "RotateToGoal looks at the distance to the goal, not along the path"
 NEWER_ONLY_KEYS = {
     "path_length_tolerance": _ROTATE_TO_GOAL,
     "RotateToGoal.path_length_tolerance": _ROTATE_TO_GOAL,
 }
 """Parameters of newer releases that neither Humble nor Jazzy has -> what these do instead."""
+_MISREAD = "Lyrical reads it under a name without the dot after the plugin's name, so 1.0 m counts"
+_HANDLER = "the controller server's path handler cuts the plan: its prune_distance"
+NOT_IN_LYRICAL_KEYS = {
+    "path_length_tolerance": _MISREAD,
+    "RotateToGoal.path_length_tolerance": _MISREAD,
+    "prune_plan": "the controller server's path handler always removes the poses that the robot has passed",
+    "prune_distance": _HANDLER,
+    "forward_prune_distance": _HANDLER,
+    "shorten_transformed_plan": _HANDLER,
+}
+"""Parameters of older releases that Lyrical does not have, or does not find -> what it does instead."""
 
 
 class CriticParams(CriticSettings):
@@ -170,10 +189,11 @@ class DwbParams(SettingsWithCritics):
         angular_granularity: Largest turn between two poses without it, rad.
         include_last_point: Whether the critics look at the last pose of a trajectory.
         limit_vel_cmd_in_traj: Whether the command is what a period's acceleration reaches, instead of the sample.
-        prune_plan: Whether poses of the plan that the robot has passed are removed.
-        prune_distance: With ``prune_plan``, how far behind the robot the critics see the plan, m; in Humble also how
-            far along the plan the robot is searched for.
-        shorten_transformed_plan: Whether the critics see the plan only up to ``forward_prune_distance``.
+        prune_plan: Not in Lyrical: whether poses of the plan that the robot has passed are removed.
+        prune_distance: Not in Lyrical: with ``prune_plan``, how far behind the robot the critics see the plan, m; in
+            Humble also how far along the plan the robot is searched for.
+        shorten_transformed_plan: Not in Lyrical: whether the critics see the plan only up to
+            ``forward_prune_distance``.
         short_circuit_trajectory_evaluation: Without effect on the choice: whether bad trajectories are judged in part.
         xy_goal_tolerance: Distance to the goal within which RotateToGoal turns the robot, m.
         trans_stopped_velocity: Speed below which RotateToGoal takes the robot for standing, m/s.
@@ -181,11 +201,20 @@ class DwbParams(SettingsWithCritics):
         trajectory_generator_name: The Standard generator samples speeds that can be reached within ``sim_time``, the
             LimitedAccel one speeds that can be reached within ``sim_period``.
         sim_period: Time within which LimitedAccel's samples can be reached, s; one control period if None.
-        forward_prune_distance: How far ahead the critics see the plan, m; in Jazzy also how far along the plan the
-            robot is searched for. In Jazzy a negative value stands for the whole plan.
+        forward_prune_distance: Not in Lyrical: how far ahead the critics see the plan, m; in Jazzy also how far along
+            the plan the robot is searched for. In Jazzy a negative value stands for the whole plan.
     """
 
-    MISSING: ClassVar[dict[Release, dict[str, str]]] = {"humble": NEWER_ONLY_KEYS, "jazzy": NEWER_ONLY_KEYS}
+    MISSING: ClassVar[dict[Release, dict[str, str]]] = {
+        "humble": NEWER_ONLY_KEYS,
+        "jazzy": NEWER_ONLY_KEYS,
+        "lyrical": NOT_IN_LYRICAL_KEYS,
+    }
+    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = {
+        "humble": PLAN_WINDOW,
+        "jazzy": PLAN_WINDOW,
+        "lyrical": dict.fromkeys(PLAN_WINDOW),
+    }
 
     min_vel_x: float = 0.0
     max_vel_x: float = 0.0
@@ -215,10 +244,10 @@ class DwbParams(SettingsWithCritics):
     trajectory_generator_name: Literal[
         "dwb_plugins::StandardTrajectoryGenerator", "dwb_plugins::LimitedAccelGenerator"
     ] = "dwb_plugins::StandardTrajectoryGenerator"
-    prune_plan: bool = True
-    prune_distance: NonNegative = 2.0
-    forward_prune_distance: float = 2.0
-    shorten_transformed_plan: bool = True
+    prune_plan: bool | None = True
+    prune_distance: NonNegative | None = 2.0
+    forward_prune_distance: float | None = 2.0
+    shorten_transformed_plan: bool | None = True
     short_circuit_trajectory_evaluation: bool = True
     xy_goal_tolerance: NonNegative = 0.25
     trans_stopped_velocity: NonNegative = 0.25
@@ -238,7 +267,7 @@ class DwbParams(SettingsWithCritics):
     def _ordered(self) -> Self:
         if self.min_vel_x > self.max_vel_x:
             raise ConfigError(f"min_vel_x: expected at most max_vel_x ({self.max_vel_x}), got {self.min_vel_x}")
-        if self.forward_prune_distance < 0 and self.release == "humble":
+        if self.release == "humble" and (self.forward_prune_distance or 0.0) < 0:
             raise ConfigError(f"forward_prune_distance: expected at least 0, got {self.forward_prune_distance}")
         return self
 

@@ -1,17 +1,17 @@
 """Parameters of the Graceful Controller, with Nav2's names and the defaults of its code.
 
-Source: nav2_graceful_controller/src/parameter_handler.cpp (Humble and Jazzy).
+Source: nav2_graceful_controller/src/parameter_handler.cpp (Humble, Jazzy and Lyrical).
 """
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from pydantic import create_model
+from pydantic import Field, create_model
 
 from controllers.parameters import ReleaseSettings
 from controllers.releases import Release
-from gym_mapbench.quantities import NonNegative, Positive
+from gym_mapbench.quantities import Natural, NonNegative, Positive
 
 ROS_ONLY_KEYS = frozenset({"plugin", "transform_tolerance"})
 """Keys of a parameter file that mean nothing without ROS: listed as ignored."""
@@ -20,14 +20,31 @@ RENAMED_KEYS: dict[str, str] = {}
 """Name in newer releases -> name in Humble and Jazzy."""
 
 _ONE_TARGET = "Humble has one target, at motion_target_dist"
-_MANY_TARGETS = "Jazzy takes the farthest target between min_lookahead and max_lookahead"
 _NEWER = {
     "use_collision_detection": "collisions are always looked for",
     "footprint_scaling_linear_vel": "a target that cannot be reached is not tried at a lower speed",
+    "footprint_scaling_factor": "the footprint is the same at every speed",
     "footprint_scaling_step": "a target that cannot be reached is not tried at a lower speed",
     "obstacle_cost_margin": "the approach to the goal does not look for cheaper curves",
     "final_rotation_search_step": "the approach to the goal does not look for cheaper curves",
     "deceleration_max": "the speed near the target is set by slowdown_radius alone",
+}
+
+_ONLY_HUMBLE = {
+    "motion_target_dist": "{} takes the farthest target up to max_lookahead",
+    "initial_rotation_min_angle": "{}'s name is initial_rotation_tolerance",
+    "final_rotation": "{} always turns at the goal; prefer_final_rotation does nearly the same",
+}
+_JAZZY: dict[str, Any] = {
+    "k_phi": 2.0,
+    "k_delta": 1.0,
+    "beta": 0.4,
+    "min_lookahead": 0.25,
+    "max_lookahead": 1.0,
+    "v_angular_min_in_place": 0.25,
+    "initial_rotation_tolerance": 0.75,
+    "prefer_final_rotation": True,
+    "in_place_collision_resolution": 0.1,
 }
 
 _WithLambda = create_model("_WithLambda", __base__=ReleaseSettings, **{"lambda": (NonNegative, 2.0)})  # type: ignore[call-overload]
@@ -42,8 +59,8 @@ class GracefulParams(_WithLambda):
 
     Args:
         lambda: Sharpness of the slowing down on a curve.
-        max_robot_pose_search_dist: Length of the path that is searched for the nearest pose, m; None for half the width
-            of the local costmap, negative for the whole path.
+        max_robot_pose_search_dist: Humble and Jazzy: length of the path that is searched for the nearest pose, m; None
+            for half the width of the local costmap, negative for the whole path.
         k_phi: How fast the robot turns to the heading that leads to the target, against how fast it gets there.
         k_delta: How fast the robot's heading approaches that heading.
         beta: Strength of the slowing down on a curve.
@@ -57,13 +74,25 @@ class GracefulParams(_WithLambda):
         motion_target_dist: Humble: distance of the target, m.
         initial_rotation_min_angle: Humble: bearing of the target from which on the robot turns first, rad.
         final_rotation: Humble: whether the robot turns to the goal's heading only at the goal.
-        min_lookahead: Jazzy: least distance of a target along the path, m; the goal may be nearer.
-        max_lookahead: Jazzy: greatest distance of a target along the path, m.
-        v_angular_min_in_place: Jazzy: lowest turn rate on the spot, rad/s.
-        initial_rotation_tolerance: Jazzy: bearing of the target below which the first turn of a path ends, rad.
-        prefer_final_rotation: Jazzy: whether the robot heads straight for a target near the goal, and turns there.
-        in_place_collision_resolution: Jazzy: angle between the headings that are checked before the turn at the goal,
+        min_lookahead: Since Jazzy: least distance of a target along the path, m; the goal may be nearer. Lyrical reads
+            it without using it.
+        max_lookahead: Since Jazzy: greatest distance of a target along the path, m.
+        v_angular_min_in_place: Since Jazzy: lowest turn rate on the spot, rad/s.
+        initial_rotation_tolerance: Since Jazzy: bearing of the target below which the first turn of a path ends,
             rad.
+        prefer_final_rotation: Since Jazzy: whether the robot heads straight for a target near the goal, and turns
+            there.
+        in_place_collision_resolution: Since Jazzy: angle between the headings that are checked before the turn at the
+            goal, rad.
+        deceleration_max: Lyrical: deceleration with which the robot can stop at the target, m/s^2.
+        use_collision_detection: Lyrical: whether the way to a target is checked.
+        footprint_scaling_linear_vel: Lyrical: lowest top speed at which a target is tried, m/s; above it the footprint
+            grows.
+        footprint_scaling_factor: Lyrical: share by which the footprint has grown at ``v_linear_max``.
+        footprint_scaling_step: Lyrical: by how much the top speed is lowered for the next try, m/s.
+        obstacle_cost_margin: Lyrical: how far below the highest valid cost the way to the goal must stay, or else other
+            headings of the goal are searched.
+        final_rotation_search_step: Lyrical: angle between these headings, rad.
     """
 
     MISSING: ClassVar[dict[Release, dict[str, str]]] = {
@@ -78,9 +107,11 @@ class GracefulParams(_WithLambda):
         },
         "jazzy": {
             **_NEWER,
-            "motion_target_dist": _MANY_TARGETS,
-            "initial_rotation_min_angle": "Jazzy's name is initial_rotation_tolerance",
-            "final_rotation": "Jazzy always turns at the goal; prefer_final_rotation does nearly the same",
+            **{name: why.format("Jazzy") for name, why in _ONLY_HUMBLE.items()},
+        },
+        "lyrical": {
+            **{name: why.format("Lyrical") for name, why in _ONLY_HUMBLE.items()},
+            "max_robot_pose_search_dist": "it is a parameter of the controller server's path handler",
         },
     }
     DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = {
@@ -92,16 +123,16 @@ class GracefulParams(_WithLambda):
             "initial_rotation_min_angle": 0.75,
             "final_rotation": True,
         },
-        "jazzy": {
-            "k_phi": 2.0,
-            "k_delta": 1.0,
-            "beta": 0.4,
-            "min_lookahead": 0.25,
-            "max_lookahead": 1.0,
-            "v_angular_min_in_place": 0.25,
-            "initial_rotation_tolerance": 0.75,
-            "prefer_final_rotation": True,
-            "in_place_collision_resolution": 0.1,
+        "jazzy": _JAZZY,
+        "lyrical": _JAZZY
+        | {
+            "deceleration_max": 2.5,
+            "use_collision_detection": True,
+            "footprint_scaling_linear_vel": 0.5,
+            "footprint_scaling_factor": 0.25,
+            "footprint_scaling_step": 0.1,
+            "obstacle_cost_margin": 1,
+            "final_rotation_search_step": 0.1,
         },
     }
 
@@ -125,3 +156,10 @@ class GracefulParams(_WithLambda):
     initial_rotation_tolerance: NonNegative | None = None
     prefer_final_rotation: bool | None = None
     in_place_collision_resolution: Positive | None = None
+    deceleration_max: Positive | None = None
+    use_collision_detection: bool | None = None
+    footprint_scaling_linear_vel: NonNegative | None = None
+    footprint_scaling_factor: NonNegative | None = None
+    footprint_scaling_step: Positive | None = None
+    obstacle_cost_margin: Annotated[Natural, Field(le=255)] | None = None
+    final_rotation_search_step: Positive | None = None

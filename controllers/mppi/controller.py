@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import FollowerSetup, Twist
+from controllers.mppi.lyrical import make_optimizer
 from controllers.mppi.noise import make_source
 from controllers.mppi.optimizer import Optimizer
 from controllers.mppi.params import MppiParams
@@ -23,7 +24,7 @@ class MppiFollower:
     """
 
     _optimizer: Optimizer
-    _start: tuple[Pose, Twist]
+    _start: Pose
 
     def __init__(self, params: MppiParams | None = None) -> None:
         self.params = params or MppiParams()
@@ -36,7 +37,7 @@ class MppiFollower:
         Raises:
             ConfigError: If the control period is longer than ``model_dt``.
         """
-        self._optimizer = Optimizer(self.params, setup, make_source(self.params, setup.rng))
+        self._optimizer = make_optimizer(self.params, setup, make_source(self.params, setup.rng))
         self._paths = PathHandler(self.params)
         self._last_call = None
 
@@ -49,7 +50,7 @@ class MppiFollower:
         self._paths.move_plan(path)
 
     def end_action(self) -> None:
-        """Forget the control sequence and take new noise (``reset``, which Jazzy calls when an action ends)."""
+        """Forget the control sequence and take new noise (``reset``, called since Jazzy when an action ends)."""
         self._optimizer.reset()
 
     def set_speed_limit(self, speed: float, percentage: bool = False) -> None:
@@ -62,12 +63,12 @@ class MppiFollower:
         Raises:
             InvalidPath: If no path is left ahead.
             ControllerAbort: If all trajectories collide, in Humble.
-            ControllerError: If all trajectories collide, in Jazzy.
+            ControllerError: If all trajectories collide, in Jazzy; in Lyrical also if the chosen one does.
         """
         patience = self.params.reset_period
         if patience is not None and self._last_call is not None and now - self._last_call > patience:
             self._optimizer.reset()
-        self._last_call, self._start = now, (pose, velocity)
+        self._last_call, self._start = now, pose
         path = self._paths.local_path(pose, costmap)
         return self._optimizer.compute(pose, velocity, path, self._paths.goal(path), costmap)
 
@@ -77,4 +78,4 @@ class MppiFollower:
         Args:
             count: Most trajectories; they are chosen evenly from the cheapest to the most expensive.
         """
-        return None if self._last_call is None else samples_of(self._optimizer, self.params, *self._start, count)
+        return None if self._last_call is None else samples_of(self._optimizer, self.params, self._start, count)

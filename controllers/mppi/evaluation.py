@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import FollowerSetup, Twist
+from controllers.base import STOP, FollowerSetup, Twist
+from controllers.mppi.lyrical import make_optimizer
 from controllers.mppi.noise import Layout, Noise
-from controllers.mppi.optimizer import Optimizer
 from controllers.mppi.params import MppiParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.world.scenario import Pose
@@ -29,10 +29,13 @@ class Evaluation:
         critics: Names of the critics, in their order.
         costs: ``(critics, batch_size)`` what each critic added.
         total: ``(batch_size,)`` their sum and the control effort, as in the soft-max.
-        softmax_v, softmax_w: ``(time_steps,)`` control sequence after soft-max and limits, m/s and rad/s.
+        softmax_v, softmax_w: ``(time_steps,)`` control sequence after soft-max and, up to Jazzy, limits; m/s and rad/s.
         filtered_v, filtered_w: The same after the Savitzky-Golay filter.
+        limited_v, limited_w: The same after the limits that Lyrical applies last.
+        start: The speeds from which the trajectories start.
         furthest: Index of the furthest path point reached; -1 if no critic asked for it.
         failed: Whether all trajectories collide, so that Nav2 would give up.
+        refused: Whether Lyrical's trajectory validator refuses the result, so that Nav2 would try again.
         command: The command that would be sent.
     """
 
@@ -43,8 +46,12 @@ class Evaluation:
     softmax_w: Array
     filtered_v: Array
     filtered_w: Array
+    limited_v: Array
+    limited_w: Array
+    start: Twist
     furthest: int
     failed: bool
+    refused: bool
     command: Twist
 
 
@@ -68,6 +75,7 @@ def evaluate(
     controls: tuple[Array, Array],
     noise: tuple[Array, Array],
     goal: tuple[float, float] | None = None,
+    last: Twist = STOP,
 ) -> Evaluation:
     """Evaluate one call with an empty control history.
 
@@ -81,22 +89,29 @@ def evaluate(
         controls: Two ``(time_steps,)`` arrays: the control sequence before the call, m/s and rad/s.
         noise: Two ``(batch_size, time_steps)`` arrays, m/s and rad/s.
         goal: The goal in the sense of the critics, m; the end of the local path if None.
+        last: The last command, from which Lyrical starts.
     """
     layout = Layout(params.batch_size, params.time_steps)
-    optimizer = Optimizer(params, setup, _Given(layout.pack(*noise)))
+    optimizer = make_optimizer(params, setup, _Given(layout.pack(*noise)))
     optimizer.v[:], optimizer.w[:] = controls
+    optimizer.sent = last
     x, y = path[-1, :2].astype(np.float32).tolist()
     optimizer.optimize(pose, velocity, path, goal or (x, y), costmap)
     softmax = optimizer.v.copy(), optimizer.w.copy()
     optimizer.smooth()
     filtered = optimizer.v.copy(), optimizer.w.copy()
+    optimizer.limit()
+    limited = optimizer.v.copy(), optimizer.w.copy()
     return Evaluation(
         optimizer.critics,
         layout.flat(optimizer.critic_costs),
         layout.flat(optimizer.total),
         *softmax,
         *filtered,
+        *limited,
+        optimizer.start,
         optimizer.furthest,
         optimizer.failed,
+        optimizer.collides(costmap),
         optimizer.send(),
     )

@@ -6,6 +6,7 @@ Sets of noise are ``(blocks, time_steps, samples)`` float32, the samples innermo
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -19,6 +20,9 @@ BANK_SIZE = 8
 
 MT_SIZE = 624
 MT_INIT = 1812433253
+MINSTD_MULTIPLIER = np.uint64(16807)
+MINSTD_MODULUS = np.uint64(2**31 - 1)
+BELOW_ONE = np.float32(1.0 - 2.0**-24)
 
 
 class Noise(NamedTuple):
@@ -139,30 +143,71 @@ class Nav2Noise:
         return self._layout.pack(v, w)
 
     def _normals(self, std: np.float32) -> NDArray[np.float32]:
-        """Sample one ``(batch_size, time_steps)`` array, trajectory after trajectory."""
-        layout = self._layout
-        count = layout.batch_size * layout.time_steps
+        """Sample one ``(batch_size, time_steps)`` array."""
+        count = self._layout.batch_size * self._layout.time_steps
         pairs = np.empty((0, 2), dtype=np.float32)
         needed = -(-count // 2)
         while len(pairs) < needed:
-            pairs = np.concatenate([pairs, self._pairs(needed - len(pairs))])
-        return (pairs.reshape(-1)[:count] * std).reshape(layout.batch_size, layout.time_steps)
+            pairs = np.concatenate([pairs, _polar_pairs(self._uniforms(2 * (needed - len(pairs))))])
+        return self._laid_out(pairs.reshape(-1)[:count] * std)
 
-    def _pairs(self, wanted: int) -> NDArray[np.float32]:
-        """Return at most ``wanted`` pairs of standard normals by the polar method, in libstdc++'s order: y before x."""
-        words = self._take(2 * wanted)
-        uniform = np.minimum(words.astype(np.float32) * np.float32(2.0**-32), np.float32(1.0 - 2.0**-24))
-        x, y = (np.float32(2.0) * uniform - np.float32(1.0)).reshape(-1, 2).T
-        square = x * x + y * y
-        inside = (square <= 1.0) & (square != 0.0)
-        x, y, square = x[inside], y[inside], square[inside]
-        scale = np.sqrt(np.float32(-2.0) * np.log(square) / square)
-        return np.stack([y * scale, x * scale], axis=1)
+    def _uniforms(self, count: int) -> NDArray[np.float32]:
+        """Return the next numbers in [0, 1)."""
+        words = np.asarray(self._bits.random_raw(count)).astype(np.uint32)
+        return _below_one(words.astype(np.float32) * np.float32(2.0**-32))
 
-    def _take(self, count: int) -> NDArray[np.uint32]:
-        """Return the next words of the generator."""
-        words: NDArray[np.uint32] = np.asarray(self._bits.random_raw(count)).astype(np.uint32)
-        return words
+    def _laid_out(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Fill the array trajectory after trajectory."""
+        return values.reshape(self._layout.batch_size, self._layout.time_steps)
+
+
+class LyricalNoise(Nav2Noise):
+    """The numbers of Lyrical: std::minstd_rand0 through the same distribution, time step after time step.
+
+    Args:
+        layout: Layout of the batch.
+        stds: Standard deviations of v and w, m/s and rad/s.
+        seed: Seed of the generator; 1 is the default of std::minstd_rand0.
+    """
+
+    def __init__(self, layout: Layout, stds: tuple[float, float], seed: int = 1) -> None:
+        self._layout, self._stds = layout, stds
+        self._state = np.uint64(seed % int(MINSTD_MODULUS) or 1)
+
+    def _uniforms(self, count: int) -> NDArray[np.float32]:
+        """Return the next numbers in [0, 1)."""
+        states = self._state * _minstd_powers((count - 1).bit_length())[:count] % MINSTD_MODULUS
+        self._state = states[-1]
+        return _below_one((states - np.uint64(1)).astype(np.float32) * np.float32(2.0**-31))
+
+    def _laid_out(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Fill the array time step after time step."""
+        return values.reshape(self._layout.time_steps, self._layout.batch_size).T
+
+
+def _below_one(uniform: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return numbers in [0, 1], with the largest number below 1 for 1."""
+    below: NDArray[np.float32] = np.minimum(uniform, BELOW_ONE)
+    return below
+
+
+def _polar_pairs(uniform: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Turn numbers in [0, 1) into pairs of standard normals by the polar method, in libstdc++'s order: y before x."""
+    x, y = (np.float32(2.0) * uniform - np.float32(1.0)).reshape(-1, 2).T
+    square = x * x + y * y
+    inside = (square <= 1.0) & (square != 0.0)
+    x, y, square = x[inside], y[inside], square[inside]
+    scale = np.sqrt(np.float32(-2.0) * np.log(square) / square)
+    return np.stack([y * scale, x * scale], axis=1)
+
+
+@functools.cache
+def _minstd_powers(doublings: int) -> NDArray[np.uint64]:
+    """Return the first ``2^doublings`` powers of the multiplier of std::minstd_rand0."""
+    if doublings == 0:
+        return np.array([MINSTD_MULTIPLIER])
+    powers = _minstd_powers(doublings - 1)
+    return np.concatenate([powers, powers * powers[-1] % MINSTD_MODULUS])
 
 
 def make_source(params: MppiParams, rng: np.random.Generator) -> NoiseSource:
@@ -172,7 +217,8 @@ def make_source(params: MppiParams, rng: np.random.Generator) -> NoiseSource:
     """
     layout, stds = Layout(params.batch_size, params.time_steps), (params.vx_std, params.wz_std)
     if params.noise == "nav2":
-        source = Nav2Noise(layout, stds, params.noise_seed)
+        kind = LyricalNoise if params.release == "lyrical" else Nav2Noise
+        source = kind(layout, stds, params.noise_seed)
         if not params.regenerate_noises:
             source.sample()
         return source

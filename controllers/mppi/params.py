@@ -1,11 +1,12 @@
 """Parameters of MPPI, under Nav2's names and with the defaults of its code.
 
-Source: nav2_mppi_controller (Humble and Jazzy): optimizer.cpp, path_handler.cpp and the critics. Most people run the
-values of an example (Humble: the package's README, Jazzy: nav2_bringup), not these defaults.
+Source: nav2_mppi_controller (Humble, Jazzy and Lyrical): optimizer.cpp, path_handler.cpp and the critics. Most people
+run the values of an example (Humble: the package's README, Jazzy and Lyrical: nav2_bringup), not these defaults.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
@@ -24,11 +25,12 @@ from controllers.mppi.critic_params import (
     TwirlingParams,
     VelocityDeadbandParams,
 )
+from controllers.mppi.release_tables import DEFAULTS, MISSING
 from controllers.parameters import SettingsWithCritics
-from controllers.releases import Release
+from controllers.releases import MODELLED, Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import Count, Natural, NonNegative, Positive
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings, Settings
 
 Std = Annotated[Positive, Field(le=100)]
 
@@ -57,63 +59,6 @@ RENAMED_KEYS = {
 }
 """Name in newer releases -> name in Humble and Jazzy; both are accepted."""
 
-_ACCELERATION = "Humble's MPPI has no acceleration limits"
-_DELAY = "the model has no delay"
-_LAYER = "the first inflation layer is taken"
-_NEWEST = {
-    "clamp_raw_controls": "the sampled controls are not clamped before they are used",
-    "model_delay_vx": _DELAY,
-    "model_delay_vy": _DELAY,
-    "model_delay_wz": _DELAY,
-    "sgf_order": "the Savitzky-Golay filter is quadratic",
-    "TrajectoryValidator": "the chosen trajectory is not checked once more",
-    "CostCritic.inflation_layer_name": _LAYER,
-    "ObstaclesCritic.inflation_layer_name": _LAYER,
-}
-NEWER_ONLY_KEYS = _NEWEST | {
-    "ax_max": _ACCELERATION,
-    "ax_min": _ACCELERATION,
-    "ay_max": _ACCELERATION,
-    "ay_min": _ACCELERATION,
-    "az_max": _ACCELERATION,
-    "open_loop": "Humble starts every rollout from the measured speed",
-    "CostCritic.near_collision_cost": "Humble adds critical_cost from cost 253 on",
-    "CostCritic.trajectory_point_step": "Humble's CostCritic looks at every point",
-    "ObstaclesCritic.inflation_layer_name": "the critic has its own cost_scaling_factor and inflation_radius",
-    "PathAngleCritic.mode": "Humble has forward_preference: true is mode 0, false is mode 1",
-}
-"""Parameters of newer releases that Humble does not have -> what Humble does instead."""
-
-NOT_IN_JAZZY_KEYS = _NEWEST | {
-    "reset_period": "Jazzy keeps its control sequence through a pause",
-    "PathAngleCritic.forward_preference": "Jazzy has mode: 0 is forward preference, 1 is none",
-    "PathAlignCritic.humble_search": "Jazzy's search is without Humble's defects",
-    "ObstaclesCritic.cost_scaling_factor": "Jazzy asks the inflation layer",
-    "ObstaclesCritic.inflation_radius": "Jazzy asks the inflation layer",
-}
-"""Parameters of other releases that Jazzy does not have -> what Jazzy does instead."""
-
-JAZZY_DEFAULTS: dict[str, Any] = {
-    "reset_period": None,
-    "ax_max": 3.0,
-    "ax_min": -3.0,
-    "ay_max": 3.0,
-    "ay_min": -3.0,
-    "az_max": 3.5,
-    "open_loop": False,
-    "CostCritic.near_collision_cost": 253,
-    "CostCritic.trajectory_point_step": 2,
-    "ObstaclesCritic.collision_cost": 1e5,
-    "ObstaclesCritic.cost_scaling_factor": None,
-    "ObstaclesCritic.inflation_radius": None,
-    "PathAlignCritic.humble_search": None,
-    "PathAngleCritic.cost_weight": 2.2,
-    "PathAngleCritic.max_angle_to_furthest": 0.785398,
-    "PathAngleCritic.forward_preference": None,
-    "PathAngleCritic.mode": 0,
-}
-"""Defaults of Jazzy's code where they differ from Humble's; None for parameters that Jazzy does not have."""
-
 
 class AckermannParams(Settings):
     """Limits of the motion model Ackermann.
@@ -123,6 +68,18 @@ class AckermannParams(Settings):
     """
 
     min_turning_r: Positive = 0.2
+
+
+class ValidatorParams(Settings):
+    """Lyrical: parameters of the trajectory validator, which checks the chosen trajectory for collisions.
+
+    Args:
+        collision_lookahead_time: Time of the trajectory that is checked, s.
+        consider_footprint: Whether the outline of the footprint is checked, rather than the cell of the centre.
+    """
+
+    collision_lookahead_time: NonNegative | None = None
+    consider_footprint: bool | None = None
 
 
 EXAMPLE_CRITICS = (
@@ -137,7 +94,7 @@ EXAMPLE_CRITICS = (
 )
 
 
-class MppiParams(SettingsWithCritics):
+class MppiParams(SettingsWithCritics, ExtendedSettings):
     """All of MPPI's parameters; dotted keys (``"CostCritic.cost_weight"``) and nested mappings are both understood.
 
     The robots here cannot move sideways: motion model Omni is refused, and ``vy_std`` has no effect.
@@ -157,17 +114,24 @@ class MppiParams(SettingsWithCritics):
         vx_min: Lowest resulting speed, m/s; negative for driving backwards.
         vy_max: Highest speed sideways, m/s; only the Constraint critic uses it.
         wz_max: Highest resulting turn rate, rad/s.
-        ax_max: Jazzy: largest acceleration of sampled and resulting controls, m/s^2.
-        ax_min: Jazzy: largest deceleration of sampled and resulting controls, m/s^2; negative.
-        ay_max: Jazzy, without effect: largest acceleration sideways, m/s^2.
-        ay_min: Jazzy, without effect: largest deceleration sideways, m/s^2.
-        az_max: Jazzy: largest angular acceleration of sampled and resulting controls, rad/s^2.
-        open_loop: Jazzy: whether the last command is taken for the measured speed.
+        ax_max: Since Jazzy: largest acceleration of sampled and resulting controls, m/s^2.
+        ax_min: Since Jazzy: largest deceleration of sampled and resulting controls, m/s^2; negative.
+        ay_max: Since Jazzy, without effect: largest acceleration sideways, m/s^2.
+        ay_min: Since Jazzy, without effect: largest deceleration sideways, m/s^2.
+        az_max: Since Jazzy: largest angular acceleration of sampled and resulting controls, rad/s^2.
+        open_loop: Since Jazzy: whether the last command is taken for the measured speed.
+        model_delay_vx: Lyrical: time after which the base follows a commanded speed, s.
+        model_delay_vy: Lyrical, without effect: the same for the speed sideways, s.
+        model_delay_wz: Lyrical: the same for the turn rate, s.
+        clamp_raw_controls: Lyrical: whether the mean is taken over the sampled controls within the acceleration limits,
+            as in Jazzy, rather than over the sampled controls themselves.
+        sgf_order: Lyrical: order of the polynomial of the Savitzky-Golay filter; the other releases have 2.
+        TrajectoryValidator: Lyrical: parameters of the trajectory validator.
         temperature: Temperature of the soft-max; the lower it is, the more the best trajectories count.
         gamma: Weight of staying near the last control sequence.
         regenerate_noises: Whether every call has new noise.
         reset_period: Humble: pause after which the controller forgets its control sequence, s.
-        prune_distance: Length of the local path, m.
+        prune_distance: Length of the local path, m. In Lyrical, this and the next four belong to the path handler.
         max_robot_pose_search_dist: Length of the path that is searched for the nearest pose, m; None for half the
             costmap.
         enforce_path_inversion: Whether the path is cut at its next cusp until the robot is there within
@@ -176,14 +140,16 @@ class MppiParams(SettingsWithCritics):
         inversion_yaw_tolerance: Difference of the heading at a cusp within which the path beyond it is given, rad.
         AckermannConstraints: Limits of the motion model Ackermann.
         critics: Names of the critics in their order. Nav2's code has no default; these are its examples'.
-        noise: Ours. ``numpy`` samples from the run's own generator; ``nav2`` gives Nav2's own numbers (std::mt19937 and
-            libstdc++'s normal_distribution), which are the same after every start.
-        noise_seed: Ours. Seed of ``nav2`` noise; Nav2 leaves its generator at the default, 5489.
+        noise: Ours. ``numpy`` samples from the run's own generator; ``nav2`` gives Nav2's own numbers (std::mt19937, in
+            Lyrical std::minstd_rand0, and libstdc++'s normal_distribution), which are the same after every start.
+        noise_seed: Ours. Seed of ``nav2`` noise; Nav2 leaves its generator at the default, 5489, in Lyrical 1.
     """
 
     OURS: ClassVar[frozenset[str]] = frozenset({"release", "noise", "noise_seed", "PathAlignCritic.humble_search"})
-    MISSING: ClassVar[dict[Release, dict[str, str]]] = {"humble": NEWER_ONLY_KEYS, "jazzy": NOT_IN_JAZZY_KEYS}
-    DEFAULTS: ClassVar[dict[Release, dict[str, Any]]] = {"jazzy": JAZZY_DEFAULTS}
+    MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = MISSING
+    DEFAULTS: ClassVar[Mapping[Release, Mapping[str, Any]]] = DEFAULTS
+    REPRODUCED: ClassVar[tuple[Release, ...]] = MODELLED
+    newer: ClassVar[tuple[str, ...]] = ("TrajectoryValidator",)
 
     motion_model: Literal["DiffDrive", "Ackermann"] = "DiffDrive"
     time_steps: Annotated[int, Field(ge=2, le=10_000)] = 56
@@ -204,15 +170,21 @@ class MppiParams(SettingsWithCritics):
     ay_min: float | None = None
     az_max: float | None = None
     open_loop: bool | None = None
+    model_delay_vx: NonNegative | None = None
+    model_delay_vy: NonNegative | None = None
+    model_delay_wz: NonNegative | None = None
+    clamp_raw_controls: bool | None = None
+    sgf_order: Literal[1, 2] | None = None
+    TrajectoryValidator: ValidatorParams = ValidatorParams()
     temperature: Positive = 0.3
     gamma: NonNegative = 0.015
     regenerate_noises: bool = False
     reset_period: NonNegative | None = 1.0
-    prune_distance: Positive = 1.5
+    prune_distance: Positive | None = 1.5
     max_robot_pose_search_dist: Positive | None = None
-    enforce_path_inversion: bool = False
-    inversion_xy_tolerance: NonNegative = 0.2
-    inversion_yaw_tolerance: NonNegative = 0.4
+    enforce_path_inversion: bool | None = False
+    inversion_xy_tolerance: NonNegative | None = 0.2
+    inversion_yaw_tolerance: NonNegative | None = 0.4
     AckermannConstraints: AckermannParams = AckermannParams()
     critics: tuple[str, ...] = EXAMPLE_CRITICS
     ConstraintCritic: ConstraintParams = ConstraintParams()

@@ -1,8 +1,13 @@
-"""The part of the global plan that MPPI looks at (``nav2_mppi_controller/src/path_handler.cpp``)."""
+"""The part of the global plan that MPPI looks at.
+
+Source: nav2_mppi_controller/src/path_handler.cpp (Humble and Jazzy) and, in Lyrical,
+nav2_controller/plugins/feasible_path_handler.cpp.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +20,22 @@ from gym_mapbench.kernels.geometry import normalize_angle
 from gym_mapbench.world.scenario import Pose
 
 Path = NDArray[np.float64]
+
+
+class Handling(NamedTuple):
+    """How the plan is cut; arguments as in :class:`~controllers.mppi.params.MppiParams`."""
+
+    prune_distance: float = 2.0
+    max_robot_pose_search_dist: float | None = None
+    enforce_path_inversion: bool = False
+    inversion_xy_tolerance: float = 0.2
+    inversion_yaw_tolerance: float = 0.4
+
+
+def handling_of(params: MppiParams) -> Handling:
+    """Return how the plan is cut: as MPPI's parameters say, in Lyrical as the path handler of Nav2's code does."""
+    given = {name: getattr(params, name) for name in Handling._fields}
+    return Handling(**{name: value for name, value in given.items() if value is not None})
 
 
 def first_cusp(path: Path) -> int:
@@ -38,7 +59,7 @@ class PathHandler:
     _passed: int
 
     def __init__(self, params: MppiParams) -> None:
-        self._params = params
+        self._release, self._handling = params.release, handling_of(params)
         self.set_plan(np.empty((0, 3)))
 
     def set_plan(self, path: Path) -> None:
@@ -60,10 +81,10 @@ class PathHandler:
         if len(self._ahead) == 0:
             raise InvalidPath("Received plan with zero length")
         place = (costmap.resolution, costmap.origin_x, costmap.origin_y)
-        search, prune = self._search_distance(costmap), self._params.prune_distance
+        search, prune = self._search_distance(costmap), self._handling.prune_distance
         self._passed, end = find_window(
             self._ahead, self._steps, self._passed, pose.x, pose.y, search, prune, place, costmap.costs.shape,
-            self._params.release != "humble",
+            self._release != "humble", self._release == "lyrical",
         )  # fmt: skip
         window = self._ahead[self._passed : end]
         if self._cusp and self._at_cusp(pose):
@@ -74,21 +95,21 @@ class PathHandler:
         return window
 
     def goal(self, window: Path) -> tuple[float, float]:
-        """Return the goal in the sense of the critics, m: the end of the local path in Humble, of the plan in Jazzy."""
-        if self._params.release == "humble":
-            x, y = window[-1, :2].astype(np.float32).tolist()
-        else:
+        """Return the goal in the sense of the critics, m: the end of the plan in Jazzy, else of the local path."""
+        if self._release == "jazzy":
             x, y = self._plan[-1, :2].tolist()
+        else:
+            x, y = window[-1, :2].astype(np.float32).tolist()
         return x, y
 
     def _search_distance(self, costmap: Costmap) -> float:
-        given = self._params.max_robot_pose_search_dist
+        given = self._handling.max_robot_pose_search_dist
         return max(costmap.costs.shape) * costmap.resolution / 2 if given is None else float(given)
 
     def _look_ahead(self) -> None:
         """Begin with the plan, up to its first cusp if inversions are enforced; ``_cusp`` is 0 if there is no cusp."""
         self._cusp = self._passed = 0
-        if self._params.enforce_path_inversion and len(self._plan) >= 3:
+        if self._handling.enforce_path_inversion and len(self._plan) >= 3:
             cusp = first_cusp(self._plan)
             self._cusp = cusp if cusp < len(self._plan) else 0
         self._ahead = self._plan[: self._cusp] if self._cusp else self._plan
@@ -98,5 +119,5 @@ class PathHandler:
         """Whether the robot is where the path turns back, within both tolerances."""
         x, y, yaw = self._ahead[-1].tolist()
         turn = abs(float(normalize_angle(yaw - pose.yaw)))
-        near = math.hypot(pose.x - x, pose.y - y) <= self._params.inversion_xy_tolerance
-        return near and turn <= self._params.inversion_yaw_tolerance
+        near = math.hypot(pose.x - x, pose.y - y) <= self._handling.inversion_xy_tolerance
+        return near and turn <= self._handling.inversion_yaw_tolerance

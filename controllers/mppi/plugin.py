@@ -7,14 +7,15 @@ from typing import Any
 
 from controllers.descriptor import Limits, Nav2Controller, named_limits
 from controllers.mppi.controller import MppiFollower
+from controllers.mppi.motion_model import arrange, forms, take_motion_model
 from controllers.mppi.params import RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
-from controllers.releases import RELEASES, Release
+from controllers.releases import MODELLED, Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Keys, Section, in_every_release
 
-MODELS = {"DiffDriveMotionModel": "DiffDrive", "AckermannMotionModel": "Ackermann", "OmniMotionModel": "Omni"}
-"""Lyrical's classes of the motion models -> their older names."""
-OLD_CRITICS: Mapping[Release, Mapping[str, str]] = {"humble": {"PathAlignLegacyCritic": "PathAlignCritic"}, "jazzy": {}}
+VALIDATOR = "mppi::DefaultOptimalTrajectoryValidator"
+"""The trajectory validator of Lyrical that is built here."""
+OLD_CRITICS: Mapping[Release, Mapping[str, str]] = {"humble": {"PathAlignLegacyCritic": "PathAlignCritic"}}
 EXCHANGED = {
     "PathAngleCritic.forward_preference": ("mode", {"true": "0", "false": "1"}),
     "PathAngleCritic.mode": ("forward_preference", {"0": "true", "1": "false"}),
@@ -31,13 +32,8 @@ LIMITS = {
 
 def adapt(section: Section) -> None:
     """Choose a motion model and critics that are built here."""
-    model = section.values.get("motion_model")
-    block = section.values.get(model) if isinstance(model, str) else None
-    if isinstance(model, str) and isinstance(block, Mapping) and "plugin" in block:
-        section.values["motion_model"] = MODELS.get(str(block["plugin"]).rpartition("::")[2], block["plugin"])
-        section.values.setdefault("AckermannConstraints", block.get("AckermannConstraints", {}))
-        del section.values[model]
-        section.findings.add("renamed", f"{section.name}.{model}", "motion_model")
+    take_motion_model(section)
+    _take_validator(section)
     for key in ("vy_std", "AckermannConstraints.min_turning_r"):
         _drop_zero(section, key)
     if section.values.get("motion_model") == "Omni":
@@ -45,6 +41,23 @@ def adapt(section: Section) -> None:
         why = "driven as DiffDrive: the robots here cannot move sideways"
         section.findings.add("replaced", f"{section.name}.motion_model", why)
     _replace_old_critics(section)
+
+
+def _take_validator(section: Section) -> None:
+    """Take the class out of Lyrical's trajectory validator.
+
+    Raises:
+        ConfigError: If it is not Nav2's own.
+    """
+    validator = section.values.get("TrajectoryValidator")
+    if section.findings.release != "lyrical" or not isinstance(validator, dict) or "plugin" not in validator:
+        return
+    given = validator.pop("plugin")
+    if given != VALIDATOR:
+        raise ConfigError(
+            f"{section.name}.TrajectoryValidator.plugin: the validator {str(given)!r} is not built here "
+            f"(expected {VALIDATOR!r})"
+        )
 
 
 def _drop_zero(section: Section, key: str) -> None:
@@ -59,9 +72,9 @@ def _drop_zero(section: Section, key: str) -> None:
 def _replace_old_critics(section: Section) -> None:
     """Let today's critic stand in for the older one that a release still has beside it."""
     critics = section.values.get("critics")
-    for other in (release for release in RELEASES if release != section.findings.release):
+    for other in (release for release in MODELLED if release != section.findings.release):
         _refuse_critics_of(other, section)
-    for old, new in OLD_CRITICS[section.findings.release].items():
+    for old, new in OLD_CRITICS.get(section.findings.release, {}).items():
         if isinstance(critics, list) and old in critics and new not in critics:
             critics = section.values["critics"] = [new if name == old else name for name in critics]
             section.values[new] = section.values.pop(old, {})
@@ -75,7 +88,7 @@ def _refuse_critics_of(release: Release, section: Section) -> None:
         ConfigError: If there is one; the error names the critic that comes nearest to it.
     """
     critics = section.values.get("critics")
-    for old, new in OLD_CRITICS[release].items():
+    for old, new in OLD_CRITICS.get(release, {}).items():
         if isinstance(critics, list) and old in critics:
             raise ConfigError(
                 f"{section.name}.critics: only Nav2 {release.capitalize()} has the critic {old!r} (--nav2 {release}); "
@@ -97,12 +110,14 @@ MPPI = Nav2Controller(
         renamed=RENAMED_KEYS,
         elsewhere={
             "vy_min": "no release reads it; vy_max counts for both sides",
-            "OptimalTrajectoryValidator": "the chosen trajectory is not checked once more here",
+            "OptimalTrajectoryValidator": "Lyrical reads TrajectoryValidator",
             "TwirlingCritic.twirling_cost_power": "an older name of cost_power",
             "TwirlingCritic.twirling_cost_weight": "an older name of cost_weight",
         },
     ),
     adapt=adapt,
+    arrange=arrange,
+    forms=forms,
     make=MppiFollower,
     limits=limits,
     relative_cost=4.0,

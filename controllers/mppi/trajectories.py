@@ -28,14 +28,13 @@ class MppiSamples(NamedTuple):
     chosen: NDArray[np.float64]
 
 
-def samples_of(optimizer: Optimizer, params: MppiParams, pose: Pose, velocity: Twist, count: int) -> MppiSamples | None:
+def samples_of(optimizer: Optimizer, params: MppiParams, pose: Pose, count: int) -> MppiSamples | None:
     """Return some of the trajectories of the last call, chosen evenly from the cheapest to the most expensive.
 
     Args:
         optimizer: After the call.
         params: MPPI's parameters.
         pose: Pose at the beginning of the call.
-        velocity: Speeds at the beginning of the call.
         count: Most trajectories.
     """
     explored = optimizer.explored
@@ -51,18 +50,18 @@ def samples_of(optimizer: Optimizer, params: MppiParams, pose: Pose, velocity: T
     chosen = np.empty((0, 2))
     if optimizer.chosen is not None and not optimizer.failed:
         chosen_v, chosen_w = (one[None] for one in optimizer.chosen)
-        chosen = trajectories(pose, velocity, chosen_v, chosen_w, params.model_dt)[0]
-    return MppiSamples(trajectories(pose, velocity, v, w, params.model_dt), costs[some], chosen)
+        chosen = trajectories(pose, optimizer.start, chosen_v, chosen_w, params.model_dt)[0]
+    return MppiSamples(trajectories(pose, optimizer.start, v, w, params.model_dt), costs[some], chosen)
 
 
 def trajectories(
     pose: Pose, velocity: Twist, v: NDArray[np.floating], w: NDArray[np.floating], dt: float
 ) -> NDArray[np.float64]:
-    """Return the points of trajectories, ``(n, steps, 2)`` m; the first step has the measured speeds, as in Nav2.
+    """Return the points of trajectories, ``(n, steps, 2)`` m; the first step has the speeds at the start, as in Nav2.
 
     Args:
         pose: Pose at the start.
-        velocity: Measured speeds.
+        velocity: Speeds at the start.
         v: ``(n, steps)`` speeds, m/s.
         w: ``(n, steps)`` turn rates, rad/s.
         dt: Time of a step, s.

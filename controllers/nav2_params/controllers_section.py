@@ -16,7 +16,8 @@ from controllers.checkers import (
 )
 from controllers.nav2_params import keys
 from controllers.nav2_params.navigation import ControllerPlugin, ControllerServer
-from controllers.nav2_params.plugins import CONTROLLERS, controller_kind, is_shim, strays
+from controllers.nav2_params.plugins import CONTROLLERS, controller_kind, is_shim, primary_class, strays
+from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLER_KEYS, PATH_HANDLERS, PathHandler
 from controllers.rotation_shim.plugin import PRIMARY, unfold
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Section, parameter_names, take_class
@@ -31,6 +32,7 @@ HANDLED = (
     "inversion_yaw_tolerance",
 )
 """Parameters that moved from the controllers to Lyrical's path handler."""
+HANDLER_LIST = "path_handler_plugins"
 
 
 @dataclass(frozen=True)
@@ -60,23 +62,35 @@ def read_controllers(server: Section) -> ControllersFound:
     names = server.take_names("controller_plugins", default)
     controllers: dict[str, ControllerPlugin] = {}
     foreign: dict[str, str] = {}
-    handler = _take_path_handler(server)
+    lyrical = server.findings.release == "lyrical"
+    plugins: dict[str, Any] = {"path_handler": _read_path_handler(server)} if lyrical else {}
+    handler = {} if lyrical else _take_path_handler(server)
     for name in names:
         found = _read_controller(server.take_group(name), name, handler)
         if isinstance(found, ControllerPlugin):
             controllers[name] = found
         else:
             foreign[name] = found
-    progress, goal = _read_progress_checker(server), _read_goal_checker(server)
+    plugins |= {"progress_checker": _read_progress_checker(server), "goal_checker": _read_goal_checker(server)}
     server.leave_groups()
-    values = server.read(keys.CONTROLLER_SERVER, _scalars())
-    settings = server.make(ControllerServer, {**values, "progress_checker": progress, "goal_checker": goal})
+    settings = server.make(ControllerServer, {**server.read(keys.CONTROLLER_SERVER, _scalars()), **plugins})
     return ControllersFound(settings, controllers, foreign, TREES_CHOICE if TREES_CHOICE in names else (*names, "")[0])
 
 
+def _read_path_handler(server: Section) -> PathHandler:
+    """Read the first of the path handlers, since the default tree asks for none by name."""
+    name, *others = server.take_names(HANDLER_LIST, (PATH_HANDLER_ID,), least=1)
+    for other in others:
+        server.leave(other)
+    group = server.take_group(name, PATH_HANDLER_ID)
+    default = PATH_HANDLERS["feasible"]["lyrical"] if name == PATH_HANDLER_ID else None
+    take_class(group, default, PATH_HANDLERS, "path handler")
+    return group.build(PathHandler, PATH_HANDLER_KEYS)
+
+
 def _take_path_handler(server: Section) -> dict[str, Any]:
-    """Take out the parameters of the path handler, which in Lyrical prunes the path for all controllers."""
-    name, *_ = (*server.take_names("path_handler_plugins", ()), "")
+    """Take out the parameters of Lyrical's path handler, where a file of Lyrical is read as an older release's."""
+    name, *_ = (*server.take_names(HANDLER_LIST, ()), "")
     handler = server.values.pop(name, None) if name else None
     if not isinstance(handler, Mapping):
         return {}
@@ -95,8 +109,8 @@ def _read_controller(group: Section, name: str, handler: Mapping[str, Any]) -> C
         unfold(group)
     kind = controller_kind(group.values)
     if kind is None:
-        key = PRIMARY if shim else "plugin"
-        return f"{group.name}.{key}: the controller {str(group.values[key])!r} is not built here"
+        key, ros_class = (PRIMARY, primary_class(group.values)) if shim else ("plugin", group.values["plugin"])
+        return f"{group.name}.{key}: the controller {str(ros_class)!r} is not built here"
     group.values.pop("plugin", None)
     inherited = {key: value for key, value in handler.items() if key in CONTROLLERS[kind].parameters}
     group.values = {**inherited, **group.values}
@@ -104,9 +118,13 @@ def _read_controller(group: Section, name: str, handler: Mapping[str, Any]) -> C
 
 
 def _read_progress_checker(server: Section) -> ProgressChecker:
-    """Read the first of the progress checkers; Humble has only one."""
+    """Read the first of the progress checkers; Humble has only one, and Lyrical may have none."""
     name = server.take_name("progress_checker_plugin", "progress_checker")
-    name, *others = server.take_names("progress_checker_plugins", (name,), least=1)
+    least = 0 if server.findings.release == "lyrical" else 1
+    names = server.take_names("progress_checker_plugins", (name,), least)
+    if not names:
+        return ProgressChecker(plugin="none")
+    name, *others = names
     for other in others:
         server.leave(other)
     group = server.take_group(name, "progress_checker")

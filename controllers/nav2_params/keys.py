@@ -48,6 +48,7 @@ CONTROLLER_SERVER = Keys(
             "odom_topic",
             "speed_limit_topic",
             "publish_path",
+            "search_window",
             "transform_tolerance",
         }
     ),
@@ -56,7 +57,6 @@ CONTROLLER_SERVER = Keys(
         "controller_plugin_types": "each plugin's own 'plugin' counts since Foxy",
         "goal_checker_plugin": "goal_checker_plugins is given as well, and counts",
         "progress_checker_plugin": "progress_checker_plugins is given as well, and counts",
-        "search_window": "every controller here prunes the path itself",
     },
 )
 PLANNER_SERVER = Keys(
@@ -105,6 +105,7 @@ BT_NAVIGATOR = Keys(
         "odom_topic",
         "path_blackboard_id",
         "plugin_lib_names",
+        "search_window",
         "wait_for_service_timeout",
     },
     elsewhere={
@@ -127,7 +128,6 @@ COSTMAP = Keys(
         "subscribe_to_stamped_footprint",
     },
     elsewhere={
-        "custom_inscribed_radius": "newer releases only",
         "observation_sources": "every layer names its own",
         "plugin_names": "an older name of plugins",
         "plugin_types": "each layer's own 'plugin' counts since Foxy",

@@ -1,24 +1,26 @@
 """NavigationParams: all parameters of the navigator, frozen, with Nav2's names and in Nav2's sections.
 
 The defaults are those of Nav2's code. Most people run the values of Nav2's example files instead, which are the
-presets ``thesis`` (Humble) and ``jazzy``.
+presets ``thesis`` (Humble), ``jazzy`` and ``lyrical``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from controllers.checkers import GOAL_CHECKERS, GoalChecker, ProgressChecker
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
-from controllers.releases import MODELLED, RELEASES, Release
+from controllers.path_handler import PathHandler
+from controllers.releases import MODELLED, Release
+from controllers.rotation_shim.plugin import configured_inside
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.planners import PLANNERS
 from gym_mapbench.quantities import Natural, NonNegative, Positive
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings, Settings
 
 __all__ = [
     "BehaviorServer",
@@ -31,6 +33,7 @@ __all__ = [
     "PlannerPlugin",
     "ProgressChecker",
     "VelocitySmoother",
+    "default_behaviors",
     "default_tree",
 ]
 
@@ -50,7 +53,7 @@ def _three(value: object) -> object:
 Axes = Annotated[tuple[float, float, float], BeforeValidator(_three)]
 
 
-class ControllerServer(Settings):
+class ControllerServer(ExtendedSettings):
     """Nav2's ``controller_server``.
 
     Args:
@@ -60,10 +63,13 @@ class ControllerServer(Settings):
         min_theta_velocity_threshold: Likewise of the turn rate, rad/s.
         failure_tolerance: Seconds for which a controller may have no valid command; 0 for none, -1 for any time.
         publish_zero_velocity: Whether the robot is told to stop at the goal.
-        costmap_update_timeout: Seconds after which the server gives up to wait for a cleared costmap (Jazzy).
+        costmap_update_timeout: Seconds after which the server gives up to wait for a cleared costmap (since Jazzy).
         progress_checker: Parameters of the progress checker.
         goal_checker: Parameters of the goal checker.
+        path_handler: Parameters of the path handler (Lyrical).
     """
+
+    newer: ClassVar[tuple[str, ...]] = ("path_handler",)
 
     controller_frequency: Annotated[Positive, Field(le=1000)] = 20.0
     min_x_velocity_threshold: NonNegative = 1e-4
@@ -74,6 +80,7 @@ class ControllerServer(Settings):
     costmap_update_timeout: Positive = 0.3
     progress_checker: ProgressChecker = ProgressChecker()
     goal_checker: GoalChecker = GoalChecker()
+    path_handler: PathHandler = PathHandler()
 
 
 class PlannerPlugin(Settings):
@@ -82,7 +89,8 @@ class PlannerPlugin(Settings):
     Args:
         name: ``navfn``, ``smac_2d``, ``theta_star``, or a third party's (see :mod:`gym_mapbench.planners`).
         params: Its parameters; they are checked, completed and brought into a form that JSON can hold.
-        costmap_update_timeout: Seconds after which the planner server gives up to wait for a cleared costmap (Jazzy).
+        costmap_update_timeout: Seconds after which the planner server gives up to wait for a cleared costmap (since
+            Jazzy).
     """
 
     name: str = "navfn"
@@ -128,7 +136,7 @@ class ControllerPlugin(Settings):
 
 
 class DriveLimits(Settings):
-    """Limits of a behaviour that drives straight (Humble); an acceleration of 0 means no limit.
+    """Limits of a behaviour that drives straight (Humble and Lyrical); an acceleration of 0 means no limit.
 
     Args:
         acceleration_limit: Largest acceleration, m/s^2.
@@ -151,7 +159,7 @@ class BehaviorServer(Settings):
         min_rotational_vel: Lowest turn rate of a spin, rad/s.
         rotational_acc_lim: Angular acceleration of a spin, rad/s^2.
         behavior_plugins: Which of the behaviours exist; the tree's other ones fail.
-        backup: Limits of the back-up (Humble).
+        backup: Limits of the back-up (Humble and Lyrical).
     """
 
     cycle_frequency: Annotated[Positive, Field(le=1000)] = 10.0
@@ -192,7 +200,7 @@ class BehaviorTree(Settings):
     latency: LatencyModel = "ideal"
 
 
-BACKUP_SPEED: dict[Release, float] = {"humble": 0.05, "jazzy": 0.15}
+BACKUP_SPEED: dict[Release, float] = {"humble": 0.05, "jazzy": 0.15, "lyrical": 0.15}
 """Speed of BackUp in the default tree, m/s."""
 
 
@@ -201,11 +209,17 @@ def default_tree(release: Release) -> BehaviorTree:
     return BehaviorTree(backup_speed=BACKUP_SPEED[release])
 
 
+def default_behaviors(release: Release) -> BehaviorServer:
+    """Return the behaviour server with the defaults of a release's code; Lyrical's back-up has limits."""
+    limits = DriveLimits(acceleration_limit=2.5, deceleration_limit=-2.5, minimum_speed=0.10)
+    return BehaviorServer(backup=limits) if release == "lyrical" else BehaviorServer()
+
+
 class VelocitySmoother(Settings):
     """Nav2's ``velocity_smoother`` between controller and base. Axes are x, y, theta.
 
     Humble's recoveries bypass it; for ``velocity_timeout`` after the controller's last command its zeros come between
-    their commands. Jazzy's recoveries go through it.
+    their commands. Since Jazzy recoveries go through it.
 
     Args:
         smoothing_frequency: Rate of the smoother, Hz.
@@ -276,12 +290,16 @@ class NavigationParams(Settings):
     def _of_the_release(cls, values: Any) -> Any:
         """Fill in what depends on the release."""
         release = values.get("release", "humble") if isinstance(values, Mapping) else None
-        if release in MODELLED and release not in RELEASES:
-            raise ConfigError(f"release: expected {' or '.join(RELEASES)}, got {release}, which is not built yet")
-        if not isinstance(release, str) or release not in RELEASES:
+        if not isinstance(release, str) or release not in MODELLED:
             return values
         navfn, costmap = PlannerPlugin(params={"release": release}), CostmapParams(release=release)
-        defaults = {"planner": navfn, "bt": default_tree(release), "local_costmap": costmap, "global_costmap": costmap}
+        defaults = {
+            "planner": navfn,
+            "bt": default_tree(release),
+            "behavior_server": default_behaviors(release),
+            "local_costmap": costmap,
+            "global_costmap": costmap,
+        }
         return {**defaults, **values}
 
     @model_validator(mode="after")
@@ -297,6 +315,8 @@ class NavigationParams(Settings):
             known = " or ".join(name for name, names in GOAL_CHECKERS.items() if self.release in names)
             first = next(iter(GOAL_CHECKERS[plugin])).capitalize()
             raise ConfigError(f"goal_checker.plugin: expected {known}, got {first}'s goal checker {plugin}")
+        if self.release != "lyrical" and self.controller_server.path_handler != PathHandler():
+            raise ConfigError(f"path_handler: Nav2 {self.release.capitalize()} has none; its controllers cut the plan")
         return self
 
     def controller(self, name: str) -> ControllerPlugin:
@@ -314,7 +334,7 @@ class NavigationParams(Settings):
             if plugin.kind == name:
                 return plugin
         if name in SHIMS:
-            return ControllerPlugin(kind=name, params=self.controller(SHIMS[name]).params)
+            return ControllerPlugin(kind=name, params=configured_inside(self.controller(SHIMS[name]).params))
         unconfigured = {kind for kind, plugin in CONTROLLERS.items() if plugin.needs_no_section and kind not in SHIMS}
         if name in unconfigured:
             return ControllerPlugin(kind=name, params={"release": self.release})

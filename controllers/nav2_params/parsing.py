@@ -16,13 +16,24 @@ from controllers.nav2_params.navigation import (
     NavigationParams,
     PlannerPlugin,
     VelocitySmoother,
+    default_behaviors,
     default_tree,
 )
 from controllers.nav2_params.nodes import SECTIONS, all_nodes, find_sections
 from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, names_in_ros, stand_in
 from controllers.nav2_params.recognition import Recognition, recognise
 from controllers.releases import Release
-from gym_mapbench.ros_params import Finding, Findings, Kind, Section, known_class, nest_dotted, parameter_names
+from gym_mapbench.ros_params import (
+    Finding,
+    Findings,
+    Kind,
+    Section,
+    known_class,
+    nest_dotted,
+    overlay,
+    parameter_names,
+    refuse_slash,
+)
 
 TREES_PLANNER = "GridBased"
 """The planner that Nav2's default tree asks for."""
@@ -136,6 +147,7 @@ def _read_planner(server: Section) -> PlannerPlugin:
     names = server.take_names("planner_plugins", (TREES_PLANNER,), least=1)
     group = server.take_group(TREES_PLANNER if TREES_PLANNER in names else names[0], TREES_PLANNER)
     ros_class = group.values.pop("plugin", PLANNERS[USUAL_PLANNER].names[group.findings.release])
+    refuse_slash(ros_class, group.findings.release, f"{group.name}.plugin")
     kind = known_class(ros_class, names_in_ros(PLANNERS))
     if kind is None:
         kind = stand_in(ros_class, PLANNERS) or USUAL_PLANNER
@@ -147,12 +159,18 @@ def _read_planner(server: Section) -> PlannerPlugin:
 
 
 def _read_behaviors(server: Section) -> BehaviorServer:
-    """Read the behaviours without those whose class the tree does not expect; only a back-up has its own settings."""
+    """Read the behaviours without those whose class the tree does not expect; only a back-up has its own settings.
+
+    Raises:
+        ConfigError: If a value is wrong, or the release does not start with the class of a behaviour.
+    """
     names = server.take_names("behavior_plugins", ("spin", "backup", "drive_on_heading", "wait"))
     enabled = [name for name in names if _read_behavior(server, name)]
     for key in [key for key, value in server.values.items() if isinstance(value, Mapping) and key not in enabled]:
         server.leave(key)
-    return server.build(BehaviorServer, keys.BEHAVIOR_SERVER, behavior_plugins=tuple(enabled))
+    usual = {"backup": default_behaviors(server.findings.release).backup.model_dump()}
+    values = overlay(usual, server.read(keys.BEHAVIOR_SERVER, parameter_names(BehaviorServer)))
+    return server.make(BehaviorServer, {**values, "behavior_plugins": tuple(enabled)})
 
 
 def _read_behavior(server: Section, name: str) -> bool:
@@ -162,6 +180,7 @@ def _read_behavior(server: Section, name: str) -> bool:
         return False
     group = server.take_group(name)
     ros_class = str(group.values.pop("plugin", BEHAVIORS[name][group.findings.release]))
+    refuse_slash(ros_class, group.findings.release, f"{group.name}.plugin")
     own = group.values if name == "backup" else {}
     for key in group.values.keys() - own.keys():
         server.findings.add("left_out", f"{group.name}.{key}", "this behaviour has no settings of its own here")

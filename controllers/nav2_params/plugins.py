@@ -63,13 +63,18 @@ def is_shim(ros_class: object) -> bool:
 def controller_kind(group: Mapping[str, Any]) -> str | None:
     """Return our name of the controller that a group of parameters is for, None if it is not built here.
 
-    The kind of a Rotation Shim also names its primary controller, whose parameters are in the same group.
+    The kind of a Rotation Shim also names its primary controller.
     """
     if not is_shim(group.get("plugin")):
         return known_class(group.get("plugin"), names_in_ros(PRIMARIES))
-    primary = group.get(PRIMARY)
-    inside = known_class(primary.get("plugin") if isinstance(primary, Mapping) else primary, names_in_ros(PRIMARIES))
+    inside = known_class(primary_class(group), names_in_ros(PRIMARIES))
     return f"shim_{inside}" if inside else None
+
+
+def primary_class(group: Mapping[str, Any]) -> object:
+    """Return the class of the primary controller of a Rotation Shim: in Lyrical the plugin of a group of its own."""
+    primary = group.get(PRIMARY)
+    return primary.get("plugin") if isinstance(primary, Mapping) else primary
 
 
 @cache
@@ -77,4 +82,5 @@ def strays(kind: str) -> Mapping[str, str]:
     """Return the parameters of other controllers, which are often left over after a change of the plugin."""
     others = [plugin for plugin in PRIMARIES.values() if plugin is not CONTROLLERS[kind]]
     named = {name: f"a parameter of {plugin.title}" for plugin in others for name in plugin.parameters}
-    return {**named, **dict.fromkeys(SHIM_KEYS, "a parameter of the Rotation Shim")}
+    shims = {} if kind in SHIMS else dict.fromkeys(SHIM_KEYS, "a parameter of the Rotation Shim")
+    return {**named, **shims}

@@ -2,70 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
-from typing import NamedTuple
 
-from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.nodes import Node
-from controllers.nav2_params.plugins import CONTROLLERS, controller_kind
-from controllers.releases import RELEASES, Release
+from controllers.nav2_params.signs import DRIVES, IGNORED, STARTS, Sign, signs_of
+from controllers.releases import MODELLED, Release
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.ros_params import leaves, nest_dotted
 
 CLEAR_MAJORITY = 2
-"""Where there are signs of both releases, one needs more than this many times the signs of the other."""
-
-Patterns = Mapping[Release, Mapping[str, tuple[str, ...]]]
-
-OTHER: Patterns = {
-    "humble": {
-        "controller_server": ("progress_checker_plugin", "goal_checker_plugin"),
-        "behavior_server": ("costmap_topic", "footprint_topic"),
-        "recoveries_server": (),
-        "bt_navigator": ("plugin_lib_names", "default_bt_xml_filename", "groot_zmq_*", "enable_groot_monitoring"),
-        "bt_navigator*_rclcpp_node": (),
-        "*_costmap_client": (),
-        "dwb_controller": (),
-    },
-    "jazzy": {
-        "controller_server": (
-            "progress_checker_plugins",
-            "costmap_update_timeout",
-            "use_realtime_priority",
-            "enable_stamped_cmd_vel",
-        ),
-        "planner_server": ("costmap_update_timeout",),
-        "behavior_server": ("local_costmap_topic", "local_footprint_topic", "global_costmap_topic", "local_frame"),
-        "bt_navigator": ("error_code_name*", "navigators"),
-        "velocity_smoother": ("stamp_smoothed_velocity_with_smoothing_time", "enable_stamped_cmd_vel"),
-        "docking_server": (),
-        "route_server": (),
-        "loopback_simulator": (),
-    },
-}
-"""Release -> node -> keys that the other release ignores, and that do not change how a controller drives.
-
-Where no keys are listed, the node itself is the sign.
-"""
-
-STARTING = {"planner_server": "*.plugin", "behavior_server": "*.plugin"}
-"""Where a class is written with ``/`` up to Iron and with ``::`` since Jazzy; misspelt, Nav2 does not start."""
-
-
-class Sign(NamedTuple):
-    """A key that tells the release.
-
-    Args:
-        strength: 3 if the other release does not start with it, 2 if it changes how a controller drives, else 1.
-        release: The release that it tells.
-        name: Full name of the key.
-    """
-
-    strength: int
-    release: Release
-    name: str
+"""Where there are signs of both sides, one needs more than this many times the signs of the other."""
+NEIGHBOURS: dict[Release, Release] = {"humble": "jazzy", "jazzy": "humble", "lyrical": "jazzy"}
+"""Release -> the release from which the keys that are named to the user tell it."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +23,7 @@ class Recognition:
     Args:
         release: The distribution.
         told_by: Full names of the keys that say so, the strongest first; empty if none does, or if the user said it.
-        against: Full names of the keys that speak for the other distribution.
+        against: Full names of the keys that this distribution does not have, the strongest first.
         given: Whether the user named the distribution.
     """
 
@@ -88,10 +36,10 @@ class Recognition:
 def recognise(nodes: list[Node], given: Release | None = None) -> Recognition:
     """Return the distribution that a file is written for, and the keys that tell; Humble if none does.
 
-    The strongest signs there are decide, if a clear majority of them speaks for one release; weaker signs then do not
-    count. Among signs of the weakest strength any majority decides, and without one the file is Humble's. The reason is
-    that only a class in the wrong spelling keeps Nav2 from starting, and that only some keys change how it drives; the
-    others are often leftovers.
+    Lyrical is told from the older ones first, and then Jazzy from Humble. The strongest signs there are decide, if a
+    clear majority of them speaks for one side; weaker signs then do not count. Among signs of the weakest strength any
+    majority decides, and without one the file is the older release's. The reason is that only some signs keep Nav2 from
+    starting, and that only some keys change how it drives; the others are often leftovers.
 
     Args:
         nodes: The nodes of the file.
@@ -100,78 +48,53 @@ def recognise(nodes: list[Node], given: Release | None = None) -> Recognition:
     Raises:
         ConfigError: If stronger signs have no clear majority, so that the file mixes the distributions.
     """
-    signs = [sign for node in nodes for sign in _signs(node)]
+    signs = sorted((sign for node in nodes for sign in signs_of(node)), key=lambda sign: -sign.strength)
     release = given or _decide(signs)
-    named = {name: tuple(sign.name for sign in _of(name, signs)) for name in RELEASES}
-    other = next(name for name in RELEASES if name != release)
-    return Recognition(release, () if given else named[release], named[other], given is not None)
+    told_by = () if given else _names(_telling(release, NEIGHBOURS[release], signs))
+    against = _names([sign for sign in signs if release not in sign.releases])
+    return Recognition(release, told_by, against, given is not None)
 
 
-def _decide(signs: list[Sign]) -> Release:
-    for strength, majority in ((3, CLEAR_MAJORITY), (2, CLEAR_MAJORITY), (1, 1)):
-        strong = [sign for sign in signs if sign.strength == strength]
-        humble, jazzy = ([sign for sign in strong if sign.release == name] for name in RELEASES)
-        if len(humble) > majority * len(jazzy):
-            return "humble"
-        if len(jazzy) > majority * len(humble):
-            return "jazzy"
-        if strong and strength > 1:
-            raise _mixture(humble[0].name, jazzy[0].name)
-    return "humble"
+def _decide(signs: Sequence[Sign]) -> Release:
+    older = [sign for sign in signs if "lyrical" not in sign.releases]
+    if _prevails([sign for sign in signs if sign.releases == ("lyrical",)], older):
+        return "lyrical"
+    return "jazzy" if _prevails(_telling("jazzy", "humble", signs), _telling("humble", "jazzy", signs)) else "humble"
 
 
-def _mixture(humble: str, jazzy: str) -> ConfigError:
+def _prevails(newer: Sequence[Sign], older: Sequence[Sign]) -> bool:
+    """Whether the signs of the newer side outweigh those of the older one.
+
+    Raises:
+        ConfigError: If neither side has a clear majority of the strong signs.
+    """
+    for strength, majority in ((STARTS, CLEAR_MAJORITY), (DRIVES, CLEAR_MAJORITY), (IGNORED, 1)):
+        ours, theirs = ([sign for sign in side if sign.strength == strength] for side in (newer, older))
+        if len(ours) > majority * len(theirs):
+            return True
+        if len(theirs) > majority * len(ours):
+            return False
+        if ours and strength > IGNORED:
+            raise _mixture(ours[0], theirs[0])
+    return False
+
+
+def _mixture(newer: Sign, older: Sign) -> ConfigError:
+    choices = " or ".join(f"--nav2 {name}" for name in MODELLED if name in {*newer.releases, *older.releases})
     return ConfigError(
-        f"{jazzy}: the file mixes the distributions: this is Jazzy's, but {humble} is Humble's; say which one with "
-        "--nav2 humble or --nav2 jazzy"
+        f"{newer.name}: the file mixes the distributions: this is {_whose(newer)}, but {older.name} is "
+        f"{_whose(older)}; say which one with {choices}"
     )
 
 
-def _of(release: Release, signs: list[Sign]) -> list[Sign]:
-    return sorted((sign for sign in signs if sign.release == release), key=lambda sign: -sign.strength)
+def _whose(sign: Sign) -> str:
+    return " and ".join(f"{release.capitalize()}'s" for release in sign.releases)
 
 
-def _signs(node: Node) -> Iterator[Sign]:
-    """Yield the signs of one node."""
-    try:
-        parameters = nest_dotted(node.group[PARAMETERS]) if node.group else {}
-    except (ConfigError, AttributeError):
-        return  # the error is raised where the section is read
-    for release, of_nodes in OTHER.items():
-        for name, patterns in of_nodes.items():
-            if fnmatchcase(node.name, name):
-                yield from (Sign(1, release, f"{node.full}{key}") for key in _matching(parameters, patterns))
-    for key, value in leaves(parameters):
-        if _starts_only_one(node.section, key, str(value)):
-            yield Sign(3, "jazzy" if "::" in str(value) else "humble", f"{node.full}.{key}")
-    if node.section == "controller_server":
-        for name, group in parameters.items():
-            yield from _driving_signs(f"{node.full}.{name}", group)
+def _telling(release: Release, other: Release, signs: Sequence[Sign]) -> list[Sign]:
+    """Return the signs that tell one release from another."""
+    return [sign for sign in signs if release in sign.releases and other not in sign.releases]
 
 
-def _driving_signs(full: str, group: object) -> Iterator[Sign]:
-    """Yield the parameters of a controller that only one release has, by the tables of the controller's own module."""
-    kind = controller_kind(group) if isinstance(group, Mapping) else None
-    if kind is None or not isinstance(group, Mapping):
-        return
-    missing = CONTROLLERS[kind].keys.missing
-    for key, _ in leaves(group):
-        without = [release for release in RELEASES if key in missing.get(release, {})]
-        if len(without) == 1:
-            yield Sign(2, next(release for release in RELEASES if release not in without), f"{full}.{key}")
-
-
-def _matching(parameters: Mapping[str, object], patterns: tuple[str, ...]) -> list[str]:
-    """Return the matching keys of a node, each after a dot; without patterns, an empty text for the node itself."""
-    if not patterns:
-        return [""]
-    return [f".{key}" for key, _ in leaves(parameters) if any(fnmatchcase(key, pattern) for pattern in patterns)]
-
-
-def _starts_only_one(section: str, key: str, named: str) -> bool:
-    return (
-        section in STARTING
-        and fnmatchcase(key, STARTING[section])
-        and named.startswith("nav2_")
-        and ("/" in named or "::" in named)
-    )
+def _names(signs: Sequence[Sign]) -> tuple[str, ...]:
+    return tuple(sign.name for sign in signs)

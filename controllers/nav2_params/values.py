@@ -7,15 +7,19 @@ A name is that of a parameter of a controller (``PathAlign.scale``), or of a cos
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any
 
 import yaml
 
 from controllers.nav2_params.migration import parameter_groups
+from controllers.nav2_params.migration_work import OWN_OF_SHIM
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams
 from controllers.nav2_params.plugins import CONTROLLERS, COSTMAP_LAYERS
 from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
 from controllers.parameters import SettingsWithCritics
+from controllers.rotation_shim.plugin import PRIMARY
+from controllers.rpp.params import RENAMED_KEYS
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.files.documents import parse_yaml
@@ -87,10 +91,10 @@ def write_values(text: str, controller: str, values: Values) -> str:
     edits = Edits(text)
     for name, value in values.items():
         node, _, key = name.partition(".") if name.partition(".")[0] in COSTMAPS else ("controller_server", "", name)
-        full = key if node in COSTMAPS else f"{controller}.{key}"
         if node not in groups:
             raise ConfigError(f"{name}: the file has no section {node}")
-        _write(edits, groups[node], _named_as_in(groups[node], full), value)
+        named = _named_as_in if node in COSTMAPS else partial(_placed_as_in, controller)
+        _write(edits, groups[node], named(groups[node], key), value)
     return edits.apply()
 
 
@@ -106,6 +110,15 @@ def _named_as_in(group: yaml.MappingNode, name: str) -> str:
         if entry.key.value == "plugin" and known_class(entry.value.value, classes):
             return f"{entry.name.rpartition('.')[0]}.{rest}"
     return name
+
+
+def _placed_as_in(controller: str, group: yaml.MappingNode, name: str) -> str:
+    """Return the full name of a controller's parameter where the file has it, or would have it in Lyrical."""
+    found = {entry.name for entry in entries(group)}
+    has_block = f"{controller}.{PRIMARY}.plugin" in found
+    head = f"{controller}.{PRIMARY}" if has_block and name.partition(".")[0] not in OWN_OF_SHIM else controller
+    lyrical = next((new for new, older in RENAMED_KEYS.items() if older == name), name)
+    return f"{head}.{lyrical if f'{head}.{lyrical}' in found else name}"
 
 
 def _write(edits: Edits, group: yaml.MappingNode, name: str, value: Value) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
 from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, PLANNERS
+from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS
 from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
@@ -16,27 +17,33 @@ from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
 BASE_FRAME = "base_link"
-BEHAVIOR_FRAMES = {
+_FRAMES_SINCE_JAZZY = {
+    "local_costmap_topic": "local_costmap/costmap_raw",
+    "global_costmap_topic": "global_costmap/costmap_raw",
+    "local_footprint_topic": "local_costmap/published_footprint",
+    "global_footprint_topic": "global_costmap/published_footprint",
+    "local_frame": "odom",
+    "global_frame": "map",
+}
+BEHAVIOR_FRAMES: Mapping[Release, Mapping[str, str]] = {
     "humble": {
         "costmap_topic": "local_costmap/costmap_raw",
         "footprint_topic": "local_costmap/published_footprint",
         "global_frame": "odom",
     },
-    "jazzy": {
-        "local_costmap_topic": "local_costmap/costmap_raw",
-        "global_costmap_topic": "global_costmap/costmap_raw",
-        "local_footprint_topic": "local_costmap/published_footprint",
-        "global_footprint_topic": "global_costmap/published_footprint",
-        "local_frame": "odom",
-        "global_frame": "map",
-    },
+    "jazzy": _FRAMES_SINCE_JAZZY,
+    "lyrical": _FRAMES_SINCE_JAZZY,
 }
 """Release -> topics and frames of its behaviour server."""
-ERROR_CODES = ["compute_path_error_code", "follow_path_error_code"]
-"""Error codes that the trees of Jazzy and newer releases report."""
+ERROR_CODES: Mapping[Release, Mapping[str, Any]] = {
+    "humble": {},
+    "jazzy": {"error_code_names": ["compute_path_error_code", "follow_path_error_code"]},
+    "lyrical": {"error_code_name_prefixes": ["compute_path", "follow_path"]},
+}
+"""Release -> the error codes that its trees report."""
 COSTMAP_TIMEOUT = "costmap_update_timeout"
 UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother")
-"""Nodes that publish Twist in Jazzy, but TwistStamped in newer releases unless they are told otherwise."""
+"""Nodes that publish Twist in Jazzy, but TwistStamped since Kilted unless they are told otherwise."""
 
 
 def write_nav2_params(
@@ -123,10 +130,11 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
     return {
         **_without_timeout(_own_options(server), navigation.release, ControllerServer),
         "odom_topic": "/odom",
-        **_list_progress_checker(navigation.release),
+        **_list_progress_checker(server.progress_checker, navigation.release),
         "goal_checker_plugins": ["goal_checker"],
         "controller_plugins": list(plugins),
-        "progress_checker": _progress_checker(server.progress_checker, navigation.release),
+        **_path_handler(server, navigation.release),
+        **_progress_checker(server.progress_checker, navigation.release),
         "goal_checker": {
             **_options(server.goal_checker),
             "plugin": GOAL_CHECKERS[server.goal_checker.plugin][navigation.release],
@@ -136,8 +144,8 @@ def _controller_server(navigation: NavigationParams, follow_path: str | None) ->
 
 
 def _own_options(server: ControllerServer) -> dict[str, Any]:
-    """Return the options of the server without those of its checkers."""
-    return {name: value for name, value in _options(server).items() if not name.endswith("_checker")}
+    """Return the options of the server without those of its plugins."""
+    return {name: value for name, value in _options(server).items() if not name.endswith(("_checker", "_handler"))}
 
 
 def _without_timeout(values: dict[str, Any], release: Release, settings: type[Settings]) -> dict[str, Any]:
@@ -147,17 +155,33 @@ def _without_timeout(values: dict[str, Any], release: Release, settings: type[Se
     return {name: value for name, value in values.items() if keeps or name != COSTMAP_TIMEOUT}
 
 
-def _list_progress_checker(release: Release) -> dict[str, Any]:
-    """Return the parameter that names the progress checker; Humble has only one."""
+def _list_progress_checker(checker: ProgressChecker, release: Release) -> dict[str, Any]:
+    """Return the parameter that names the progress checker; Humble has only one, and Lyrical may have none."""
     if release == "humble":
         return {"progress_checker_plugin": "progress_checker"}
-    return {"progress_checker_plugins": ["progress_checker"]}
+    return {"progress_checker_plugins": [] if _checks_no_progress(checker, release) else ["progress_checker"]}
+
+
+def _checks_no_progress(checker: ProgressChecker, release: Release) -> bool:
+    return checker.plugin == "none" and release == "lyrical"
 
 
 def _progress_checker(checker: ProgressChecker, release: Release) -> dict[str, Any]:
+    """Return the group of the progress checker by its name."""
+    if _checks_no_progress(checker, release):
+        return {}
     if checker.plugin not in PROGRESS_CHECKERS:
         raise ConfigError(f"progress_checker.plugin: expected one that ROS has, got {checker.plugin!r}")
-    return {**_options(checker), "plugin": PROGRESS_CHECKERS[checker.plugin][release]}
+    return {"progress_checker": {**_options(checker), "plugin": PROGRESS_CHECKERS[checker.plugin][release]}}
+
+
+def _path_handler(server: ControllerServer, release: Release) -> dict[str, Any]:
+    """Return Lyrical's path handler with the parameter that names it."""
+    classes = PATH_HANDLERS["feasible"]
+    if release not in classes:
+        return {}
+    handler = {"plugin": classes[release], **_options(server.path_handler)}
+    return {"path_handler_plugins": [PATH_HANDLER_ID], PATH_HANDLER_ID: handler}
 
 
 def _planner_server(navigation: NavigationParams) -> dict[str, Any]:
@@ -171,7 +195,9 @@ def _planner_server(navigation: NavigationParams) -> dict[str, Any]:
 
 def _behavior_server(server: BehaviorServer, release: Release) -> dict[str, Any]:
     options = _options(server)
-    limits = {name: value for name, value in options.pop("backup").items() if value and release == "humble"}
+    limits = options.pop("backup")
+    if release != "lyrical":  # whose defaults are not 0
+        limits = {name: value for name, value in limits.items() if value and release == "humble"}
     own = {"backup": limits}
     return {
         **options,
@@ -188,7 +214,7 @@ def _bt_navigator(navigation: NavigationParams) -> dict[str, Any]:
         "global_frame": "map",
         "robot_base_frame": BASE_FRAME,
         "odom_topic": "/odom",
-        **({} if navigation.release == "humble" else {"error_code_names": ERROR_CODES}),
+        **ERROR_CODES[navigation.release],
     }
 
 

@@ -76,16 +76,49 @@ class Edits:
         at = (first.index, first.index)
         self._changes[at] = self._changes.get(at, "") + line + after
 
+    def name_of(self, key: yaml.ScalarNode) -> str:
+        """Return the key that a parameter or a group will have."""
+        return self._changes.get((key.start_mark.index, key.end_mark.index), str(key.value))
+
+    def dissolve(self, entry: Entry) -> None:
+        """Move what a group in block style holds to the left, beside the group's own key, which goes."""
+        first = entry.value.value[0][0].start_mark
+        by, end = first.column - entry.key.start_mark.column, _end(entry.value)
+        start = self.text.find("\n", entry.key.end_mark.index) + 1
+        self._changes[self.text.rfind("\n", 0, entry.key.start_mark.index) + 1, start] = ""
+        for place in [place for place in self._changes if start <= place[0] == place[1] <= end]:
+            self._changes[place] = self._changes[place].replace("\n" + " " * by, "\n")
+        while 0 < start < end:
+            blank = self.text[start : start + by]
+            if not blank.strip() and "\n" not in blank:
+                self._changes[start, start + by] = ""
+            start = self.text.find("\n", start) + 1
+
     def apply(self) -> str:
         """Return the changed text; a change within a removed group goes with it."""
         text, behind = self.text, len(self.text) + 1
-        removed = [place for place, new in self._changes.items() if not new and place[1] > place[0]]
+        self._rescue_inserts()
+        removed = self._removed()
         for start, end in sorted(self._changes, reverse=True):
-            within = any(a <= start and end <= b and (a, b) != (start, end) for a, b in removed)
+            within = any(a <= start < b and end <= b and (a, b) != (start, end) for a, b in removed)
             if within or end > behind:
                 continue
             text, behind = text[:start] + self._changes[start, end] + text[end:], start
         return text
+
+    def _removed(self) -> list[tuple[int, int]]:
+        return [place for place, new in self._changes.items() if not new and place[1] > place[0]]
+
+    def _rescue_inserts(self) -> None:
+        """Move what is inserted in front of a parameter that goes with its line behind that line."""
+        lines = {start: end for start, end in self._removed() if self.text[start - 1 : start] in ("", "\n")}
+        for start, end in [place for place in self._changes if place[0] == place[1]]:
+            line = self.text.rfind("\n", 0, start) + 1
+            indent = self.text[line:start]
+            if line in lines and lines[line] > start and not indent.strip():
+                new = indent + self._changes.pop((start, end)).removesuffix(indent)
+                behind = (lines[line], lines[line])
+                self._changes[behind] = new + self._changes.get(behind, "")
 
     def _remove_in_braces(self, entry: Entry) -> None:
         keys = [key for key, _ in entry.group.value]

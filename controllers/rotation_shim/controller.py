@@ -1,6 +1,6 @@
 """RotationShimFollower: Nav2's Rotation Shim Controller as a path follower around another.
 
-Source: nav2_rotation_shim_controller: src/nav2_rotation_shim_controller.cpp (Humble and Jazzy).
+Source: nav2_rotation_shim_controller: src/nav2_rotation_shim_controller.cpp (Humble, Jazzy and Lyrical).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class RotationShimFollower:
 
     def __init__(self, make_primary: Callable[[Any], PathFollower], params: RotationShimParams) -> None:
         self.params = params
-        self.primary = make_primary(params)
+        self.primary = make_primary(params.of_primary())
         self._forget_run()
 
     def reset(self, setup: FollowerSetup) -> None:

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from controllers.descriptor import Limits, Nav2Controller, named_limits
+from controllers.releases import Release
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
-from gym_mapbench.ros_params import Keys, in_every_release
+from gym_mapbench.ros_params import Keys, Section, in_every_release
 
 TURNING = {
     "max_angular_velocity": "rotate_to_heading_angular_vel",
@@ -22,6 +23,21 @@ def limits(params: Mapping[str, Any]) -> Limits:
     return named_limits(params, {"max_linear_velocity": "desired_linear_vel", **TURNING})
 
 
+def adapt(section: Section) -> None:
+    """Give Lyrical's parameters their names here, unless the older name is given as well, which then counts there."""
+    for name, older in RENAMED_KEYS.items():
+        if section.findings.release == "lyrical" and name in section.values and older not in section.values:
+            section.values[older] = section.values.pop(name)
+
+
+def arrange(values: dict[str, Any], release: Release) -> dict[str, Any]:
+    """Give the parameters the names that a release writes."""
+    if release != "lyrical":
+        return values
+    lyrical = {older: name for name, older in RENAMED_KEYS.items()}
+    return {lyrical.get(name, name): value for name, value in values.items()}
+
+
 RPP = Nav2Controller(
     in_every_release("nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"),
     "Regulated Pure Pursuit",
@@ -30,11 +46,13 @@ RPP = Nav2Controller(
         ros_only=ROS_ONLY_KEYS,
         renamed={"max_allowed_time_to_collision": "max_allowed_time_to_collision_up_to_carrot", **RENAMED_KEYS},
         elsewhere={
-            "allow_obstacle_checking_beyond_goal": "the look-ahead ends at the carrot here",
             "use_approach_linear_velocity_scaling": "a parameter of older releases; the approach is always scaled now",
+            "velocity_feedback": "Lyrical's dynamic window is around the last command",
             "use_approach_vel_scaling": "a parameter of older releases; the approach is always scaled now",
         },
     ),
+    adapt=adapt,
+    arrange=arrange,
     make=RppFollower,
     limits=limits,
     relative_cost=1.0,

@@ -57,9 +57,9 @@ def add_drive_options(
         "--params",
         action="append" if several else "store",
         metavar="[LABEL=]FILE|PRESET" if several else "FILE|PRESET",
-        help="a nav2_params.yaml, whose controller_plugins are compared unless others are named, or a preset: thesis "
-        "(Humble's examples), fair (Humble, same limits for all), jazzy (Jazzy's examples) or jazzy_fair (Jazzy, same "
-        f"limits for all) (default: {default.format(DEFAULT_PARAMS)})" + (SEVERAL_FILES if several else ""),
+        help="a nav2_params.yaml, whose controller_plugins are compared unless others are named, or a preset: thesis, "
+        "jazzy or lyrical (examples of Humble, Jazzy and Lyrical); fair, jazzy_fair or lyrical_fair (same limits for "
+        f"all) (default: {default.format(DEFAULT_PARAMS)})" + (SEVERAL_FILES if several else ""),
     )
     group.add_argument(
         "--planner", metavar="NAME", help=f"global planner: {names_in(PLANNERS)} (default: that of the parameters)"

@@ -1,4 +1,4 @@
-"""``mapbench params``: report the effect of a parameter file, or convert it for the other distribution."""
+"""``mapbench params``: report the effect of a parameter file, or convert it for another distribution."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from controllers.nav2_params import parse_nav2_params, robot_of, summarise
 from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import Migration, migrate_file
-from controllers.releases import RELEASES
+from controllers.releases import MODELLED
 from evolution.commands import options
 from evolution.commands.console import console, note
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file
@@ -18,7 +18,7 @@ from gym_mapbench.world.robot import RobotSpec, make_robot
 
 EXAMPLES = """  mapbench params check nav2_params.yaml
   mapbench params check rosbot.yaml --define min_x=-0.1 --define max_x=0.1 --define min_y=-0.12 --define max_y=0.12
-  mapbench params convert nav2_params.yaml --to jazzy --out nav2_params_jazzy.yaml"""
+  mapbench params convert nav2_params.yaml --nav2 lyrical --out nav2_params_lyrical.yaml"""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -32,11 +32,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--robot", metavar="NAME", help="robot for the values that the file leaves out (default turtlebot3_waffle)"
     )
     check.set_defaults(run=_check)
-    convert = options.action_parser(actions, "convert", "migrate a file to the other distribution")
+    convert = options.action_parser(actions, "convert", "migrate a file to another distribution")
     convert.add_argument("file", metavar="FILE")
-    convert.add_argument("--to", required=True, choices=RELEASES, help="ROS distribution to convert it for")
+    convert.add_argument("--to", choices=MODELLED, help="ROS distribution to convert it for; --nav2 without it")
     convert.add_argument(
-        "--nav2", choices=RELEASES, help="ROS distribution it was written for (default: recognised by its keys)"
+        "--nav2",
+        choices=MODELLED,
+        help="ROS distribution to convert it for; beside --to, the one it was written for (default: recognised "
+        "by its keys)",
     )
     convert.add_argument("--out", metavar="FILE", help="a new file (default: standard output)")
     convert.set_defaults(run=_convert)
@@ -54,10 +57,12 @@ def _check(args: argparse.Namespace) -> int:
 
 
 def _convert(args: argparse.Namespace) -> int:
-    """Write the file for the other distribution; the report goes to standard error."""
+    """Write the file for another distribution; the report goes to standard error."""
+    if args.to is None and args.nav2 is None:
+        raise ConfigError(f"expected --nav2 with the distribution to convert for, {' or '.join(MODELLED)}, got none")
     if args.out is not None and Path(args.out).exists():
         raise ConfigError(f"--out: expected a new file, got {args.out!r}, which exists")
-    migration = migrate_file(args.file, args.to, args.nav2)
+    migration = migrate_file(args.file, args.to or args.nav2, args.nav2 if args.to else None)
     if args.out is None:
         print(migration.text, end="")
     else:

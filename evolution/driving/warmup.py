@@ -46,7 +46,7 @@ TASK = Pose(0.6, 0.6), Pose(1.9, 1.9)
 WORLD, MEASURES = "world", "measures"
 BY_COST = ("mppi", "dwb", WORLD, MEASURES, "graceful", "rpp")
 """Drills by compile time, the longest first, so that two workers end at about the same time."""
-PRESET_OF: dict[Release, str] = {"humble": "thesis", "jazzy": "jazzy"}
+PRESET_OF: dict[Release, str] = {"humble": "thesis", "jazzy": "jazzy", "lyrical": "lyrical"}
 PAUSE_SECONDS = 0.05
 
 

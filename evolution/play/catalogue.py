@@ -34,6 +34,8 @@ PRESET_LABELS = {
     "fair": "the same limits for all (Humble)",
     "jazzy": "Nav2's examples (Jazzy)",
     "jazzy_fair": "the same limits for all (Jazzy)",
+    "lyrical": "Nav2's examples (Lyrical)",
+    "lyrical_fair": "the same limits for all (Lyrical)",
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.base import STOP, Twist
 from controllers.mppi.evaluation import Evaluation, evaluate
 from controllers.mppi.params import MppiParams
 from controllers.mppi.path_handler import PathHandler
@@ -16,8 +17,8 @@ from evolution.validation.units import Unit, difference, each_unit
 UNDEFINED_READ = {"humble": "PathAlignCritic"}
 """The critic, by release, that reads past the end of its array: a few of its costs depend on the memory there."""
 
-LARGEST = {"humble": "<= 0.026", "jazzy": "<= 1e-5"}
-SHARE = {"humble": ">= 0.95", "jazzy": ">= 1"}
+LARGEST = {"humble": "<= 0.026", "jazzy": "<= 1e-5", "lyrical": "<= 1e-5"}
+SHARE = {"humble": ">= 0.95", "jazzy": ">= 1", "lyrical": ">= 1"}
 """Targets of the commands by release: the largest error, m/s and rad/s, and the share within :data:`WITHIN`.
 
 Humble's are wider because the costs in :data:`UNDEFINED_READ` change a few commands.
@@ -39,29 +40,67 @@ def mppi_measures(oracle: Oracle) -> list[Measure]:
     costs = Cases("mppi_cost_rel_err_max", "<= 1e-5")
     undefined = Cases("mppi_path_align_rel_err_max", "undefined read")
     commands = Cases("mppi_cmd_abs_err_max", LARGEST[release])
+    steps = _Steps()
     for preset in oracle.presets:
         recorded = oracle.table("units_mppi", preset)
         rows = {int(row): position for position, row in enumerate(recorded["unit_index"])}
         for unit in each_unit(oracle, "MPPI", preset):
-            ours = _evaluate(oracle, preset, unit)
-            if unit.row in rows:
+            ours, failed = _evaluate(oracle, preset, unit), bool(unit.recorded["mppi_fail_flag"][unit.row])
+            if unit.row in rows and not (failed and release == "lyrical"):
                 errors = _cost_errors(ours, recorded["critic_cost"][rows[unit.row]])
                 for critic, error in zip(recorded["critics"], errors, strict=True):
                     cases = undefined if critic == UNDEFINED_READ.get(release) else costs
                     cases.add(error, f"{unit.name} {critic}")
-            if not unit.recorded["mppi_fail_flag"][unit.row]:
+            if not failed:
                 commands.add(difference(ours.command, unit.recorded["mppi_cmd_stepwise"][unit.row]), unit.name)
+            if release == "lyrical":
+                steps.add(ours, unit)
     share = commands.share_within(WITHIN, "mppi_cmd_within_1e-4", SHARE[release])
     of_memory = [undefined.largest()] if undefined.errors else []
-    return [costs.largest(), *of_memory, commands.largest(), share]
+    return [costs.largest(), *of_memory, commands.largest(), share, *(steps.measures() if release == "lyrical" else [])]
+
+
+class _Steps:
+    """The steps of a call, which Lyrical's recordings hold one by one.
+
+    Lyrical asks no critic after one that all trajectories fail. Its recordings have single critics' costs of such calls
+    all the same, and with them another result; they are left out.
+    """
+
+    def __init__(self) -> None:
+        self._starts = Cases("mppi_start_abs_err_max", "<= 1e-6")
+        self._sequences = Cases("mppi_sequence_abs_err_max", "<= 5e-5")
+        self._furthest = Cases("mppi_furthest_agreement", ">= 1")
+        self._verdicts = Cases("mppi_validator_agreement", ">= 1")
+
+    def add(self, ours: Evaluation, unit: Unit) -> None:
+        """Compare one call."""
+        row, recorded = unit.row, unit.recorded
+        self._starts.add(difference(ours.start, recorded["mppi_speed_used"][row]), unit.name)
+        self._verdicts.add(float(ours.refused != recorded["mppi_validator_reset"][row]), unit.name)
+        if recorded["mppi_fail_flag"][row]:
+            return
+        self._furthest.add(float(ours.furthest != recorded["mppi_furthest"][row]), unit.name)
+        for v, w, name in (
+            (ours.softmax_v, ours.softmax_w, "softmax"),
+            (ours.filtered_v, ours.filtered_w, "filtered"),
+            (ours.limited_v, ours.limited_w, "out"),
+        ):
+            errors = v - recorded[f"mppi_seq_{name}_vx"][row], w - recorded[f"mppi_seq_{name}_wz"][row]
+            self._sequences.add(float(np.abs(errors).max()), f"{unit.name} {name}")
+
+    def measures(self) -> list[Measure]:
+        """The largest errors and the shares that agree."""
+        shares = self._furthest.agreement(), self._verdicts.agreement()
+        return [self._starts.largest(), self._sequences.largest(), *shares]
 
 
 def _evaluate(oracle: Oracle, preset: Preset, unit: Unit) -> Evaluation:
     """Evaluate one recorded call with the recorded noise and control sequence."""
     params = MppiParams(**follower_params(oracle, "MPPI"))
-    noise = oracle.arrays("mppi_noise.npz")
+    noise, recorded = oracle.arrays("mppi_noise.npz"), unit.recorded
     paths = PathHandler(params)
-    paths.set_plan(unit.plan)
+    paths.set_plan(_plan(unit))
     path = paths.local_path(unit.pose, unit.costmap)
     return evaluate(
         params,
@@ -70,10 +109,19 @@ def _evaluate(oracle: Oracle, preset: Preset, unit: Unit) -> Evaluation:
         unit.velocity,
         path,
         unit.costmap,
-        (unit.recorded["mppi_seq_in_vx"][unit.row], unit.recorded["mppi_seq_in_wz"][unit.row]),
+        (recorded["mppi_seq_in_vx"][unit.row], recorded["mppi_seq_in_wz"][unit.row]),
         (noise["vx"], noise["wz"]),
         paths.goal(path),
+        Twist(*recorded["last_cmd"][unit.row].tolist()) if "last_cmd" in recorded else STOP,
     )
+
+
+def _plan(unit: Unit) -> NDArray[np.float64]:
+    """Return the plan of a call: ours, or the recorded one of Lyrical, which is unrounded and 2e-6 m from ours."""
+    if "local_path" not in unit.recorded:
+        return unit.plan
+    begin, end = unit.recorded["path_offset"][unit.row : unit.row + 2]
+    return unit.recorded["path"][begin:end]
 
 
 def _cost_errors(ours: Evaluation, recorded: NDArray[np.float32]) -> NDArray[np.float64]:

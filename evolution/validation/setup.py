@@ -21,6 +21,7 @@ from controllers.registry import FOLLOWERS
 from evolution.validation.oracle import Oracle, Preset
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_static_costmap
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
+from gym_mapbench.ros_params import Findings, Section
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.robot import RobotSpec
@@ -75,11 +76,14 @@ def follower_params(oracle: Oracle, kind: str, variant: str = "default") -> dict
 
     Those of the Rotation Shim include DWB's, the controller that was recorded inside it.
     """
-    keys = CONTROLLERS[KINDS[kind]].keys
+    plugin = CONTROLLERS[KINDS[kind]]
     inside = oracle.controller_params("DWB", "default") if kind == "RotationShim" else {}
     values = {**inside, **oracle.controller_params(kind, variant)}
     values.pop("primary_controller", None)
-    return {name: v for name, v in values.items() if not keys.is_ros_only(name)} | {"release": oracle.release}
+    section = Section(kind, values, Findings(oracle.release))
+    plugin.adapt(section)
+    used = {name: value for name, value in section.values.items() if not plugin.keys.is_ros_only(name)}
+    return used | {"release": oracle.release}
 
 
 def is_reproduced(oracle: Oracle, kind: str) -> bool:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,15 +18,19 @@ from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, LayerContext, L
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.inflation import inflate, widen
 from gym_mapbench.quantities import NonNegative
+from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import Keys, RosPlugin, in_every_release
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings
 from gym_mapbench.world.scenario import Pose
 
 MAX_REACH_CELLS = 2000
 EVERYWHERE = -math.inf, -math.inf, math.inf, math.inf
 
 
-class InflationLayer(Settings):
+_FROM_FOOTPRINT = "the inscribed radius is the footprint's"
+
+
+class InflationLayer(ExtendedSettings):
     """Nav2's ``InflationLayer``: cost around obstacles.
 
     Args:
@@ -33,13 +39,22 @@ class InflationLayer(Settings):
         cost_scaling_factor: Decay of the cost, 1/m.
         inflate_unknown: Whether any cost replaces "unknown", not only an inscribed obstacle's.
         inflate_around_unknown: Whether unknown cells are inflated like obstacles.
+        custom_inscribed_radius: Lyrical: radius around obstacles with the cost of a collision, m; the footprint's
+            inscribed radius if it is negative.
     """
+
+    newer: ClassVar[tuple[str, ...]] = ("custom_inscribed_radius",)
+    MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = {
+        "humble": {"custom_inscribed_radius": _FROM_FOOTPRINT},
+        "jazzy": {"custom_inscribed_radius": _FROM_FOOTPRINT},
+    }
 
     enabled: bool = True
     inflation_radius: NonNegative = 0.55
     cost_scaling_factor: NonNegative = 10.0
     inflate_unknown: bool = False
     inflate_around_unknown: bool = False
+    custom_inscribed_radius: float = -1.0
 
 
 @functools.lru_cache(maxsize=64)
@@ -78,7 +93,8 @@ class Inflation(Layer):
             raise ConfigError(f"inflation_radius: expected at most {MAX_REACH_CELLS} cells, got {self._reach}")
         release = context.costmap.release
         self._reset_is_news, self._exact = release != "humble", release == "lyrical"
-        inscribed_radius = context.footprint.inscribed_radius
+        custom = options.custom_inscribed_radius
+        inscribed_radius = context.footprint.inscribed_radius if custom < 0.0 else custom
         self._cost_of = inflation_costs(options, self._reach, context.resolution, inscribed_radius, self._exact)
         self._all_is_news = True
         self._last = np.array(EVERYWHERE)
@@ -115,10 +131,21 @@ class Inflation(Layer):
         self._before, self._inflated = before, inside.copy()
 
 
+def check_inscribed_radius(layer: InflationLayer, release: Release) -> None:
+    """Refuse an inscribed radius of the layer's own in a release that does not have it.
+
+    Raises:
+        ConfigError: Beginning with the name of the option.
+    """
+    if release in InflationLayer.MISSING and layer.custom_inscribed_radius >= 0.0:
+        raise ConfigError(f"custom_inscribed_radius: Nav2 {release.capitalize()} has none: {_FROM_FOOTPRINT}")
+
+
 INFLATION_LAYER = LayerEntry(
     InflationLayer,
     Inflation,
     widens_when_disabled=True,
+    check=check_inscribed_radius,
     nav2=RosPlugin(
         in_every_release("nav2_costmap_2d::InflationLayer"),
         "the inflation layer",
@@ -126,10 +153,11 @@ INFLATION_LAYER = LayerEntry(
         Keys(
             ros_only=frozenset({"plugin"}),
             elsewhere={
-                "cost_scaling_factor_left": "newer releases only",
-                "cost_scaling_factor_right": "newer releases only",
+                "cost_scaling_factor_left": "a parameter of the AsymmetricInflationLayer",
+                "cost_scaling_factor_right": "a parameter of the AsymmetricInflationLayer",
                 "num_threads": "it changes the computing time only",
             },
         ),
+        stands_in_for=("LegacyInflationLayer", "AsymmetricInflationLayer"),
     ),
 )

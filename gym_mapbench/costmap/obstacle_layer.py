@@ -5,7 +5,6 @@ Source: nav2_costmap_2d/plugins/obstacle_layer.cpp.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -153,9 +152,9 @@ def lower_height(section: Section) -> None:
     section.cap("min_obstacle_height", 0.0, "the robot's lidar lies in the plane of its base")
 
 
-def lidar_source(values: Mapping[str, Any], release: Release) -> dict[str, Any]:
-    """Return the keys of a written layer that name its lidar; the options of the lidar form a group of their own."""
-    return {"observation_sources": "scan", "scan": {**SCAN, **values["scan"]}}
+def name_lidar(values: dict[str, Any], release: Release) -> dict[str, Any]:
+    """Add the keys of a written layer that name its lidar; the options of the lidar form a group of their own."""
+    return {**values, "observation_sources": "scan", "scan": {**SCAN, **values["scan"]}}
 
 
 OBSERVATION_SOURCE = RosPlugin(
@@ -192,6 +191,6 @@ OBSTACLE_LAYER = LayerEntry(
         ObstacleLayer,
         OBSTACLE_KEYS,
         adapt=lower_height,
-        more_keys=lidar_source,
+        arrange=name_lidar,
     ),
 )

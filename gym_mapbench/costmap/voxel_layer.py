@@ -18,8 +18,8 @@ from gym_mapbench.costmap.obstacle_layer import (
     ObstacleGrid,
     ObstacleLayer,
     check_combination,
-    lidar_source,
     lower_height,
+    name_lidar,
 )
 from gym_mapbench.costmap.scan import Observation
 from gym_mapbench.kernels.layers import shifted
@@ -114,6 +114,6 @@ VOXEL_LAYER = LayerEntry(
         replace(OBSTACLE_KEYS, ros_only=OBSTACLE_KEYS.ros_only | {"publish_voxel_map"}),
         stands_in_for=("SpatioTemporalVoxelLayer", "NonPersistentVoxelLayer"),
         adapt=adapt,
-        more_keys=lidar_source,
+        arrange=name_lidar,
     ),
 )

@@ -154,14 +154,13 @@ def _straight_cost(cell, goal, width):
 
 
 @kernel
-def descend(potentials, start, goal):
+def descend(potentials, start, goal, most):
     """Walk down the potential from ``goal`` to ``start``: ``(n, 2)`` float32 col, row, and whether it came there.
 
-    A walk that does not come there ended where it could not go on, or after four times the longer side.
+    A walk that does not come there ended where it could not go on, or after ``most`` points.
     """
-    rows, width = potentials.shape
+    width = potentials.shape[1]
     potential, cells = potentials.ravel(), potentials.size
-    most = 4 * max(rows, width)
     points = np.empty((most, 2), np.float32)
     cell = goal
     dx, dy = np.float32(0), np.float32(0)

@@ -15,7 +15,7 @@ from gym_mapbench.mapio.runner_results import COLUMNS
 from gym_mapbench.releases import Release
 from gym_mapbench.world.scenario import Scenario
 
-SIMULATORS: dict[Release, tuple[str, ...]] = {"humble": ("classic", "gz"), "jazzy": ("gz",)}
+SIMULATORS: dict[Release, tuple[str, ...]] = {"humble": ("classic", "gz"), "jazzy": ("gz",), "lyrical": ("gz",)}
 """Simulators that have packages for a release, the usual one first."""
 
 PREFIX = "mapbench_"

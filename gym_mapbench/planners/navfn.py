@@ -1,7 +1,7 @@
 """NavFn, Nav2's default planner: a potential field around the robot, and the way down to it from the goal.
 
-Source: nav2_navfn_planner (Humble and Jazzy). Its cells are rounded where those of the costmap are truncated, so
-potentials and paths lie half a cell below and left of the costs they were computed from; this is copied on purpose.
+Source: nav2_navfn_planner (Humble, Jazzy and Lyrical). Its cells are rounded where those of the costmap are truncated,
+so potentials and paths lie half a cell below and left of the costs they were computed from; this is copied on purpose.
 """
 
 from __future__ import annotations
@@ -9,28 +9,32 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
-from gym_mapbench.errors import EndpointError
+from gym_mapbench.errors import ConfigError, EndpointError
 from gym_mapbench.kernels.wavefront import COST_NEUTRAL, COST_OBS, POT_HIGH, descend, spread
 from gym_mapbench.planners.base import Path, PlannerEntry, cells_of, no_path, refuse_obstacle, set_last_yaw, stay
-from gym_mapbench.quantities import NonNegative
+from gym_mapbench.quantities import Count, NonNegative
 from gym_mapbench.releases import Release
 from gym_mapbench.ros_params import Keys, RosPlugin, slashed_in_humble
-from gym_mapbench.settings import Settings
+from gym_mapbench.settings import ExtendedSettings
 from gym_mapbench.world.scenario import Pose
 
 COST_FACTOR = 0.8
 AT_GOAL_SQUARED = 1e-6
+_FOUR_TIMES = "a path has at most 4 times as many points as the longer side has cells"
 Cell = tuple[int, int]
 """``(row, col)``."""
 
 
-class NavfnParams(Settings):
+class NavfnParams(ExtendedSettings):
     """Options of NavFn, named and defaulted as in Nav2.
 
     Args:
@@ -40,13 +44,30 @@ class NavfnParams(Settings):
         use_final_approach_orientation: Whether the last pose faces the way the path arrives, not the goal's yaw.
         release: Release of Nav2. In Jazzy the goal replaces a last pose within 1 mm of it, and a plan from the goal
             itself succeeds even on an obstacle.
+        max_cycles_factor: Lyrical: largest number of points of a path, as a multiple of the longer side in cells; 4 in
+            older releases.
     """
+
+    newer: ClassVar[tuple[str, ...]] = ("max_cycles_factor",)
+    MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = {
+        "humble": {"max_cycles_factor": _FOUR_TIMES},
+        "jazzy": {"max_cycles_factor": _FOUR_TIMES},
+    }
 
     tolerance: NonNegative = 0.5
     use_astar: bool = False
     allow_unknown: bool = True
     use_final_approach_orientation: bool = False
     release: Release = "humble"
+    max_cycles_factor: Count = 4
+
+    @model_validator(mode="after")
+    def _has_the_factor(self) -> Self:
+        if self.release in self.MISSING and self.max_cycles_factor != 4:
+            raise ConfigError(
+                f"max_cycles_factor: Nav2 {self.release.capitalize()} has no such parameter: {_FOUR_TIMES}"
+            )
+        return self
 
 
 @dataclass
@@ -82,9 +103,9 @@ class NavfnPlanner:
         if end is None:
             raise no_path(start, goal, "start and goal are not connected")
         width = costmap.costs.shape[1]
-        points, arrived = descend(potential, _flat(start_cell, width), _flat(end[1], width))
+        points, arrived = descend(potential, _flat(start_cell, width), _flat(end[1], width), self._most_points(costmap))
         if not arrived:
-            raise no_path(start, goal, _why_short(len(points), costmap))
+            raise no_path(start, goal, self._why_short(len(points), costmap))
         path = _to_path(points, costmap, end[0], 0.0 if humble else AT_GOAL_SQUARED)
         set_last_yaw(path, start, goal, direct)
         return path
@@ -97,6 +118,18 @@ class NavfnPlanner:
         """
         potential = self._spread(costmap, *self._cells(costmap, start, goal))
         return np.where(potential < POT_HIGH, potential, np.float32(np.inf))
+
+    def _most_points(self, costmap: Costmap) -> int:
+        """Largest number of points of a path."""
+        longer: int = max(costmap.costs.shape)
+        return self.params.max_cycles_factor * longer
+
+    def _why_short(self, points: int, costmap: Costmap) -> str:
+        """Say why NavFn's walk down the potential ended before the start."""
+        most, factor = self._most_points(costmap), self.params.max_cycles_factor
+        if points < most:
+            return "the potential has a dead end"
+        return f"NavFn follows at most {most} points, {factor} times the longer side in cells, and the way is longer"
 
     def _cells(self, costmap: Costmap, start: Pose, goal: Pose) -> tuple[Cell, Cell]:
         """Cells of start and goal, rounded; Jazzy also looks at the cell that the costmap gives for the goal."""
@@ -134,14 +167,6 @@ class NavfnPlanner:
             if least == 0:
                 break
         return best
-
-
-def _why_short(points: int, costmap: Costmap) -> str:
-    """Say why NavFn's walk down the potential ended before the start."""
-    most = 4 * max(costmap.costs.shape)
-    if points < most:
-        return "the potential has a dead end"
-    return f"NavFn follows at most {most} points, 4 times the longer side in cells, and the way is longer"
 
 
 @functools.cache
@@ -215,6 +240,6 @@ NAVFN = PlannerEntry(
         slashed_in_humble("nav2_navfn_planner", "NavfnPlanner"),
         "NavFn",
         NavfnParams,
-        Keys(ros_only=frozenset({"plugin"}), elsewhere={"max_cycles_factor": "newer releases only"}),
+        Keys(ros_only=frozenset({"plugin"})),
     ),
 )

@@ -75,6 +75,18 @@ def refuse_missing(names: RosNames, release: Release, where: str) -> None:
         raise ConfigError(f"{where}: Nav2 {release.capitalize()} has no {short}; --nav2 {other} has")
 
 
+def refuse_slash(ros_class: object, release: Release, where: str) -> None:
+    """Refuse a class of Nav2 that is written as before Jazzy, with which Lyrical does not start.
+
+    Raises:
+        ConfigError: With the class as Lyrical writes it.
+    """
+    given = str(ros_class)
+    if release == "lyrical" and given.startswith("nav2_") and "/" in given:
+        written = given.replace("/", "::")
+        raise ConfigError(f"{where}: Nav2 Lyrical has no class {given!r} and does not start; it is written {written!r}")
+
+
 def take_class(group: Section, default: str | None, known: Mapping[str, RosNames], what: str) -> str:
     """Take the class of a plugin out of its group and return our name of it.
 
@@ -94,9 +106,9 @@ def _nothing(group: Section) -> None:
     """Leave a group as it is."""
 
 
-def _no_more(values: Mapping[str, Any], release: Release) -> Mapping[str, Any]:
-    """Add no keys."""
-    return {}
+def _as_it_is(values: dict[str, Any], release: Release) -> dict[str, Any]:
+    """Leave a section as it is."""
+    return values
 
 
 @dataclass(frozen=True)
@@ -111,7 +123,7 @@ class RosPlugin:
         other_keys: The other keys of its section.
         stands_in_for: Parts of the names of foreign classes that it stands in for.
         adapt: Brings the section of a file into the form that ``params`` reads, and lists the changes.
-        more_keys: Given parameters and a release, returns the keys that a written section has besides ``params``.
+        arrange: Brings the nested parameters into the form of a release's section, the class left out.
     """
 
     names: RosNames
@@ -120,7 +132,7 @@ class RosPlugin:
     other_keys: Keys = field(default_factory=Keys)
     stands_in_for: tuple[str, ...] = ()
     adapt: Callable[[Section], None] = _nothing
-    more_keys: Callable[[Mapping[str, Any], Release], Mapping[str, Any]] = _no_more
+    arrange: Callable[[dict[str, Any], Release], dict[str, Any]] = _as_it_is
 
     @cached_property
     def keys(self) -> Keys:
@@ -147,7 +159,8 @@ class RosPlugin:
 
     def changed_defaults(self, source: Release, target: Release) -> dict[str, Any]:
         """Return, by dotted name, the source's defaults that differ in the target; both must have the parameter."""
-        pairs = {name: (self.default(name, source), self.default(name, target)) for name in self.parameters}
+        of_nav2 = [name for name in self.parameters if name not in self.our_keys]
+        pairs = {name: (self.default(name, source), self.default(name, target)) for name in of_nav2}
         return {name: old for name, (old, new) in pairs.items() if None not in (old, new) and old != new}
 
     def complete(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -182,6 +195,6 @@ class RosPlugin:
         return values
 
     def write(self, values: Mapping[str, Any], release: Release) -> dict[str, Any]:
-        """Return the section that a release reads: the class, those of the parameters that Nav2 has, and more keys."""
+        """Return the section that a release reads: the class, and those of the parameters that Nav2 has."""
         of_nav2 = {name: value for name, value in leaves(values) if name not in self.our_keys}
-        return {"plugin": self.names[release], **nest_dotted(of_nav2), **self.more_keys(values, release)}
+        return {"plugin": self.names[release], **self.arrange(nest_dotted(of_nav2), release)}

@@ -41,7 +41,7 @@ class PlainMppi:
 
     def __init__(self, params, setup, pose, velocity, path, costmap, controls, noise, goal=None):
         self.p, self.setup, self.pose, self.costmap = params, setup, pose, costmap
-        self.jazzy = params.release == "jazzy"
+        self.jazzy = params.release != "humble"
         self.px, self.py, self.pyaw = np.asarray(path).T.astype(f4)
         self.v, self.w = (u.astype(f4) for u in controls)
         self.noise_v, self.noise_w = noise
@@ -89,7 +89,10 @@ class PlainMppi:
         effort_w = self.p.gamma / self.p.wz_std**2 * (self.w * (self.cw - self.w)).sum(axis=1)
         self.total = sum(self.costs.values()) + effort_v + effort_w
         weights = np.exp(-(self.total - self.total.min()) / self.p.temperature)
-        weights /= weights.sum()
+        self.update(weights / weights.sum())
+        return self
+
+    def update(self, weights):
         self.v = np.clip(weights @ self.cv, self.p.vx_min, self.p.vx_max)
         self.w = np.clip(weights @ self.cw, -self.p.wz_max, self.p.wz_max)
         for t in range(1, self.N if self.jazzy else 0):
@@ -99,7 +102,6 @@ class PlainMppi:
             radius = self.p.AckermannConstraints.min_turning_r
             tight = np.abs(self.v) < radius * np.abs(self.w)
             self.w = np.where(tight, np.sign(self.w) * np.abs(self.v) / radius, self.w)
-        return self
 
     def near(self, distance):
         return (self.pose.x - self.goal[0]) ** 2 + (self.pose.y - self.goal[1]) ** 2 < distance**2
@@ -163,7 +165,7 @@ class PlainMppi:
         values, hits = np.zeros(self.K), 0
         near = self.near(own.near_goal_distance)
         step, critical = (own.trajectory_point_step, own.near_collision_cost) if self.jazzy else (1, 253)
-        points = self.N // step
+        points = self.looks(step)
         for k in range(self.K):
             for t in range(0, points * step, step):
                 x, y, yaw = self.x[k, t], self.y[k, t], self.yaw[k, t]
@@ -178,6 +180,9 @@ class PlainMppi:
                 values[k] += own.critical_cost if cost >= critical else (0 if near else cost)
         self.failed = hits == self.K
         return own.cost_weight / 254 * values / points
+
+    def looks(self, step):
+        return self.N // step
 
     def ObstaclesCritic(self, own):
         critical, repulsion, hits = np.zeros(self.K), np.zeros(self.K), 0
@@ -337,13 +342,14 @@ def closest_onwards(arc, length, start):
     return len(arc) - 1
 
 
-def smooth_copy(u, history):
-    """Savitzky-Golay from the values as they were, all but the last (Jazzy)."""
+def smooth_copy(u, history, weights=None):
+    """Savitzky-Golay from the values as they were, all but the last (since Jazzy)."""
+    weights = FILTER if weights is None else weights
     u, count = u.astype(f4), len(u)
     padded = np.concatenate([history, u, np.full(4, u[-1])])
     if count - 1 < 20:
         return u
-    return np.array([*(padded[i : i + 9] @ FILTER for i in range(count - 1)), u[-1]], dtype=f4)
+    return np.array([*(padded[i : i + 9] @ weights for i in range(count - 1)), u[-1]], dtype=f4)
 
 
 def smooth(u, history):

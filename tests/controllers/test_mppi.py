@@ -22,11 +22,13 @@ from controllers.mppi.kernels.points import ROWS_SIZE, step_and_locate
 from controllers.mppi.kernels.rollout import BLOCK
 from controllers.mppi.kernels.update import filter_controls
 from controllers.mppi.noise import Layout, Nav2Noise, NoiseBank, NumpyNoise
-from controllers.mppi.params import CRITIC_NAMES, JAZZY_DEFAULTS, RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
+from controllers.mppi.params import CRITIC_NAMES, RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
 from controllers.mppi.path_handler import PathHandler
+from controllers.mppi.release_tables import JAZZY_DEFAULTS, LYRICAL_DEFAULTS
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.jit import kernel
+from gym_mapbench.ros_params import parameter_names
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_mppi import PlainMppi, closest, smooth, smooth_copy
@@ -529,10 +531,7 @@ def test_contradictions_are_refused(params, message):
 
 
 def test_known_keys_do_not_overlap():
-    groups = [name for name in MppiParams.model_fields if name in CRITIC_NAMES]
-    known = set(MppiParams.model_fields) | {
-        f"{g}.{k}" for g in groups for k in type(getattr(MppiParams(), g)).model_fields
-    }
+    known = set(parameter_names(MppiParams))
     assert not known & (set(ROS_ONLY_KEYS) | set(RENAMED_KEYS))
-    assert set(JAZZY_DEFAULTS) <= known
+    assert set(JAZZY_DEFAULTS) | set(LYRICAL_DEFAULTS) <= known
     assert set(RENAMED_KEYS.values()) <= known

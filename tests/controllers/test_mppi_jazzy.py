@@ -13,7 +13,7 @@ from controllers.base import ControllerError, InvalidPath, Twist
 from controllers.mppi.evaluation import evaluate
 from controllers.mppi.kernels.accelerations import limit_samples, limit_sequence
 from controllers.mppi.kernels.rollout import BLOCK
-from controllers.mppi.kernels.update import filter_copy
+from controllers.mppi.kernels.update import FILTER, filter_copy
 from controllers.mppi.noise import Layout, Nav2Noise
 from controllers.mppi.params import MppiParams
 from controllers.mppi.path_handler import PathHandler
@@ -81,7 +81,7 @@ def test_6_filter():
     history, constant, impulse = np.zeros(4, np.float32), np.full(STEPS, 0.4, np.float32), np.zeros(STEPS, np.float32)
     impulse[20] = 1.0
     for values in (constant, impulse):
-        filter_copy(values, history)
+        filter_copy(values, history, FILTER)
     assert constant[:6] == pytest.approx([0.25108, 0.34459, 0.41212, 0.43636, 0.4, 0.4], abs=1e-5)
     expected = [-0.09091, 0.06061, 0.16883, 0.23377, 0.25541, 0.23377]
     assert impulse[16:22] == pytest.approx(expected, abs=1e-5)

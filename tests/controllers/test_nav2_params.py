@@ -43,7 +43,7 @@ controller_server:
     unused: {plugin: "somebody::Else"}
     FollowPath:
       plugin: "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
-      max_linear_vel: 0.4
+      desired_linear_vel: 0.4
       transform_tolerance: 0.1
     Slow:
       plugin: "dwb_core::DWBLocalPlanner"

@@ -12,6 +12,7 @@ from controllers.mppi.controller import MppiFollower
 from controllers.mppi.kernels.rollout import retrace
 from controllers.mppi.params import MppiParams
 from controllers.nav2_params import load_preset
+from controllers.releases import MODELLED
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose
@@ -32,10 +33,9 @@ def costmap():
     return Costmap(costs, 0.05, -1.5, -1.5)
 
 
-@pytest.mark.parametrize("release", ["humble", "jazzy"])
+@pytest.mark.parametrize("release", MODELLED)
 def test_mppis_trajectories_are_those_of_the_roll_out(release, setup, costmap):
-    own = load_preset("thesis" if release == "humble" else "jazzy").controller("mppi").params
-    params = MppiParams(**{**own, "batch_size": 64})
+    params = MppiParams(release=release, batch_size=64, vx_max=0.4, gamma=0.02)
     follower = MppiFollower(params)
     follower.reset(setup)
     follower.set_plan(PATH)
@@ -47,10 +47,10 @@ def test_mppis_trajectories_are_those_of_the_roll_out(release, setup, costmap):
     assert samples.costs.tolist() == total.ravel()[order].tolist()
     for number, sample in enumerate(order.tolist()):
         block, k = divmod(sample, total.shape[1])
-        start = (np.float32(one) for one in (*VELOCITY, POSE.yaw, params.model_dt))
+        call, dt = follower._optimizer._call[0], np.float32(params.model_dt)
         noise = explored.noise_v[block], explored.noise_w[block]
-        end = retrace(*noise, k, params.time_steps - 1, explored.v, explored.w, *start)
-        np.testing.assert_allclose(samples.points[number, -1], np.add(POSE[:2], end), atol=1e-4)
+        end = retrace(*noise, k, params.time_steps - 1, explored.v, explored.w, call, dt)
+        np.testing.assert_allclose(samples.points[number, -1], np.add((call["base_x"], call["base_y"]), end), atol=1e-4)
 
 
 def test_mppis_chosen_trajectory_begins_with_its_command(setup, costmap):

@@ -154,7 +154,7 @@ def tree_of(**changes):
     return ElementTree.fromstring(navigation(**changes).files()["behavior_trees/dwb.xml"])
 
 
-@pytest.mark.parametrize("release", ["humble", "jazzy"])
+@pytest.mark.parametrize("release", ["humble", "jazzy", "lyrical"])
 def test_the_numbers_of_the_tree_are_those_that_were_driven_with(release):
     tree = tree_of(release=release)
     assert tree.find(".//RateController").get("hz") == "2.0"
@@ -180,7 +180,22 @@ def test_jazzys_tree_asks_whether_a_recovery_would_help():
     assert "error_code" not in ElementTree.tostring(tree_of()).decode()
 
 
-@pytest.mark.parametrize("release", ["humble", "jazzy"])
+def test_lyricals_tree_keeps_a_valid_plan_near_the_goal():
+    tree = tree_of(release="lyrical")
+    keeps, plans = tree.find(".//Fallback[@name='FallbackComputePathToPose']")
+    assert [node.tag for node in keeps] == ["Inverter", "IsGoalNearby", "TruncatePathLocal", "ValidatePath"]
+    assert (keeps[0][0].tag, plans.tag, plans.get("planner_id")) == (
+        "GlobalUpdatedGoal",
+        "ComputePathToPose",
+        "GridBased",
+    )
+    assert keeps[1].attrib == {"path": "{path}", "proximity_threshold": "4.0", "max_robot_pose_search_dist": "1.5"}
+    assert keeps[2].get("output_path") == keeps[3].get("path") == "{remaining_path}"
+    assert tree.find(".//RoundRobin").get("wrap_around") is None  # false by default: BackUp is the last recovery
+    assert tree_of(release="jazzy").find(".//ValidatePath") is None
+
+
+@pytest.mark.parametrize("release", ["humble", "jazzy", "lyrical"])
 def test_a_tree_has_only_what_was_driven_with(release):
     behaviors = {"behavior_server": {"ros__parameters": {"behavior_plugins": ["wait"]}}}
     some = tree_of(release=release, params=PARAMS | behaviors)

@@ -14,7 +14,7 @@ from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.world import World
-from tests.mapio.test_gazebo import OPTIONS, thesis_scenario
+from tests.mapio.test_gazebo import OPTIONS, navigation, thesis_scenario
 
 SUN = "<sdf version='1.6'><light name='sun' type='directional'><direction>0 0 -1</direction></light></sdf>"
 PLANE = "<sdf version='1.6'><model name='ground_plane'><static>true</static><link name='link'/></model></sdf>"
@@ -60,6 +60,17 @@ def test_sdf_check_passes_worlds_and_models_without_a_word(bundle, sdf_check):
     _, folder = bundle
     files = sorted(folder.glob("worlds/*")) + sorted(folder.glob("models/m*/model.sdf"))
     assert len(files) == 5
+    assert run_sdf_check(sdf_check, folder, files) == (0, "")
+
+
+@pytest.mark.parametrize("release", ["jazzy", "lyrical"])
+def test_sdf_check_passes_packages_of_newer_releases(release, tmp_path, sdf_check):
+    export_gazebo(
+        [thesis_scenario(5, "map_0")], tmp_path / "bundle", **(OPTIONS | {"navigation": navigation(release=release)})
+    )
+    folder = tmp_path / "bundle"
+    files = sorted(folder.glob("worlds/*")) + sorted(folder.glob("models/m*/model.sdf"))
+    assert [file.suffix for file in files] == [".sdf"] * 3
     assert run_sdf_check(sdf_check, folder, files) == (0, "")
 
 

@@ -30,7 +30,7 @@ from tests.mapio.test_gazebo import OPTIONS, navigation, thesis_scenario
 HEAD = ",".join(COLUMNS) + "\n"
 
 
-@pytest.fixture(scope="module", params=["humble", "jazzy"])
+@pytest.fixture(scope="module", params=["humble", "jazzy", "lyrical"])
 def bundle(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runner") / "bundle"
     maps = [thesis_scenario(seed, f"map_{seed}") for seed in range(2)]

@@ -30,16 +30,16 @@ def sweep_bearings(tuning_of, call_of, rollout, collected):
     """Roll out all samples and sum up the angles between heading and bearing of the call's target (PathAngle)."""
     tuning, call, (refresh_every, noise_v, noise_w, v, w) = tuning_of[0], call_of[0], rollout
     rows, period = np.empty(STATE_SIZE, dtype=np.float32), np.float32(tuning.model_dt)
-    yaw_0, v_0, w_0 = np.float32(call.yaw), np.float32(call.v), np.float32(call.w)
+    base_yaw = np.float32(call.base_yaw)
     target_x, target_y = np.float32(call.target_x), np.float32(call.target_y)
     for b in range(len(noise_v)):
-        start(rows, v_0, w_0, yaw_0, period)
+        start(rows, call, period)
         start_at(ZERO, b, collected[BEARINGS])
         for t in range(len(v)):
             if t > 0:
-                step(rows, noise_v[b, t - 1], noise_w[b, t - 1], v[t - 1], w[t - 1], yaw_0, period)
+                step(rows, noise_v[b, t - 1], noise_w[b, t - 1], v[t - 1], w[t - 1], base_yaw, period)
                 if t % refresh_every == 0:
-                    refresh(rows, yaw_0)
+                    refresh(rows, base_yaw)
             _add_bearing(rows, target_x, target_y, tuning.either_way, b, collected)
 
 

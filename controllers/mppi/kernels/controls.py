@@ -16,6 +16,9 @@ from gym_mapbench.kernels.jit import inlined, kernel
 EXCESS, REVERSE, EFFORT, CELLS, DISTANCE, ANGLE, BEARINGS, CLOSENESS, ALIGNED, FOLLOWED, TURNING, DEADBANDS = range(12)
 COLLECTED_ROWS = 12
 
+SLOWEST_TURN = np.float32(1e-6)
+"""Turn rate by which Lyrical's Constraint divides at least, rad/s."""
+
 FEASIBLE = 2
 """PathAngle's mode in which the path's own headings say whether it is driven forwards or backwards."""
 
@@ -79,6 +82,7 @@ def score_deadband(tuning_of, call_of, rollout, collected):
 def add_too_tight(tuning_of, call_of, rollout, collected):
     """Add how far each sample's turning radius ``|v| / |w|`` lies below Ackermann's to its excess (Constraint)."""
     smallest, call = np.float32(tuning_of[0].AckermannConstraints.min_turning_r), call_of[0]
+    least = SLOWEST_TURN if tuning_of[0].lyrical else ZERO
     _, noise_v, noise_w, v, w = rollout
     blocks, steps, samples = noise_v.shape
     for b in range(blocks):
@@ -86,5 +90,25 @@ def add_too_tight(tuning_of, call_of, rollout, collected):
             for k in range(samples):
                 speed = np.float32(call.v) if t == 0 else v[t - 1] + noise_v[b, t - 1, k]
                 turn = np.float32(call.w) if t == 0 else w[t - 1] + noise_w[b, t - 1, k]
-                lacking = smallest - abs(speed) / abs(turn)
+                lacking = smallest - abs(speed) / max(abs(turn), least)
                 collected[EXCESS, b, k] += lacking if lacking > ZERO else ZERO
+
+
+@kernel
+def write_effort(noise_v, noise_w, factors_v, factors_w, collected):
+    """Write each sample's control effort, the sum of factor times noise over the steps and both axes.
+
+    Args:
+        noise_v: ``(blocks, time_steps, samples)`` m/s.
+        noise_w: The same, rad/s.
+        factors_v: ``(time_steps,)``.
+        factors_w: The same.
+        collected: ``(12, blocks, samples)``; row EFFORT is written.
+    """
+    blocks, steps, samples = noise_v.shape
+    for b in range(blocks):
+        start_at(ZERO, b, collected[EFFORT])
+        for t in range(steps):
+            factor_v, factor_w = factors_v[t], factors_w[t]
+            for k in range(samples):
+                collected[EFFORT, b, k] += factor_v * noise_v[b, t, k] + factor_w * noise_w[b, t, k]

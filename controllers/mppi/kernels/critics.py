@@ -1,8 +1,8 @@
 """Which critics apply to a call, and the scores for which the sweep has collected enough.
 
-Source: nav2_mppi_controller/src/critics (Humble and Jazzy). A critic adds ``(factor * scores)^cost_power`` to the
-costs; its scores are a row of what is collected per sample. Critics that need a pass of their own over the trajectories
-are only chosen here; the optimizer calls them by their row.
+Source: nav2_mppi_controller/src/critics (Humble, Jazzy and Lyrical). A critic adds ``(factor * scores)^cost_power`` to
+the costs; its scores are a row of what is collected per sample. Critics that need a pass of their own over the
+trajectories are only chosen here; the optimizer calls them by their row.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from controllers.mppi.kernels.controls import (
     REVERSE,
     TURNING,
 )
+from controllers.mppi.kernels.lengths import furthest_within_length
 from controllers.mppi.kernels.path import furthest_reached, nearest_point, score_follow
 from controllers.mppi.kernels.window import MARKED
 from gym_mapbench.kernels.geometry import normalize_angle
@@ -71,7 +72,8 @@ def is_near(row, tuning, call):
         distance = tuning.PreferForwardCritic.threshold_to_consider
     elif row == TURNING:
         distance = tuning.xy_goal_tolerance
-    return near(call, distance)
+    at_it = tuning.lyrical and row in (DISTANCE, ANGLE) and call.squared_distance == distance * distance
+    return at_it or near(call, distance)
 
 
 @kernel
@@ -100,6 +102,16 @@ def _choose_rows(tuning, call, rows, collected):
         elif row == CLOSENESS:
             failed = call.obstacle_hits == tuning.batch_size
     call.failed = failed
+
+
+@kernel
+def _furthest(tuning, path, speeds, kept):
+    """Index of the furthest path point that any trajectory reaches."""
+    last = kept.shape[1] - 1
+    x, y = kept[0, last], kept[1, last]
+    if tuning.lyrical:
+        return furthest_within_length(path[0], path[1], x, y, speeds, np.float32(tuning.model_dt), tuning.batch_size)
+    return furthest_reached(path[0], path[1], x, y, tuning.batch_size, tuning.jazzy)
 
 
 @kernel
@@ -137,7 +149,7 @@ def _follow(tuning, call, path, valid, kept, scores):
 
 
 @kernel
-def judge(tuning_of, call_of, critics, path, valid, kept, collected):
+def judge(tuning_of, call_of, critics, path, valid, speeds, kept, collected):
     """Find out which critics apply, and score those for which the sweep has collected enough.
 
     Args:
@@ -146,6 +158,7 @@ def judge(tuning_of, call_of, critics, path, valid, kept, collected):
         critics: ``(critics,)`` rows of the critics, in their order.
         path: ``(3, points)`` local path, float32.
         valid: ``(points,)`` whether each point of the path is free.
+        speeds: ``(blocks, time_steps, samples)`` sampled speeds, m/s; only Lyrical's measure their lengths.
         kept: Points kept by the sweep.
         collected: ``(rows, blocks, samples)`` what the sweep collected; rows CELLS and FOLLOWED are written.
 
@@ -161,10 +174,7 @@ def judge(tuning_of, call_of, critics, path, valid, kept, collected):
         if row not in (ALIGNED, FOLLOWED, BEARINGS):
             continue
         if call.furthest < 0:
-            last = kept.shape[1] - 1
-            call.furthest = furthest_reached(
-                path[0], path[1], kept[0, last], kept[1, last], tuning.batch_size, tuning.jazzy
-            )
+            call.furthest = _furthest(tuning, path, speeds, kept)
         if row == FOLLOWED:
             _follow(tuning, call, path, valid, kept, collected[FOLLOWED])
         elif not (_looks_away(tuning, call, path) if row == BEARINGS else _can_align(tuning, call, path, valid, kept)):

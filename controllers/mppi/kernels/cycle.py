@@ -1,7 +1,7 @@
 """One cycle of the optimizer: what comes before and after the trajectories.
 
-Source: nav2_mppi_controller/src/optimizer.cpp (Humble and Jazzy). ``tuning_of`` and ``call_of`` are ``(1,)`` records of
-:mod:`controllers.mppi.records`.
+Source: nav2_mppi_controller/src/optimizer.cpp (Humble, Jazzy and Lyrical). ``tuning_of`` and ``call_of`` are ``(1,)``
+records of :mod:`controllers.mppi.records`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 
 from controllers.mppi.kernels.accelerations import limit_samples, limit_sequence
 from controllers.mppi.kernels.align import score_align
-from controllers.mppi.kernels.controls import ALIGNED, ANGLE, DISTANCE, EFFORT
+from controllers.mppi.kernels.controls import ALIGNED, ANGLE, DISTANCE, EFFORT, write_effort
 from controllers.mppi.kernels.critics import is_near, judge, near
 from controllers.mppi.kernels.elementary import ZERO
 from controllers.mppi.kernels.path import find_valid
@@ -33,13 +33,23 @@ def _reach_and_turn(call, longest, fastest, v, w):
 
 
 @kernel
-def begin(call_of, pose, velocity, path, goal, costs, place, unknown_is_free, total):
+def _path_length(path):
+    """Length of a path, m."""
+    length = 0.0
+    for i in range(1, len(path)):
+        length += np.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
+    return length
+
+
+@kernel
+def begin(tuning_of, call_of, pose, velocity, path, goal, costs, place, unknown_is_free, total):
     """Write the record of a call, and look up the path on the costmap.
 
     Args:
+        tuning_of: ``(1,)`` record of the parameters.
         call_of: ``(1,)`` record of the call, written.
         pose: Pose of the robot, m and rad.
-        velocity: Measured speeds, m/s and rad/s.
+        velocity: Speeds at the start of the rollout, m/s and rad/s.
         path: ``(points, 3)`` local path.
         goal: The goal in the sense of the critics, m.
         costs: ``(rows, cols)`` uint8 costmap.
@@ -58,6 +68,12 @@ def begin(call_of, pose, velocity, path, goal, costs, place, unknown_is_free, to
     call.v, call.w = velocity
     (call.goal_x, call.goal_y), call.end_yaw = goal, points[2, count - 1]
     call.squared_distance = (call.x - call.goal_x) ** 2 + (call.y - call.goal_y) ** 2
+    call.base_x, call.base_y, call.base_yaw = pose
+    call.sum_x = call.sum_y = call.sum_yaw = 0.0
+    if tuning_of[0].lyrical:
+        call.squared_distance = _path_length(path) ** 2
+        call.sum_x, call.sum_y, call.sum_yaw = pose
+        call.base_x = call.base_y = call.base_yaw = 0.0
     call.resolution, call.origin_x, call.origin_y = place
     call.unknown_is_free = unknown_is_free
     call.failed, call.obstacle_hits, call.furthest = False, 0, -1
@@ -131,10 +147,40 @@ def explore(
     Returns:
         Steps between two evaluations of sine and cosine in the roll-out.
     """
+    efforts = _weigh_effort(tuning_of[0], v, w)
+    samples = _sample(tuning_of[0], call_of[0], (noise_v, noise_w, longest, fastest), v, w, limited)
+    return roll_out(
+        tuning_of, call_of, scan, costs, samples, v, w, efforts, highest, lowest, keep, kept, looked, collected
+    )
+
+
+@kernel
+def roll_out(
+    tuning_of, call_of, scan, costs, samples, v, w, efforts, highest, lowest, keep, kept, looked, collected
+):  # fmt: skip
+    """Roll sampled controls out and score them on the way.
+
+    Args:
+        tuning_of: ``(1,)`` record of the parameters.
+        call_of: ``(1,)`` record of the call.
+        scan: As in :func:`explore`, as are all others that are not named here.
+        costs: See there.
+        samples: ``(noise_v, noise_w, longest, fastest)``, which are added to the control sequence.
+        v: ``(time_steps,)`` control sequence, m/s.
+        w: The same, rad/s.
+        efforts: ``(time_steps,)`` factors of the two noises in the control effort, and the effort of a noise of zero.
+        highest: See there.
+        lowest: See there.
+        keep: See there.
+        kept: See there.
+        looked: See there.
+        collected: See there.
+
+    Returns:
+        Steps between two evaluations of sine and cosine in the roll-out.
+    """
     tuning, call = tuning_of[0], call_of[0]
-    efforts = _weigh_effort(tuning, v, w)
-    noise = noise_v, noise_w, longest, fastest
-    noise_v, noise_w, longest, fastest = _sample(tuning, call, noise, v, w, limited)
+    noise_v, noise_w, longest, fastest = samples
     reach, turn = _reach_and_turn(call, longest, fastest, v, w)
     (rows, cols), grid, scale = lay_grid(call, reach * tuning.model_dt, costs.shape, tuning.jazzy)
     own = tuning.CostCritic
@@ -154,15 +200,40 @@ def explore(
 
 
 @kernel
-def assess(tuning_of, call_of, critics, points, valid, kept, collected):
+def assess(tuning_of, call_of, critics, points, valid, speeds, kept, collected):
     """Find out which critics apply, and score those that need no roll-out of their own; see :func:`judge`."""
     own = tuning_of[0].PathAlignCritic
-    rows = judge(tuning_of, call_of, critics, points, valid, kept, collected)
+    rows = judge(tuning_of, call_of, critics, points, valid, speeds, kept, collected)
     for row in rows:
         if row == ALIGNED:
             compared = (tuning_of[0].time_steps - 1) // own.trajectory_point_step + 1
             score_align(call_of, points, valid, kept, compared, own.humble_search, collected)
     return rows
+
+
+@kernel
+def add_up_and_average(tuning, noise_v, noise_w, v, w, collected, rows, factors, powers, critic_costs, total):
+    """Add up the critics' costs and add the soft-max mean of the noise; arguments as in :func:`finish`."""
+    for i in range(len(rows)):
+        add_scores(collected[rows[i]], factors[i], powers[i], rows[i] >= 0, critic_costs[i], total)
+    for b in range(total.shape[0]):
+        for k in range(total.shape[1]):
+            total[b, k] += collected[EFFORT, b, k]
+    weights = np.empty(total.shape, dtype=np.float32)
+    weight = soft_max(total, tuning.batch_size, tuning.temperature, weights)
+    add_mean_noise(noise_v, noise_w, weights, weight, v, w)
+
+
+@kernel
+def average(tuning_of, noise_v, noise_w, v, w, collected, rows, factors, powers, critic_costs, total):
+    """Replace the control sequence by the soft-max mean of the controls as sampled, before any limit (Lyrical).
+
+    Arguments as in :func:`finish`; the row of the control effort is written.
+    """
+    tuning = tuning_of[0]
+    factors_v, factors_w, _ = _weigh_effort(tuning, v, w)
+    write_effort(noise_v, noise_w, factors_v, factors_w, collected)
+    add_up_and_average(tuning, noise_v, noise_w, v, w, collected, rows, factors, powers, critic_costs, total)
 
 
 @kernel
@@ -183,14 +254,7 @@ def finish(tuning_of, noise_v, noise_w, v, w, collected, rows, factors, powers, 
         total: ``(blocks, samples)`` costs, added to.
     """
     tuning = tuning_of[0]
-    for i in range(len(rows)):
-        add_scores(collected[rows[i]], factors[i], powers[i], rows[i] >= 0, critic_costs[i], total)
-    for b in range(total.shape[0]):
-        for k in range(total.shape[1]):
-            total[b, k] += collected[EFFORT, b, k]
-    weights = np.empty(total.shape, dtype=np.float32)
-    weight = soft_max(total, tuning.batch_size, tuning.temperature, weights)
-    add_mean_noise(noise_v, noise_w, weights, weight, v, w)
+    add_up_and_average(tuning, noise_v, noise_w, v, w, collected, rows, factors, powers, critic_costs, total)
     clip_controls(v, w, tuning.lowest_speed, tuning.highest_speed, tuning.fastest_turn)
     if tuning.jazzy:
         limit_sequence(tuning, v, w)

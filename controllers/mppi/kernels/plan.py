@@ -20,7 +20,7 @@ def _first_beyond(steps, begin, length):
 
 
 @kernel
-def find_window(path, steps, passed, x, y, search, prune, place, shape, last_of_equals):
+def find_window(path, steps, passed, x, y, search, prune, place, shape, last_of_equals, keeps_segment):
     """Return ``(first, end)`` of the local path: from the nearest pose on, as far as ``prune`` and the costmap reach.
 
     Args:
@@ -34,12 +34,15 @@ def find_window(path, steps, passed, x, y, search, prune, place, shape, last_of_
         place: ``(resolution, origin_x, origin_y)`` of the costmap.
         shape: ``(rows, cols)`` of the costmap.
         last_of_equals: Whether of equally near poses the last is taken, rather than the first.
+        keeps_segment: Whether the pose before the last is taken if the last is nearest, so that a segment remains.
     """
     best, first = math.inf, passed
     for i in range(passed, _first_beyond(steps, passed, search)):
         distance = math.hypot(path[i, 0] - x, path[i, 1] - y)
         if distance < best or (last_of_equals and distance == best):
             best, first = distance, i
+    if keeps_segment and len(path) > 1:
+        first = min(first, len(path) - 2)
     end = _first_beyond(steps, first, prune)
     for i in range(first, end):
         if cell_index(path[i, 0], path[i, 1], place[1], place[2], place[0], shape[0], shape[1]) < 0:

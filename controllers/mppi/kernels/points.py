@@ -74,7 +74,7 @@ def _cell_of(x, y, last_x, last_y, stride):
 
 
 @inlined
-def _advance_sample(rows, k, noise_v, noise_w, controls, yaw_0, dt, limits):
+def _advance_sample(rows, k, noise_v, noise_w, controls, base_yaw, dt, limits):
     """Advance one sample by a period and add what its controls cost; return its new place."""
     (v, w), (highest, lowest, effort_v, effort_w) = controls, limits
     speed, turn = v + noise_v[k], w + noise_w[k]
@@ -82,21 +82,21 @@ def _advance_sample(rows, k, noise_v, noise_w, controls, yaw_0, dt, limits):
     rows[REVERSES + k] += backwards(speed)
     rows[EFFORTS + k] += effort_v * noise_v[k] + effort_w * noise_w[k]
     x, y, turned, cos, sin = advance(
-        rows[X + k], rows[Y + k], rows[TURNED + k], rows[COS + k], rows[SIN + k], speed, turn, yaw_0, dt
+        rows[X + k], rows[Y + k], rows[TURNED + k], rows[COS + k], rows[SIN + k], speed, turn, base_yaw, dt
     )
     rows[X + k], rows[Y + k], rows[TURNED + k], rows[COS + k], rows[SIN + k] = x, y, turned, cos, sin
     return x, y
 
 
 @kernel
-def step_and_score(rows, noise_v, noise_w, controls, yaw_0, dt, limits):
+def step_and_score(rows, noise_v, noise_w, controls, base_yaw, dt, limits):
     """Advance a block by one period and add what its controls cost; see :func:`step_and_locate`."""
     for k in range(BLOCK):
-        _advance_sample(rows, k, noise_v, noise_w, controls, yaw_0, dt, limits)
+        _advance_sample(rows, k, noise_v, noise_w, controls, base_yaw, dt, limits)
 
 
 @kernel
-def step_and_locate(rows, noise_v, noise_w, controls, yaw_0, dt, limits, scale, last, near, cells):
+def step_and_locate(rows, noise_v, noise_w, controls, base_yaw, dt, limits, scale, last, near, cells):
     """Advance a block by one period, add what its controls cost, and write the cell under every point.
 
     One loop, so that no state goes to memory more than once a step.
@@ -106,7 +106,7 @@ def step_and_locate(rows, noise_v, noise_w, controls, yaw_0, dt, limits, scale, 
         noise_v: ``(BLOCK,)`` noise of this period, m/s.
         noise_w: The same, rad/s.
         controls: ``(v, w)`` of the control sequence.
-        yaw_0: Heading at the start, rad.
+        base_yaw: Heading that is added to the sum of the turns, rad.
         dt: Period, s.
         limits: Highest and lowest speed that costs nothing, m/s; factors of the two noises in the effort.
         scale: ``(units per m, units of the start x, of the start y)``.
@@ -120,7 +120,7 @@ def step_and_locate(rows, noise_v, noise_w, controls, yaw_0, dt, limits, scale, 
     (units, start_x, start_y), (last_x, last_y, stride) = scale, last
     below = np.int32(0)
     for k in range(BLOCK):
-        x, y = _advance_sample(rows, k, noise_v, noise_w, controls, yaw_0, dt, limits)
+        x, y = _advance_sample(rows, k, noise_v, noise_w, controls, base_yaw, dt, limits)
         fixed_x, fixed_y = _fixed_point(x, units, start_x), _fixed_point(y, units, start_y)
         cells[k] = _cell_of(fixed_x, fixed_y, last_x, last_y, stride)
         below = np.int32(below | np.int32(_border_distance(fixed_x, fixed_y) - near))
@@ -157,12 +157,11 @@ def _off_border(offset, resolution):
 def _cell_exactly(rows, k, rollout, b, t, dt, call, grid):
     """Index of the window's cell under one point, found as Nav2 does, in the whole costmap."""
     (_, noise_v, noise_w, v, w), (_, _, stride, _, first_row, first_col, map_rows, map_cols, single) = rollout, grid
-    x, y = np.float32(call.x + rows[X + k]), np.float32(call.y + rows[Y + k])
+    x, y = np.float32(call.base_x + rows[X + k]), np.float32(call.base_y + rows[Y + k])
     resolution, origin_x, origin_y = call.resolution, call.origin_x, call.origin_y
     if min(_off_border(x - origin_x, resolution), _off_border(y - origin_y, resolution)) < LAST_BITS:
-        yaw_0, v_0, w_0 = np.float32(call.yaw), np.float32(call.v), np.float32(call.w)
-        dx, dy = retrace(noise_v[b], noise_w[b], k, t, v, w, v_0, w_0, yaw_0, dt)
-        x, y = np.float32(call.x + dx), np.float32(call.y + dy)
+        sum_x, sum_y = retrace(noise_v[b], noise_w[b], k, t, v, w, call, dt)
+        x, y = np.float32(call.base_x + sum_x), np.float32(call.base_y + sum_y)
     if single:
         place = np.float32(origin_x), np.float32(origin_y), np.float32(resolution)
         cell = cell_index(x, y, *place, map_rows, map_cols)
@@ -201,11 +200,11 @@ def _gather(i, last, ring, window, b, collected):
 @inlined
 def _keep(rows, call, b, kept, i):
     for k in range(BLOCK):
-        kept[0, i, b, k] = np.float32(call.x + rows[X + k])
-        kept[1, i, b, k] = np.float32(call.y + rows[Y + k])
+        kept[0, i, b, k] = np.float32(call.base_x + rows[X + k])
+        kept[1, i, b, k] = np.float32(call.base_y + rows[Y + k])
     if len(kept) > 2:
         for k in range(BLOCK):
-            kept[2, i, b, k] = rows[TURNED + k] + np.float32(call.yaw)
+            kept[2, i, b, k] = rows[TURNED + k] + np.float32(call.base_yaw)
 
 
 @inlined
@@ -237,7 +236,7 @@ def _start_sums(rows, v_0, speeds, effort, b, collected):
 
 
 @kernel
-def _finish(rows, noise_v, noise_w, effort_v, effort_w, yaw_0, b, collected):
+def _finish(rows, noise_v, noise_w, effort_v, effort_w, base_yaw, b, collected):
     """Write the scores of a block's controls, and its last headings.
 
     The last control moves nothing and adds effort only. The headings are left in the row of PathAngle, which may need
@@ -247,7 +246,7 @@ def _finish(rows, noise_v, noise_w, effort_v, effort_w, yaw_0, b, collected):
         collected[EFFORT, b, k] = rows[EFFORTS + k] + (effort_v * noise_v[k] + effort_w * noise_w[k])
     for k in range(BLOCK):
         collected[EXCESS, b, k], collected[REVERSE, b, k] = rows[EXCESSES + k], rows[REVERSES + k]
-        collected[BEARINGS, b, k] = rows[TURNED + k] + yaw_0
+        collected[BEARINGS, b, k] = rows[TURNED + k] + base_yaw
 
 
 @kernel
@@ -281,13 +280,13 @@ def sweep(
     scale = np.float32(scale[0]), np.float32(scale[1]), np.float32(scale[2])
     last, near = (np.uint32(grid[0]), np.uint32(grid[1]), np.uint32(grid[2])), np.int32(grid[3])
     rows, ring = np.empty(ROWS_SIZE, dtype=np.float32), np.empty((RING, BLOCK), dtype=np.uint32)
-    yaw_0, v_0, w_0, period = np.float32(call.yaw), np.float32(call.v), np.float32(call.w), np.float32(dt)
-    goal_x, goal_y = np.float32(call.goal_x - call.x), np.float32(call.goal_y - call.y)
+    yaw_0, period = np.float32(call.base_yaw), np.float32(dt)
+    goal_x, goal_y = np.float32(call.goal_x - call.base_x), np.float32(call.goal_y - call.base_y)
     cos, sin = np.float32(np.cos(call.end_yaw)), np.float32(np.sin(call.end_yaw))
     (highest, lowest), (effort_v, effort_w, effort), last_look = speeds, efforts, looked.max()
     for b in range(len(noise_v)):
-        start(rows, v_0, w_0, yaw_0, period)
-        _start_sums(rows, v_0, speeds, effort, b, collected)
+        start(rows, call, period)
+        _start_sums(rows, np.float32(call.v), speeds, effort, b, collected)
         for t in range(steps):
             looks, is_near, cells = looked[t] >= 0, True, ring[looked[t] % RING]
             if t == 0:

@@ -11,6 +11,8 @@ FAR = np.float32(np.inf)
 # Nine points, quadratic (Savitzky and Golay).
 FILTER = np.array([-21, 14, 39, 54, 59, 54, 39, 14, -21], dtype=np.float32) / np.float32(231)
 HALF_WINDOW = 4
+# The same for a line: the mean.
+LINEAR_FILTER = np.full(9, np.float32(1) / np.float32(9))
 SHORTEST_FILTERED = 21
 
 
@@ -131,12 +133,12 @@ def clip_turns(v, w, turning_radius):
 
 
 @kernel
-def _filtered(u, i, history):
+def _filtered(u, i, history, weights):
     """Value ``i`` of a smoothed control sequence; the controls sent go before it, its last value goes on after it."""
     total = ZERO
-    for j in range(len(FILTER)):
+    for j in range(len(weights)):
         at = i + j - HALF_WINDOW
-        total += FILTER[j] * (history[HALF_WINDOW + at] if at < 0 else u[min(at, len(u) - 1)])
+        total += weights[j] * (history[HALF_WINDOW + at] if at < 0 else u[min(at, len(u) - 1)])
     return total
 
 
@@ -155,16 +157,22 @@ def filter_controls(u, history):
         return
     for i in range(steps):
         if i != steps - HALF_WINDOW - 1:
-            u[i] = _filtered(u, i, history)
+            u[i] = _filtered(u, i, history, FILTER)
 
 
 @kernel
-def filter_copy(u, history):
-    """Smooth all values but the last of one axis of the control sequence, each from unsmoothed values (Jazzy)."""
+def filter_copy(u, history, weights):
+    """Smooth all values but the last of one axis of the control sequence, each from unsmoothed values (since Jazzy).
+
+    Args:
+        u: ``(time_steps,)`` controls, updated.
+        history: ``(4,)`` controls before, oldest first.
+        weights: ``(9,)`` weights of a window.
+    """
     if len(u) >= SHORTEST_FILTERED:
         before = u.copy()
         for i in range(len(u) - 1):
-            u[i] = _filtered(before, i, history)
+            u[i] = _filtered(before, i, history, weights)
 
 
 @kernel
@@ -174,24 +182,53 @@ def smooth(v, w, history_v, history_w, in_place):
         filter_controls(v, history_v)
         filter_controls(w, history_w)
     else:
-        filter_copy(v, history_v)
-        filter_copy(w, history_w)
+        filter_copy(v, history_v, FILTER)
+        filter_copy(w, history_w, FILTER)
 
 
 @kernel
-def send(v, w, history_v, history_w, shifts):
-    """Return the controls that are sent; remember them, and move the sequence on by a period if it ``shifts``."""
-    return _send(v, history_v, shifts), _send(w, history_w, shifts)
+def smooth_and_remember(v, w, history_v, history_w, weights, shifts):
+    """Filter both axes and remember the filtered control that would be sent, which limits may still change (Lyrical).
+
+    Arguments as in :func:`filter_copy` and :func:`send`.
+    """
+    filter_copy(v, history_v, weights)
+    filter_copy(w, history_w, weights)
+    _remember(v, history_v, shifts)
+    _remember(w, history_w, shifts)
 
 
 @kernel
-def _send(u, history, shifts):
-    """Do this for one axis."""
-    sent = u[1] if shifts else u[0]
+def _remember(u, history, shifts):
+    """Put the control that is sent at the end of the history of one axis."""
     if len(u) >= SHORTEST_FILTERED:
         for i in range(HALF_WINDOW - 1):
             history[i] = history[i + 1]
-        history[HALF_WINDOW - 1] = sent
+        history[HALF_WINDOW - 1] = u[1] if shifts else u[0]
+
+
+@kernel
+def send(v, w, history_v, history_w, shifts, remembers):
+    """Return the controls that are sent.
+
+    Args:
+        v: ``(time_steps,)`` m/s, updated.
+        w: The same, rad/s.
+        history_v: ``(4,)`` speeds sent before, oldest first, updated.
+        history_w: The same for turn rates.
+        shifts: Whether the sequence is moved on by a period.
+        remembers: Whether the controls are put into the histories.
+    """
+    if remembers:
+        _remember(v, history_v, shifts)
+        _remember(w, history_w, shifts)
+    return _send(v, shifts), _send(w, shifts)
+
+
+@kernel
+def _send(u, shifts):
+    """Return the control of one axis that is sent."""
+    sent = u[1] if shifts else u[0]
     if shifts:
         for t in range(len(u) - 1):
             u[t] = u[t + 1]

@@ -60,7 +60,7 @@ def _outline_cost(costs, call, corners, x, y, yaw):
 @kernel
 def _first(call, dt):
     """State of every sample at step 0."""
-    return first_state(np.float32(call.v), np.float32(call.w), np.float32(call.yaw), np.float32(dt))
+    return first_state(call, np.float32(dt))
 
 
 @kernel
@@ -68,21 +68,21 @@ def _next(state, call, dt, rollout, b, k, t):
     """State of sample ``k`` of block ``b`` at step ``t``, from the one before."""
     refresh_every, noise_v, noise_w, v, w = rollout
     speed, turn = v[t - 1] + noise_v[b, t - 1, k], w[t - 1] + noise_w[b, t - 1, k]
-    return next_state(state, speed, turn, np.float32(call.yaw), np.float32(dt), t % refresh_every == 0)
+    return next_state(state, speed, turn, np.float32(call.base_yaw), np.float32(dt), t % refresh_every == 0)
 
 
 @kernel
 def _pose(state, call):
     """Pose of a sample as Nav2 rounds it."""
-    x, y = np.float32(call.x + state[0]), np.float32(call.y + state[1])
-    return np.float64(x), np.float64(y), np.float64(state[2] + np.float32(call.yaw))
+    x, y = np.float32(call.base_x + state[0]), np.float32(call.base_y + state[1])
+    return np.float64(x), np.float64(y), np.float64(state[2] + np.float32(call.base_yaw))
 
 
 @kernel
-def _cost_along(call, dt, rollout, b, k, costs, corners, own, near_goal, threshold, single):
+def _cost_along(call, dt, rollout, b, k, costs, corners, own, looks, near_goal, threshold, single):
     """Sum of the Cost critic along one trajectory; MARKED if it collides."""
     value, state, every = ZERO, _first(call, dt), own.trajectory_point_step
-    for t in range(len(rollout[3]) // every * every):
+    for t in range((looks - 1) * every + 1):
         if t > 0:
             state = _next(state, call, dt, rollout, b, k, t)
         if t % every != 0:
@@ -151,8 +151,9 @@ def walk_cost(tuning_of, call_of, rollout, costs, corners, near_goal, collected)
         for k in range(min(width, tuning.batch_size - b * width)):
             if sums[b, k] >= MARKED:
                 sums[b, k] = _cost_along(
-                    call, tuning.model_dt, rollout, b, k, costs, corners, own, near_goal, threshold, tuning.jazzy
-                )
+                    call, tuning.model_dt, rollout, b, k, costs, corners, own, tuning.looks, near_goal, threshold,
+                    tuning.jazzy,
+                )  # fmt: skip
 
 
 @kernel

@@ -106,6 +106,7 @@ def lay_grid(call, reach, shape, single):
     furthest = max(abs(call.x), abs(call.y)) + reach
     offset = furthest + max(abs(call.origin_x), abs(call.origin_y)) if single else 0.0
     moved = rounding_error(furthest, span, call.resolution, offset)
-    start_x, start_y = (x - col + at_col) * UNIT + moved, (y - row + at_row) * UNIT + moved
+    base_x, base_y = (call.base_x - call.origin_x) / call.resolution, (call.base_y - call.origin_y) / call.resolution
+    start_x, start_y = (base_x - col + at_col) * UNIT + moved, (base_y - row + at_row) * UNIT + moved
     grid = ((cols + 1) * UNIT, (rows + 1) * UNIT, cols + 2, 2 * moved + 1, row_0, col_0, shape[0], shape[1], single)
     return (rows, cols), grid, (UNIT / call.resolution, start_x, start_y)

@@ -82,7 +82,7 @@ def refused(capsys, *argv):
         (["bench", OFFICE, "--params", "nowhere.yaml"], "nowhere.yaml"),
         (
             ["bench", OFFICE, "--params", "fairr"],
-            "a file or one of the presets thesis, fair, jazzy, jazzy_fair, got 'fairr'",
+            "a file or one of the presets thesis, fair, jazzy, jazzy_fair, lyrical, lyrical_fair, got 'fairr'",
         ),
         (["bench", OFFICE, "barn:somewhere"], "BARN"),
         (["drive", OFFICE, "--controller", "rpp,dwb"], "one controller"),

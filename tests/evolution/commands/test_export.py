@@ -24,7 +24,7 @@ def exported(folder, *options, source=OFFICE):
     return yaml.safe_load((folder / "nav2_params.yaml").read_text())
 
 
-@pytest.mark.parametrize("preset", ["thesis", "jazzy"])
+@pytest.mark.parametrize("preset", ["thesis", "jazzy", "lyrical"])
 def test_a_bundle_is_of_the_release_whose_parameters_drive(tmp_path, preset):
     exported(tmp_path / "bundle", "--params", preset)
     read = read_nav2_params(tmp_path / "bundle" / "nav2_params.yaml")

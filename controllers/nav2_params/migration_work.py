@@ -1,0 +1,153 @@
+"""Work: one migration under way, its edits of the text and its report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import yaml
+
+from controllers.descriptor import Nav2Controller
+from controllers.nav2_params.plugins import CONTROLLERS, SHIMS, controller_kind
+from controllers.nav2_params.yaml_edits import Edits, Entry, as_yaml, entries
+from controllers.parameters import SettingsWithCritics
+from controllers.releases import Release
+from controllers.rotation_shim.plugin import OWN_KEYS as SHIM_KEYS
+from controllers.rotation_shim.plugin import PRIMARY
+from controllers.rpp.plugin import TURNING
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import nest_dotted
+
+OWN_OF_SHIM = frozenset({*SHIM_KEYS, *TURNING.values(), "plugin"})
+"""Parameters that the Rotation Shim itself reads."""
+
+
+@dataclass
+class Work:
+    """One migration under way.
+
+    Args:
+        edits: The changes of the text.
+        source: The distribution for which the file was written.
+        target: The distribution to which it is migrated.
+        done: The changes, one line each.
+        lost: Keys without a counterpart, one line each.
+    """
+
+    edits: Edits
+    source: Release
+    target: Release
+    done: list[str] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
+
+    def say(self, full: str, line: int, what: str) -> None:
+        """Add a line about a change."""
+        self.done.append(f"line {line}: {full}: {what}")
+
+    def tell(self, full: str, what: str) -> None:
+        """Add a line about a change that has no line in the file."""
+        self.done.append(f"{full}: {what}")
+
+    def lose(self, full: str, entry: Entry, what: str) -> None:
+        """Add a line about a key without a counterpart."""
+        self.lost.append(f"line {entry.line}: {full}.{entry.name}: {what}")
+
+    def take_out(self, full: str, entry: Entry, why: str) -> None:
+        """Remove a key without a counterpart."""
+        self.edits.remove(entry)
+        self.lose(full, entry, f"taken out: {why}")
+
+    def write_out(self, full: str, group: yaml.MappingNode, name: str, value: Any, why: str) -> None:
+        """Insert a parameter that the file does not give."""
+        self.edits.insert(group, name, value)
+        self.tell(f"{full}.{name}", f"written out as {as_yaml(value)}, {why}")
+
+
+@dataclass(frozen=True)
+class ControllerGroup:
+    """The group of a controller that is built here.
+
+    Args:
+        full: Its full name.
+        group: The mapping.
+        kind: Its plugin, by the name in :data:`~controllers.nav2_params.plugins.CONTROLLERS`.
+    """
+
+    full: str
+    group: yaml.MappingNode
+    kind: str
+
+    @property
+    def plugin(self) -> Nav2Controller:
+        """Its description."""
+        return CONTROLLERS[self.kind]
+
+    @property
+    def primary(self) -> str:
+        """The kind of the controller that follows the path: that inside a Rotation Shim, or else itself."""
+        return SHIMS.get(self.kind, self.kind)
+
+    @property
+    def given(self) -> dict[str, Entry]:
+        """Its parameters and groups by dotted name; those of a primary controller stand beside the others."""
+        return {_beside(entry.name): entry for entry in entries(self.group)}
+
+
+def controllers_in(full: str, server: yaml.MappingNode) -> dict[str, ControllerGroup]:
+    """Return the groups of the controllers that are built here, by name; those of primary controllers are not."""
+    found = {}
+    for entry in entries(server):
+        kind = None if entry.name.endswith(f".{PRIMARY}") else controller_kind(values_in(entry.value))
+        if kind is not None and isinstance(entry.value, yaml.MappingNode):
+            found[entry.name] = ControllerGroup(f"{full}.{entry.name}", entry.value, kind)
+    return found
+
+
+def _beside(name: str) -> str:
+    inner = name.removeprefix(f"{PRIMARY}.")
+    return name if inner in OWN_OF_SHIM else inner
+
+
+def values_in(node: yaml.Node) -> dict[str, Any]:
+    """Return the single values below a mapping, nested; none if a name stands for a value and a group."""
+    single = {entry.name: entry.value.value for entry in entries(node) if isinstance(entry.value, yaml.ScalarNode)}
+    try:
+        return nest_dotted(single)
+    except ConfigError:
+        return {}
+
+
+def value_of(entry: Entry) -> Any:
+    """Return the value of a parameter."""
+    return yaml.safe_load(entry.value.value) if isinstance(entry.value, yaml.ScalarNode) else listed(entry)
+
+
+def listed(entry: Entry | None) -> list[str]:
+    """Return the texts of a list; none if there is no list."""
+    items = entry.value.value if entry is not None and isinstance(entry.value, yaml.SequenceNode) else []
+    return [item.value for item in items if isinstance(item, yaml.ScalarNode)]
+
+
+def critic_of(plugin: Nav2Controller, name: str) -> str | None:
+    """Return the critic to which a parameter belongs; None for parameters that belong to no critic."""
+    params, first = plugin.params, name.partition(".")[0]
+    return first if issubclass(params, SettingsWithCritics) and first in params.critic_names() else None
+
+
+def asks(given: Mapping[str, Entry], critic: str | None) -> bool:
+    """Whether a controller lists a critic; true for None, which stands for parameters that belong to no critic."""
+    return critic is None or critic in listed(given.get("critics"))
+
+
+def children(group: yaml.MappingNode) -> Iterator[Entry]:
+    """Yield the parameters and groups that stand in a mapping itself."""
+    for key, value in group.value:
+        if isinstance(key, yaml.ScalarNode):
+            yield Entry(key.value, group, key, value)
+
+
+def placed(work: Work, controller: ControllerGroup, name: str) -> str:
+    """Return the name under which a new parameter of a controller stands in its group in the target."""
+    into_primary = work.target == "lyrical" != work.source and controller.kind in SHIMS
+    return f"{PRIMARY}.{name}" if into_primary and name.partition(".")[0] not in OWN_OF_SHIM else name
