@@ -47,13 +47,15 @@ class LyricalOptimizer(Optimizer):
     ) -> Twist:
         """Improve the control sequence and return the next command; arguments as in :meth:`optimize`.
 
-        A call whose chosen trajectory collides is retried from a reset ``retry_attempt_limit`` times.
+        A call whose chosen trajectory collides is retried from a reset ``retry_attempt_limit`` times. If all
+        trajectories collide, Nav2's retries ask no critic and fail again; here only their resets remain.
 
         Raises:
             ControllerError: If the chosen trajectory collides each time, or all trajectories do.
         """
-        plan = self._begin(pose, velocity, path, goal, costmap)
-        for _ in range(self._params.retry_attempt_limit + 1):
+        plan, self.chosen = self._begin(pose, velocity, path, goal, costmap), None
+        for retries in range(self._params.retry_attempt_limit, -1, -1):
+            self.total[:] = 0.0
             self._improve(plan, costmap.costs)
             self.smooth()
             self.limit()
@@ -61,14 +63,21 @@ class LyricalOptimizer(Optimizer):
                 sent = self.send()
                 self.chosen = self.v.copy(), self.w.copy()
                 return sent
-            self._begin_again()
+            self._fall_back()
+            if self.failed:
+                self._fail_again(retries)
+                break
         raise ControllerError("Optimizer fail to compute path")
 
-    def _begin_again(self) -> None:
-        """Reset within a call (``fallback``); with ``regenerate_noises``, the next noise is already there."""
+    def _fall_back(self) -> None:
+        """Reset within a call; with ``regenerate_noises``, the next noise is already there."""
         self._forget()
-        self.total[:] = 0.0
         if not self._params.regenerate_noises:
+            self._noise = self._source.sample()
+
+    def _fail_again(self, retries: int) -> None:
+        """Take the noise that retries without critics take."""
+        for _ in range(retries * (self._params.iteration_count if self._params.regenerate_noises else 1)):
             self._noise = self._source.sample()
 
     def _speeds_at_start(self, velocity: Twist) -> Twist:

@@ -372,13 +372,20 @@ def collision(optimizer, costmap):
     return None
 
 
-def test_a_batch_that_collides_is_no_valid_control():
-    params = lyrical(batch_size=20, critics=["CostCritic", "PathFollowCritic"])
-    optimizer = LyricalOptimizer(params, make_setup(), make_source(params, np.random.default_rng(0)))
+@pytest.mark.parametrize(
+    ("options", "sets"),
+    [({}, 3), ({"retry_attempt_limit": 3}, 5), ({"regenerate_noises": True, "iteration_count": 2}, 5)],
+)
+def test_a_batch_that_collides_is_no_valid_control(options, sets):
+    params = lyrical(batch_size=20, critics=["CostCritic", "PathFollowCritic"], **options)
+    source = Fixed([constant(params, 0.1)])
+    optimizer = LyricalOptimizer(params, make_setup(), source)
     walls = Costmap(np.full((200, 200), 254, dtype=np.uint8), 0.05, -5.0, -5.0)
     with pytest.raises(ControllerError, match="Optimizer fail to compute path"):
         drive(optimizer, walls)
-    assert optimizer.failed
+    assert (optimizer.failed, optimizer.sent, optimizer.chosen) == (True, STOP, None)
+    assert source.taken == sets  # Nav2 retries, in vain
+    assert (optimizer.total[0, :20] > 500.0).all()  # the costs of the first try, for a reader
 
 
 def test_commands_fill_the_queues_of_the_delay():
