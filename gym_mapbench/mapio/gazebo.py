@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio.actors import actors_of, check_actors
 from gym_mapbench.mapio.gazebo_navigation import BundledNavigation
 from gym_mapbench.mapio.gazebo_package import RosPackage
 from gym_mapbench.mapio.gazebo_robot import RobotModel
@@ -20,7 +21,7 @@ from gym_mapbench.mapio.mesh import Mesh, wall_mesh
 from gym_mapbench.mapio.output import Files, check_names, write_new_folder
 from gym_mapbench.mapio.poses import poses_yaml, waypoints_yaml
 from gym_mapbench.mapio.rendering import render
-from gym_mapbench.mapio.tasked_map import genome_files, refuse_bodies
+from gym_mapbench.mapio.tasked_map import genome_files
 from gym_mapbench.world.lidar import LidarSettings
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Scenario
@@ -57,11 +58,11 @@ def export_gazebo(
 
     Raises:
         ConfigError: If the folder holds something, a name cannot be a file name or comes twice, or the walls do not
-            reach the lidar, or a scenario has moving bodies.
+            reach the lidar, or a body moves in another way than ``scripted``.
     """
     scenarios, out_dir = list(scenarios), Path(out_dir)
     model = RobotModel.of(robot, lidar or LidarSettings())
-    refuse_bodies("Gazebo", scenarios)
+    check_actors(scenarios)
     check_names("map", [scenario.name for scenario in scenarios], reserved=tuple(ROBOT_MODELS.values()))
     if wall_height <= model.lidar_z:
         raise ConfigError(f"wall height: expected more than the lidar's {model.lidar_z:g} m, got {wall_height:g}")
@@ -77,7 +78,8 @@ def export_gazebo(
 def map_files(scenario: Scenario, wall_height: float = 0.5, simulators: Iterable[str] = ("classic", "gz")) -> Files:
     """Return the content of one map's files by path: those of the thesis, with a world for each simulator."""
     name, grid, poses = scenario.name, scenario.map, [scenario.start, scenario.goal]
-    worlds: Files = {f"worlds/{name}.{WORLDS[one]}": render(f"{one}_world.sdf.j2", name=name) for one in simulators}
+    values = {"name": name, "actors": actors_of(scenario)}
+    worlds: Files = {f"worlds/{name}.{WORLDS[one]}": render(f"{one}_world.sdf.j2", **values) for one in simulators}
     return worlds | {
         f"maps/{name}.pgm": map_server_pgm(grid),
         f"maps/{name}.yaml": map_server_yaml(grid, f"{name}.pgm"),

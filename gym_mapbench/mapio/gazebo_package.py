@@ -91,6 +91,7 @@ class RosPackage:
             columns=COLUMNS,
             robot=self.model.spec.name,
             outline=self.model.describe(),
+            people=any(scenario.bodies for scenario in self.scenarios),
             wall_height=self.wall_height,
             **values,
         )

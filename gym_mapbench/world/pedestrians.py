@@ -57,6 +57,18 @@ class Scripted(Settings):
         leg = np.clip(np.searchsorted(marks, along, side="right") - 1, 0, len(headings) - 1)
         return np.stack([x, y, headings[leg]], axis=1)
 
+    @property
+    def period(self) -> float:
+        """Time of one round, s."""
+        return float(_round_of(self.waypoints, self.loop)[1][-1]) / self.speed
+
+    @property
+    def corner_times(self) -> Floats:
+        """Times within the first round at which the body is at a corner, ascending, ``(n,)`` s."""
+        _, marks, _ = _round_of(self.waypoints, self.loop)
+        times: Floats = np.sort(np.mod(marks[:-1] - self.phase * marks[-1], marks[-1])) / self.speed
+        return times
+
     def course(self, spacing: float) -> Floats:
         """As :meth:`Course.course`."""
         corners, marks, _ = _round_of(self.waypoints, self.loop)

@@ -12,7 +12,6 @@ from gym_mapbench.errors import ConfigError, MapFormatError, UntrustedError
 from gym_mapbench.generator import FamilySpec, ShapeSettings, build_genome, default_task, draw_from
 from gym_mapbench.mapio import load_map_set, load_maps, load_scenarios, save_map_set, write_map_file, write_maps
 from gym_mapbench.mapio.formats import WRITTEN
-from gym_mapbench.mapio.gazebo import export_gazebo
 from gym_mapbench.mapio.map_set_file import BEST_MAP_SET, map_set_document, parse_map_set
 from gym_mapbench.mapio.tasked_map import group_scenarios
 from gym_mapbench.world.gridmap import GridMap
@@ -217,9 +216,7 @@ def test_formats_without_room_for_bodies_refuse_them(tmp_path, form):
         write_maps(group_scenarios(MOVING)[:1], tmp_path / "out", form)
 
 
-def test_one_file_and_gazebo_refuse_bodies_too(tmp_path):
+def test_one_file_refuses_bodies_too(tmp_path):
     with pytest.raises(ConfigError, match=r"m\.png: cannot hold the moving bodies"):
         write_map_file(group_scenarios([MOVING[1]]), tmp_path / "m.png")
-    with pytest.raises(ConfigError, match="Gazebo: cannot hold the moving bodies"):
-        export_gazebo(MOVING, tmp_path / "out", navigation=None, robot=make_robot("jackal"))
     assert not list(tmp_path.iterdir())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from gym_mapbench.world.lidar import Lidar, LidarSettings
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.world import World
+from tests.mapio.test_actors import walker
 from tests.mapio.test_gazebo import OPTIONS, navigation, thesis_scenario
 
 SUN = "<sdf version='1.6'><light name='sun' type='directional'><direction>0 0 -1</direction></light></sdf>"
@@ -72,6 +74,16 @@ def test_sdf_check_passes_packages_of_newer_releases(release, tmp_path, sdf_chec
     files = sorted(folder.glob("worlds/*")) + sorted(folder.glob("models/m*/model.sdf"))
     assert [file.suffix for file in files] == [".sdf"] * 3
     assert run_sdf_check(sdf_check, folder, files) == (0, "")
+
+
+def test_sdf_check_passes_worlds_with_people(tmp_path, sdf_check):
+    people = (walker(phase=0.3), walker(loop=True))
+    scenario = replace(thesis_scenario(5, "map_0"), bodies=people)
+    export_gazebo([scenario], tmp_path / "bundle", **OPTIONS)
+    world = tmp_path / "bundle" / "worlds" / "map_0.sdf"
+    assert run_sdf_check(sdf_check, tmp_path / "bundle", [world]) == (0, "")
+    world.write_text(world.read_text().replace("person_1", "person_0"))
+    assert run_sdf_check(sdf_check, tmp_path / "bundle", [world])[0] != 0
 
 
 def test_sdf_check_would_have_complained(bundle, sdf_check, tmp_path):

@@ -1,0 +1,71 @@
+"""People as ``<actor>`` of Gazebo: the trajectory of a scripted walk, in a loop.
+
+Source: SDFormat's specification of ``actor``. A lidar that renders its scan sees an actor, as gz-sim's does; one that
+measures collision shapes does not, as Gazebo Classic's. Nothing collides with an actor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.world.bodies import Body
+from gym_mapbench.world.pedestrians import Scripted
+from gym_mapbench.world.scenario import Scenario
+
+TURN = 0.01
+"""Time that an actor takes to turn at a waypoint, s."""
+
+
+class Waypoint(NamedTuple):
+    """A pose of an actor: seconds since the start of the simulation; x, y (m) and yaw (rad)."""
+
+    time: float
+    x: float
+    y: float
+    yaw: float
+
+
+class Actor(NamedTuple):
+    """A walking person.
+
+    Args:
+        name: Name in the world.
+        waypoints: One round, which begins and ends at the same place.
+    """
+
+    name: str
+    waypoints: tuple[Waypoint, ...]
+
+
+def actors_of(scenario: Scenario) -> tuple[Actor, ...]:
+    """Return the people of a scenario.
+
+    Raises:
+        ConfigError: If a body moves in another way than ``scripted``.
+    """
+    return tuple(Actor(f"person_{number}", round_of(body)) for number, body in enumerate(scenario.bodies))
+
+
+def check_actors(scenarios: Iterable[Scenario]) -> None:
+    """Refuse scenarios with bodies that cannot be actors; raises as :func:`actors_of`."""
+    for scenario in scenarios:
+        for number, body in enumerate(scenario.bodies):
+            if not isinstance(body.motion.motion, Scripted):
+                raise ConfigError(
+                    f"Gazebo: {scenario.name!r}: body {number}: expected the motion 'scripted', got "
+                    f"{body.motion.name!r}"
+                )
+
+
+def round_of(body: Body) -> tuple[Waypoint, ...]:
+    """Return one round of a scripted walk from its place at time 0: two waypoints, before and after, at each corner."""
+    walk = body.motion.motion
+    assert isinstance(walk, Scripted)
+    corners = walk.corner_times
+    within = corners[(corners > TURN) & (corners < walk.period - TURN)]
+    times = np.concatenate([[0.0], *((time - TURN / 2, time + TURN / 2) for time in within), [walk.period]])
+    return tuple(Waypoint(*values) for values in np.column_stack([times, walk.at(times)]).tolist())

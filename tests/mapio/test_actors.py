@@ -1,0 +1,73 @@
+"""People as actors of Gazebo: the exported trajectories are those of the simulation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.mapio.actors import TURN, round_of
+from gym_mapbench.mapio.gazebo import export_gazebo, map_files
+from gym_mapbench.world.bodies import Body, Disc
+from gym_mapbench.world.motions import MotionSpec
+from tests.mapio.test_gazebo import OPTIONS, thesis_scenario
+
+PATH = ((0.5, 1.0), (0.5, 3.0), (2.0, 3.0))
+
+
+def body(name, **options):
+    return Body(shape=Disc(radius=0.25), motion=MotionSpec(name=name, options=options))
+
+
+def walker(speed=0.5, **options):
+    return body("scripted", waypoints=[list(point) for point in PATH], speed=speed, **options)
+
+
+@given(
+    phase=st.floats(0.0, 0.999),
+    loop=st.booleans(),
+    speed=st.floats(0.3, 1.3),
+    times=st.lists(st.floats(0.0, 60.0), min_size=1, max_size=20),
+)
+def test_actors_walk_as_the_people_do(phase, loop, speed, times):
+    person = walker(speed, phase=phase, loop=loop)
+    points = np.array(round_of(person))
+    assert (np.diff(points[:, 0]) > 0).all()
+    period, times = points[-1, 0], np.array(times)
+    walked = person.motion.motion.at(times)[:, :2]
+    interpolated = [np.interp(np.fmod(times, period), points[:, 0], points[:, axis]) for axis in (1, 2)]
+    assert np.abs(np.stack(interpolated, axis=1) - walked).max() <= 2 * speed * TURN
+
+
+def test_an_actor_turns_at_a_waypoint():
+    points = round_of(walker(0.5))
+    assert [round(point.time, 3) for point in points] == [0.0, 3.995, 4.005, 6.995, 7.005, 9.995, 10.005, 14.0]
+    assert points[0][1:] == (0.5, 1.0, pytest.approx(np.pi / 2))
+    assert points[2].yaw == pytest.approx(0.0)
+    assert points[-1][1:3] == pytest.approx(points[0][1:3])
+
+
+def test_the_world_of_gz_sim_holds_one_actor_for_each_person_and_that_of_classic_none():
+    scenario = replace(thesis_scenario(5, "map_0"), bodies=(walker(), walker(phase=0.5)))
+    files = map_files(scenario)
+    classic, gz = (ElementTree.fromstring(files[f"worlds/map_0.{ending}"]) for ending in ("world", "sdf"))
+    actors = gz.findall("world/actor")
+    assert [actor.get("name") for actor in actors] == ["person_0", "person_1"]
+    assert not classic.findall("world/actor")
+    first = actors[1].find("script/trajectory/waypoint")
+    expected = scenario.bodies[1].motion.motion.at(np.zeros(1))[0]
+    pose = [float(value) for value in first.findtext("pose").split()]
+    assert [pose[0], pose[1], pose[5]] == pytest.approx(expected.tolist(), abs=1e-4)
+
+
+def test_a_wandering_person_cannot_be_exported(tmp_path):
+    wanderer = body("wander", centre=[3.0, 3.0], reach=0.5, speed=0.4)
+    scenario = replace(thesis_scenario(5, "map_0"), bodies=(walker(), wanderer))
+    with pytest.raises(ConfigError, match=r"'map_0': body 1: expected the motion 'scripted', got 'wander'"):
+        export_gazebo([scenario], tmp_path / "out", **OPTIONS)
+    assert not list(tmp_path.iterdir())
