@@ -6,6 +6,7 @@ A body with a course (:class:`~gym_mapbench.world.pedestrians.Course`) is refuse
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -52,11 +53,20 @@ def place_bodies(bodies: Sequence[Body], times: Floats) -> Floats:
     """
     if not bodies:
         return np.empty((len(times), 0, 3))
-    return np.stack([_poses(number, body.motion, times) for number, body in enumerate(bodies)], axis=1)
+    sent = np.ascontiguousarray(times, dtype=np.float64).tobytes()
+    return np.stack([_poses(number, body.motion, sent) for number, body in enumerate(bodies)], axis=1)
 
 
-def _poses(number: int, spec: MotionSpec, times: Floats) -> Floats:
-    """Return the poses ``(times, 3)`` of one body."""
+@functools.lru_cache(maxsize=512)
+def _poses(number: int, spec: MotionSpec, sent: bytes) -> Floats:
+    """Return the poses ``(times, 3)`` of one body; kept, because every reset asks for the same ones.
+
+    Args:
+        number: Number of the body, for messages.
+        spec: Its motion.
+        sent: The times as bytes.
+    """
+    times = np.frombuffer(sent)
     with MOTIONS.blamed(spec.name):
         poses = np.asarray(spec.motion.at(times), dtype=np.float64)
     if poses.shape != (len(times), 3):

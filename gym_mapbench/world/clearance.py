@@ -79,8 +79,7 @@ def find_obstacle(scenario: Scenario, robot: RobotSpec, pose: Pose) -> str:
     places = place_bodies(scenario.bodies, CLEAR_TIMES)
     for number, body in enumerate(scenario.bodies):
         met = places[:, number, :2] if isinstance(body.motion.motion, Course) else places[:1, number, :2]
-        away = [_distances(np.array([[*at, *at]]), EVERYWHERE, robot, np.array([pose]))[0] for at in met]
-        if min(away) <= body.shape.radius:
+        if _distances(np.hstack([met, met]), EVERYWHERE, robot, np.array([pose]))[0] <= body.shape.radius:
             return f"body {number} ({body.motion.name})"
     return ""
 
