@@ -1,0 +1,196 @@
+"""What people do to controllers: the same runs on sampled maps without people, and among more and more of them.
+
+``python benchmarks/people.py [--maps N] [--seeds R] [--out FILE] [--plot FILE]`` samples maps of the families of the
+preset ``robust`` with ten people each, takes the first 0, 3, 6 and 10 of them, and runs DWB, MPPI, RPP and the shipped
+policies. It prints shares with Wilson intervals, and medians with bootstrap intervals over maps.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+
+from evolution import bench
+from evolution.driving import DriveSettings
+from evolution.files import Row
+from evolution.pictures import colour_of, new_figure
+from evolution.search import load_preset, scenario_on
+from evolution.statistics import bootstrap_interval, wilson_interval
+from gym_mapbench.generator import FamilySpec, PeopleSettings, ShapeSettings, draw_from, with_people
+from gym_mapbench.world.robot import make_robot
+from gym_mapbench.world.scenario import Scenario
+
+CONTROLLERS = ("dwb", "mppi", "rpp", "ppo=examples/policies/ppo.zip", "ppo_path=examples/policies/ppo_path.zip")
+COUNTS = (0, 3, 6, 10)
+FIRST_SEED = 5000
+COLUMNS = ("map", "people", "controller", "repeat", "outcome", "time_s", "n_collisions_with_people")
+MEASURES = ("min_distance_to_people", "personal_space_time", "intimate_space_time", "freezing_time")
+
+
+def sample(maps: int) -> list[Scenario]:
+    """Sample maps with room for ten people."""
+    shapes, robot = ShapeSettings(), make_robot("turtlebot3_waffle")
+    families = [FamilySpec(name=name) for name in load_preset("robust")["search"]["families"]]
+    crowd, found, seed = PeopleSettings(count=max(COUNTS)), list[Scenario](), FIRST_SEED
+    while len(found) < maps:
+        rng = np.random.default_rng(seed)
+        drawn = draw_from(rng, families, shapes, robot)
+        scenario = with_people(scenario_on(drawn.cells, shapes), crowd, rng)
+        if len(scenario.bodies) == max(COUNTS):
+            found.append(replace(scenario, name=f"{len(found):03d}_{drawn.family}"))
+        seed += 1
+    return found
+
+
+def among(scenarios: Sequence[Scenario], count: int) -> list[Scenario]:
+    """Return the scenarios with the first people only."""
+    return [replace(one, bodies=one.bodies[:count]) for one in scenarios]
+
+
+def summary(rows: Sequence[Row], alone: Mapping[tuple[str, str, int], float]) -> dict[str, str]:
+    """Return the table cells of one controller among a number of people.
+
+    Args:
+        rows: Its runs.
+        alone: Seconds of the runs without people that reached the goal, by map, controller and repeat.
+    """
+    goals = [row for row in rows if is_goal(row)]
+    clean = sum(map(is_clean, rows))
+    ratios = [
+        (str(row["map"]), float(row["time_s"]) / before)
+        for row in goals
+        if (before := alone.get((str(row["map"]), str(row["controller"]), int(row["repeat"]))))
+    ]
+    cells = {"goal, %": _share(len(goals), len(rows)), "goal without touching anybody, %": _share(clean, len(rows))}
+    cells["time / time without people"] = _median(ratios)
+    for measure in MEASURES:
+        values = [(str(row["map"]), float(row[measure])) for row in rows if row.get(measure) not in (None, "")]
+        cells[measure] = _mean(values)
+    return cells
+
+
+def _share(count: int, of: int) -> str:
+    low, high = wilson_interval(count, of)
+    return f"{100 * count / of:.0f} ({100 * low:.0f} to {100 * high:.0f})"
+
+
+def _median(values: Sequence[tuple[str, float]]) -> str:
+    return _over_maps(values, np.median, 2)
+
+
+def _mean(values: Sequence[tuple[str, float]]) -> str:
+    return _over_maps(values, np.mean, 1)
+
+
+def _over_maps(values: Sequence[tuple[str, float]], statistic: Callable[..., Any], digits: int) -> str:
+    """Return a statistic of the means of maps with its 95 % bootstrap interval."""
+    if not values:
+        return "–"
+    by_map: dict[str, list[float]] = {}
+    for name, value in values:
+        by_map.setdefault(name, []).append(value)
+    means = np.array([fmean(some) for some in by_map.values()])
+    low, high = bootstrap_interval(means, np.random.default_rng(0), statistic)
+    return f"{float(statistic(means)):.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
+
+
+def driven(maps: int, seeds: int, workers: int, out: Path | None) -> list[Row]:
+    """Run everything and return the runs; they are written after each number of people."""
+    settings = DriveSettings.from_mapping(load_preset("people")["run"], "run")
+    scenarios, rows = sample(maps), list[Row]()
+    for count in COUNTS:
+        options = {"settings": settings, "seed": 13, "repeats": seeds, "workers": workers}
+        found = bench(among(scenarios, count), list(CONTROLLERS), **options).rows
+        rows += [{**row, "people": count} for row in found]
+        if out:
+            write(out, rows)
+    return rows
+
+
+def write(path: Path, rows: Sequence[Row]) -> None:
+    """Write the runs as CSV."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.DictWriter(file, (*COLUMNS, *MEASURES), extrasaction="ignore", lineterminator="\n", restval="")
+        table.writeheader()
+        table.writerows(rows)
+
+
+def read(path: Path) -> list[Row]:
+    """Read the runs that :func:`write` wrote."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows: list[Row] = list(csv.DictReader(file))
+    for row in rows:
+        row["people"], row["n_collisions_with_people"] = int(row["people"]), float(row["n_collisions_with_people"] or 0)
+    return rows
+
+
+def plot(rows: Sequence[Row], path: Path) -> None:
+    """Draw the shares of goals, and of goals without touching anybody, by the number of people."""
+    names = list(dict.fromkeys(str(row["controller"]) for row in rows))
+    figure, panels = new_figure(columns=2, width=8.0, height=3.4, sharey=True)
+    for axes, (title, wanted) in zip(
+        panels, (("at the goal", is_goal), ("at the goal, nobody touched", is_clean)), strict=True
+    ):
+        for number, name in enumerate(names):
+            points = [_point(rows, name, count, wanted) for count in COUNTS]
+            places = np.array(COUNTS) + 0.12 * (number - (len(names) - 1) / 2)
+            share, low, high = np.array(points).T
+            spread = np.stack([share - low, high - share])
+            axes.errorbar(places, share, spread, color=colour_of(names, name), label=name, marker="o", markersize=4)
+        axes.set(title=title, xlabel="people", xticks=COUNTS, ylim=(0, 102))
+    panels[0].set_ylabel("runs, % (95 %, Wilson)")
+    panels[1].legend(frameon=False, fontsize=9)
+    figure.savefig(path, dpi=110)
+
+
+def is_goal(row: Row) -> bool:
+    """Whether a run reached the goal."""
+    return row["outcome"] == "goal"
+
+
+def is_clean(row: Row) -> bool:
+    """Whether a run reached the goal, and the robot touched nobody while it moved."""
+    return is_goal(row) and not row.get("n_collisions_with_people")
+
+
+def _point(rows: Sequence[Row], name: str, count: int, wanted: Callable[[Row], bool]) -> tuple[float, float, float]:
+    own = [row for row in rows if row["controller"] == name and row["people"] == count]
+    hits = sum(map(wanted, own))
+    low, high = wilson_interval(hits, len(own))
+    return 100 * hits / max(len(own), 1), 100 * low, 100 * high
+
+
+def main() -> None:
+    """Run or read, and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--maps", type=int, default=100)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--out", type=Path, help="file for the runs")
+    parser.add_argument("--read", type=Path, help="runs that were written before, instead of new ones")
+    parser.add_argument("--plot", type=Path, help="picture to draw")
+    args = parser.parse_args()
+    rows = read(args.read) if args.read else driven(args.maps, args.seeds, args.workers, args.out)
+    alone = {
+        (str(row["map"]), str(row["controller"]), int(row["repeat"])): float(row["time_s"])
+        for row in rows
+        if row["people"] == 0 and is_goal(row)
+    }
+    for controller in dict.fromkeys(str(row["controller"]) for row in rows):
+        for count in COUNTS:
+            own = [row for row in rows if row["controller"] == controller and row["people"] == count]
+            if own:
+                print(f"| {controller} | {count} | " + " | ".join(summary(own, alone).values()) + " |")
+    if args.plot:
+        plot(rows, args.plot)
+
+
+if __name__ == "__main__":
+    main()
