@@ -32,6 +32,7 @@ from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigator.actions import ActionServer
 from controllers.navigator.behavior_server import BehaviorServer
 from controllers.navigator.behavior_tree import Status
+from controllers.navigator.checkers import make_goal_checker
 from controllers.navigator.controller_server import ControllerServer
 from controllers.navigator.costmap_servers import CostmapServer
 from controllers.navigator.latency import LATENCIES
@@ -248,6 +249,7 @@ class Navigator:
             self._take_nav_command,
             abort_is_exception=self._abort_is_exception,
             release=params.release,
+            goal_checker=setup.goal_checker,
         )
         return Servers(
             planner=ActionServer(self._make_planner_server(latency.planning), latency),
@@ -294,6 +296,7 @@ class Navigator:
             inflation_radius=inflation.inflation_radius,
             cost_scaling_factor=inflation.cost_scaling_factor,
             rng=context.rng,
+            goal_checker=make_goal_checker(server.goal_checker),
         )
 
     def _measure(self, observation: Observation) -> None:

@@ -18,7 +18,14 @@ from evolution.validation.oracle import Oracle
 from evolution.validation.plant import PlantOracle, plant_measures
 from evolution.validation.plant_runs import PlantRuns, plant_run_measures
 from evolution.validation.setup import KINDS, is_reproduced
-from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
+from evolution.validation.units import (
+    costmap_measures,
+    dwb_measures,
+    local_plan_measures,
+    navfn_measures,
+    other_measures,
+    rpp_measures,
+)
 
 __all__ = [
     "KINDS",
@@ -36,6 +43,7 @@ __all__ = [
     "dwb_measures",
     "is_reproduced",
     "layer_measures",
+    "local_plan_measures",
     "mppi_measures",
     "navfn_measures",
     "other_measures",

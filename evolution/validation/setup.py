@@ -16,7 +16,9 @@ from controllers.nav2_params.navigation import (
     ProgressChecker,
 )
 from controllers.nav2_params.plugins import CONTROLLERS
+from controllers.navigator.checkers import make_goal_checker
 from controllers.parameters import ReleaseSettings
+from controllers.path_handler import PathHandler
 from controllers.registry import FOLLOWERS
 from evolution.validation.oracle import Oracle, Preset
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_static_costmap
@@ -109,7 +111,20 @@ def follower_setup(oracle: Oracle, preset: Preset) -> FollowerSetup:
         inflation_radius=preset.inflation_radius,
         cost_scaling_factor=preset.cost_scaling_factor,
         rng=np.random.default_rng(0),
+        goal_checker=make_goal_checker(goal_checker_of(oracle)),
     )
+
+
+def goal_checker_of(oracle: Oracle) -> GoalChecker:
+    """Return the parameters of the recorded goal checker."""
+    names = "xy_goal_tolerance", "yaw_goal_tolerance", "path_length_tolerance"
+    return GoalChecker(**{name: oracle.config["simulation"][name] for name in names if name in oracle.config["simulation"]})
+
+
+def path_handler_of(oracle: Oracle) -> PathHandler:
+    """Return the parameters of the recorded path handler, which only Lyrical has."""
+    recorded = oracle.config.get("path_handler", {})
+    return PathHandler(**{name: value for name, value in recorded.items() if name != "plugin"})
 
 
 def robot_of(oracle: Oracle, preset: Preset) -> RobotSpec:
@@ -137,9 +152,8 @@ def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str) -> Navigat
             min_theta_velocity_threshold=threshold,
             failure_tolerance=simulation["failure_tolerance"],
             progress_checker=ProgressChecker(plugin="none"),
-            goal_checker=GoalChecker(
-                xy_goal_tolerance=simulation["xy_goal_tolerance"], yaw_goal_tolerance=simulation["yaw_goal_tolerance"]
-            ),
+            goal_checker=goal_checker_of(oracle),
+            path_handler=path_handler_of(oracle),
         ),
         planner=PlannerPlugin(name="navfn", params=make_planner(oracle).params.model_dump()),
         local_costmap=costmap_params(oracle, preset, rolling=local_costmap == "rolling"),
