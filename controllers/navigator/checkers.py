@@ -1,18 +1,19 @@
 """Checkers: whether the goal is reached, and whether the robot makes progress.
 
 Source: nav2_controller (Humble, Jazzy and Lyrical) plugins/simple_goal_checker.cpp, stopped_goal_checker.cpp,
-position_goal_checker.cpp (since Jazzy), axis_goal_checker.cpp and adaptive_tolerance_goal_checker.cpp (Lyrical),
-simple_progress_checker.cpp, pose_progress_checker.cpp.
+position_goal_checker.cpp (since Jazzy), simple_progress_checker.cpp, pose_progress_checker.cpp.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Protocol
 
 from controllers.base import GoalChecker, LocalPlan, Twist
 from controllers.checkers import GoalChecker as GoalCheckerParams
 from controllers.checkers import ProgressChecker as ProgressCheckerParams
+from controllers.navigator.lyrical_goal_checkers import AdaptiveToleranceGoalChecker, AxisGoalChecker, is_heading_reached
 from controllers.navigator.rate import TIME_RESOLUTION
 from gym_mapbench.world.scenario import Pose, wrap_angle
 
@@ -48,11 +49,7 @@ class SimpleGoalChecker:
         """Return whether the robot at ``pose`` is at ``goal``, whatever its velocity."""
         if self._is_far_along(local) or not self._is_position_reached(pose, goal):
             return False
-        params = self._params
-        error = abs(wrap_angle(goal.yaw - pose.yaw))
-        if params.symmetric_yaw_tolerance:
-            error = min(error, abs(wrap_angle(goal.yaw + math.pi - pose.yaw)))
-        return error <= params.yaw_goal_tolerance
+        return is_heading_reached(pose, goal, self._params)
 
     def is_position_reached(self, pose: Pose, local: LocalPlan) -> bool:
         """Return whether the robot is at the goal's position; if ``stateful``, this is remembered."""
@@ -142,10 +139,19 @@ class NoProgressChecker:
         return True
 
 
+GOAL_CHECKERS: dict[str, Callable[[GoalCheckerParams], GoalChecker]] = {
+    "simple": SimpleGoalChecker,
+    "stopped": StoppedGoalChecker,
+    "position": PositionGoalChecker,
+    "axis": AxisGoalChecker,
+    "adaptive": AdaptiveToleranceGoalChecker,
+}
+"""Name of a goal checker -> makes it."""
+
+
 def make_goal_checker(params: GoalCheckerParams) -> GoalChecker:
     """Make the goal checker that ``plugin`` names."""
-    kinds = {"simple": SimpleGoalChecker, "stopped": StoppedGoalChecker, "position": PositionGoalChecker}
-    return kinds[params.plugin](params)
+    return GOAL_CHECKERS[params.plugin](params)
 
 
 def make_progress_checker(params: ProgressCheckerParams) -> ProgressChecker:

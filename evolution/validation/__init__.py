@@ -21,6 +21,7 @@ from evolution.validation.setup import KINDS, is_reproduced
 from evolution.validation.units import (
     costmap_measures,
     dwb_measures,
+    dynamic_window_measures,
     local_plan_measures,
     navfn_measures,
     other_measures,
@@ -41,6 +42,7 @@ __all__ = [
     "disagreements",
     "drive_recorded",
     "dwb_measures",
+    "dynamic_window_measures",
     "is_reproduced",
     "layer_measures",
     "local_plan_measures",

@@ -66,9 +66,11 @@ def full_costmap(grid: GridMap, params: CostmapParams, footprint: Footprint) -> 
     return build_static_costmap(grid, params, footprint)
 
 
-def make_follower(oracle: Oracle, kind: str, variant: str = "default", seed: int | None = None) -> PathFollower:
-    """Make a controller with the recorded parameters; ``seed`` is that of MPPI's noise generator."""
-    ours, params = KINDS[kind], follower_params(oracle, kind, variant)
+def make_follower(
+    oracle: Oracle, kind: str, variant: str = "default", seed: int | None = None, **changes: Any
+) -> PathFollower:
+    """Make a controller with the recorded parameters but ``changes``; ``seed`` is that of MPPI's noise generator."""
+    ours, params = KINDS[kind], follower_params(oracle, kind, variant) | changes
     noise = {"noise": "nav2", "noise_seed": seed} if kind == "MPPI" and seed is not None else {}
     return FOLLOWERS[ours](CONTROLLERS[ours].params(**params, **noise))
 

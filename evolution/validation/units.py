@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from controllers.base import ControllerAbort, ControllerError, LocalPlan, PathFo
 from controllers.dwb.controller import DwbFollower
 from controllers.feasible_path_handler import FeasiblePathHandler
 from controllers.rpp.controller import RppFollower
+from controllers.rpp.lyrical import LyricalRppFollower
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset, ragged
 from evolution.validation.recorded import Arrays
@@ -95,6 +97,18 @@ def rpp_measures(oracle: Oracle) -> list[Measure]:
     return [commands.largest(), carrots.largest()]
 
 
+def dynamic_window_measures(oracle: Oracle) -> list[Measure]:
+    """Largest difference of the commands of RPP with its dynamic window around the recorded last command (Lyrical)."""
+    commands = Cases("rpp_dynamic_window_cmd_abs_err_max", "< 1e-6")
+    if oracle.release != "lyrical":
+        return []
+    for unit in each_unit(oracle, "RPP", changes={"use_dynamic_window": True}):
+        if isinstance(unit.follower, LyricalRppFollower):
+            unit.follower.last_command = Twist(*unit.recorded["last_cmd"][unit.row].tolist())
+            commands.add(difference(_command(unit), unit.recorded["rpp_dynamic_window_cmd"][unit.row]), unit.name)
+    return [commands.largest()]
+
+
 def dwb_measures(oracle: Oracle) -> list[Measure]:
     """Whether the same sample is chosen, and how far scores differ; 1 if a sample is legal on one side only."""
     choices, scores = Cases("dwb_choice_agreement", ">= 1"), Cases("dwb_score_rel_err_max", "<= 1e-6")
@@ -145,15 +159,17 @@ class Unit:
     local: LocalPlan | None
 
 
-def each_unit(oracle: Oracle, kind: str, only: Preset | None = None) -> Iterator[Unit]:
-    """Yield all recorded calls of one controller.
+def each_unit(
+    oracle: Oracle, kind: str, only: Preset | None = None, changes: Mapping[str, Any] | None = None
+) -> Iterator[Unit]:
+    """Yield all recorded calls of one controller, with some of its parameters changed.
 
     Plans of Humble and Jazzy are those of our own planner, as the stored paths are rounded; Lyrical's are not.
     """
     planner = make_planner(oracle)
     for preset in oracle.presets if only is None else (only,):
         costmaps, units = full_costmaps(oracle, preset), oracle.table("units", preset)
-        follower = make_follower(oracle, kind)
+        follower = make_follower(oracle, kind, **(changes or {}))
         for row, number in enumerate(units["map_id"]):
             costmap = costmaps[int(number)]
             follower.reset(follower_setup(oracle, preset))
