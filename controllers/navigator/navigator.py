@@ -12,8 +12,9 @@ moves smoothly in it, but it drifts.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,6 +43,7 @@ from controllers.navigator.navigate_to_pose import (
     navigate_to_pose_w_replanning,
     navigate_to_pose_w_replanning_and_recovery,
 )
+from controllers.navigator.path_keeper import PathKeeper
 from controllers.navigator.planner_server import PlannerServer
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from controllers.navigator.tree_loop import TreeLoop
@@ -51,6 +53,7 @@ from gym_mapbench.env.render import SeenCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Event, Outcome
 from gym_mapbench.planners import make_planner
+from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.frames import relate
 from gym_mapbench.world.scenario import Pose
 
@@ -259,7 +262,12 @@ class Navigator:
                 for kind in params.behavior_server.behavior_plugins
             },
             clear=self._clear,
+            keeps=self._make_path_keeper(global_footprint),
         )
+
+    def _make_path_keeper(self, footprint: Footprint) -> Callable[[Any], bool]:
+        distance = self.params.bt.goal_nearby_distance
+        return PathKeeper(distance, self._robot, self._global_costmap, footprint).keeps
 
     def _make_planner_server(self, planning_time: float) -> PlannerServer:
         planner = self.params.planner

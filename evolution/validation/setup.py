@@ -8,19 +8,20 @@ import numpy as np
 
 from controllers.base import FollowerSetup, PathFollower
 from controllers.nav2_params.navigation import (
-    BehaviorTree,
     ControllerServer,
     GoalChecker,
+    GOAL_NEARBY,
     NavigationParams,
     PlannerPlugin,
     ProgressChecker,
+    default_tree,
 )
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.navigator.checkers import make_goal_checker
 from controllers.parameters import ReleaseSettings
 from controllers.path_handler import PathHandler
 from controllers.registry import FOLLOWERS
-from evolution.validation.oracle import Oracle, Preset
+from evolution.validation.oracle import TREE_REPLAN, Oracle, Preset
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_static_costmap
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
 from gym_mapbench.ros_params import Findings, Section
@@ -83,7 +84,8 @@ def follower_params(oracle: Oracle, kind: str, variant: str = "default") -> dict
     plugin = CONTROLLERS[KINDS[kind]]
     inside = oracle.controller_params("DWB", "default") if kind == "RotationShim" else {}
     values = {**inside, **oracle.controller_params(kind, variant)}
-    values.pop("primary_controller", None)
+    if inside:
+        values["primary_controller"] = inside
     section = Section(kind, values, Findings(oracle.release))
     plugin.adapt(section)
     used = {name: value for name, value in section.values.items() if not plugin.keys.is_ros_only(name)}
@@ -142,7 +144,7 @@ def robot_of(oracle: Oracle, preset: Preset) -> RobotSpec:
     )
 
 
-def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str) -> NavigationParams:
+def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str, variant: str = "default") -> NavigationParams:
     """Return the recorded navigation: replanning and a goal checker; no recoveries, progress checker or smoother."""
     simulation = oracle.config["simulation"]
     threshold = simulation["min_velocity_threshold"]
@@ -160,5 +162,9 @@ def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str) -> Navigat
         planner=PlannerPlugin(name="navfn", params=make_planner(oracle).params.model_dump()),
         local_costmap=costmap_params(oracle, preset, rolling=local_costmap == "rolling"),
         global_costmap=costmap_params(oracle, preset),
-        bt=BehaviorTree(recoveries=False, replanning_frequency=simulation["replan_hz"]),
+        bt=default_tree(oracle.release).replace(
+            recoveries=False,
+            replanning_frequency=simulation["replan_hz"],
+            goal_nearby_distance=GOAL_NEARBY if variant == TREE_REPLAN else 0.0,
+        ),
     )
