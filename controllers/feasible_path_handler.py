@@ -28,6 +28,11 @@ class FeasiblePathHandler:
         params: Parameters of the path handler.
     """
 
+    _plan: Path
+    _ahead: Path
+    _steps: Path
+    _passed: int
+
     def __init__(self, params: PathHandler) -> None:
         self._params = params
         self._enforces = params.enforce_path_inversion or params.enforce_path_rotation
@@ -68,8 +73,8 @@ class FeasiblePathHandler:
     def _search_distance(self, costmap: Costmap) -> float:
         given = self._params.max_robot_pose_search_dist
         if given is None:
-            return max(costmap.costs.shape) * costmap.resolution / 2
-        return math.inf if given < 0.0 else given
+            return float(max(costmap.costs.shape) * costmap.resolution / 2)
+        return math.inf if given < 0.0 else float(given)
 
     def _look_ahead(self) -> None:
         """Begin with the plan, up to the first constraint if constraints are enforced."""

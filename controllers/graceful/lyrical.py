@@ -14,7 +14,7 @@ from gym_mapbench.world.scenario import Pose
 
 
 class LyricalGracefulFollower(GracefulFollower):
-    """The Graceful Controller on a local plan; arguments as :class:`~controllers.graceful.controller.GracefulFollower`."""
+    """The Graceful Controller on a local plan; arguments as :class:`GracefulFollower`."""
 
     _local: LocalPlan | None = None
     _goal_checker: GoalChecker | None

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import InvalidPath
-from controllers.plan_window import find_window
 from controllers.mppi.params import MppiParams
+from controllers.plan_window import find_window
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.kernels.geometry import normalize_angle
 from gym_mapbench.world.scenario import Pose

@@ -215,9 +215,7 @@ BACKUP_SPEED: dict[Release, float] = {"humble": 0.05, "jazzy": 0.15, "lyrical": 
 def default_tree(release: Release) -> BehaviorTree:
     """Return the numbers of the default tree of a release."""
     if release == "lyrical":
-        return BehaviorTree(
-            backup_speed=BACKUP_SPEED[release], goal_nearby_distance=GOAL_NEARBY, wrap_around=False
-        )
+        return BehaviorTree(backup_speed=BACKUP_SPEED[release], goal_nearby_distance=GOAL_NEARBY, wrap_around=False)
     return BehaviorTree(backup_speed=BACKUP_SPEED[release])
 
 

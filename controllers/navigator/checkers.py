@@ -13,7 +13,11 @@ from typing import Protocol
 from controllers.base import GoalChecker, LocalPlan, Twist
 from controllers.checkers import GoalChecker as GoalCheckerParams
 from controllers.checkers import ProgressChecker as ProgressCheckerParams
-from controllers.navigator.lyrical_goal_checkers import AdaptiveToleranceGoalChecker, AxisGoalChecker, is_heading_reached
+from controllers.navigator.lyrical_goal_checkers import (
+    AdaptiveToleranceGoalChecker,
+    AxisGoalChecker,
+    is_heading_reached,
+)
 from controllers.navigator.rate import TIME_RESOLUTION
 from gym_mapbench.world.scenario import Pose, wrap_angle
 

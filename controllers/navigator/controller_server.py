@@ -1,8 +1,8 @@
 """ControllerServer: Nav2's FollowPath action around one path follower.
 
-Source: nav2_controller (Humble, Jazzy and Lyrical) src/controller_server.cpp, ``computeControl`` and what it calls. Paths come
-in the frame of the map; everything else, checkers included, is in the frame of the local costmap. In Nav2 every
-controller transforms the plan into that frame in every cycle; here the server does it for them, with the newest
+Source: nav2_controller (Humble, Jazzy and Lyrical) src/controller_server.cpp, ``computeControl`` and what it calls.
+Paths come in the frame of the map; everything else, checkers included, is in the frame of the local costmap. In Nav2
+every controller transforms the plan into that frame in every cycle; here the server does it for them, with the newest
 transform.
 """
 

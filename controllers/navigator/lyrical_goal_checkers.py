@@ -78,6 +78,11 @@ class AdaptiveToleranceGoalChecker:
         params: The tolerances, and what counts as standing and as coming no nearer.
     """
 
+    _entry: tuple[float, float] | None
+    _least: float
+    _stagnant: int
+    _standing: int
+
     def __init__(self, params: GoalCheckerParams) -> None:
         self._params = params
         self.reset()
@@ -128,5 +133,5 @@ class AdaptiveToleranceGoalChecker:
 
     def _leave(self) -> None:
         """Forget how the robot came near."""
-        self._entry: tuple[float, float] | None = None
+        self._entry = None
         self._least, self._stagnant, self._standing = math.inf, 0, 0

@@ -71,4 +71,4 @@ class PathKeeper:
         if self._footprint.use_radius:
             return m.costs.flat[cell] not in (INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE)
         cost = footprint_cost(m.costs, m.resolution, m.origin_x, m.origin_y, x, y, yaw, self._corners)
-        return cost < LETHAL_OBSTACLE or cost == NO_INFORMATION
+        return bool(cost < LETHAL_OBSTACLE or cost == NO_INFORMATION)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 
-
 from gym_mapbench.kernels.jit import kernel
 
 STANDING = 1e-3
@@ -89,9 +88,7 @@ def command_on_curve(window, curvature, sign):
 def window_command(speed, curvature, last_v, last_w, tuning):
     """Command ``(v, w)`` for a regulated speed (m/s) on a curvature (1/m), reachable from the last command."""
     period, top = tuning.control_period, tuning.desired_linear_vel
-    low, high = reachable(
-        last_v, tuning.max_linear_accel, tuning.max_linear_decel, tuning.min_linear_vel, top, period
-    )
+    low, high = reachable(last_v, tuning.max_linear_accel, tuning.max_linear_decel, tuning.min_linear_vel, top, period)
     left, right = reachable(
         last_w, tuning.max_angular_accel, tuning.max_angular_decel, tuning.min_angular_vel, tuning.max_angular_vel,
         period,

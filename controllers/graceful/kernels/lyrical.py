@@ -141,7 +141,10 @@ def follow(path, arrived, turns_first, safe, scene, tunings):
         return OK, 0.0, turn_command(local[-1, 2], tuning), turns_first, safe
     for i in range(len(local), -1, -1):
         if i == len(local):
-            pose, distance = lookahead_target(local, lengths, tuning.max_lookahead), min(remaining, tuning.max_lookahead)
+            pose, distance = (
+                lookahead_target(local, lengths, tuning.max_lookahead),
+                min(remaining, tuning.max_lookahead),
+            )
         else:
             pose, distance = (local[i, 0], local[i, 1], local[i, 2]), lengths[i]
         if distance > tuning.max_lookahead:
