@@ -90,6 +90,7 @@ def test_check_says_what_a_file_means(humble, capsys):
         (["check", "FILE", "--robot", "burger"], "did you mean 'turtlebot3_burger'"),
         (["convert", "FILE", "--to", "humble", "--out", "FILE"], "expected a new file"),
         (["convert", "nowhere.yaml", "--to", "humble"], "cannot be read"),
+        (["convert", "FILE"], "expected --nav2 with the distribution to convert for, humble or jazzy or lyrical"),
         (["bench", "--only", "dwb"], "--only: expected a parameter file"),
         (["bench", "--params", "fair", "--nav2", "jazzy"], "--nav2 jazzy: the preset fair is for Nav2 Humble"),
     ],
@@ -132,6 +133,15 @@ def test_convert_renames_writes_out_exchanges_and_lists(humble, tmp_path, capsys
         "new in Jazzy and at its default: ax_max 3.0",
     ):
         assert line in said
+
+
+def test_the_target_is_named_by_nav2_alone_or_by_to(humble, capsys):
+    assert parsed("convert", humble, "--nav2", "lyrical") == 0
+    first = capsys.readouterr()
+    assert "from Nav2 Humble to Lyrical" in first.err
+    assert parsed("convert", humble, "--to", "lyrical", "--nav2", "humble") == 0
+    assert capsys.readouterr() == first
+    assert yaml.safe_load(first.out)["controller_server"]["ros__parameters"]["PathHandler"]["prune_distance"] == 1.5
 
 
 def test_a_converted_file_is_recognised_as_what_it_is_and_comes_back(humble, tmp_path):
