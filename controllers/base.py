@@ -58,6 +58,20 @@ class InvalidPath(ControllerAbort):
     code = 104
 
 
+class LocalPlan(NamedTuple):
+    """The part of the plan that Lyrical's path handler gives to all controllers and to the goal checker.
+
+    Args:
+        path: ``(n, 3)`` x, y in m and yaw in rad, from the pose nearest to the robot on; at least one pose.
+        length: Its length, m.
+        goal: The last pose of the whole plan.
+    """
+
+    path: NDArray[np.float64]
+    length: float
+    goal: Pose
+
+
 @dataclass(frozen=True)
 class Context:
     """The run, as a controller is told before it starts.
@@ -104,6 +118,22 @@ class Controller(Protocol):
         ...
 
 
+class GoalChecker(Protocol):
+    """Says whether a goal pose is reached."""
+
+    def reset(self) -> None:
+        """Forget what was reached."""
+        ...
+
+    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist, local: LocalPlan | None = None) -> bool:
+        """Return whether the robot at ``pose``, moving with ``velocity``, is at ``goal``; ``local`` is Lyrical's."""
+        ...
+
+    def is_position_reached(self, pose: Pose, local: LocalPlan) -> bool:
+        """Return whether the goal's position is reached, as Lyrical's controllers ask."""
+        ...
+
+
 @dataclass(frozen=True)
 class FollowerSetup:
     """What Nav2's controller server hands a controller plugin before a run.
@@ -116,6 +146,7 @@ class FollowerSetup:
         inflation_radius: The radius of the local costmap's inflation layer, m.
         cost_scaling_factor: The cost scaling factor of the same layer, 1/m.
         rng: The run's own generator.
+        goal_checker: The goal checker, which Lyrical's controllers share with the server.
     """
 
     footprint: Footprint
@@ -125,6 +156,7 @@ class FollowerSetup:
     inflation_radius: float
     cost_scaling_factor: float
     rng: np.random.Generator
+    goal_checker: GoalChecker | None = None
 
 
 class PathFollower(Protocol):
@@ -132,6 +164,9 @@ class PathFollower(Protocol):
 
     Plan, pose and costmap are all given in the frame of the local costmap, into which Nav2's controllers transform the
     plan themselves. That frame moves against the map, and the plan moves with it: see :meth:`move_plan`.
+
+    A follower with the method ``take_local_plan(local: LocalPlan)`` follows the local plan in Lyrical: the server calls
+    it before every :meth:`compute_velocity_commands`.
     """
 
     def reset(self, setup: FollowerSetup) -> None:

@@ -5,7 +5,5 @@ from __future__ import annotations
 from typing import Literal, get_args
 
 Release = Literal["humble", "jazzy", "lyrical"]
-RELEASES: tuple[Release, ...] = ("humble", "jazzy")
-"""The releases whose whole navigation is reproduced; of the others only parts are."""
-
-MODELLED: tuple[Release, ...] = get_args(Release)
+RELEASES: tuple[Release, ...] = get_args(Release)
+MODELLED = RELEASES

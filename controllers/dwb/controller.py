@@ -1,6 +1,6 @@
 """DwbFollower: Nav2's Dynamic Window controller as a path follower.
 
-Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble and Jazzy).
+Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble, Jazzy and Lyrical).
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import ControllerError, FollowerSetup, InvalidPath, Twist
+from controllers.base import ControllerError, FollowerSetup, InvalidPath, LocalPlan, Twist
 from controllers.dwb.kernels.decision import NO_PLAN, decide
 from controllers.dwb.kernels.rollout import roll_out, trace
 from controllers.dwb.params import DwbParams
@@ -27,6 +27,8 @@ from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import Pose
 
+PATH_LENGTH_TOLERANCE = 1.0
+"""Length of Lyrical's local plan above which RotateToGoal waits, m; Nav2 reads its parameter by a wrong name."""
 NO_SPEED_LIMIT = 0.0
 FORWARD = 0.4
 """Share of the top speed from which on a candidate counts as driving on in :meth:`DwbFollower.explain`."""
@@ -101,9 +103,17 @@ class DwbFollower:
             self._memory[name] = 0
 
     def move_plan(self, path: NDArray[np.float64]) -> None:
-        """Take the same plan at its new place; pruned poses stay pruned, and no critic forgets anything."""
+        """Take the same plan at its new place; pruned poses stay pruned, and no critic forgets anything.
+
+        In Lyrical the next local plan takes the place of what is left.
+        """
         self._plan = path[len(path) - len(self._plan) :]
         self._goal = Pose(*path[-1].tolist())
+
+    def take_local_plan(self, local: LocalPlan) -> None:
+        """Take the part of the plan that the critics see (Lyrical)."""
+        self._plan = np.ascontiguousarray(local.path)
+        self._memory["is_far"] = local.length > PATH_LENGTH_TOLERANCE
 
     def set_speed_limit(self, speed: float, percentage: bool) -> None:
         """Limit the top speeds to ``speed`` m/s or per cent of the parameters' values; 0 lifts the limit.

@@ -28,6 +28,7 @@ Record = NDArray[np.void]
 TUNING = record_of(
     DwbParams,
     ("humble", np.bool_),
+    ("lyrical", np.bool_),
     ("whole_way", np.bool_),
     ("horizon", np.float64),
     ("axes", np.float64, (2, 5)),
@@ -54,20 +55,22 @@ the map, and is left out close to the goal; its weight, and how far ahead of the
 
 MEMORY = np.dtype(
     [
-        *((name, np.bool_) for name in ("in_window", "rotating")),
+        *((name, np.bool_) for name in ("is_far", "in_window", "rotating")),
         *((name, np.int64) for name in ("forward_sign", "forward_only", "turn_sign", "turn_only")),
         *((name, np.float64) for name in ("flip_x", "flip_y", "flip_yaw", "flip_time")),
     ],
     align=True,
 )
-"""What critics remember since the last plan. RotateToGoal: that the goal was near, and that the robot stopped there.
+"""What critics remember since the last plan. RotateToGoal: whether much of Lyrical's local plan is left, which the
+follower says in each cycle; that the goal was near, and that the robot stopped there.
 Oscillation: sign of the last nonzero command on each axis, and the only sign allowed since it flipped (0: both); pose
 (m, rad) and time (s) of the last flip, which a new plan does not change."""
 
 UNTIL_NEXT_PLAN = ["in_window", "rotating", "forward_sign", "forward_only", "turn_sign", "turn_only"]
 """State of the critics that a new plan resets."""
 
-SLACK: dict[Release, float] = {"humble": 1e-5, "jazzy": float(np.finfo(np.float32).eps)}
+EPSILON = float(np.finfo(np.float32).eps)
+SLACK: dict[Release, float] = {"humble": 1e-5, "jazzy": EPSILON, "lyrical": EPSILON}
 """How far a sample may exceed the limits of speed: in the squared speed, m^2/s^2, and in the turn rate, rad/s."""
 
 AGGREGATIONS = {"last": LAST, "sum": SUM, "product": PRODUCT}
@@ -92,7 +95,7 @@ def make_tuning(params: DwbParams, control_period: float) -> Record:
     fill_groups(tuning, params)
     grids = (p.critic(name) for name in p.critics)
     by_distance = [inf, p.linear_granularity, p.angular_granularity]
-    tuning["humble"] = p.release == "humble"
+    tuning["humble"], tuning["lyrical"] = p.release == "humble", p.release == "lyrical"
     tuning["whole_way"] = any(isinstance(grid, MapGridParams) and grid.aggregation_type != "last" for grid in grids)
     tuning["horizon"] = (p.sim_period or control_period) if p.samples_one_period else p.sim_time
     tuning["axes"] = [

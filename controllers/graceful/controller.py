@@ -24,6 +24,7 @@ REASONS = {
         following.COLLISION: "Collision detected in trajectory",
     },
 }
+REASONS["lyrical"] = REASONS["jazzy"]
 
 JAZZYS_RULES = ("last_of_equals", "adds_headings", "takes_farthest")
 TUNING = record_of(
@@ -32,11 +33,13 @@ TUNING = record_of(
     ("xy_goal_tolerance", np.float64),
     ("keeps_segment", np.bool_),
     ("searches_width", np.bool_),
+    ("can_stop", np.bool_),
     *((rule, np.bool_) for rule in JAZZYS_RULES),
 )
 """The parameters in the form that kernels take, ``lambda`` under the name ``sharpness`` too, the goal checker's
 tolerance (m), and what depends on the release: which of equally near poses is taken,
-whether poses without headings of their own get them, and whether the target is the farthest that can be reached."""
+whether poses without headings of their own get them, whether the target is the farthest that can be reached,
+and whether the robot is slow enough to stop at the target."""
 
 
 class GracefulFollower:
@@ -115,7 +118,8 @@ def make_tuning(params: GracefulParams, setup: FollowerSetup) -> NDArray[np.void
     tuning["sharpness"] = getattr(params, "lambda")
     tuning["xy_goal_tolerance"] = setup.xy_goal_tolerance
     tuning["max_robot_pose_search_dist"] = search_distance(params.max_robot_pose_search_dist)
-    tuning["searches_width"] = True
+    tuning["searches_width"], tuning["can_stop"] = True, params.release == "lyrical"
+    tuning["use_collision_detection"] = params.use_collision_detection is not False
     for rule in JAZZYS_RULES:
         tuning[rule] = params.release != "humble"
     if params.initial_rotation:  # Nav2 then switches driving backwards off, with a warning

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from controllers.descriptor import Limits, Nav2Controller, highest, named_limits
-from controllers.graceful.controller import GracefulFollower
+from controllers.graceful.lyrical import make_graceful
 from controllers.graceful.params import RENAMED_KEYS, ROS_ONLY_KEYS, GracefulParams
 from gym_mapbench.ros_params import Keys, in_every_release
 
@@ -28,7 +28,7 @@ GRACEFUL = Nav2Controller(
     "the Graceful Controller",
     GracefulParams,
     Keys(ros_only=ROS_ONLY_KEYS, renamed=RENAMED_KEYS),
-    make=GracefulFollower,
+    make=make_graceful,
     limits=limits,
     relative_cost=1.5,
     needs_no_section=True,

@@ -1,7 +1,6 @@
-"""The part of the global plan that MPPI looks at.
+"""The part of the global plan that MPPI looks at, in Humble and Jazzy; Lyrical's server cuts it.
 
-Source: nav2_mppi_controller/src/path_handler.cpp (Humble and Jazzy) and, in Lyrical,
-nav2_controller/plugins/feasible_path_handler.cpp.
+Source: nav2_mppi_controller/src/path_handler.cpp (Humble and Jazzy).
 """
 
 from __future__ import annotations
@@ -13,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.base import InvalidPath
-from controllers.mppi.kernels.plan import find_window
 from controllers.mppi.params import MppiParams
+from controllers.plan_window import find_window
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.kernels.geometry import normalize_angle
 from gym_mapbench.world.scenario import Pose
@@ -36,6 +35,12 @@ def handling_of(params: MppiParams) -> Handling:
     """Return how the plan is cut: as MPPI's parameters say, in Lyrical as the path handler of Nav2's code does."""
     given = {name: getattr(params, name) for name in Handling._fields}
     return Handling(**{name: value for name, value in given.items() if value is not None})
+
+
+def end_of(path: Path) -> tuple[float, float]:
+    """Return the place of a path's last pose in single precision, m."""
+    x, y = path[-1, :2].astype(np.float32).tolist()
+    return x, y
 
 
 def first_cusp(path: Path) -> int:
@@ -84,7 +89,7 @@ class PathHandler:
         search, prune = self._search_distance(costmap), self._handling.prune_distance
         self._passed, end = find_window(
             self._ahead, self._steps, self._passed, pose.x, pose.y, search, prune, place, costmap.costs.shape,
-            self._release != "humble", self._release == "lyrical",
+            self._release != "humble", False,
         )  # fmt: skip
         window = self._ahead[self._passed : end]
         if self._cusp and self._at_cusp(pose):
@@ -96,10 +101,9 @@ class PathHandler:
 
     def goal(self, window: Path) -> tuple[float, float]:
         """Return the goal in the sense of the critics, m: the end of the plan in Jazzy, else of the local path."""
-        if self._release == "jazzy":
-            x, y = self._plan[-1, :2].tolist()
-        else:
-            x, y = window[-1, :2].astype(np.float32).tolist()
+        if self._release == "humble":
+            return end_of(window)
+        x, y = self._plan[-1, :2].tolist()
         return x, y
 
     def _search_distance(self, costmap: Costmap) -> float:

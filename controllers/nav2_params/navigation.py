@@ -171,7 +171,7 @@ class BehaviorServer(Settings):
     backup: DriveLimits = DriveLimits()
 
 
-class BehaviorTree(Settings):
+class BehaviorTree(ExtendedSettings):
     """Numbers of ``navigate_to_pose_w_replanning_and_recovery.xml``; all but the first are no ROS parameters.
 
     Args:
@@ -186,7 +186,11 @@ class BehaviorTree(Settings):
         recoveries: Whether there are recoveries at all; without them the first failure ends the run.
         latency: ``ideal``: the tree ticks once in a control period, and everything is answered at once. ``nav2``: it
             ticks every ``bt_loop_duration``; actions, services and plans take time.
+        goal_nearby_distance: Lyrical: remaining length of path below which a valid path is kept, m; 0 to replan always.
+        wrap_around: Whether the recoveries begin again after the last; in Lyrical the last one ends them.
     """
+
+    newer: ClassVar[tuple[str, ...]] = ("goal_nearby_distance", "wrap_around")
 
     bt_loop_duration: Annotated[int, Field(gt=0)] = 10
     replanning_frequency: Positive = 1.0
@@ -198,14 +202,20 @@ class BehaviorTree(Settings):
     time_allowance: NonNegative = 10.0
     recoveries: bool = True
     latency: LatencyModel = "ideal"
+    goal_nearby_distance: NonNegative = 0.0
+    wrap_around: bool = True
 
 
+GOAL_NEARBY = 4.0
+"""Remaining length of path below which Lyrical's default tree keeps a valid path, m."""
 BACKUP_SPEED: dict[Release, float] = {"humble": 0.05, "jazzy": 0.15, "lyrical": 0.15}
 """Speed of BackUp in the default tree, m/s."""
 
 
 def default_tree(release: Release) -> BehaviorTree:
     """Return the numbers of the default tree of a release."""
+    if release == "lyrical":
+        return BehaviorTree(backup_speed=BACKUP_SPEED[release], goal_nearby_distance=GOAL_NEARBY, wrap_around=False)
     return BehaviorTree(backup_speed=BACKUP_SPEED[release])
 
 

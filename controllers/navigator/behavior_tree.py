@@ -107,6 +107,31 @@ class Sequence(Control):
         self._current = 0
 
 
+class Fallback(Control):
+    """Ticks its children in order, each until it fails; it succeeds as soon as one of them succeeds."""
+
+    def __init__(self, *children: Node) -> None:
+        super().__init__(*children)
+        self._current = 0
+
+    def tick(self) -> Status:
+        """Go on with the current child."""
+        while self._current < len(self.children):
+            status = self.children[self._current].execute_tick()
+            if status is not Status.FAILURE:
+                if status is Status.SUCCESS:
+                    self.halt()
+                return status
+            self._current += 1
+        self.halt()
+        return Status.FAILURE
+
+    def halt(self) -> None:
+        """Stop all children and begin with the first one next time."""
+        super().halt()
+        self._current = 0
+
+
 class ReactiveFallback(Control):
     """Ticks its children from the first one on at every tick; the first that does not fail decides."""
 
@@ -196,10 +221,15 @@ class RoundRobin(Control):
     """Tries its children in turn, beginning after the last one that succeeded; fails when all of them fail.
 
     It keeps its place after a success, because the parent's halt reaches RUNNING nodes only.
+
+    Args:
+        *children: The children.
+        wrap_around: Whether the first child follows the last; if not (Lyrical), the node fails when the last one ends.
     """
 
-    def __init__(self, *children: Node) -> None:
+    def __init__(self, *children: Node, wrap_around: bool = True) -> None:
         super().__init__(*children)
+        self._wraps = wrap_around
         self._current = 0
         self._failed = 0
 
@@ -210,6 +240,8 @@ class RoundRobin(Control):
             if status is Status.RUNNING:
                 return status
             self._current = (self._current + 1) % len(self.children)
+            if self._current == 0 and not self._wraps:
+                break
             if status is Status.SUCCESS:
                 self._failed = 0
                 super().halt()

@@ -1,31 +1,25 @@
 """Checkers: whether the goal is reached, and whether the robot makes progress.
 
-Source: nav2_controller (Humble and Jazzy) plugins/simple_goal_checker.cpp, stopped_goal_checker.cpp,
-position_goal_checker.cpp (Jazzy), simple_progress_checker.cpp, pose_progress_checker.cpp.
+Source: nav2_controller (Humble, Jazzy and Lyrical) plugins/simple_goal_checker.cpp, stopped_goal_checker.cpp,
+position_goal_checker.cpp (since Jazzy), simple_progress_checker.cpp, pose_progress_checker.cpp.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Protocol
 
-from controllers.base import Twist
+from controllers.base import GoalChecker, LocalPlan, Twist
 from controllers.checkers import GoalChecker as GoalCheckerParams
 from controllers.checkers import ProgressChecker as ProgressCheckerParams
+from controllers.navigator.lyrical_goal_checkers import (
+    AdaptiveToleranceGoalChecker,
+    AxisGoalChecker,
+    is_heading_reached,
+)
 from controllers.navigator.rate import TIME_RESOLUTION
 from gym_mapbench.world.scenario import Pose, wrap_angle
-
-
-class GoalChecker(Protocol):
-    """Says whether a goal pose is reached."""
-
-    def reset(self) -> None:
-        """Forget what was reached."""
-        ...
-
-    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist) -> bool:
-        """Return whether the robot at ``pose``, moving with ``velocity``, is at ``goal``."""
-        ...
 
 
 class ProgressChecker(Protocol):
@@ -55,22 +49,29 @@ class SimpleGoalChecker:
         """Forget that the position was reached."""
         self._position_reached = False
 
-    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist) -> bool:
+    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist, local: LocalPlan | None = None) -> bool:
         """Return whether the robot at ``pose`` is at ``goal``, whatever its velocity."""
-        if not self._is_position_reached(pose, goal):
+        if self._is_far_along(local) or not self._is_position_reached(pose, goal):
             return False
-        params = self._params
-        error = abs(wrap_angle(goal.yaw - pose.yaw))
-        if params.symmetric_yaw_tolerance:
-            error = min(error, abs(wrap_angle(goal.yaw + math.pi - pose.yaw)))
-        return error <= params.yaw_goal_tolerance
+        return is_heading_reached(pose, goal, self._params)
+
+    def is_position_reached(self, pose: Pose, local: LocalPlan) -> bool:
+        """Return whether the robot is at the goal's position; if ``stateful``, this is remembered."""
+        return not self._is_far_along(local) and self._is_position_reached(pose, local.goal)
+
+    def _is_far_along(self, local: LocalPlan | None) -> bool:
+        """Whether too much of the local plan is left (Lyrical)."""
+        return local is not None and local.length > self._params.path_length_tolerance
 
     def _is_position_reached(self, pose: Pose, goal: Pose) -> bool:
         """Whether the robot is within the tolerance, or was before and that still counts."""
+        dx, dy = pose.x - goal.x, pose.y - goal.y
+        tolerance, buffer = self._params.xy_goal_tolerance, self._params.xy_goal_tolerance_buffer
+        if self._position_reached and buffer > 0.0:
+            self._position_reached = math.hypot(dx, dy) <= tolerance + buffer
         if self._position_reached:
             return True
-        dx, dy = pose.x - goal.x, pose.y - goal.y
-        if dx * dx + dy * dy > self._params.xy_goal_tolerance * self._params.xy_goal_tolerance:
+        if dx * dx + dy * dy > tolerance * tolerance:
             return False
         self._position_reached = self._params.stateful
         return True
@@ -79,21 +80,21 @@ class SimpleGoalChecker:
 class StoppedGoalChecker(SimpleGoalChecker):
     """A :class:`SimpleGoalChecker` that also wants the robot to stand still."""
 
-    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist) -> bool:
+    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist, local: LocalPlan | None = None) -> bool:
         """Return whether the robot stands at ``goal``."""
         return (
-            super().is_goal_reached(pose, goal, velocity)
+            super().is_goal_reached(pose, goal, velocity, local)
             and abs(velocity.w) <= self._params.rot_stopped_velocity
             and abs(velocity.v) <= self._params.trans_stopped_velocity
         )
 
 
 class PositionGoalChecker(SimpleGoalChecker):
-    """Wants the position alone (Jazzy)."""
+    """Wants the position alone (since Jazzy)."""
 
-    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist) -> bool:
+    def is_goal_reached(self, pose: Pose, goal: Pose, velocity: Twist, local: LocalPlan | None = None) -> bool:
         """Return whether the robot at ``pose`` is at ``goal``, whatever its heading."""
-        return self._is_position_reached(pose, goal)
+        return not self._is_far_along(local) and self._is_position_reached(pose, goal)
 
 
 class SimpleProgressChecker:
@@ -142,10 +143,19 @@ class NoProgressChecker:
         return True
 
 
+GOAL_CHECKERS: dict[str, Callable[[GoalCheckerParams], GoalChecker]] = {
+    "simple": SimpleGoalChecker,
+    "stopped": StoppedGoalChecker,
+    "position": PositionGoalChecker,
+    "axis": AxisGoalChecker,
+    "adaptive": AdaptiveToleranceGoalChecker,
+}
+"""Name of a goal checker -> makes it."""
+
+
 def make_goal_checker(params: GoalCheckerParams) -> GoalChecker:
     """Make the goal checker that ``plugin`` names."""
-    kinds = {"simple": SimpleGoalChecker, "stopped": StoppedGoalChecker, "position": PositionGoalChecker}
-    return kinds[params.plugin](params)
+    return GOAL_CHECKERS[params.plugin](params)
 
 
 def make_progress_checker(params: ProgressCheckerParams) -> ProgressChecker:

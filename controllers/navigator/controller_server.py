@@ -1,8 +1,8 @@
 """ControllerServer: Nav2's FollowPath action around one path follower.
 
-Source: nav2_controller (Humble and Jazzy) src/controller_server.cpp, ``computeControl`` and what it calls. Paths come
-in the frame of the map; everything else, checkers included, is in the frame of the local costmap. In Nav2 every
-controller transforms the plan into that frame in every cycle; here the server does it for them, with the newest
+Source: nav2_controller (Humble, Jazzy and Lyrical) src/controller_server.cpp, ``computeControl`` and what it calls.
+Paths come in the frame of the map; everything else, checkers included, is in the frame of the local costmap. In Nav2
+every controller transforms the plan into that frame in every cycle; here the server does it for them, with the newest
 transform.
 """
 
@@ -15,7 +15,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.base import STOP, ControllerAbort, ControllerError, PathFollower, Twist
+from controllers.base import STOP, ControllerAbort, ControllerError, GoalChecker, LocalPlan, PathFollower, Twist
+from controllers.feasible_path_handler import FeasiblePathHandler
 from controllers.nav2_params.navigation import ControllerServer as ControllerServerParams
 from controllers.navigator import error_codes
 from controllers.navigator.actions import Outcome, Result
@@ -58,8 +59,10 @@ class ControllerServer:
         publish: Takes the commands.
         abort_is_exception: Whether ``failure_tolerance`` also covers a ControllerAbort; in Nav2 such an exception ends
             the action at once.
-        release: The release of Nav2. In Jazzy the goal is checked before the follower is asked, and a controller is
-            reset whenever an action ends: its ``end_action()`` is called, if it has one.
+        release: The release of Nav2. Since Jazzy the goal is checked before the follower is asked, and a controller is
+            reset whenever an action ends: its ``end_action()`` is called, if it has one. In Lyrical a path handler cuts
+            the local plan first.
+        goal_checker: The goal checker; one of ``params`` if None.
         computing_time: Returns how long the follower took for its last command, s in simulated time.
 
     Attributes:
@@ -83,16 +86,20 @@ class ControllerServer:
         *,
         abort_is_exception: bool = False,
         release: Release = "humble",
+        goal_checker: GoalChecker | None = None,
         computing_time: Callable[[], float] = no_time,
     ) -> None:
         self._follower, self._params, self._robot, self._costmap = follower, params, robot, costmap
         self._publish, self._computing_time = publish, computing_time
         self._abort_is_exception = abort_is_exception
-        self._goal_checker = make_goal_checker(params.goal_checker)
+        self._goal_checker = goal_checker or make_goal_checker(params.goal_checker)
         self._progress_checker = make_progress_checker(params.progress_checker)
         self._rate = Rate(1.0 / params.controller_frequency, restarts=True)
         self._checks_goal_first = release != "humble"
         self._wait = CostmapWait(costmap, NEVER if release == "humble" else params.costmap_update_timeout)
+        self._path_handler = FeasiblePathHandler(params.path_handler) if release == "lyrical" else None
+        self._local_plan: LocalPlan | None = None
+        self._take_local_plan = getattr(follower, "take_local_plan", None)
         self._end_action = getattr(follower, "end_action", None) if release != "humble" else None
         self.next_time = NEVER
         self.seconds = 0.0
@@ -141,10 +148,12 @@ class ControllerServer:
         self._end()
 
     def _cycle(self, now: float) -> Outcome | None:
-        """Check progress, ask for a command, and test the goal: in Humble last, with a fresh pose, in Jazzy first."""
+        """Check progress, ask for a command, and test the goal: in Humble last, with a fresh pose, later first."""
         self._spent = 0.0
         pose = self._robot.local_pose
         self._place_plan()
+        if self._path_handler is not None:
+            self._local_plan = self._path_handler.local_plan(pose, self._costmap.costmap)
         if self._checks_goal_first and self._is_goal_reached():
             return self._reach()
         if not self._progress_checker.check(pose, now):
@@ -171,6 +180,8 @@ class ControllerServer:
         began = time.perf_counter()
         try:
             velocity = self._without_noise(self._robot.odometry)
+            if self._local_plan is not None and self._take_local_plan is not None:
+                self._take_local_plan(self._local_plan)
             return self._follower.compute_velocity_commands(pose, velocity, self._costmap.costmap, now)
         finally:
             self.seconds += time.perf_counter() - began
@@ -183,6 +194,8 @@ class ControllerServer:
         if len(path):
             self._goal = Pose(*map(float, path[-1]))
             self._follower.set_plan(path)
+            if self._path_handler is not None:
+                self._path_handler.set_plan(path)
 
     def _place_plan(self) -> None:
         """Give the follower the path at its new place, if the frames have moved."""
@@ -193,11 +206,14 @@ class ControllerServer:
         path = transform_path(map_in_costmap, self._path)
         self._goal = Pose(*path[-1].tolist())
         self._follower.move_plan(path)
+        if self._path_handler is not None:
+            self._path_handler.move_plan(path)
 
     def _is_goal_reached(self) -> bool:
         """Whether the newest pose is at the end of the path."""
         robot = self._robot
-        return self._goal_checker.is_goal_reached(robot.local_pose, self._goal, self._without_noise(robot.odometry))
+        velocity = self._without_noise(robot.odometry)
+        return self._goal_checker.is_goal_reached(robot.local_pose, self._goal, velocity, self._local_plan)
 
     def _without_noise(self, odometry: Twist) -> Twist:
         """Return the measured velocity with components below the thresholds set to 0."""
@@ -228,7 +244,7 @@ class ControllerServer:
         return Outcome(Result.ABORTED, code, reason)
 
     def _end(self) -> None:
-        """Stop the robot and, in Jazzy, reset the controller."""
+        """Stop the robot and, since Jazzy, reset the controller."""
         self._publish(STOP)
         if self._end_action is not None:
             self._end_action()

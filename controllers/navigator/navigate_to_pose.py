@@ -1,6 +1,6 @@
 """NavigateToPose: Nav2's default behaviour tree and its leaves.
 
-Source: nav2_bt_navigator (Humble and Jazzy)
+Source: nav2_bt_navigator (Humble, Jazzy and Lyrical)
 behavior_trees/navigate_to_pose_w_replanning_and_recovery.xml and the nodes of nav2_behavior_tree.
 """
 
@@ -17,6 +17,7 @@ from controllers.navigator.action_nodes import ActionNode, ServiceNode
 from controllers.navigator.actions import ActionServer, Outcome, Result
 from controllers.navigator.behavior_tree import (
     Condition,
+    Fallback,
     Node,
     PipelineSequence,
     RateController,
@@ -45,12 +46,14 @@ class Servers:
         controller: Follows paths.
         behaviors: Run the recoveries, by kind; one that does not exist fails.
         clear: Clears a costmap, ``local`` or ``global``; returns how long the answer takes, s.
+        keeps: Whether a path is kept near the goal instead of a new plan (Lyrical).
     """
 
     planner: ActionServer
     controller: ActionServer
     behaviors: Mapping[str, ActionServer]
     clear: Callable[[str], float]
+    keeps: Callable[[Any], bool]
 
 
 @dataclass
@@ -202,7 +205,7 @@ def navigate_to_pose_w_replanning_and_recovery(
     bt = params.bt
     clear_local = partial(ClearEntireCostmap, board, servers.clear, "local")
     clear_global = partial(ClearEntireCostmap, board, servers.clear, "global")
-    plan, follow = ComputePathToPose(board, servers.planner, latency), FollowPath(board, servers.controller, latency)
+    plan, follow = _plan_if_needed(board, params, servers, latency), FollowPath(board, servers.controller, latency)
     return RecoveryNode(
         bt.number_of_retries,
         PipelineSequence(
@@ -221,14 +224,23 @@ def navigate_to_pose_w_replanning_and_recovery(
                 RoundRobin(
                     Sequence(clear_local(), clear_global()),
                     *_behaviors(board, params, servers, latency),
+                    wrap_around=bt.wrap_around,
                 ),
             ),
         ),
     )
 
 
+def _plan_if_needed(board: Blackboard, params: NavigationParams, servers: Servers, latency: Latency) -> Node:
+    """Make the leaf that plans; Lyrical first asks whether the path is kept."""
+    plan = ComputePathToPose(board, servers.planner, latency)
+    if not params.bt.goal_nearby_distance:
+        return plan
+    return Fallback(Condition(lambda: servers.keeps(board.path)), plan)
+
+
 def _if_it_helps(params: NavigationParams, helps: Callable[[], bool], recovery: Node) -> Node:
-    """Guard a recovery: Jazzy tries it only where it may help, Humble always."""
+    """Guard a recovery: since Jazzy it is tried only where it may help, Humble always."""
     return recovery if params.release == "humble" else Sequence(Condition(helps), recovery)
 
 
@@ -240,7 +252,7 @@ def navigate_to_pose_w_replanning(
         RateController(
             params.bt.replanning_frequency,
             board.clock,
-            ReactiveFallback(ComputePathToPose(board, servers.planner, latency), Condition(board.has_had_path)),
+            ReactiveFallback(_plan_if_needed(board, params, servers, latency), Condition(board.has_had_path)),
         ),
         FollowPath(board, servers.controller, latency),
     )

@@ -12,8 +12,9 @@ moves smoothly in it, but it drifts.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +33,7 @@ from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigator.actions import ActionServer
 from controllers.navigator.behavior_server import BehaviorServer
 from controllers.navigator.behavior_tree import Status
+from controllers.navigator.checkers import make_goal_checker
 from controllers.navigator.controller_server import ControllerServer
 from controllers.navigator.costmap_servers import CostmapServer
 from controllers.navigator.latency import LATENCIES
@@ -41,6 +43,7 @@ from controllers.navigator.navigate_to_pose import (
     navigate_to_pose_w_replanning,
     navigate_to_pose_w_replanning_and_recovery,
 )
+from controllers.navigator.path_keeper import PathKeeper
 from controllers.navigator.planner_server import PlannerServer
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from controllers.navigator.tree_loop import TreeLoop
@@ -50,6 +53,7 @@ from gym_mapbench.env.render import SeenCostmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Event, Outcome
 from gym_mapbench.planners import make_planner
+from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.frames import relate
 from gym_mapbench.world.scenario import Pose
 
@@ -248,6 +252,7 @@ class Navigator:
             self._take_nav_command,
             abort_is_exception=self._abort_is_exception,
             release=params.release,
+            goal_checker=setup.goal_checker,
         )
         return Servers(
             planner=ActionServer(self._make_planner_server(latency.planning), latency),
@@ -257,7 +262,12 @@ class Navigator:
                 for kind in params.behavior_server.behavior_plugins
             },
             clear=self._clear,
+            keeps=self._make_path_keeper(global_footprint),
         )
+
+    def _make_path_keeper(self, footprint: Footprint) -> Callable[[Any], bool]:
+        distance = self.params.bt.goal_nearby_distance
+        return PathKeeper(distance, self._robot, self._global_costmap, footprint).keeps
 
     def _make_planner_server(self, planning_time: float) -> PlannerServer:
         planner = self.params.planner
@@ -294,6 +304,7 @@ class Navigator:
             inflation_radius=inflation.inflation_radius,
             cost_scaling_factor=inflation.cost_scaling_factor,
             rng=context.rng,
+            goal_checker=make_goal_checker(server.goal_checker),
         )
 
     def _measure(self, observation: Observation) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from controllers.descriptor import Limits, Nav2Controller, highest, named_limits
 from controllers.releases import Release
-from controllers.rotation_shim.controller import RotationShimFollower
+from controllers.rotation_shim.lyrical import make_shim
 from controllers.rotation_shim.params import RotationShimParams, params_around
 from controllers.rpp.plugin import TURNING
 from gym_mapbench.errors import ConfigError
@@ -45,7 +45,7 @@ def around(primary: Nav2Controller, primaries: Iterable[Nav2Controller]) -> Nav2
         adapt=partial(_adapt, primary),
         arrange=partial(_arrange, primary),
         forms=partial(_forms, primary),
-        make=partial(RotationShimFollower, primary.make),
+        make=partial(make_shim, primary.make),
         limits=partial(_limits, primary),
     )
 

@@ -180,20 +180,22 @@ def pose_collides(grid, corners, circumscribed_radius, x, y, yaw):
 
 
 @kernel
-def arc_collides(grid, corners, x, y, yaw, v, w, carrot_dist, tuning):
-    """Whether the robot collides now, or on the arc of a command up to the distance of the carrot."""
-    radius = tuning.circumscribed_radius
+def arc_collides(grid, corners, x, y, yaw, v, w, reach, seconds, radius):
+    """Whether the robot collides now, or on the arc of a command within a distance (m) and a time (s).
+
+    ``radius`` is the circumscribed one, m.
+    """
     if pose_collides(grid, corners, radius, x, y, yaw):
         return True
     step = projection_step(v, w, grid[1], radius)
     at_x, at_y, heading = x, y, yaw
     i = 1
-    while i * step < tuning.max_allowed_time_to_collision_up_to_carrot:
+    while i * step < seconds:
         i += 1
         at_x += step * (v * math.cos(heading))
         at_y += step * (v * math.sin(heading))
         heading += step * w
-        if math.hypot(at_x - x, at_y - y) > carrot_dist:
+        if math.hypot(at_x - x, at_y - y) > reach:
             return False
         if pose_collides(grid, corners, radius, at_x, at_y, heading):
             return True
@@ -277,6 +279,8 @@ def follow(
     cost = cost_at(costs, resolution, origin_x, origin_y, x, y)
     status, v, w = choose_command(path, steps, first, last, x, y, yaw, w, arrived, sign, curve_x, curve_y, cost, tuning)
     grid = costs, resolution, origin_x, origin_y, track_unknown
-    if status == OK and tuning.use_collision_detection and arc_collides(grid, corners, x, y, yaw, v, w, reach, tuning):
-        status = COLLISION_AHEAD
+    if status == OK and tuning.use_collision_detection:
+        seconds, radius = tuning.max_allowed_time_to_collision_up_to_carrot, tuning.circumscribed_radius
+        if arc_collides(grid, corners, x, y, yaw, v, w, reach, seconds, radius):
+            status = COLLISION_AHEAD
     return status, v, w, carrot_x, carrot_y, first, arrived and tuning.stateful

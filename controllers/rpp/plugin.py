@@ -7,7 +7,7 @@ from typing import Any
 
 from controllers.descriptor import Limits, Nav2Controller, named_limits
 from controllers.releases import Release
-from controllers.rpp.controller import RppFollower
+from controllers.rpp.lyrical import make_rpp
 from controllers.rpp.params import RENAMED_KEYS, ROS_ONLY_KEYS, RppParams
 from gym_mapbench.ros_params import Keys, Section, in_every_release
 
@@ -53,7 +53,7 @@ RPP = Nav2Controller(
     ),
     adapt=adapt,
     arrange=arrange,
-    make=RppFollower,
+    make=make_rpp,
     limits=limits,
     relative_cost=1.0,
 )

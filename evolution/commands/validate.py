@@ -25,8 +25,10 @@ from evolution.validation import (
     disagreements,
     drive_recorded,
     dwb_measures,
+    dynamic_window_measures,
     is_reproduced,
     layer_measures,
+    local_plan_measures,
     mppi_measures,
     navfn_measures,
     other_measures,
@@ -43,7 +45,16 @@ EXAMPLES = """  mapbench validate nav2-oracle
   mapbench validate fortress-plant                     motion, contacts and runs in the physics of Gazebo Fortress
   mapbench validate fortress-plant --units-only        motion and contacts only, in seconds"""
 
-UNIT_MEASURES = (costmap_measures, navfn_measures, rpp_measures, dwb_measures, other_measures, mppi_measures)
+UNIT_MEASURES = (
+    costmap_measures,
+    navfn_measures,
+    local_plan_measures,
+    rpp_measures,
+    dynamic_window_measures,
+    dwb_measures,
+    other_measures,
+    mppi_measures,
+)
 """Measures of single calls; those of a controller that is not built for the recorded release are left out."""
 
 

@@ -18,7 +18,15 @@ from evolution.validation.oracle import Oracle
 from evolution.validation.plant import PlantOracle, plant_measures
 from evolution.validation.plant_runs import PlantRuns, plant_run_measures
 from evolution.validation.setup import KINDS, is_reproduced
-from evolution.validation.units import costmap_measures, dwb_measures, navfn_measures, other_measures, rpp_measures
+from evolution.validation.units import (
+    costmap_measures,
+    dwb_measures,
+    dynamic_window_measures,
+    local_plan_measures,
+    navfn_measures,
+    other_measures,
+    rpp_measures,
+)
 
 __all__ = [
     "KINDS",
@@ -34,8 +42,10 @@ __all__ = [
     "disagreements",
     "drive_recorded",
     "dwb_measures",
+    "dynamic_window_measures",
     "is_reproduced",
     "layer_measures",
+    "local_plan_measures",
     "mppi_measures",
     "navfn_measures",
     "other_measures",

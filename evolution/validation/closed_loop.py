@@ -201,7 +201,7 @@ def _drive(oracle: Oracle, preset: Preset, record: dict[str, Any]) -> Episode:
     )
     kind, variant = record["controller"], record["variant"]
     follower = make_follower(oracle, kind, variant, record.get("seed"))
-    navigation = navigation_of(oracle, oracle.costmap_of(preset, kind, variant), record["local_costmap"])
+    navigation = navigation_of(oracle, oracle.costmap_of(preset, kind, variant), record["local_costmap"], variant)
     # In the recordings of Humble, failure_tolerance also covers a ControllerAbort, which in Nav2 it does not.
     navigator = Navigator(follower, navigation, kind, abort_is_exception=oracle.release == "humble")
     scenario = Scenario(_maps(oracle.directory, preset)[record["map"]], preset.start, preset.goal)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from controllers.base import STOP, Twist
 from controllers.mppi.evaluation import Evaluation, evaluate
 from controllers.mppi.params import MppiParams
-from controllers.mppi.path_handler import PathHandler
+from controllers.mppi.path_handler import PathHandler, end_of
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset
 from evolution.validation.setup import follower_params, follower_setup, is_reproduced
@@ -99,9 +99,13 @@ def _evaluate(oracle: Oracle, preset: Preset, unit: Unit) -> Evaluation:
     """Evaluate one recorded call with the recorded noise and control sequence."""
     params = MppiParams(**follower_params(oracle, "MPPI"))
     noise, recorded = oracle.arrays("mppi_noise.npz"), unit.recorded
-    paths = PathHandler(params)
-    paths.set_plan(_plan(unit))
-    path = paths.local_path(unit.pose, unit.costmap)
+    if unit.local is None:
+        paths = PathHandler(params)
+        paths.set_plan(unit.plan)
+        path = paths.local_path(unit.pose, unit.costmap)
+        goal = paths.goal(path)
+    else:
+        path, goal = unit.local.path, end_of(unit.local.path)
     return evaluate(
         params,
         follower_setup(oracle, preset),
@@ -111,17 +115,9 @@ def _evaluate(oracle: Oracle, preset: Preset, unit: Unit) -> Evaluation:
         unit.costmap,
         (recorded["mppi_seq_in_vx"][unit.row], recorded["mppi_seq_in_wz"][unit.row]),
         (noise["vx"], noise["wz"]),
-        paths.goal(path),
+        goal,
         Twist(*recorded["last_cmd"][unit.row].tolist()) if "last_cmd" in recorded else STOP,
     )
-
-
-def _plan(unit: Unit) -> NDArray[np.float64]:
-    """Return the plan of a call: ours, or the recorded one of Lyrical, which is unrounded and 2e-6 m from ours."""
-    if "local_path" not in unit.recorded:
-        return unit.plan
-    begin, end = unit.recorded["path_offset"][unit.row : unit.row + 2]
-    return unit.recorded["path"][begin:end]
 
 
 def _cost_errors(ours: Evaluation, recorded: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -37,6 +37,9 @@ _REQUIRED = {
 _NOT_OF_CONTROLLER = ("robot_given_as", "inflation_radius")
 """Options of a variant that belong to the robot or its costmaps, not to the controller."""
 
+TREE_REPLAN = "tree_replan"
+"""The variant of Lyrical's recordings with the replanning of its default tree; the controller is the same."""
+
 _NEVER_DRIVEN: dict[str, Any] = {"strict_success": False, "time": 0.0, "min_clearance": None}
 
 
@@ -108,8 +111,10 @@ class Oracle:
         return records
 
     def controller_params(self, controller: str, variant: str) -> dict[str, Any]:
-        """Parameters of a controller in one of its variants, both by their names in ``config.json``."""
-        params = {**self.config["controllers"][controller], **self._changes(controller, variant)}
+        """Parameters of a controller in one of its variants, by their names in ``config.json``; a text means none."""
+        recorded = self.config["controllers"][controller]
+        defaults: dict[str, Any] = {}
+        params = {**(defaults if isinstance(recorded, str) else recorded), **self._changes(controller, variant)}
         return {name: value for name, value in params.items() if name not in _NOT_OF_CONTROLLER}
 
     def costmap_of(self, preset: Preset, controller: str, variant: str) -> Preset:
@@ -119,7 +124,10 @@ class Oracle:
 
     def _changes(self, controller: str, variant: str) -> dict[str, Any]:
         """Return what a variant changes; nothing for the default."""
-        changes: dict[str, Any] = {} if variant == "default" else self.config["variants"][f"{controller}/{variant}"]
+        none: dict[str, Any] = {}
+        if variant in ("default", TREE_REPLAN):
+            return none
+        changes: dict[str, Any] = self.config["variants"][f"{controller}/{variant}"]
         return changes
 
     def arrays(self, name: str, kind: str | None = None) -> Arrays:

@@ -8,17 +8,20 @@ import numpy as np
 
 from controllers.base import FollowerSetup, PathFollower
 from controllers.nav2_params.navigation import (
-    BehaviorTree,
+    GOAL_NEARBY,
     ControllerServer,
     GoalChecker,
     NavigationParams,
     PlannerPlugin,
     ProgressChecker,
+    default_tree,
 )
 from controllers.nav2_params.plugins import CONTROLLERS
+from controllers.navigator.checkers import make_goal_checker
 from controllers.parameters import ReleaseSettings
+from controllers.path_handler import PathHandler
 from controllers.registry import FOLLOWERS
-from evolution.validation.oracle import Oracle, Preset
+from evolution.validation.oracle import TREE_REPLAN, Oracle, Preset
 from gym_mapbench.costmap import Costmap, CostmapParams, InflationLayer, build_static_costmap
 from gym_mapbench.planners.navfn import NavfnParams, NavfnPlanner
 from gym_mapbench.ros_params import Findings, Section
@@ -64,9 +67,11 @@ def full_costmap(grid: GridMap, params: CostmapParams, footprint: Footprint) -> 
     return build_static_costmap(grid, params, footprint)
 
 
-def make_follower(oracle: Oracle, kind: str, variant: str = "default", seed: int | None = None) -> PathFollower:
-    """Make a controller with the recorded parameters; ``seed`` is that of MPPI's noise generator."""
-    ours, params = KINDS[kind], follower_params(oracle, kind, variant)
+def make_follower(
+    oracle: Oracle, kind: str, variant: str = "default", seed: int | None = None, **changes: Any
+) -> PathFollower:
+    """Make a controller with the recorded parameters but ``changes``; ``seed`` is that of MPPI's noise generator."""
+    ours, params = KINDS[kind], follower_params(oracle, kind, variant) | changes
     noise = {"noise": "nav2", "noise_seed": seed} if kind == "MPPI" and seed is not None else {}
     return FOLLOWERS[ours](CONTROLLERS[ours].params(**params, **noise))
 
@@ -79,7 +84,8 @@ def follower_params(oracle: Oracle, kind: str, variant: str = "default") -> dict
     plugin = CONTROLLERS[KINDS[kind]]
     inside = oracle.controller_params("DWB", "default") if kind == "RotationShim" else {}
     values = {**inside, **oracle.controller_params(kind, variant)}
-    values.pop("primary_controller", None)
+    if inside:
+        values["primary_controller"] = inside
     section = Section(kind, values, Findings(oracle.release))
     plugin.adapt(section)
     used = {name: value for name, value in section.values.items() if not plugin.keys.is_ros_only(name)}
@@ -109,7 +115,22 @@ def follower_setup(oracle: Oracle, preset: Preset) -> FollowerSetup:
         inflation_radius=preset.inflation_radius,
         cost_scaling_factor=preset.cost_scaling_factor,
         rng=np.random.default_rng(0),
+        goal_checker=make_goal_checker(goal_checker_of(oracle)),
     )
+
+
+def goal_checker_of(oracle: Oracle) -> GoalChecker:
+    """Return the parameters of the recorded goal checker."""
+    names = "xy_goal_tolerance", "yaw_goal_tolerance", "path_length_tolerance"
+    return GoalChecker(
+        **{name: oracle.config["simulation"][name] for name in names if name in oracle.config["simulation"]}
+    )
+
+
+def path_handler_of(oracle: Oracle) -> PathHandler:
+    """Return the parameters of the recorded path handler, which only Lyrical has."""
+    recorded = oracle.config.get("path_handler", {})
+    return PathHandler(**{name: value for name, value in recorded.items() if name != "plugin"})
 
 
 def robot_of(oracle: Oracle, preset: Preset) -> RobotSpec:
@@ -125,7 +146,7 @@ def robot_of(oracle: Oracle, preset: Preset) -> RobotSpec:
     )
 
 
-def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str) -> NavigationParams:
+def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str, variant: str = "default") -> NavigationParams:
     """Return the recorded navigation: replanning and a goal checker; no recoveries, progress checker or smoother."""
     simulation = oracle.config["simulation"]
     threshold = simulation["min_velocity_threshold"]
@@ -137,12 +158,15 @@ def navigation_of(oracle: Oracle, preset: Preset, local_costmap: str) -> Navigat
             min_theta_velocity_threshold=threshold,
             failure_tolerance=simulation["failure_tolerance"],
             progress_checker=ProgressChecker(plugin="none"),
-            goal_checker=GoalChecker(
-                xy_goal_tolerance=simulation["xy_goal_tolerance"], yaw_goal_tolerance=simulation["yaw_goal_tolerance"]
-            ),
+            goal_checker=goal_checker_of(oracle),
+            path_handler=path_handler_of(oracle),
         ),
         planner=PlannerPlugin(name="navfn", params=make_planner(oracle).params.model_dump()),
         local_costmap=costmap_params(oracle, preset, rolling=local_costmap == "rolling"),
         global_costmap=costmap_params(oracle, preset),
-        bt=BehaviorTree(recoveries=False, replanning_frequency=simulation["replan_hz"]),
+        bt=default_tree(oracle.release).replace(
+            recoveries=False,
+            replanning_frequency=simulation["replan_hz"],
+            goal_nearby_distance=GOAL_NEARBY if variant == TREE_REPLAN else 0.0,
+        ),
     )

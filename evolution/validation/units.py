@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from controllers.base import ControllerAbort, ControllerError, PathFollower, Twist
+from controllers.base import ControllerAbort, ControllerError, LocalPlan, PathFollower, Twist
 from controllers.dwb.controller import DwbFollower
+from controllers.feasible_path_handler import FeasiblePathHandler
 from controllers.rpp.controller import RppFollower
+from controllers.rpp.lyrical import LyricalRppFollower
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset, ragged
 from evolution.validation.recorded import Arrays
-from evolution.validation.setup import follower_setup, full_costmaps, is_reproduced, make_follower, make_planner
+from evolution.validation.setup import (
+    follower_setup,
+    full_costmaps,
+    is_reproduced,
+    make_follower,
+    make_planner,
+    path_handler_of,
+)
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import NoPathError
 from gym_mapbench.planners.navfn import NavfnPlanner
@@ -23,6 +33,11 @@ from gym_mapbench.world.scenario import Pose
 
 OTHERS = {"Graceful": "graceful", "RotationShim": "shim"}
 """Prefix of the column names, by controller, for controllers that only some recordings have."""
+
+
+TRUNCATED = ">= 0.95"
+"""Target of the Rotation Shim in Lyrical: the recording compares the bearing as an integer, so that it does not turn on
+the spot for bearings between ``angular_dist_threshold`` and 1 rad. Nav2 with all its headers compares the number."""
 
 
 def costmap_measures(oracle: Oracle) -> list[Measure]:
@@ -58,6 +73,21 @@ def _potentials(plans: Arrays) -> Iterator[tuple[int, NDArray[np.float32]]]:
         yield from zip(plans["potential_map_id"].tolist(), plans["potential"], strict=True)
 
 
+def local_plan_measures(oracle: Oracle) -> list[Measure]:
+    """Largest difference of the path handler's local plans from the recorded ones, m and rad (Lyrical)."""
+    plans, lengths = Cases("local_plan_abs_err_max", "<= 0"), Cases("local_plan_length_abs_err_max", "<= 1e-6")
+    if oracle.release != "lyrical":
+        return []
+    for unit in each_unit(oracle, "RPP"):
+        recorded = recorded_path(unit.recorded, "local_path", unit.row)
+        ours = unit.local.path if unit.local is not None else np.empty((0, 3))
+        same = ours.shape == recorded.shape
+        plans.add(float(np.abs(ours - recorded).max()) if same else np.inf, unit.name)
+        length = unit.local.length if unit.local is not None else np.inf
+        lengths.add(abs(length - float(unit.recorded["local_path_length"][unit.row])), unit.name)
+    return [plans.largest(), lengths.largest()]
+
+
 def rpp_measures(oracle: Oracle) -> list[Measure]:
     """Largest difference of a command's components, and of the carrot's; an exception counts as a zero command."""
     commands, carrots = Cases("rpp_cmd_abs_err_max", "< 1e-6"), Cases("rpp_carrot_abs_err_max", "< 1e-6")
@@ -70,6 +100,18 @@ def rpp_measures(oracle: Oracle) -> list[Measure]:
         commands.add(difference(command, unit.recorded["rpp_cmd"][unit.row]), unit.name)
         carrots.add(difference(unit.follower.carrot, unit.recorded["rpp_carrot"][unit.row]), unit.name)
     return [commands.largest(), carrots.largest()]
+
+
+def dynamic_window_measures(oracle: Oracle) -> list[Measure]:
+    """Largest difference of the commands of RPP with its dynamic window around the recorded last command (Lyrical)."""
+    commands = Cases("rpp_dynamic_window_cmd_abs_err_max", "< 1e-6")
+    if oracle.release != "lyrical":
+        return []
+    for unit in each_unit(oracle, "RPP", changes={"use_dynamic_window": True}):
+        if isinstance(unit.follower, LyricalRppFollower):
+            unit.follower.last_command = Twist(*unit.recorded["last_cmd"][unit.row].tolist())
+            commands.add(difference(_command(unit), unit.recorded["rpp_dynamic_window_cmd"][unit.row]), unit.name)
+    return [commands.largest()]
 
 
 def dwb_measures(oracle: Oracle) -> list[Measure]:
@@ -102,7 +144,10 @@ def other_measures(oracle: Oracle) -> list[Measure]:
                 continue
             for unit in each_unit(oracle, kind, preset):
                 commands.add(difference(_command(unit), recorded[unit.row]), unit.name)
-        measures += [commands.largest()] if commands.errors else []
+        if kind == "RotationShim" and oracle.release == "lyrical":
+            measures.append(commands.share_within(1e-6, "shim_cmd_within_1e-6", TRUNCATED))
+        elif commands.errors:
+            measures.append(commands.largest())
     return measures
 
 
@@ -119,19 +164,28 @@ class Unit:
     velocity: Twist
     costmap: Costmap
     recorded: Arrays
+    local: LocalPlan | None
 
 
-def each_unit(oracle: Oracle, kind: str, only: Preset | None = None) -> Iterator[Unit]:
-    """Yield all recorded calls of one controller, on paths of our own planner, as the stored paths are rounded."""
+def each_unit(
+    oracle: Oracle, kind: str, only: Preset | None = None, changes: Mapping[str, Any] | None = None
+) -> Iterator[Unit]:
+    """Yield all recorded calls of one controller, with some of its parameters changed.
+
+    Plans of Humble and Jazzy are those of our own planner, as the stored paths are rounded; Lyrical's are not.
+    """
     planner = make_planner(oracle)
     for preset in oracle.presets if only is None else (only,):
         costmaps, units = full_costmaps(oracle, preset), oracle.table("units", preset)
-        setup = follower_setup(oracle, preset)
-        follower = make_follower(oracle, kind)
+        follower = make_follower(oracle, kind, **(changes or {}))
         for row, number in enumerate(units["map_id"]):
             costmap = costmaps[int(number)]
-            follower.reset(setup)
-            plan = planner.plan(costmap, Pose(*units["plan_from"][row].tolist()), preset.goal)
+            follower.reset(follower_setup(oracle, preset))
+            pose = Pose(*units["pose"][row].tolist())
+            if oracle.release == "lyrical":
+                plan = recorded_path(units, "path", row)
+            else:
+                plan = planner.plan(costmap, Pose(*units["plan_from"][row].tolist()), preset.goal)
             follower.set_plan(plan)
             yield Unit(
                 preset=preset,
@@ -139,11 +193,34 @@ def each_unit(oracle: Oracle, kind: str, only: Preset | None = None) -> Iterator
                 name=f"preset {preset.name} map {number} sample {units['sample'][row]}",
                 follower=follower,
                 plan=plan,
-                pose=Pose(*units["pose"][row].tolist()),
+                pose=pose,
                 velocity=Twist(*units["vel"][row].tolist()),
                 costmap=costmap,
                 recorded=units,
+                local=_give_local_plan(oracle, follower, plan, pose, costmap),
             )
+
+
+def recorded_path(units: Arrays, name: str, row: int) -> NDArray[np.float64]:
+    """Return one of the recorded paths, ``(n, 3)``."""
+    begin, end = units[f"{name}_offset"][row : row + 2]
+    path: NDArray[np.float64] = units[name][begin:end]
+    return path
+
+
+def _give_local_plan(
+    oracle: Oracle, follower: PathFollower, plan: NDArray[np.float64], pose: Pose, costmap: Costmap
+) -> LocalPlan | None:
+    """Give the follower the local plan that the path handler cuts, which only Lyrical has."""
+    if oracle.release != "lyrical":
+        return None
+    handler = FeasiblePathHandler(path_handler_of(oracle))
+    handler.set_plan(plan)
+    local = handler.local_plan(pose, costmap)
+    take = getattr(follower, "take_local_plan", None)
+    if take is not None:
+        take(local)
+    return local
 
 
 def _command(unit: Unit) -> Twist:

@@ -24,7 +24,7 @@ ONE = np.float32(1)
 
 
 @kernel
-def spread(costmap, cost_of, start, goal, use_astar):
+def spread(costmap, cost_of, start, goal, use_astar, fused):
     """Potentials ``(rows, cols)`` float32 around ``start``; POT_HIGH where the wave had not been when it met ``goal``.
 
     Args:
@@ -33,6 +33,7 @@ def spread(costmap, cost_of, start, goal, use_astar):
         start: Cell of the robot; free whatever the costmap says.
         goal: Cell at which to stop.
         use_astar: Whether cells nearer to the goal come first.
+        fused: Whether a product and a sum are rounded once; see :func:`add_product`.
     """
     rows, width = costmap.shape
     costs = _framed_costs(costmap, cost_of, start)
@@ -60,6 +61,7 @@ def spread(costmap, cost_of, start, goal, use_astar):
             threshold,
             goal,
             use_astar,
+            fused,
         )
         current, following = following, current
         if count == 0:
@@ -112,13 +114,13 @@ def _release(current, costs, gain):
 
 
 @kernel
-def _update(current, following, over, waiting, costs, gain, width, potential, threshold, goal, use_astar):
+def _update(current, following, over, waiting, costs, gain, width, potential, threshold, goal, use_astar, fused):
     """Update the cells of ``current`` in place and list the neighbours that may gain; return both lists' lengths."""
     count, one = 0, np.uint32(1)  # unsigned indices, for numba would otherwise check for negative ones
     for cell in current:
         left, right = potential[cell - one], potential[cell + one]
         down, up = potential[cell - width], potential[cell + width]
-        value = cell_potential(min(left, right), min(down, up), np.float32(costs[cell]))
+        value = cell_potential(min(left, right), min(down, up), np.float32(costs[cell]), fused)
         if value >= potential[cell]:
             continue
         potential[cell] = value
@@ -137,14 +139,26 @@ def _update(current, following, over, waiting, costs, gain, width, potential, th
 
 
 @kernel
-def cell_potential(across, along, cost):
+def add_product(term, factor, other, fused):
+    """``term + factor * other`` in float32; with ``fused`` it is rounded once, as by a fused multiply-add.
+
+    Lyrical's recordings were compiled with this instruction, which many robots' processors have. The last bit decides
+    whether a pose still belongs to a local plan of 2.0 m.
+    """
+    if fused:
+        return np.float32(np.float64(term) + np.float64(factor) * np.float64(other))
+    return term + factor * other
+
+
+@kernel
+def cell_potential(across, along, cost, fused):
     """Potential of a cell from the lower neighbour of each axis and its own cost, all float32."""
     difference = abs(across - along)
     low = min(across, along)
     if difference >= cost:
         return low + cost
     q = difference / cost
-    return low + cost * np.float32(-0.2301 * q * q + 0.5307 * q + 0.7040)
+    return add_product(low, cost, np.float32(-0.2301 * q * q + 0.5307 * q + 0.7040), fused)
 
 
 @kernel
@@ -154,10 +168,11 @@ def _straight_cost(cell, goal, width):
 
 
 @kernel
-def descend(potentials, start, goal, most):
+def descend(potentials, start, goal, most, fused):
     """Walk down the potential from ``goal`` to ``start``: ``(n, 2)`` float32 col, row, and whether it came there.
 
-    A walk that does not come there ended where it could not go on, or after ``most`` points.
+    A walk that does not come there ended where it could not go on, or after ``most`` points. ``fused`` as in
+    :func:`add_product`.
     """
     width = potentials.shape[1]
     potential, cells = potentials.ravel(), potentials.size
@@ -182,8 +197,8 @@ def descend(potentials, start, goal, most):
             if x == 0 and y == 0:
                 return points[: n + 1], False
             scale = HALF / _norm(x, y)
-            cell, dx = _carry(cell, dx + x * scale, np.int64(1))
-            cell, dy = _carry(cell, dy + y * scale, width)
+            cell, dx = _carry(cell, add_product(dx, x, scale, fused), np.int64(1))
+            cell, dy = _carry(cell, add_product(dy, y, scale, fused), width)
     return points, False
 
 

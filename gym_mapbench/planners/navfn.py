@@ -103,7 +103,9 @@ class NavfnPlanner:
         if end is None:
             raise no_path(start, goal, "start and goal are not connected")
         width = costmap.costs.shape[1]
-        points, arrived = descend(potential, _flat(start_cell, width), _flat(end[1], width), self._most_points(costmap))
+        points, arrived = descend(
+            potential, _flat(start_cell, width), _flat(end[1], width), self._most_points(costmap), self._fused
+        )
         if not arrived:
             raise no_path(start, goal, self._why_short(len(points), costmap))
         path = _to_path(points, costmap, end[0], 0.0 if humble else AT_GOAL_SQUARED)
@@ -118,6 +120,11 @@ class NavfnPlanner:
         """
         potential = self._spread(costmap, *self._cells(costmap, start, goal))
         return np.where(potential < POT_HIGH, potential, np.float32(np.inf))
+
+    @property
+    def _fused(self) -> bool:
+        """Whether the kernels round a product and a sum once, as Lyrical's recordings do."""
+        return self.params.release == "lyrical"
 
     def _most_points(self, costmap: Costmap) -> int:
         """Largest number of points of a path."""
@@ -146,7 +153,7 @@ class NavfnPlanner:
         last, costs, shape = self._last, costmap.costs.tobytes(), costmap.costs.shape
         if (last.start, last.goal, last.costs, last.potential.shape) != (start, goal, costs, shape):
             cost_of, ends = navfn_costs(self.params.allow_unknown), (_flat(start, shape[1]), _flat(goal, shape[1]))
-            last.potential = spread(costmap.costs, cost_of, *ends, self.params.use_astar)
+            last.potential = spread(costmap.costs, cost_of, *ends, self.params.use_astar, self._fused)
             last.start, last.goal, last.costs = start, goal, costs
         return last.potential
 

@@ -118,7 +118,8 @@ def test_costs_of_the_worked_example():
     ],
 )
 def test_update_of_the_worked_example(across, along, cost, expected):
-    assert cell_potential(*np.float32([across, along, cost])) == pytest.approx(expected, abs=1e-4)
+    for fused in (False, True):
+        assert cell_potential(*np.float32([across, along, cost]), fused) == pytest.approx(expected, abs=1e-4)
 
 
 def test_straight_path_of_the_worked_example():

@@ -22,6 +22,7 @@ from controllers.dwb.kernels.scoring import (
     summed_footprint_scores,
     summed_obstacle_scores,
 )
+from gym_mapbench.kernels.geometry import normalize_angle
 from gym_mapbench.kernels.jit import inlined
 
 (BASE_OBSTACLE, OBSTACLE_FOOTPRINT, MAP_GRID, ROTATE_TO_GOAL, OSCILLATION, PREFER_FORWARD, TWIRLING) = range(7)
@@ -38,7 +39,8 @@ def squared_distance(robot, goal):
 def prepare(tuning, memory, robot, goal):
     """Let RotateToGoal remember that the goal is near, and that the robot has stopped there, until the next plan."""
     tolerance, stopped = tuning.xy_goal_tolerance, tuning.trans_stopped_velocity
-    memory.in_window = memory.in_window or squared_distance(robot, goal) <= tolerance * tolerance
+    near = squared_distance(robot, goal) <= tolerance * tolerance
+    memory.in_window = memory.in_window or (near and not memory.is_far)
     memory.rotating = memory.rotating or (memory.in_window and robot[3] * robot[3] <= stopped * stopped)
 
 
@@ -176,24 +178,25 @@ def follow_trend(sign, only, command):
 
 
 @inlined
-def debrief(own, memory, robot, now, v, w):
-    """Let Oscillation take note of the command that the robot gets; ``now`` is in s."""
+def debrief(own, memory, robot, now, v, w, wraps):
+    """Let Oscillation take note of the command that the robot gets; ``now`` is in s, ``wraps`` is Lyrical's rule."""
     memory.forward_sign, memory.forward_only, flipped = follow_trend(memory.forward_sign, memory.forward_only, v)
     if own.x_only_threshold < 0.0 or abs(v) <= own.x_only_threshold:
         memory.turn_sign, memory.turn_only, turned = follow_trend(memory.turn_sign, memory.turn_only, w)
         flipped = flipped or turned
     if flipped:
         memory.flip_x, memory.flip_y, memory.flip_yaw, memory.flip_time = robot[0], robot[1], robot[2], now
-    if (memory.forward_only != 0 or memory.turn_only != 0) and moved_on(own, memory, robot, now):
+    if (memory.forward_only != 0 or memory.turn_only != 0) and moved_on(own, memory, robot, now, wraps):
         memory.forward_sign = memory.forward_only = memory.turn_sign = memory.turn_only = 0
 
 
 @inlined
-def moved_on(own, memory, robot, now):
-    """Whether distance, turn (not wrapped, as in Humble) or time since the flip lifts Oscillation's restrictions."""
+def moved_on(own, memory, robot, now, wraps):
+    """Whether distance, turn (wrapped in Lyrical only) or time since the flip lifts Oscillation's restrictions."""
     dx, dy, reach = robot[0] - memory.flip_x, robot[1] - memory.flip_y, own.oscillation_reset_dist
     if reach >= 0.0 and dx * dx + dy * dy > reach * reach:
         return True
-    if own.oscillation_reset_angle >= 0.0 and abs(robot[2] - memory.flip_yaw) > own.oscillation_reset_angle:
+    turned = normalize_angle(robot[2] - memory.flip_yaw) if wraps else robot[2] - memory.flip_yaw
+    if own.oscillation_reset_angle >= 0.0 and abs(turned) > own.oscillation_reset_angle:
         return True
     return 0.0 <= own.oscillation_reset_time < now - memory.flip_time

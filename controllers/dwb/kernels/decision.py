@@ -11,7 +11,7 @@ Written are, for the first ``n`` of the most candidates there can be: ``twists``
 samples and commands; ``raw`` ``(critics * most,)``, ``n`` raw scores of one critic after the other; ``totals``
 ``(most,)`` float32; ``illegal_by`` ``(most,)``; and ``weights`` ``(critics,)`` float32.
 
-Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble and Jazzy).
+Source: nav2_dwb_controller/dwb_core/src/dwb_local_planner.cpp (Humble, Jazzy and Lyrical).
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def decide(
     best = judge(raw, weights, critics, tuning, robot, candidates, place, corners, totals, illegal_by, drives)
     v, w = (velocities[best, 0], velocities[best, 1]) if best >= 0 else (0.0, 0.0)
     if drives:
-        debrief(tuning.Oscillation, memory, robot, now, v, w)
+        debrief(tuning.Oscillation, memory, robot, now, v, w, tuning.lyrical)
     return DECIDED, kept, n, best, v, w
 
 
@@ -70,7 +70,12 @@ def copy_pairs(pairs, rows):
 
 @inlined
 def near_plan(plan, pose, tuning, half):
-    """First and past-the-last pose of the part of the plan near the robot; ``half`` the costmap's longer side, m."""
+    """First and past-the-last pose of the part of the plan near the robot; ``half`` the costmap's longer side, m.
+
+    In Lyrical the plan is the local plan already.
+    """
+    if tuning.lyrical:
+        return 0, len(plan)
     ahead = math.inf if tuning.forward_prune_distance < 0.0 else tuning.forward_prune_distance
     start = min(half, tuning.prune_distance) if tuning.prune_plan else half
     end = min(half, ahead) if tuning.shorten_transformed_plan else half

@@ -45,12 +45,18 @@ def curvature_to(distance, phi, delta, tuning):
 
 @kernel
 def law_command(pose, target, backward, tuning):
-    """Command ``(v, w)``: slower on a curve and near the target; a limited turn rate keeps the curve."""
+    """Command ``(v, w)``: slower on a curve and near the target; a limited turn rate keeps the curve.
+
+    With ``can_stop`` (Lyrical) the robot can stop at the target.
+    """
     distance, phi, delta = egocentric(pose, target, backward)
     curvature = curvature_to(distance, phi, delta, tuning)
     top = tuning.v_linear_max
     on_curve = top / (1.0 + tuning.beta * abs(curvature) ** tuning.sharpness)
-    speed = min(max(min(top * (distance / tuning.slowdown_radius), on_curve), tuning.v_linear_min), top)
+    speed = min(top * (distance / tuning.slowdown_radius), on_curve)
+    if tuning.can_stop:
+        speed = min(speed, math.sqrt(2.0 * distance * tuning.deceleration_max))
+    speed = min(max(speed, tuning.v_linear_min), top)
     if backward:
         speed, curvature = -speed, -curvature
     turn_rate = min(max(curvature * speed, -tuning.v_angular_max), tuning.v_angular_max)

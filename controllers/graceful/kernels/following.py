@@ -33,22 +33,32 @@ SAME_HEADING = 1e-6
 
 
 @kernel
-def collides(scene, pose):
-    """Whether the robot touches an obstacle at a pose, by the cost at its centre if it is a disc, else by its outline.
-
-    The pose is in the robot's frame. Off the map it touches nothing; unknown is an obstacle unless it is tracked.
-    """
-    costs, resolution, origin_x, origin_y, track_unknown, corners, use_radius, robot = scene
+def cost_of(scene, pose):
+    """Cost of a pose in the robot's frame: at its centre for a disc, else along its outline; -1 off the map."""
+    costs, resolution, origin_x, origin_y, _, corners, use_radius, robot = scene
     cos, sin = math.cos(robot[2]), math.sin(robot[2])
     x, y = robot[0] + (cos * pose[0] - sin * pose[1]), robot[1] + (sin * pose[0] + cos * pose[1])
     rows, cols = costs.shape
     cell = cell_index(x, y, origin_x, origin_y, resolution, rows, cols)
     if cell < 0:
-        return False
+        return -1
     cost = int(costs[cell // cols, cell % cols])
     if not use_radius:
         cost = footprint_cost(costs, resolution, origin_x, origin_y, x, y, robot[2] + pose[2], corners)
+    return cost
+
+
+@kernel
+def is_collision(scene, cost):
+    """Whether a cost is that of a collision; unknown is an obstacle unless it is tracked."""
+    track_unknown, use_radius = scene[4], scene[6]
     return cost == LETHAL or (cost == INSCRIBED and use_radius) or (cost == NO_INFORMATION and not track_unknown)
+
+
+@kernel
+def collides(scene, pose):
+    """Whether the robot touches an obstacle at a pose of its own frame; off the map it touches nothing."""
+    return is_collision(scene, cost_of(scene, pose))
 
 
 @kernel
@@ -101,14 +111,14 @@ def simulate(scene, target, backward, turns_first, most_steps, tuning):
     The turn goes on with its first turn rate. It ends in the step in which the bearing has come within the tolerance.
 
     Returns:
-        Whether the way is free, and the first step's command v and w.
+        Whether the way is free, the first step's command v and w, the number of steps, and the highest cost on the way.
     """
     resolution = scene[1]
     dt = resolution / tuning.v_linear_max
     bearing = math.atan2(target[1], target[0])
     pose = HERE
     first_v = first_w = 0.0
-    step = 0
+    step, worst = 0, -1
     while True:
         if turns_first:
             if step == 0:
@@ -121,11 +131,13 @@ def simulate(scene, target, backward, turns_first, most_steps, tuning):
                 first_v, first_w = v, w
             pose = move(pose, v, w, dt)
         step += 1
-        if collides(scene, pose):
-            return False, first_v, first_w
+        cost = cost_of(scene, pose)
+        worst = max(worst, cost)
+        if tuning.use_collision_detection and is_collision(scene, cost):
+            return False, first_v, first_w, step, worst
         left = math.hypot(target[0] - pose[0], target[1] - pose[1])
         if not left > resolution or step >= most_steps:
-            return True, first_v, first_w
+            return True, first_v, first_w, step, worst
 
 
 @kernel
@@ -136,7 +148,7 @@ def steps_to(target, per_cell, resolution):
 
 @kernel
 def can_turn(scene, angle, tuning):
-    """Whether the robot can turn on the spot by an angle (rad): some headings on the way are checked (Jazzy)."""
+    """Whether the robot can turn on the spot by an angle (rad): some headings on the way are checked (since Jazzy)."""
     count = max(1, int(abs(angle) / tuning.in_place_collision_resolution))
     free = True
     for i in range(1, count + 1):
@@ -163,7 +175,8 @@ def command_to_farthest(scene, local, lengths, remaining, turns_first, tuning):
         backward, target = turned_for((x, y, heading), tuning)
         turns_first = turns_first and abs(bearing) >= tuning.initial_rotation_tolerance
         most_steps = steps_to(target, 3, scene[1])
-        free, v, w = simulate(scene, target, backward, turns_first and tuning.initial_rotation, most_steps, tuning)
+        first_turn = turns_first and tuning.initial_rotation
+        free, v, w, _, _ = simulate(scene, target, backward, first_turn, most_steps, tuning)
         if free:
             return OK, v, w, turns_first
     return COLLISION, 0.0, 0.0, turns_first
@@ -190,7 +203,7 @@ def command_to_target(scene, local, remaining, arrived, tuning):
     bearing = math.atan2(y, x)
     backward, target = turned_for((x, y, heading), tuning)
     most_steps = steps_to(target, 2, scene[1]) - 1
-    free, v, w = simulate(scene, target, backward, False, most_steps, tuning)
+    free, v, w, _, _ = simulate(scene, target, backward, False, most_steps, tuning)
     if not free or collides(scene, HERE):
         return COLLISION, 0.0, 0.0
     if arrived:

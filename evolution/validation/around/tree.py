@@ -85,6 +85,7 @@ class TreeReplay:
             self._servers["follow"],
             {kind: self._servers[kind] for kind in ("spin", "wait", "backup")},
             self._clear,
+            keeps=lambda path: False,
         )
         self._tree = navigate_to_pose_w_replanning_and_recovery(self._board, self._params, servers, self._latency)
         self._goals = 1
