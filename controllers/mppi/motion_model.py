@@ -63,4 +63,4 @@ def forms(group: Mapping[str, Any]) -> Mapping[str, tuple[Release, ...]]:
     block = group.get(name) if isinstance(name, str) else None
     if isinstance(block, Mapping) and "plugin" in block:
         return {KEY: ("lyrical",)}
-    return {KEY: ("humble", "jazzy")} if name in BLOCKS else {}
+    return {KEY: ("humble", "jazzy")} if isinstance(name, str) and name in BLOCKS else {}

@@ -201,8 +201,8 @@ def _read_tree(section: Section) -> BehaviorTree:
         section.findings.add("ros_only", f"{section.name}.{TREE_FILE}")
         del section.values[TREE_FILE]
     values = section.read(keys.BT_NAVIGATOR, parameter_names(BehaviorTree))
-    speed = default_tree(section.findings.release).backup_speed
-    return section.make(BehaviorTree, {"backup_speed": speed, **values})
+    defaults = default_tree(section.findings.release).model_dump(exclude_defaults=True)
+    return section.make(BehaviorTree, {**defaults, **values})
 
 
 def _read_smoother(section: Section) -> VelocitySmoother:

@@ -13,7 +13,6 @@ from controllers.base import ControllerError, FollowerSetup, InvalidPath, Twist
 from controllers.dwb.controller import DwbFollower
 from controllers.dwb.kernels.plan import distance_fields, gap_parts
 from controllers.dwb.params import CRITIC_NAMES, ROS_ONLY_KEYS, DwbParams
-from controllers.releases import RELEASES
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import nest_dotted
@@ -24,6 +23,8 @@ from tests.controllers.plain_dwb import Twin, cells_on_map, flood
 STANDARD = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED = "dwb_plugins::LimitedAccelGenerator"
 # Nav2's example, nav2_params.yaml.
+WINDOWED = "humble", "jazzy"
+"""Releases whose DWB cuts the plan itself."""
 EXAMPLE = {
     "max_vel_x": 0.26,
     "max_vel_theta": 1.0,
@@ -193,7 +194,7 @@ def test_jazzy_seeks_the_robot_as_far_as_it_looks_ahead():
 
 def test_jazzy_is_stricter_about_the_limits_of_speed():
     fast = {"max_vel_x": math.sqrt(0.26**2 + 5e-6), "max_speed_xy": 0.26}  # its square is less than 1e-5 beyond
-    highest = [make(release=one, **fast).evaluate(HERE, REST, FREE, 0.0).twists[:, 0].max() for one in RELEASES]
+    highest = [make(release=one, **fast).evaluate(HERE, REST, FREE, 0.0).twists[:, 0].max() for one in WINDOWED]
     assert highest[0] == pytest.approx(fast["max_vel_x"], abs=1e-12)
     assert highest[1] < 0.26
 
@@ -484,7 +485,7 @@ def parameters(draw):
     return DwbParams(
         **{
             **EXAMPLE,
-            "release": draw(st.sampled_from(RELEASES)),
+            "release": draw(st.sampled_from(WINDOWED)),
             "min_speed_theta": draw(st.sampled_from([0.0, 0.5])),
             "critics": critics,
             "min_vel_x": draw(st.sampled_from([0.0, -0.1])),

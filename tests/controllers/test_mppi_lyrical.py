@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.base import STOP, ControllerError, Twist
+from controllers.base import STOP, ControllerError, LocalPlan, Twist
 from controllers.mppi.evaluation import evaluate
 from controllers.mppi.kernels.delay import delay
 from controllers.mppi.kernels.lengths import furthest_within_length
@@ -17,7 +17,6 @@ from controllers.mppi.kernels.update import FILTER, LINEAR_FILTER
 from controllers.mppi.lyrical import LyricalOptimizer
 from controllers.mppi.noise import Layout, LyricalNoise, make_source
 from controllers.mppi.params import MppiParams
-from controllers.mppi.path_handler import PathHandler
 from controllers.mppi.records import CALL, make_tuning
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.errors import ConfigError
@@ -468,9 +467,15 @@ def test_a_block_holds_one_trajectory_after_the_other():
 # --- the follower ----------------------------------------------------------------------------------------------------
 
 
+def on_straight_path(**options):
+    made = follower(release="lyrical", **options)
+    made.take_local_plan(LocalPlan(straight_plan(2.0), 2.0, Pose(2.0, 0.0)))
+    return made
+
+
 def test_the_follower_keeps_its_sequence_through_a_pause_and_forgets_it_when_an_action_ends():
     def commands(gap=0.05, ends=False):
-        made = follower(release="lyrical", noise="nav2")
+        made = on_straight_path(noise="nav2")
         drive_follower(made, 3)
         if ends:
             made.end_action()
@@ -481,22 +486,10 @@ def test_the_follower_keeps_its_sequence_through_a_pause_and_forgets_it_when_an_
 
 
 def test_commands_change_by_no_more_than_the_limits_allow():
-    made = follower(release="lyrical", vx_std=1.0, wz_std=2.0, az_max=0.5, ax_max=0.4, ax_min=-0.4)
+    made = on_straight_path(vx_std=1.0, wz_std=2.0, az_max=0.5, ax_max=0.4, ax_min=-0.4)
     speeds = STOP
     for _ in range(20):
         command = made.compute_velocity_commands(Pose(0.4, 0.3, 0.1), speeds, free_map(), 0.0)
         assert abs(command.v - speeds.v) <= 0.4 * 0.05 + 1e-6
         assert abs(command.w - speeds.w) <= 0.5 * 0.05 + 1e-6
         speeds = command
-
-
-def test_the_local_path_is_two_metres_long_and_keeps_a_segment():
-    paths = PathHandler(lyrical())
-    paths.set_plan(straight_plan(5.0))
-    window = paths.local_path(Pose(1.02, 0.1), free_map())
-    assert (window[0, 0], window[-1, 0]) == pytest.approx((1.0, 3.0))
-    assert paths.goal(window) == pytest.approx((3.0, 0.0))
-    paths.set_plan(straight_plan(1.0))
-    assert paths.local_path(Pose(1.2, 0.0), free_map())[:, 0] == pytest.approx([0.95, 1.0])
-    paths.set_plan(straight_plan(0.0))
-    assert len(paths.local_path(Pose(1.2, 0.0), free_map())) == 1

@@ -200,7 +200,7 @@ def test_a_shim_around_each_controller_shares_its_parameters():
             shared = set(type(alone).model_fields)
             assert made.params.angular_dist_threshold == 0.1
             assert made.params.model_dump(include=shared) == alone.model_dump()
-            assert type(made.primary) is PRIMARIES[primary].make
+            assert type(made.primary) is type(PRIMARIES[primary].make(alone))
             assert made.primary.params is made.params
 
 
