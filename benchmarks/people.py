@@ -134,17 +134,18 @@ def read(path: Path) -> list[Row]:
 def plot(rows: Sequence[Row], path: Path) -> None:
     """Draw the shares of goals, and of goals without touching anybody, by the number of people."""
     names = list(dict.fromkeys(str(row["controller"]) for row in rows))
+    counts = sorted({int(row["people"]) for row in rows})
     figure, panels = new_figure(columns=2, width=8.0, height=3.4, sharey=True)
     for axes, (title, wanted) in zip(
         panels, (("at the goal", is_goal), ("at the goal, nobody touched", is_clean)), strict=True
     ):
         for number, name in enumerate(names):
-            points = [_point(rows, name, count, wanted) for count in COUNTS]
-            places = np.array(COUNTS) + 0.12 * (number - (len(names) - 1) / 2)
+            points = [_point(rows, name, count, wanted) for count in counts]
+            places = np.array(counts) + 0.12 * (number - (len(names) - 1) / 2)
             share, low, high = np.array(points).T
             spread = np.stack([share - low, high - share])
             axes.errorbar(places, share, spread, color=colour_of(names, name), label=name, marker="o", markersize=4)
-        axes.set(title=title, xlabel="people", xticks=COUNTS, ylim=(0, 102))
+        axes.set(title=title, xlabel="people", xticks=counts, ylim=(0, 102))
     panels[0].set_ylabel("runs, % (95 %, Wilson)")
     panels[1].legend(frameon=False, fontsize=9)
     figure.savefig(path, dpi=110)

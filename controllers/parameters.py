@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import field_validator, model_validator
 
-from controllers.releases import MODELLED, RELEASES, Release
+from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.ros_params import nest_dotted, overlay, value_at
 from gym_mapbench.settings import Settings
@@ -22,7 +22,6 @@ class ReleaseSettings(Settings):
     Attributes:
         DEFAULTS: Release -> dotted name -> default, where it differs from that of the field.
         MISSING: Release -> dotted name of a parameter it does not have -> what it does instead.
-        REPRODUCED: The releases whose behaviour is built; parameters of the others are only read and written.
         OURS: Dotted names of the parameters that no release of Nav2 has.
 
     Args:
@@ -31,7 +30,6 @@ class ReleaseSettings(Settings):
 
     DEFAULTS: ClassVar[Mapping[Release, Mapping[str, Any]]] = {}
     MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = {}
-    REPRODUCED: ClassVar[tuple[Release, ...]] = RELEASES
     OURS: ClassVar[frozenset[str]] = frozenset({"release"})
     release: Release = "humble"
 
@@ -43,7 +41,7 @@ class ReleaseSettings(Settings):
             return values
         given = nest_dotted(values)
         release = given.get("release", "humble")
-        if release not in MODELLED:
+        if release not in RELEASES:
             return given
         for name, instead in cls.MISSING.get(release, {}).items():
             if value_at(given, name) is not None:

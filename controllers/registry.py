@@ -17,12 +17,10 @@ from typing import Any, cast
 from controllers.base import Controller, PathFollower
 from controllers.nav2_params import ControllerPlugin, NavigationParams, load_preset, plugins
 from controllers.navigator.navigator import Navigator
-from controllers.releases import RELEASES, Release
 from controllers.rl import load_sb3
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.registry import Registry, accepted_keywords, must_be_callable
 from gym_mapbench.ros_params import Findings, Section, overlay
-from gym_mapbench.settings import Settings
 from gym_mapbench.trust import about_to_run
 
 FOLLOWERS: dict[str, Callable[[Any], PathFollower]] = {
@@ -104,21 +102,9 @@ def _make_follower(name: str, plugin: ControllerPlugin, changes: Mapping[str, An
     """Make one of Nav2's controllers with some of its parameters changed."""
     kind, release = plugins.CONTROLLERS[plugin.kind], plugin.params["release"]
     section = Section(name, changes, Findings(release))
-    _refuse_unbuilt(release, kind.params)
     params = overlay(plugin.params, kind.given(section, plugins.strays(plugin.kind)))
     section.findings.refuse()
     return FOLLOWERS[plugin.kind](section.make(kind.params, params))
-
-
-def _refuse_unbuilt(release: Release, params: type[Settings]) -> None:
-    """Refuse to drive as a release whose navigation, or this controller of it, is not built.
-
-    Raises:
-        ConfigError: Naming the releases that are.
-    """
-    built = [name for name in RELEASES if name in getattr(params, "REPRODUCED", RELEASES)]
-    if release not in built:
-        raise ConfigError(f"release: expected {' or '.join(built)}, got {release}, which is not built yet")
 
 
 def _make_third_party(

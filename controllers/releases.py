@@ -1,5 +1,5 @@
 """The releases of Nav2 that are modelled. ``gym_mapbench`` defines them, as its planners and costmaps need them too."""
 
-from gym_mapbench.releases import MODELLED, RELEASES, Release
+from gym_mapbench.releases import RELEASES, Release
 
-__all__ = ["MODELLED", "RELEASES", "Release"]
+__all__ = ["RELEASES", "Release"]

@@ -6,6 +6,3 @@ from typing import Literal, get_args
 
 Release = Literal["humble", "jazzy", "lyrical"]
 RELEASES: tuple[Release, ...] = get_args(Release)
-"""The releases whose whole navigation is reproduced."""
-MODELLED = RELEASES
-"""The releases whose parameters are read and written."""

@@ -27,7 +27,7 @@ from controllers.mppi.critic_params import (
 )
 from controllers.mppi.release_tables import DEFAULTS, MISSING
 from controllers.parameters import SettingsWithCritics
-from controllers.releases import MODELLED, Release
+from controllers.releases import Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import Count, Natural, NonNegative, Positive
 from gym_mapbench.settings import ExtendedSettings, Settings
@@ -148,7 +148,6 @@ class MppiParams(SettingsWithCritics, ExtendedSettings):
     OURS: ClassVar[frozenset[str]] = frozenset({"release", "noise", "noise_seed", "PathAlignCritic.humble_search"})
     MISSING: ClassVar[Mapping[Release, Mapping[str, str]]] = MISSING
     DEFAULTS: ClassVar[Mapping[Release, Mapping[str, Any]]] = DEFAULTS
-    REPRODUCED: ClassVar[tuple[Release, ...]] = MODELLED
     newer: ClassVar[tuple[str, ...]] = ("TrajectoryValidator",)
 
     motion_model: Literal["DiffDrive", "Ackermann"] = "DiffDrive"

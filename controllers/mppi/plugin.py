@@ -9,7 +9,7 @@ from controllers.descriptor import Limits, Nav2Controller, named_limits
 from controllers.mppi.controller import MppiFollower
 from controllers.mppi.motion_model import arrange, forms, take_motion_model
 from controllers.mppi.params import RENAMED_KEYS, ROS_ONLY_KEYS, MppiParams
-from controllers.releases import MODELLED, Release
+from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Keys, Section, in_every_release
 
@@ -72,7 +72,7 @@ def _drop_zero(section: Section, key: str) -> None:
 def _replace_old_critics(section: Section) -> None:
     """Let today's critic stand in for the older one that a release still has beside it."""
     critics = section.values.get("critics")
-    for other in (release for release in MODELLED if release != section.findings.release):
+    for other in (release for release in RELEASES if release != section.findings.release):
         _refuse_critics_of(other, section)
     for old, new in OLD_CRITICS.get(section.findings.release, {}).items():
         if isinstance(critics, list) and old in critics and new not in critics:

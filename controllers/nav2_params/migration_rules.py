@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from controllers.releases import MODELLED, Release
+from controllers.releases import RELEASES, Release
 
 
 class Rename(NamedTuple):
@@ -28,7 +28,7 @@ class Rename(NamedTuple):
     new: str
     listed: bool | None = None
     ending: tuple[str, str] = ("", "")
-    sources: tuple[Release, ...] = MODELLED
+    sources: tuple[Release, ...] = RELEASES
 
 
 SINCE_HUMBLE = (

@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 from controllers.checkers import GOAL_CHECKERS, GoalChecker, ProgressChecker
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
 from controllers.path_handler import PathHandler
-from controllers.releases import MODELLED, Release
+from controllers.releases import RELEASES, Release
 from controllers.rotation_shim.plugin import configured_inside
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError, unknown_name
@@ -300,7 +300,7 @@ class NavigationParams(Settings):
     def _of_the_release(cls, values: Any) -> Any:
         """Fill in what depends on the release."""
         release = values.get("release", "humble") if isinstance(values, Mapping) else None
-        if not isinstance(release, str) or release not in MODELLED:
+        if not isinstance(release, str) or release not in RELEASES:
             return values
         navfn, costmap = PlannerPlugin(params={"release": release}), CostmapParams(release=release)
         defaults = {

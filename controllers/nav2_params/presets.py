@@ -8,7 +8,7 @@ from typing import Any
 
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.nav2_params.parsing import parse_nav2_params
-from controllers.releases import MODELLED, Release
+from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.files.documents import read_yaml
 from gym_mapbench.ros_params import overlay
@@ -17,7 +17,7 @@ __all__ = ["PRESETS", "counterpart", "load_preset", "overlay", "read_preset"]
 
 PRESETS = ("thesis", "fair", "jazzy", "jazzy_fair", "lyrical", "lyrical_fair")
 COUNTERPARTS = (("thesis", "jazzy", "lyrical"), ("fair", "jazzy_fair", "lyrical_fair"))
-"""Presets that have the same limits, one for each release, in the order of ``MODELLED``."""
+"""Presets that have the same limits, one for each release, in the order of ``RELEASES``."""
 
 
 @functools.cache
@@ -37,7 +37,7 @@ def load_preset(name: str) -> NavigationParams:
 def counterpart(navigation: NavigationParams, release: Release) -> NavigationParams | None:
     """Return the preset of a release with the limits that a preset of any release has; None for other parameters."""
     presets = next((presets for presets in COUNTERPARTS if navigation in map(load_preset, presets)), None)
-    return None if presets is None else load_preset(presets[MODELLED.index(release)])
+    return None if presets is None else load_preset(presets[RELEASES.index(release)])
 
 
 def read_preset(name: str) -> dict[str, Any]:

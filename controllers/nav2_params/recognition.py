@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from controllers.nav2_params.nodes import Node
 from controllers.nav2_params.signs import DRIVES, IGNORED, STARTS, Sign, signs_of
-from controllers.releases import MODELLED, Release
+from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
 
 CLEAR_MAJORITY = 2
@@ -80,7 +80,7 @@ def _prevails(newer: Sequence[Sign], older: Sequence[Sign]) -> bool:
 
 
 def _mixture(newer: Sign, older: Sign) -> ConfigError:
-    choices = " or ".join(f"--nav2 {name}" for name in MODELLED if name in {*newer.releases, *older.releases})
+    choices = " or ".join(f"--nav2 {name}" for name in RELEASES if name in {*newer.releases, *older.releases})
     return ConfigError(
         f"{newer.name}: the file mixes the distributions: this is {_whose(newer)}, but {older.name} is "
         f"{_whose(older)}; say which one with {choices}"

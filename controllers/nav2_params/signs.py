@@ -12,7 +12,7 @@ from typing import NamedTuple
 from controllers.nav2_params.document import PARAMETERS
 from controllers.nav2_params.nodes import Node
 from controllers.nav2_params.plugins import CONTROLLERS, controller_kind
-from controllers.releases import MODELLED, Release
+from controllers.releases import RELEASES, Release
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import leaves, nest_dotted
 
@@ -148,6 +148,6 @@ def _controller_signs(full: str, group: object) -> Iterator[Sign]:
         yield Sign(STARTS, releases, f"{full}.{key}")
     missing = plugin.keys.missing
     for key, _ in leaves(group):
-        having = tuple(release for release in MODELLED if key not in missing.get(release, {}))
-        if 0 < len(having) < len(MODELLED):
+        having = tuple(release for release in RELEASES if key not in missing.get(release, {}))
+        if 0 < len(having) < len(RELEASES):
             yield Sign(DRIVES, having, f"{full}.{key}")

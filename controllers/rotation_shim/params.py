@@ -15,7 +15,7 @@ from functools import cache
 from typing import Any, ClassVar, Self
 
 from controllers.parameters import ReleaseSettings
-from controllers.releases import MODELLED, Release
+from controllers.releases import RELEASES, Release
 from gym_mapbench.quantities import NonNegative, Positive
 from gym_mapbench.settings import ExtendedSettings, Settings
 
@@ -99,7 +99,7 @@ def _of_both(table: str, primary: type[Settings]) -> dict[Release, dict[str, Any
     """Join a table of the shim (``MISSING`` or ``DEFAULTS``) with that of its primary controller."""
     own: Mapping[Release, Mapping[str, Any]] = getattr(RotationShimParams, table)
     inner: Mapping[Release, Mapping[str, Any]] = getattr(primary, table)
-    return {release: {**inner.get(release, {}), **own.get(release, {})} for release in MODELLED}
+    return {release: {**inner.get(release, {}), **own.get(release, {})} for release in RELEASES}
 
 
 def _lyrical_defaults(primary: type[Settings]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import functools
 from pathlib import Path
 
 from controllers.nav2_params import PRESETS, Nav2Params, load_preset, read_nav2_params, summarise
-from controllers.releases import MODELLED, Release
+from controllers.releases import RELEASES, Release
 from evolution.commands.console import note
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError
@@ -20,7 +20,7 @@ def add_reading_options(group: argparse._ActionsContainer) -> None:
     """Add ``--nav2``, ``--define`` and ``--only``, the options for reading a parameter file."""
     group.add_argument(
         "--nav2",
-        choices=MODELLED,
+        choices=RELEASES,
         help="ROS distribution of Nav2 (default: recognised by the keys of the file); without a file, the "
         "preset of that distribution that has the same limits as the one in use",
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 from controllers.nav2_params import parse_nav2_params, robot_of, summarise
 from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import Migration, migrate_file
-from controllers.releases import MODELLED
+from controllers.releases import RELEASES
 from evolution.commands import options
 from evolution.commands.console import console, note
 from evolution.commands.parameter_file import add_reading_options, read_parameter_file
@@ -34,10 +34,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     check.set_defaults(run=_check)
     convert = options.action_parser(actions, "convert", "migrate a file to another distribution")
     convert.add_argument("file", metavar="FILE")
-    convert.add_argument("--to", choices=MODELLED, help="ROS distribution to convert it for; --nav2 without it")
+    convert.add_argument("--to", choices=RELEASES, help="ROS distribution to convert it for; --nav2 without it")
     convert.add_argument(
         "--nav2",
-        choices=MODELLED,
+        choices=RELEASES,
         help="ROS distribution to convert it for; beside --to, the one it was written for (default: recognised "
         "by its keys)",
     )
@@ -59,7 +59,7 @@ def _check(args: argparse.Namespace) -> int:
 def _convert(args: argparse.Namespace) -> int:
     """Write the file for another distribution; the report goes to standard error."""
     if args.to is None and args.nav2 is None:
-        raise ConfigError(f"expected --nav2 with the distribution to convert for, {' or '.join(MODELLED)}, got none")
+        raise ConfigError(f"expected --nav2 with the distribution to convert for, {' or '.join(RELEASES)}, got none")
     if args.out is not None and Path(args.out).exists():
         raise ConfigError(f"--out: expected a new file, got {args.out!r}, which exists")
     migration = migrate_file(args.file, args.to or args.nav2, args.nav2 if args.to else None)

@@ -17,7 +17,6 @@ from evolution.validation.mppi_units import mppi_measures
 from evolution.validation.oracle import Oracle
 from evolution.validation.plant import PlantOracle, plant_measures
 from evolution.validation.plant_runs import PlantRuns, plant_run_measures
-from evolution.validation.setup import KINDS, is_reproduced
 from evolution.validation.units import (
     costmap_measures,
     dwb_measures,
@@ -29,7 +28,6 @@ from evolution.validation.units import (
 )
 
 __all__ = [
-    "KINDS",
     "AroundOracle",
     "LayersOracle",
     "Measure",
@@ -43,7 +41,6 @@ __all__ = [
     "drive_recorded",
     "dwb_measures",
     "dynamic_window_measures",
-    "is_reproduced",
     "layer_measures",
     "local_plan_measures",
     "mppi_measures",

@@ -11,7 +11,7 @@ from controllers.mppi.params import MppiParams
 from controllers.mppi.path_handler import PathHandler, end_of
 from evolution.validation.measures import Cases, Measure
 from evolution.validation.oracle import Oracle, Preset
-from evolution.validation.setup import follower_params, follower_setup, is_reproduced
+from evolution.validation.setup import follower_params, follower_setup
 from evolution.validation.units import Unit, difference, each_unit
 
 UNDEFINED_READ = {"humble": "PathAlignCritic"}
@@ -35,8 +35,6 @@ def mppi_measures(oracle: Oracle) -> list[Measure]:
     commands: Nav2 then draws new noise, which was not recorded.
     """
     release = oracle.release
-    if not is_reproduced(oracle, "MPPI"):
-        return []
     costs = Cases("mppi_cost_rel_err_max", "<= 1e-5")
     undefined = Cases("mppi_path_align_rel_err_max", "undefined read")
     commands = Cases("mppi_cmd_abs_err_max", LARGEST[release])

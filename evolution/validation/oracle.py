@@ -15,7 +15,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from controllers.releases import MODELLED, Release
+from controllers.releases import RELEASES, Release
 from evolution.validation.recorded import Arrays, read_arrays, read_config, read_json
 from gym_mapbench.errors import MapFormatError
 from gym_mapbench.world.gridmap import GridMap
@@ -139,10 +139,10 @@ class Oracle:
     def _release(self) -> Release:
         """Return the release of Nav2 whose code was recorded."""
         branch = self.config.get("nav2_branch", "humble")
-        for release in MODELLED:
+        for release in RELEASES:
             if release == branch:
                 return release
-        expected = " or ".join(MODELLED)
+        expected = " or ".join(RELEASES)
         raise MapFormatError(f"{self.directory / 'config.json'}: nav2_branch: expected {expected}, got {branch!r}")
 
     def _preset(self, name: str, values: dict[str, Any]) -> Preset:

@@ -18,7 +18,6 @@ from controllers.nav2_params.navigation import (
 )
 from controllers.nav2_params.plugins import CONTROLLERS
 from controllers.navigator.checkers import make_goal_checker
-from controllers.parameters import ReleaseSettings
 from controllers.path_handler import PathHandler
 from controllers.registry import FOLLOWERS
 from evolution.validation.oracle import TREE_REPLAN, Oracle, Preset
@@ -90,12 +89,6 @@ def follower_params(oracle: Oracle, kind: str, variant: str = "default") -> dict
     plugin.adapt(section)
     used = {name: value for name, value in section.values.items() if not plugin.keys.is_ros_only(name)}
     return used | {"release": oracle.release}
-
-
-def is_reproduced(oracle: Oracle, kind: str) -> bool:
-    """Whether a recorded controller is built here as the recorded release has it."""
-    params = CONTROLLERS[KINDS[kind]].params
-    return issubclass(params, ReleaseSettings) and oracle.release in params.REPRODUCED
 
 
 def make_planner(oracle: Oracle) -> NavfnPlanner:

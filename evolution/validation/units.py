@@ -21,7 +21,6 @@ from evolution.validation.recorded import Arrays
 from evolution.validation.setup import (
     follower_setup,
     full_costmaps,
-    is_reproduced,
     make_follower,
     make_planner,
     path_handler_of,
@@ -91,8 +90,6 @@ def local_plan_measures(oracle: Oracle) -> list[Measure]:
 def rpp_measures(oracle: Oracle) -> list[Measure]:
     """Largest difference of a command's components, and of the carrot's; an exception counts as a zero command."""
     commands, carrots = Cases("rpp_cmd_abs_err_max", "< 1e-6"), Cases("rpp_carrot_abs_err_max", "< 1e-6")
-    if not is_reproduced(oracle, "RPP"):
-        return []
     for unit in each_unit(oracle, "RPP"):
         if not isinstance(unit.follower, RppFollower):
             continue
@@ -117,8 +114,6 @@ def dynamic_window_measures(oracle: Oracle) -> list[Measure]:
 def dwb_measures(oracle: Oracle) -> list[Measure]:
     """Whether the same sample is chosen, and how far scores differ; 1 if a sample is legal on one side only."""
     choices, scores = Cases("dwb_choice_agreement", ">= 1"), Cases("dwb_score_rel_err_max", "<= 1e-6")
-    if not is_reproduced(oracle, "DWB"):
-        return []
     for preset in oracle.presets:
         recorded = oracle.table("units_dwb", preset)
         totals, best = list(ragged(recorded, "total")), recorded["best_index"]
@@ -140,7 +135,7 @@ def other_measures(oracle: Oracle) -> list[Measure]:
         commands = Cases(f"{column}_cmd_abs_err_max", "< 1e-6")
         for preset in oracle.presets:
             recorded = oracle.table("units", preset).get(f"{column}_cmd")
-            if recorded is None or kind not in oracle.config["controllers"] or not is_reproduced(oracle, kind):
+            if recorded is None or kind not in oracle.config["controllers"]:
                 continue
             for unit in each_unit(oracle, kind, preset):
                 commands.add(difference(_command(unit), recorded[unit.row]), unit.name)

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from gym_mapbench.errors import ConfigError, nearest_name
-from gym_mapbench.releases import MODELLED, Release
+from gym_mapbench.releases import RELEASES, Release
 from gym_mapbench.ros_params.keys import Keys
 from gym_mapbench.ros_params.nested import leaves, nest_dotted, value_at
 from gym_mapbench.ros_params.section import RELEASE, Section, parameter_names
@@ -22,17 +22,17 @@ MISSPELT = 0.9
 
 def in_every_release(ros_class: str) -> RosNames:
     """Return the names of a class that has the same name in all releases."""
-    return dict.fromkeys(MODELLED, ros_class)
+    return dict.fromkeys(RELEASES, ros_class)
 
 
 def since(release: Release, ros_class: str) -> RosNames:
     """Return the names of a class that only this release and the releases after it have."""
-    return dict.fromkeys(MODELLED[MODELLED.index(release) :], ros_class)
+    return dict.fromkeys(RELEASES[RELEASES.index(release) :], ros_class)
 
 
 def slashed_in_humble(package: str, name: str) -> RosNames:
     """Return the names of a planner's or behaviour's class, written with ``/`` up to Iron and ``::`` since Jazzy."""
-    return {release: f"{package}/{name}" if release == "humble" else f"{package}::{name}" for release in MODELLED}
+    return {release: f"{package}/{name}" if release == "humble" else f"{package}::{name}" for release in RELEASES}
 
 
 def known_class(ros_class: object, classes: Mapping[str, RosNames]) -> str | None:

@@ -20,7 +20,7 @@ from controllers.nav2_params.navigation import (
 )
 from controllers.nav2_params.values import write_values
 from controllers.path_handler import PathHandler
-from controllers.releases import MODELLED
+from controllers.releases import RELEASES
 from controllers.rotation_shim.params import params_around
 from controllers.rpp.params import RppParams
 from gym_mapbench.costmap import CostmapParams, InflationLayer
@@ -302,7 +302,7 @@ def test_a_server_without_a_progress_check_is_lyricals():
         write_nav2_params(NavigationParams(release="jazzy", controller_server=server))
 
 
-@pytest.mark.parametrize("release", MODELLED)
+@pytest.mark.parametrize("release", RELEASES)
 def test_files_of_a_release_are_recognised_when_they_come_back(release):
     preset = {"humble": "thesis"}.get(release, release)
     recognition = parse_nav2_params(write_nav2_params(load_preset(preset))).recognition

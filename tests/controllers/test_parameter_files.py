@@ -15,7 +15,7 @@ from controllers.nav2_params import PRESETS, parse_nav2_params, read_nav2_params
 from controllers.nav2_params.document import read_document
 from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.presets import read_preset
-from controllers.releases import MODELLED
+from controllers.releases import RELEASES
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import fill_templates, find_template, parse_defines
 from gym_mapbench.world.robot import RobotSpec
@@ -615,7 +615,7 @@ def spoilt(data):
 
 
 @settings(max_examples=150, deadline=None)
-@given(st.data(), st.sampled_from([None, *MODELLED]))
+@given(st.data(), st.sampled_from([None, *RELEASES]))
 def test_a_spoilt_file_is_read_or_refused_and_never_more(data, release):
     with contextlib.suppress(ConfigError):
         read = parse_nav2_params(spoilt(data), None, release)
@@ -623,7 +623,7 @@ def test_a_spoilt_file_is_read_or_refused_and_never_more(data, release):
 
 
 @settings(max_examples=60, deadline=None)
-@given(data=st.data(), target=st.sampled_from(MODELLED), source=st.sampled_from([None, *MODELLED]))
+@given(data=st.data(), target=st.sampled_from(RELEASES), source=st.sampled_from([None, *RELEASES]))
 def test_a_spoilt_file_is_migrated_to_a_yaml_file_or_refused(data, target, source, tmp_path_factory):
     path = tmp_path_factory.mktemp("spoilt") / "params.yaml"
     flow = data.draw(st.sampled_from([None, False, True]))
@@ -657,7 +657,7 @@ def test_files_in_the_wild_drive_or_say_in_one_line_why_not(path):
 
 
 @needs_data
-@pytest.mark.parametrize("target", MODELLED)
+@pytest.mark.parametrize("target", RELEASES)
 @pytest.mark.parametrize("path", sorted((DATA / "nav2_params").glob("*.yaml")), ids=lambda path: path.stem)
 def test_files_in_the_wild_migrate_to_what_is_recognised_as_the_target(path, target, write):
     migration = migrate_file(path, target)

@@ -7,7 +7,7 @@ import pytest
 from controllers.nav2_params import PRESETS, NavigationParams, load_preset
 from controllers.nav2_params.navigation import ControllerPlugin, ControllerServer, GoalChecker, PlannerPlugin
 from controllers.registry import make_controller
-from controllers.releases import MODELLED
+from controllers.releases import RELEASES
 from gym_mapbench.costmap import CostmapParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.robot import make_robot
@@ -16,7 +16,7 @@ from gym_mapbench.world.robot import make_robot
 @pytest.mark.parametrize("name", PRESETS)
 def test_a_preset_is_of_one_release_throughout(name):
     preset = load_preset(name)
-    assert preset.release == (name.partition("_")[0] if name.partition("_")[0] in MODELLED else "humble")
+    assert preset.release == (name.partition("_")[0] if name.partition("_")[0] in RELEASES else "humble")
     assert {plugin.params["release"] for plugin in preset.controllers.values()} == {preset.release}
     assert preset.planner.params["release"] == preset.local_costmap.release == preset.release
     further = ["graceful"] if "fair" in name else []  # which has other limits there than by default
@@ -56,9 +56,9 @@ def test_jazzy_fair_gives_every_controller_the_robots_limits():
 
 
 def test_what_is_not_said_is_the_releases_own():
-    trees = [NavigationParams(release=release).bt.backup_speed for release in MODELLED]
+    trees = [NavigationParams(release=release).bt.backup_speed for release in RELEASES]
     assert trees == [0.05, 0.15, 0.15]
-    limits = [NavigationParams(release=release).behavior_server.backup.acceleration_limit for release in MODELLED]
+    limits = [NavigationParams(release=release).behavior_server.backup.acceleration_limit for release in RELEASES]
     assert limits == [0.0, 0.0, 2.5]
     jazzy = NavigationParams(release="jazzy")
     assert jazzy.planner.params["release"] == jazzy.global_costmap.release == "jazzy"

@@ -12,7 +12,7 @@ from controllers.mppi.controller import MppiFollower
 from controllers.mppi.kernels.rollout import retrace
 from controllers.mppi.params import MppiParams
 from controllers.nav2_params import load_preset
-from controllers.releases import MODELLED
+from controllers.releases import RELEASES
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose
@@ -33,7 +33,7 @@ def costmap():
     return Costmap(costs, 0.05, -1.5, -1.5)
 
 
-@pytest.mark.parametrize("release", MODELLED)
+@pytest.mark.parametrize("release", RELEASES)
 def test_mppis_trajectories_are_those_of_the_roll_out(release, setup, costmap):
     params = MppiParams(release=release, batch_size=64, vx_max=0.4, gamma=0.02)
     follower = MppiFollower(params)

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from controllers.nav2_params import read_nav2_params
-from controllers.releases import RELEASES
 from evolution.cli import main
 from tests.oracle_data import DATA, needs_data
 
@@ -17,7 +16,6 @@ WITHOUT_OUR_CONTROLLERS = ("neo_rox_diff_jazzy",)
 
 
 @needs_data
-@pytest.mark.skipif("lyrical" not in RELEASES, reason="the navigation of Lyrical is not built yet")
 @pytest.mark.parametrize("path", sorted((DATA / "nav2_params").glob("*.yaml")), ids=lambda path: path.stem)
 def test_a_file_that_was_converted_to_lyrical_drives(path, tmp_path):
     out = tmp_path / "lyrical.yaml"
