@@ -1,4 +1,4 @@
-"""``NAME_people.yaml``: the people on a map, as a list of bodies or as a file of HuNavSim.
+"""``NAME_people.yaml``: the people on a map, as a list of bodies, or as a file of HuNavSim or Arena.
 
 ::
 
@@ -6,7 +6,9 @@
 
 Source of the second form: the agents file of HuNavSim (Perez-Higueras et al., HuNavSim: A ROS 2 Human Navigation
 Simulator for Benchmarking Human-Aware Robot Navigation, 2023). An agent with ``cyclic_goals`` is a scripted walk from
-``init_pose`` along its goals in a loop, at ``max_vel``. Its behaviour towards the robot is not simulated.
+``init_pose`` along its goals in a loop, at ``max_vel``. Source of the third form: scenarios of Arena (Kaestner et al.,
+Arena-Rosnav 2.0, 2023), YAML or JSON. An agent of ``pedsim_agents`` or ``obstacles.dynamic`` is a scripted walk from
+``pos`` along its ``waypoints`` in a loop, at ``vmax``. How agents react to the robot is not simulated.
 """
 
 from __future__ import annotations
@@ -22,6 +24,9 @@ from gym_mapbench.trust import refuse_code
 from gym_mapbench.world.bodies import Body
 
 HUNAV = "hunav_loader"
+ARENA = "pedsim_agents", "obstacles"
+LOOP = 0
+"""Arena's ``waypoint_mode`` of agents that walk their waypoints in order, and from the last one to the first."""
 
 
 def find_people(map_path: Path) -> Path | None:
@@ -41,10 +46,14 @@ def read_people(path: Path) -> tuple[Body, ...]:
     refuse_code(document, path)
     if isinstance(document, Mapping) and HUNAV in document:
         entries = _hunav_bodies(document[HUNAV], str(path))
+    elif isinstance(document, Mapping) and any(key in document for key in ARENA):
+        entries = _arena_bodies(document, str(path))
     elif isinstance(document, list):
         entries = document
     else:
-        raise MapFormatError(f"{path}: expected a list of bodies or the key {HUNAV}, got {short(document)}")
+        raise MapFormatError(
+            f"{path}: expected a list of bodies, or one of the keys {HUNAV}, {', '.join(ARENA)}, got {short(document)}"
+        )
     try:
         return tuple(Body.from_mapping(entry, f"{path}: person {index}") for index, entry in enumerate(entries))
     except ConfigError as error:
@@ -71,6 +80,33 @@ def _hunav_body(agent: object, where: str) -> dict[str, Any]:
     speed = as_number(f"{where}: max_vel", _entry(agent, "max_vel", where))
     motion = {"name": "scripted", "options": {"waypoints": waypoints, "speed": speed, "loop": True}}
     return {"shape": {"radius": as_number(f"{where}: radius", _entry(agent, "radius", where))}, "motion": motion}
+
+
+def _arena_bodies(document: Mapping[object, Any], where: str) -> list[dict[str, Any]]:
+    """Return the agents of a scenario of Arena as bodies."""
+    first, second = ARENA
+    agents = document[first] if first in document else _entry(document[second], "dynamic", f"{where}: {second}")
+    if not isinstance(agents, list):
+        raise MapFormatError(f"{where}: expected a list of agents, got {short(agents)}")
+    return [_arena_body(agent, f"{where}: agent {number}") for number, agent in enumerate(agents)]
+
+
+def _arena_body(agent: object, where: str) -> dict[str, Any]:
+    if (mode := _entry(agent, "waypoint_mode", where)) != LOOP:
+        raise MapFormatError(f"{where}: expected waypoint_mode {LOOP} (a loop), got {short(mode)}")
+    goals = _entry(agent, "waypoints", where)
+    if not isinstance(goals, list) or not goals:
+        raise MapFormatError(f"{where}: waypoints: expected a list of points, got {short(goals)}")
+    waypoints = [_arena_point(point, where) for point in (_entry(agent, "pos", where), *goals)]
+    speed = as_number(f"{where}: vmax", _entry(agent, "vmax", where))
+    return {"motion": {"name": "scripted", "options": {"waypoints": waypoints, "speed": speed, "loop": True}}}
+
+
+def _arena_point(point: object, where: str) -> list[float]:
+    """Return ``[x, y]`` of a point with or without an angle."""
+    if not isinstance(point, list) or len(point) not in (2, 3):
+        raise MapFormatError(f"{where}: expected points [x, y] or [x, y, yaw], got {short(point)}")
+    return [as_number(f"{where}: {axis}", value) for axis, value in zip("xy", point[:2], strict=True)]
 
 
 def _entry(values: object, key: object, where: str) -> Any:

@@ -24,11 +24,24 @@ AGENT = {
     "g0": {"x": 1.5, "y": 2.5, "h": 1.25},
     "g1": {"x": 1.5, "y": 1.5, "h": 1.25},
 }
+ARENA_AGENT = {
+    "name": "1",
+    "pos": [0.5, 2.5, 1.57],
+    "type": "adult",
+    "vmax": 0.9,
+    "waypoints": [[1.5, 2.5, 0.0], [1.5, 1.5]],
+    "waypoint_mode": 0,
+}
 
 
 def hunav(**changes):
     agent = {key: value for key, value in (AGENT | changes).items() if value is not None}
     return {"hunav_loader": {"ros__parameters": {"map": "room", "agents": ["agent1"], "agent1": agent}}}
+
+
+def arena(**changes):
+    agent = {key: value for key, value in (ARENA_AGENT | changes).items() if value is not None}
+    return {"pedsim_agents": [agent]}
 
 
 @pytest.fixture
@@ -60,11 +73,19 @@ def test_agents_of_hunavsim_are_scripted_walks_in_a_loop(room):
     assert body.motion.options == {"waypoints": [[0.5, 2.5], [1.5, 2.5], [1.5, 1.5]], "speed": 1.2, "loop": True}
 
 
+@pytest.mark.parametrize("agents", [arena(), {"obstacles": {"static": [], "dynamic": arena()["pedsim_agents"]}}])
+def test_agents_of_arena_are_scripted_walks_in_a_loop(room, agents):
+    ((body,),) = (one.bodies for one in room(agents))
+    assert body.shape.radius == 0.25
+    assert body.motion.name == "scripted"
+    assert body.motion.options == {"waypoints": [[0.5, 2.5], [1.5, 2.5], [1.5, 1.5]], "speed": 0.9, "loop": True}
+
+
 @pytest.mark.parametrize(
     ("people", "message"),
     [
-        (3, "expected a list of bodies or the key hunav_loader, got 3"),
-        ({"hunav": {}}, "expected a list of bodies or the key hunav_loader"),
+        (3, "expected a list of bodies, or one of the keys hunav_loader, pedsim_agents, obstacles, got 3"),
+        ({"hunav": {}}, "expected a list of bodies, or one of the keys hunav_loader"),
         ([3], "person 0: expected a mapping"),
         ([{**PERSON, "shape": {"radius": -1}}], r"person 0: shape\.radius: expected"),
         (hunav(cyclic_goals=False), "agent1: expected cyclic_goals true"),
@@ -72,6 +93,13 @@ def test_agents_of_hunavsim_are_scripted_walks_in_a_loop(room):
         (hunav(goals=["g7"]), "agent1: expected the key .*g7"),
         (hunav(max_vel=40.0), "person 0: .*speed: expected"),
         ({"hunav_loader": {"ros__parameters": {"agents": 3}}}, "agents: expected a list of names, got 3"),
+        ({"pedsim_agents": 3}, "expected a list of agents, got 3"),
+        ({"obstacles": {"static": []}}, "obstacles: expected the key 'dynamic'"),
+        (arena(waypoint_mode=1), r"agent 0: expected waypoint_mode 0 \(a loop\), got 1"),
+        (arena(vmax=None), "agent 0: expected the key 'vmax'"),
+        (arena(waypoints=[]), r"agent 0: waypoints: expected a list of points, got \[\]"),
+        (arena(pos=[0.5]), r"agent 0: expected points \[x, y\] or \[x, y, yaw\], got \[0.5\]"),
+        (arena(pos=["a", 1.0]), "agent 0: x: expected"),
     ],
 )
 def test_bad_files_are_one_clear_line(room, people, message):
