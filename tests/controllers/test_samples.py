@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from controllers.base import FollowerSetup, Twist
+from controllers.base import FollowerSetup, LocalPlan, Twist
 from controllers.dwb.controller import DwbFollower
 from controllers.dwb.params import DwbParams
 from controllers.mppi.controller import MppiFollower
@@ -39,6 +39,7 @@ def test_mppis_trajectories_are_those_of_the_roll_out(release, setup, costmap):
     follower = MppiFollower(params)
     follower.reset(setup)
     follower.set_plan(PATH)
+    follower.take_local_plan(LocalPlan(PATH, float(np.hypot(*np.diff(PATH[:, :2], axis=0).T).sum()), Pose(*PATH[-1])))
     assert follower.last_samples(10) is None
     follower.compute_velocity_commands(POSE, VELOCITY, costmap, 0.0)
     samples = follower.last_samples(64)
