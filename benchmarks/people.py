@@ -8,21 +8,19 @@ policies. It prints shares with Wilson intervals, and medians with bootstrap int
 from __future__ import annotations
 
 import argparse
-import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from statistics import fmean
-from typing import Any
 
 import numpy as np
+from run_tables import is_goal, over_maps, read_runs, share, write_runs
 
 from evolution import bench
 from evolution.driving import DriveSettings
 from evolution.files import Row
 from evolution.pictures import colour_of, new_figure
 from evolution.search import load_preset, scenario_on
-from evolution.statistics import bootstrap_interval, wilson_interval
+from evolution.statistics import wilson_interval
 from gym_mapbench.generator import FamilySpec, PeopleSettings, ShapeSettings, draw_from, with_people
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Scenario
@@ -68,37 +66,12 @@ def summary(rows: Sequence[Row], alone: Mapping[tuple[str, str, int], float]) ->
         for row in goals
         if (before := alone.get((str(row["map"]), str(row["controller"]), int(row["repeat"]))))
     ]
-    cells = {"goal, %": _share(len(goals), len(rows)), "goal without touching anybody, %": _share(clean, len(rows))}
-    cells["time / time without people"] = _median(ratios)
+    cells = {"goal, %": share(len(goals), len(rows)), "goal without touching anybody, %": share(clean, len(rows))}
+    cells["time / time without people"] = over_maps(ratios, np.median, 2)
     for measure in MEASURES:
         values = [(str(row["map"]), float(row[measure])) for row in rows if row.get(measure) not in (None, "")]
-        cells[measure] = _mean(values)
+        cells[measure] = over_maps(values, np.mean, 1)
     return cells
-
-
-def _share(count: int, of: int) -> str:
-    low, high = wilson_interval(count, of)
-    return f"{100 * count / of:.0f} ({100 * low:.0f} to {100 * high:.0f})"
-
-
-def _median(values: Sequence[tuple[str, float]]) -> str:
-    return _over_maps(values, np.median, 2)
-
-
-def _mean(values: Sequence[tuple[str, float]]) -> str:
-    return _over_maps(values, np.mean, 1)
-
-
-def _over_maps(values: Sequence[tuple[str, float]], statistic: Callable[..., Any], digits: int) -> str:
-    """Return a statistic of the means of maps with its 95 % bootstrap interval."""
-    if not values:
-        return "–"
-    by_map: dict[str, list[float]] = {}
-    for name, value in values:
-        by_map.setdefault(name, []).append(value)
-    means = np.array([fmean(some) for some in by_map.values()])
-    low, high = bootstrap_interval(means, np.random.default_rng(0), statistic)
-    return f"{float(statistic(means)):.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
 def driven(maps: int, seeds: int, workers: int, out: Path | None) -> list[Row]:
@@ -110,22 +83,13 @@ def driven(maps: int, seeds: int, workers: int, out: Path | None) -> list[Row]:
         found = bench(among(scenarios, count), list(CONTROLLERS), **options).rows
         rows += [{**row, "people": count} for row in found]
         if out:
-            write(out, rows)
+            write_runs(out, rows, (*COLUMNS, *MEASURES))
     return rows
 
 
-def write(path: Path, rows: Sequence[Row]) -> None:
-    """Write the runs as CSV."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, (*COLUMNS, *MEASURES), extrasaction="ignore", lineterminator="\n", restval="")
-        table.writeheader()
-        table.writerows(rows)
-
-
 def read(path: Path) -> list[Row]:
-    """Read the runs that :func:`write` wrote."""
-    with path.open(encoding="utf-8", newline="") as file:
-        rows: list[Row] = list(csv.DictReader(file))
+    """Read the runs of an earlier call."""
+    rows = read_runs(path)
     for row in rows:
         row["people"], row["n_collisions_with_people"] = int(row["people"]), float(row["n_collisions_with_people"] or 0)
     return rows
@@ -149,11 +113,6 @@ def plot(rows: Sequence[Row], path: Path) -> None:
     panels[0].set_ylabel("runs, % (95 %, Wilson)")
     panels[1].legend(frameon=False, fontsize=9)
     figure.savefig(path, dpi=110)
-
-
-def is_goal(row: Row) -> bool:
-    """Whether a run reached the goal."""
-    return row["outcome"] == "goal"
 
 
 def is_clean(row: Row) -> bool:

@@ -1,0 +1,156 @@
+"""What an upgrade of Nav2 changes: the same maps and noise under Humble, Jazzy and Lyrical, controller by controller.
+
+``python benchmarks/releases.py [--maps N] [--seeds R] [--sets FILE ...] [--out FILE] [--plot FILE]`` samples maps of the
+families of the preset ``robust``, takes the maps of evolved sets, and runs DWB, MPPI and RPP with the presets ``fair``,
+``jazzy_fair`` and ``lyrical_fair``. It prints shares with Wilson intervals, paired ratios and means with bootstrap
+intervals over maps, and McNemar's exact test over maps.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from run_tables import is_goal, over_maps, read_runs, share, write_runs
+
+from evolution import bench
+from evolution.benchmark.paired import Trial, compare_paired
+from evolution.driving import DriveSettings
+from evolution.files import Row
+from evolution.pictures import colour_of, new_figure
+from evolution.search import load_preset, scenario_on
+from evolution.statistics import wilson_interval
+from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_from
+from gym_mapbench.mapio import load_map_set
+from gym_mapbench.world.robot import make_robot
+from gym_mapbench.world.scenario import Scenario
+
+PRESETS = {"humble": "fair", "jazzy": "jazzy_fair", "lyrical": "lyrical_fair"}
+CONTROLLERS = ("dwb", "mppi", "rpp")
+FIRST_SEED = 7000
+SEED = 17
+COLUMNS = ("maps", "map", "release", "controller", "repeat", "outcome", "time_s", "path_length_m")
+MEASURES = ("min_clearance", "n_recoveries")
+
+Key = tuple[str, str, int]
+"""Map, controller and repeat of a run."""
+
+
+def sample(maps: int) -> list[Scenario]:
+    """Sample maps on which the robot gets from start to goal."""
+    shapes, robot = ShapeSettings(), make_robot("turtlebot3_waffle")
+    families = [FamilySpec(name=name) for name in load_preset("robust")["search"]["families"]]
+    drawn = [draw_from(np.random.default_rng(FIRST_SEED + number), families, shapes, robot) for number in range(maps)]
+    return [replace(scenario_on(one.cells, shapes), name=f"{n:03d}_{one.family}") for n, one in enumerate(drawn)]
+
+
+def driven(groups: Mapping[str, Sequence[Scenario]], seeds: Mapping[str, int], workers: int, out: Path) -> list[Row]:
+    """Run everything that a file of earlier runs lacks, and return all runs; they are written after each part."""
+    rows = read_runs(out) if out.exists() else []
+    done = {(row["maps"], row["release"], row["controller"]) for row in rows}
+    for release, preset in PRESETS.items():
+        run = {**load_preset("robust")["run"], "navigation": preset}
+        settings = DriveSettings.from_mapping(run, "run")
+        for maps, scenarios in groups.items():
+            for controller in CONTROLLERS:
+                if (maps, release, controller) in done:
+                    continue
+                options = {"settings": settings, "seed": SEED, "repeats": seeds[maps], "workers": workers}
+                found = bench(list(scenarios), [controller], **options).rows
+                rows += [{**row, "maps": maps, "release": release} for row in found]
+                write_runs(out, rows, (*COLUMNS, *MEASURES))
+    return read_runs(out)
+
+
+def of(rows: Sequence[Row], **wanted: str) -> list[Row]:
+    """Return the rows with these values."""
+    return [row for row in rows if all(row[name] == value for name, value in wanted.items())]
+
+
+def key_of(row: Row) -> Key:
+    """Return what two releases' runs have in common."""
+    return str(row["map"]), str(row["controller"]), int(row["repeat"])
+
+
+def trials(rows: Sequence[Row]) -> list[Trial]:
+    """Return runs in the order of their keys, for a paired comparison."""
+    ordered = sorted(rows, key=key_of)
+    return [Trial(str(row["map"]), is_goal(row), float(row["time_s"])) for row in ordered]
+
+
+def cells(rows: Sequence[Row], before: Sequence[Row]) -> list[str]:
+    """Return the table cells of one controller in one release.
+
+    Args:
+        rows: Its runs.
+        before: The same runs in Humble.
+    """
+    goals = [row for row in rows if is_goal(row)]
+    found = [share(len(goals), len(rows))]
+    paired = compare_paired(trials(before), trials(rows), np.random.default_rng(0))
+    found.append(f"+{paired.wins} -{paired.losses} (p = {paired.p_success:.2g})")
+    found.append(f"{paired.time_ratio:.3f} ({paired.ratio_low:.3f} to {paired.ratio_high:.3f})")
+    clearance = [(str(row["map"]), float(row["min_clearance"])) for row in goals]
+    recoveries = [(str(row["map"]), float(row["n_recoveries"] or 0)) for row in rows]
+    return [*found, over_maps(clearance, np.mean, 3), over_maps(recoveries, np.mean, 2)]
+
+
+def plot(rows: Sequence[Row], path: Path) -> None:
+    """Draw shares of goals and paired ratios of times by release, for each controller; sampled maps."""
+    releases = list(PRESETS)
+    figure, panels = new_figure(columns=2, width=8.0, height=3.4)
+    for number, name in enumerate(CONTROLLERS):
+        own = [of(rows, maps="sampled", release=release, controller=name) for release in releases]
+        places = np.arange(len(releases)) + 0.12 * (number - 1)
+        hits = [sum(map(is_goal, some)) for some in own]
+        shares = np.array([[k / len(some), *wilson_interval(k, len(some))] for k, some in zip(hits, own, strict=True)])
+        _points(panels[0], places, 100 * shares, name)
+        pairs = [compare_paired(trials(own[0]), trials(some), np.random.default_rng(0)) for some in own]
+        ratios = np.array([[one.time_ratio, one.ratio_low, one.ratio_high] for one in pairs])
+        _points(panels[1], places, ratios, name)
+    panels[0].set(ylabel="runs at the goal, % (95 %, Wilson)", xticks=range(3), xticklabels=releases)
+    panels[1].set(ylabel="time / time in Humble (95 %)", xticks=range(3), xticklabels=releases)
+    panels[1].legend(frameon=False, fontsize=9)
+    figure.savefig(path, dpi=110)
+
+
+def _points(axes: object, places: object, values: np.ndarray, name: str) -> None:
+    """Draw values with their intervals."""
+    middle, low, high = values.T
+    spread = np.stack([middle - low, high - middle])
+    axes.errorbar(places, middle, spread, color=colour_of(CONTROLLERS, name), label=name, marker="o", markersize=4)
+
+
+def main() -> None:
+    """Run or read, and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--maps", type=int, default=200)
+    parser.add_argument("--seeds", type=int, default=2, help="seeds for each sampled map")
+    parser.add_argument("--sets", type=Path, nargs="*", default=[Path("docs/gallery/quick/best_map_set.json")])
+    parser.add_argument("--set-seeds", type=int, default=20, help="seeds for each map of an evolved set")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=Path("releases.csv"), help="file of runs; it is continued")
+    parser.add_argument("--plot", type=Path, help="picture to draw")
+    args = parser.parse_args()
+    evolved = [
+        replace(one, name=f"{number}_{one.name}")
+        for number, path in enumerate(args.sets)
+        for one in load_map_set(path)
+    ]
+    groups = {"sampled": sample(args.maps), "evolved": evolved}
+    rows = driven(groups, {"sampled": args.seeds, "evolved": args.set_seeds}, args.workers, args.out)
+    for maps in groups:
+        for controller in CONTROLLERS:
+            before = of(rows, maps=maps, release="humble", controller=controller)
+            for release in PRESETS:
+                own = of(rows, maps=maps, release=release, controller=controller)
+                print(f"| {maps} | {controller} | {release} | {len(own)} | " + " | ".join(cells(own, before)) + " |")
+    if args.plot:
+        plot(rows, args.plot)
+
+
+if __name__ == "__main__":
+    main()
