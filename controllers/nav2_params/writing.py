@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
+from controllers.nav2_params.monitor_section import write_monitor
 from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, PLANNERS
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS
@@ -42,7 +43,7 @@ ERROR_CODES: Mapping[Release, Mapping[str, Any]] = {
 }
 """Release -> the error codes that its trees report."""
 COSTMAP_TIMEOUT = "costmap_update_timeout"
-UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother")
+UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother", "collision_monitor")
 """Nodes that publish Twist in Jazzy, but TwistStamped since Kilted unless they are told otherwise."""
 
 
@@ -80,6 +81,8 @@ def write_nav2_params(
     }
     if navigation.velocity_smoother is not None:
         nodes["velocity_smoother"] = {**_options(navigation.velocity_smoother), "odom_topic": "odom"}
+    if navigation.collision_monitor is not None:
+        nodes["collision_monitor"] = write_monitor(navigation.collision_monitor, navigation.release)
     if navigation.release != "humble":
         nodes |= {name: nodes[name] | {"enable_stamped_cmd_vel": False} for name in UNSTAMPED if name in nodes}
     kept = ros_only or {}
