@@ -210,7 +210,8 @@ def _write_polygon(polygon: MonitorPolygon, release: Release) -> dict[str, Any]:
 
 
 def write_corners(corners: Sequence[Sequence[float]], release: Release) -> list[float] | str:
-    """Return corners in the form of a release."""
+    """Return corners in the form of a release; Humble wants four, so a triangle gets its last corner twice."""
     if release == "humble":
-        return [value for corner in corners for value in corner]
+        repeated = corners[-1:] if len(corners) == CORNERS_LEAST else ()
+        return [value for corner in (*corners, *repeated) for value in corner]
     return str([list(corner) for corner in corners])
