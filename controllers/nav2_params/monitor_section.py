@@ -24,8 +24,6 @@ from gym_mapbench.ros_params import Keys, Section
 
 FLAT_LEAST = 8
 """Least number of values in Humble's flat list of points: those of four corners."""
-TOPICS = {"cmd_vel_in_topic": "cmd_vel_smoothed", "cmd_vel_out_topic": "cmd_vel", "odom_frame_id": "odom"}
-"""Topics and frames of a monitor that is written; it stands behind the velocity smoother."""
 CORNERS_LEAST = 3
 """Least number of corners in the text of later releases."""
 _OF_ACTIONS: Mapping[str, frozenset[str]] = {
@@ -178,11 +176,10 @@ def _are_numbers(values: Sequence[object]) -> bool:
 
 
 def write_monitor(monitor: CollisionMonitor, release: Release) -> dict[str, Any]:
-    """Return the ROS parameters of a collision monitor."""
+    """Return the ROS parameters of a collision monitor, without its topics and frames."""
     switch = {"enabled": monitor.enabled} if release == "lyrical" else {}
     sources = {name: {**source.model_dump(), "topic": "scan"} for name, source in monitor.observation_sources.items()}
     return {
-        **TOPICS,
         "base_shift_correction": monitor.base_shift_correction,
         **switch,
         "polygons": list(monitor.polygons),

@@ -74,8 +74,8 @@ def _act(polygon: MonitorPolygon) -> str:
         "approach": f"slows commands that collide within {polygon.time_before_collision:g} s",
         "none": "changes no command",
     }[polygon.action_type]
-    shape = f"{polygon.radius:g} m" if polygon.type == "circle" else polygon.type.replace("_", " ")
-    return f"{action} ({shape}, {polygon.min_points} points)"
+    shape = f"circle of {polygon.radius:g} m" if polygon.type == "circle" else polygon.type.replace("_", " ")
+    return f"{action} ({shape}, from {polygon.min_points} points on)"
 
 
 def _release(read: Nav2Params) -> str:
