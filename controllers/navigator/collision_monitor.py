@@ -56,6 +56,7 @@ class CollisionMonitor:
 
     Attributes:
         actions: Number of commands by action.
+        last: What the monitor did with the last command.
     """
 
     def __init__(
@@ -72,6 +73,7 @@ class CollisionMonitor:
         self._scan = b""
         self._points, self._taken_at, self._pose = NO_CORNERS, IDENTITY, IDENTITY
         self.actions: Counter[ActionType] = Counter()
+        self.last = Action("none", STOP)
 
     def observe(self, pose: Pose, scan: NDArray[np.floating]) -> None:
         """Take this step's measurements.
@@ -87,9 +89,9 @@ class CollisionMonitor:
 
     def process(self, command: Twist) -> Twist:
         """Return the velocity that the robot gets for a command, and count the action."""
-        action = self.act_on(command)
-        self.actions[action.kind] += 1
-        return action.velocity
+        self.last = self.act_on(command)
+        self.actions[self.last.kind] += 1
+        return self.last.velocity
 
     def act_on(self, command: Twist) -> Action:
         """Return the action with the least velocity of all polygons; a stop ends the search."""

@@ -195,7 +195,9 @@ class Navigator:
         return self._command()
 
     def explain(self) -> str:
-        """Say in one line what keeps the path follower from driving on; empty if it cannot tell."""
+        """Say in one line what keeps the robot from driving on; empty if neither monitor nor follower can tell."""
+        if self._monitor is not None and self._monitor.last.velocity == STOP and self._monitor.last.polygon:
+            return f"polygon {self._monitor.last.polygon} of the collision monitor stops it"
         explain = getattr(self.follower, "explain", None)
         if explain is None or not len(self.path):
             return ""

@@ -290,6 +290,7 @@ def test_the_robot_stands_before_the_wall(smoother):
     assert navigator.status == "running"
     assert run.commands[-1] == STOP
     assert 4.95 - 0.5 - 0.37 * 0.05 <= run.pose.x <= 4.95 - 0.5 + 0.37 * 0.05
+    assert navigator.explain() == "polygon stop of the collision monitor stops it"
     assert navigator.monitor_actions["stop"] > 100
     assert navigator.monitor_actions["none"] > 100
 
