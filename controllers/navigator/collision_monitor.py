@@ -28,6 +28,8 @@ from gym_mapbench.world.scenario import Pose
 Points = NDArray[np.float64]
 
 NO_CORNERS = np.empty((0, 2))
+AROUND = 1.0 + 1e-9
+"""Radius around a polygon over that of its farthest corner, so that rounding leaves no point out."""
 _seen_from = plain(in_robot_frame)
 
 
@@ -135,9 +137,10 @@ class Zone:
         self.name = name
         self.kind: ActionType = polygon.action_type
         self._polygon, self._release = polygon, release
-        self._radius = polygon.radius or 0.0
-        self._corners = NO_CORNERS if polygon.type != "polygon" else _corners(polygon.points, footprint)
+        self._corners, self._radius = NO_CORNERS, polygon.radius or 0.0
         self._has_shape = polygon.type != "velocity_polygon"
+        if polygon.type == "polygon":
+            self._take_corners(footprint.corners if polygon.points is None else np.array(polygon.points))
         self._hits = self._misses = 0
         self._is_active = False
 
@@ -160,8 +163,12 @@ class Zone:
         """Give a velocity polygon the shape for a command; it keeps the last one if none is for it."""
         for shape in self._polygon.velocity_polygons.values():
             if is_in_range(shape, command, self._polygon.holonomic, self._release):
-                self._corners, self._has_shape = np.array(shape.points), True
+                self._take_corners(np.array(shape.points))
                 return
+
+    def _take_corners(self, corners: Points) -> None:
+        self._corners, self._has_shape = corners.copy(), True
+        self._radius = AROUND * float(np.hypot(*corners.T).max())
 
     def _is_triggered(self, points: Points) -> bool:
         """Whether enough points are inside, for as many commands in a row as the parameters ask for."""
@@ -209,10 +216,6 @@ def is_in_range(shape: VelocityRange, command: Twist, holonomic: bool, release: 
     if start <= end:
         return in_range and start <= direction <= end
     return in_range and (direction >= start or direction <= end)
-
-
-def _corners(points: tuple[tuple[float, float], ...] | None, footprint: Footprint) -> Points:
-    return np.array(footprint.corners if points is None else points)
 
 
 def _scaled(command: Twist, ratio: float) -> Twist:

@@ -33,7 +33,7 @@ def count_inside(points, corners, radius, x, y, yaw):
     Args:
         points: ``(n, 2)`` m.
         corners: ``(m, 2)`` corners of a polygon in the robot's frame, m; none for a circle.
-        radius: Radius of the circle, m.
+        radius: Radius of the circle, or of one that holds all corners, m.
         x: Pose of the robot in the frame of the points, m.
         y: The same, m.
         yaw: The same, rad.
@@ -43,10 +43,8 @@ def count_inside(points, corners, radius, x, y, yaw):
     for i in range(len(points)):
         east, north = points[i, 0] - x, points[i, 1] - y
         ahead, left = east * cos + north * sin, -east * sin + north * cos
-        if len(corners):
-            count += is_inside(ahead, left, corners)
-        else:
-            count += ahead * ahead + left * left < radius * radius
+        if ahead * ahead + left * left < radius * radius:
+            count += len(corners) == 0 or is_inside(ahead, left, corners)
     return count
 
 

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from controllers.collision_monitor import CollisionMonitor, MonitorPolygon, MonitorSource, VelocityRange
-from controllers.nav2_params import parse_nav2_params, read_nav2_params, write_nav2_params
+from controllers.nav2_params import NavigationParams, parse_nav2_params, read_nav2_params, write_nav2_params
 from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.summary import describe_monitor, summarise
 from controllers.releases import RELEASES
@@ -162,6 +162,7 @@ def test_what_is_written_reads_back_the_same(release):
     written = yaml.safe_load(yaml.safe_dump(write_nav2_params(navigation)))
     read = parse_nav2_params(written, release=release)
     assert read.navigation.collision_monitor == monitor
+    assert NavigationParams(**navigation.model_dump(mode="json")) == navigation
     assert not read.named("unknown")
     assert not read.named("other_release")
     assert written["collision_monitor"]["ros__parameters"]["cmd_vel_in_topic"] == "cmd_vel_nav"

@@ -210,7 +210,7 @@ def plain_time(cloud, half, v, w, horizon, step, least):
 @given(points, commands, st.integers(1, 4))
 def test_the_kernel_equals_a_plain_simulation(cloud, command, least):
     corners = np.array([(0.3, 0.3), (0.3, -0.3), (-0.3, -0.3), (-0.3, 0.3)])
-    found = collision_time(cloud, corners, 0.0, *command, 1.0, 0.1, least, least)
+    found = collision_time(cloud, corners, 0.5, *command, 1.0, 0.1, least, least)
     # A point on the border may fall to either side: such samples are compared with both a larger and a smaller square.
     nearly = {plain_time(cloud, half, *command, 1.0, 0.1, least) for half in (0.3 - 1e-9, 0.3, 0.3 + 1e-9)}
     assert found in nearly
@@ -221,7 +221,7 @@ def test_the_kernel_equals_a_plain_simulation(cloud, command, least):
 def test_circles_and_polygons_with_many_corners_hold_the_same_points(cloud, radius, x, y, yaw):
     angles = np.linspace(0.0, 2 * np.pi, 2000, endpoint=False)
     corners = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    in_polygon = count_inside(cloud, corners, 0.0, x, y, yaw)
+    in_polygon = count_inside(cloud, corners, 2.0 * radius, x, y, yaw)
     smaller, larger = (count_inside(cloud, np.empty((0, 2)), radius * f, x, y, yaw) for f in (0.99999, 1.00001))
     assert smaller <= in_polygon <= larger
 
