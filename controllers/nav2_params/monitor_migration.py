@@ -88,7 +88,7 @@ def _recount(work: Work, full: str, entry: Entry, given: Given) -> None:
         work.take_out(full, other, f"{work.source.capitalize()} does not read it")
     work.edits.rename(entry.key, f"{entry.key.value.removesuffix(old)}{new}")
     work.edits.replace(entry, as_yaml(count + by))
-    work.say(f"{full}.{entry.name}", entry.line, f"now {new}: {count + by}, which is the same number")
+    work.say(f"{full}.{entry.name}", entry.line, f"now {new}: {count + by}, which acts at the same number")
 
 
 def _tell_limits(work: Work, full: str, given: Given) -> None:
