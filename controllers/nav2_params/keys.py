@@ -32,9 +32,6 @@ LOCALISATION = ("amcl", "ekf", "localization", "slam", "ukf")
 FILTER_NODES = ("filter_info_server", "filter_mask_server")
 """Ends of the names of nodes that serve costmap filters; the filters themselves are listed with their costmap."""
 
-UNMODELLED_NODES = {"collision_monitor": "it would slow down or stop the robot close to obstacles"}
-"""Nodes that are not modelled here -> their effect."""
-
 INNER_NODES = ("_client", "_rclcpp_node")
 """Ends of the names of nodes that Nav2's servers have for their own use."""
 
@@ -117,6 +114,50 @@ BT_NAVIGATOR = Keys(
 )
 VELOCITY_SMOOTHER = Keys(
     ros_only=frozenset({"odom_topic", "stamp_smoothed_velocity_with_smoothing_time"}),
+)
+_ALWAYS_ON = "its monitor is always on"
+COLLISION_MONITOR = Keys(
+    ros_only=frozenset(
+        {
+            "base_frame_id",
+            "cmd_vel_in_topic",
+            "cmd_vel_out_topic",
+            "collision_points_marker_3d",
+            "odom_frame_id",
+            "source_timeout",
+            "state_topic",
+            "stop_pub_timeout",
+            "transform_tolerance",
+        }
+    ),
+    missing={"humble": {"enabled": _ALWAYS_ON}, "jazzy": {"enabled": _ALWAYS_ON}},
+)
+_EACH_ALONE = "every command counts alone"
+_CONSECUTIVE = {"trigger_consecutive_points": _EACH_ALONE, "release_consecutive_points": _EACH_ALONE}
+MONITOR_POLYGON = Keys(
+    ros_only=frozenset(
+        {
+            "footprint_topic",
+            "polygon_pub_topic",
+            "polygon_sub_topic",
+            "polygon_subscribe_transient_local",
+            "visualize",
+        }
+    ),
+    missing={
+        "humble": {
+            "min_points": "max_points counts, and one point more triggers the action",
+            "linear_limit": "it has no action 'limit'",
+            "angular_limit": "it has no action 'limit'",
+            "sources_names": "the points of all sources count",
+            "holonomic": "it has no velocity polygons",
+            **_CONSECUTIVE,
+        },
+        "jazzy": _CONSECUTIVE,
+    },
+)
+MONITOR_SOURCE = Keys(
+    ros_only=frozenset({"max_height", "min_height", "min_range", "obstacles_angle", "source_timeout", "topic"}),
 )
 COSTMAP = Keys(
     ros_only=FRAMES

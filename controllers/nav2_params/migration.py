@@ -32,6 +32,8 @@ from controllers.nav2_params.migration_rules import (
     Rename,
 )
 from controllers.nav2_params.migration_work import Work, children, controllers_in, listed
+from controllers.nav2_params.monitor_migration import NODE as MONITOR
+from controllers.nav2_params.monitor_migration import migrate_monitor
 from controllers.nav2_params.nodes import Node, all_nodes
 from controllers.nav2_params.older import OLD_NODES
 from controllers.nav2_params.recognition import recognise
@@ -110,6 +112,8 @@ def _migrate_node(
     controllers = controllers_in(full, group) if node == "controller_server" else {}
     for entry in entries(group):
         _migrate_entry(work, full, node, entry)
+    if node == MONITOR:
+        migrate_monitor(work, full, group)
     moved = lyrical_migration.move_path_handling(work, full, group, controllers)
     for controller in controllers.values():
         migrate_controller(work, controller, inflation, moved)

@@ -78,6 +78,7 @@ LYRICALS = {
     "*": ("introspection_mode",),
     "*_costmap": ("*.custom_inscribed_radius", "*.num_threads"),
     "bt_navigator": ("bt_search_directories",),
+    "collision_monitor": ("enabled", "*.trigger_consecutive_points", "*.release_consecutive_points"),
     "controller_server": ("*.path_length_tolerance", "*.xy_goal_tolerance_buffer"),
     "planner_server": ("allow_partial_planning", "*.max_cycles_factor"),
 }
@@ -87,6 +88,7 @@ UNKNOWN: Mapping[Release, Mapping[str, tuple[str, ...]]] = {
         "*": ("enable_stamped_cmd_vel", "use_realtime_priority", "costmap_update_timeout", "*introspection_mode"),
         "behavior_server": ("global_costmap_topic", "global_footprint_topic"),
         "bt_navigator": ("error_code_name*", "navigators", "navigate_to_pose", "navigate_through_poses"),
+        "collision_monitor": ("*.sources_names",),
         "velocity_smoother": ("stamp_smoothed_velocity_with_smoothing_time",),
     },
     "jazzy": {"bt_navigator": ("groot_zmq_*", "enable_groot_monitoring")},

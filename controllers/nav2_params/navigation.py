@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from controllers.checkers import GOAL_CHECKERS, GoalChecker, ProgressChecker
+from controllers.collision_monitor import CollisionMonitor
 from controllers.nav2_params.plugins import CONTROLLERS, SHIMS
 from controllers.path_handler import PathHandler
 from controllers.releases import RELEASES, Release
@@ -25,6 +26,7 @@ from gym_mapbench.settings import ExtendedSettings, Settings
 __all__ = [
     "BehaviorServer",
     "BehaviorTree",
+    "CollisionMonitor",
     "ControllerPlugin",
     "ControllerServer",
     "DriveLimits",
@@ -270,7 +272,7 @@ class VelocitySmoother(Settings):
         return value
 
 
-class NavigationParams(Settings):
+class NavigationParams(ExtendedSettings):
     """All parameters of the navigator.
 
     Args:
@@ -283,7 +285,10 @@ class NavigationParams(Settings):
         behavior_server: The recovery behaviours.
         bt: Numbers of the behaviour tree.
         velocity_smoother: The velocity smoother; None if there is none between controller and base.
+        collision_monitor: The collision monitor in front of the base; None if there is none.
     """
+
+    newer: ClassVar[tuple[str, ...]] = ("collision_monitor",)
 
     release: Release = "humble"
     controller_server: ControllerServer = ControllerServer()
@@ -294,6 +299,7 @@ class NavigationParams(Settings):
     behavior_server: BehaviorServer = BehaviorServer()
     bt: BehaviorTree = BehaviorTree()
     velocity_smoother: VelocitySmoother | None = None
+    collision_monitor: CollisionMonitor | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -328,6 +334,12 @@ class NavigationParams(Settings):
         if self.release != "lyrical" and self.controller_server.path_handler != PathHandler():
             raise ConfigError(f"path_handler: Nav2 {self.release.capitalize()} has none; its controllers cut the plan")
         return self
+
+    @property
+    def command_rate(self) -> float:
+        """Highest rate at which the robot is sent commands, Hz."""
+        smoother = self.velocity_smoother
+        return self.controller_server.controller_frequency if smoother is None else smoother.smoothing_frequency
 
     def controller(self, name: str) -> ControllerPlugin:
         """Return a controller by its name, or else the first of that kind.

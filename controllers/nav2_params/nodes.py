@@ -20,6 +20,7 @@ SECTIONS = (
     "behavior_server",
     "bt_navigator",
     "velocity_smoother",
+    "collision_monitor",
 )
 MISSPELT = 0.85
 """Similarity from which on an unknown node is probably a misspelt one that is read."""
@@ -115,7 +116,7 @@ def _leave(node: Node, findings: Findings, missing: set[str]) -> None:
     if known or _serves_ros(node.group):
         findings.add("ros_only", node.full)
     else:
-        findings.add("left_out", node.full, keys.UNMODELLED_NODES.get(node.name, ""))
+        findings.add("left_out", node.full)
 
 
 def _is_known(name: str) -> bool:

@@ -10,6 +10,7 @@ from controllers.nav2_params import keys
 from controllers.nav2_params.controllers_section import ControllersFound, read_controllers
 from controllers.nav2_params.costmap_section import read_costmap
 from controllers.nav2_params.document import Document, refuse_bomb
+from controllers.nav2_params.monitor_section import read_monitor
 from controllers.nav2_params.navigation import (
     BehaviorServer,
     BehaviorTree,
@@ -35,6 +36,8 @@ from gym_mapbench.ros_params import (
     refuse_slash,
 )
 
+BEHIND_CONTROLLER = ("velocity_smoother", "collision_monitor")
+"""Sections that stand between controller and base, and that are off if the file does not configure them."""
 TREES_PLANNER = "GridBased"
 """The planner that Nav2's default tree asks for."""
 USUAL_PLANNER = "navfn"
@@ -89,7 +92,7 @@ def parse_nav2_params(
 
     Args:
         document: The content of the YAML file, or the whole :class:`~controllers.nav2_params.document.Document`.
-        preset: Provides the sections that are missing as a whole, except the velocity smoother, and the kinds of
+        preset: Provides the sections that are missing as a whole, except ``BEHIND_CONTROLLER``, and the kinds of
             controllers that are not configured; None for the defaults of Nav2's code and no further controllers.
         release: The distribution; None to recognise it.
 
@@ -107,7 +110,7 @@ def parse_nav2_params(
     sections = find_sections(nodes, findings)
     found, controllers = _read_sections(sections)
     navigation, defaulted = _complete(found, controllers, preset or NavigationParams(release=recognition.release))
-    left_out = [name for name in SECTIONS if name not in sections and name != "velocity_smoother"]
+    left_out = [name for name in SECTIONS if name not in sections and name not in BEHIND_CONTROLLER]
     return Nav2Params(
         navigation,
         recognition=recognition,
@@ -128,7 +131,7 @@ def _complete(
     kinds = {plugin.kind for plugin in own.values()}
     known = {*own, *controllers.foreign}
     extra = {name: p for name, p in base.controllers.items() if p.kind not in kinds and name not in known}
-    navigation = base.replace(**{"velocity_smoother": None, **found, "controllers": {**own, **extra}})
+    navigation = base.replace(**{**dict.fromkeys(BEHIND_CONTROLLER), **found, "controllers": {**own, **extra}})
     return navigation, [f"controllers.{name}" for name in extra]
 
 
@@ -216,4 +219,5 @@ READERS: dict[str, tuple[str, Any]] = {
     "behavior_server": ("behavior_server", _read_behaviors),
     "bt_navigator": ("bt", _read_tree),
     "velocity_smoother": ("velocity_smoother", _read_smoother),
+    "collision_monitor": ("collision_monitor", read_monitor),
 }

@@ -24,6 +24,7 @@ def read_nav2_params(
     defines: Mapping[str, str] | None = None,
     only: str | None = None,
     anyone: bool = False,
+    collision_monitor: bool = True,
 ) -> Nav2Params:
     """Read a ``nav2_params.yaml``.
 
@@ -31,7 +32,8 @@ def read_nav2_params(
     whole, and a kind of controller that the file does not configure, are taken from the preset.
 
     The velocity smoother stands between controller and base in Nav2's default launch. So a file that configures it
-    turns it on, also for the controllers of the preset; a file that does not configure it leaves it off.
+    turns it on, also for the controllers of the preset; a file that does not configure it leaves it off. The same holds
+    for the collision monitor behind it.
 
     Args:
         path: The file.
@@ -41,6 +43,7 @@ def read_nav2_params(
         defines: Values of the file's templates, as ``{"min_x": "-0.2"}``.
         only: The controller that is to drive, by its name or kind, for a file whose own is not built here.
         anyone: Whether to accept a file whose own controller is not built here.
+        collision_monitor: False leaves the collision monitor out although the file configures it.
 
     Raises:
         ConfigError: If the file cannot be read, a value is wrong, a template has no value, the file's own controller
@@ -55,9 +58,9 @@ def read_nav2_params(
             read = _choose(read, only)
     except ConfigError as error:
         raise ConfigError(_in_one_line(path, document, error)) from None
-    if velocity_smoother:
-        return read
-    return replace(read, navigation=read.navigation.replace(velocity_smoother=None))
+    wanted = {"velocity_smoother": velocity_smoother, "collision_monitor": collision_monitor}
+    left = {name: None for name, is_wanted in wanted.items() if not is_wanted}
+    return replace(read, navigation=read.navigation.replace(**left)) if left else read
 
 
 def preset_of(release: Release) -> str:

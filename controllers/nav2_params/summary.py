@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from controllers.collision_monitor import CollisionMonitor, MonitorPolygon
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
 from gym_mapbench.ros_params import KINDS, Finding, Kind
@@ -29,6 +30,8 @@ def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = 
         verbose: Whether to name every key instead of counting keys.
     """
     lines = [_release(read), _drivers(read), *([] if robot is None else [f"robot: {describe_robot(robot)}"])]
+    monitor = read.navigation.collision_monitor
+    lines += [] if monitor is None else [f"collision monitor: {describe_monitor(monitor)}"]
     for kind, title in TOLD:
         lines += _told(read, kind, title, None if verbose else MOST)
     lines += _misspelt(read)
@@ -52,6 +55,27 @@ def describe_robot(robot: RobotSpec) -> str:
         f"{robot.max_angular_velocity:g} rad/s, {robot.max_linear_acceleration:g} m/s^2, "
         f"{robot.max_angular_acceleration:g} rad/s^2"
     )
+
+
+def describe_monitor(monitor: CollisionMonitor) -> str:
+    """Describe in one line what a collision monitor does with the commands."""
+    active = [f"{name} {_act(polygon)}" for name, polygon in monitor.polygons.items() if polygon.enabled]
+    if not monitor.enabled or not active or not monitor.lidar_sources:
+        return "changes no command, as it has no enabled polygon or source"
+    return "; ".join(active)
+
+
+def _act(polygon: MonitorPolygon) -> str:
+    """Say what one polygon does, and at how many points."""
+    action = {
+        "stop": "stops the robot",
+        "slowdown": f"slows commands to {100 * polygon.slowdown_ratio:g} %",
+        "limit": f"limits commands to {polygon.linear_limit:g} m/s and {polygon.angular_limit:g} rad/s",
+        "approach": f"slows commands that collide within {polygon.time_before_collision:g} s",
+        "none": "changes no command",
+    }[polygon.action_type]
+    shape = f"circle of {polygon.radius:g} m" if polygon.type == "circle" else polygon.type.replace("_", " ")
+    return f"{action} ({shape}, from {polygon.min_points} points on)"
 
 
 def _release(read: Nav2Params) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
+from controllers.collision_monitor import CollisionMonitor
+from controllers.nav2_params.monitor_section import write_monitor
 from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, PLANNERS
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS
@@ -42,7 +44,7 @@ ERROR_CODES: Mapping[Release, Mapping[str, Any]] = {
 }
 """Release -> the error codes that its trees report."""
 COSTMAP_TIMEOUT = "costmap_update_timeout"
-UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother")
+UNSTAMPED = ("controller_server", "behavior_server", "velocity_smoother", "collision_monitor")
 """Nodes that publish Twist in Jazzy, but TwistStamped since Kilted unless they are told otherwise."""
 
 
@@ -80,6 +82,8 @@ def write_nav2_params(
     }
     if navigation.velocity_smoother is not None:
         nodes["velocity_smoother"] = {**_options(navigation.velocity_smoother), "odom_topic": "odom"}
+    if navigation.collision_monitor is not None:
+        nodes["collision_monitor"] = _collision_monitor(navigation.collision_monitor, navigation)
     if navigation.release != "humble":
         nodes |= {name: nodes[name] | {"enable_stamped_cmd_vel": False} for name in UNSTAMPED if name in nodes}
     kept = ros_only or {}
@@ -119,6 +123,14 @@ def _beside(values: Mapping[str, Any], kept: Mapping[str, Any]) -> dict[str, Any
 def _options(settings: Settings) -> dict[str, Any]:
     """Return options as ROS takes them: lists for tuples, and nothing for None."""
     return settings.model_dump(mode="json", exclude_none=True)
+
+
+def _collision_monitor(monitor: CollisionMonitor, navigation: NavigationParams) -> dict[str, Any]:
+    """Return the monitor behind the velocity smoother, or else behind the controllers."""
+    topic = "cmd_vel_nav" if navigation.velocity_smoother is None else "cmd_vel_smoothed"
+    topics = {"cmd_vel_in_topic": topic, "cmd_vel_out_topic": "cmd_vel"}
+    frames = {"base_frame_id": BASE_FRAME, "odom_frame_id": "odom"}
+    return {**topics, **frames, **write_monitor(monitor, navigation.release)}
 
 
 def _controller_server(navigation: NavigationParams, follow_path: str | None) -> dict[str, Any]:

@@ -29,11 +29,13 @@ from controllers.base import (
     PathFollower,
     Twist,
 )
+from controllers.collision_monitor import ActionType
 from controllers.nav2_params.navigation import NavigationParams
 from controllers.navigator.actions import ActionServer
 from controllers.navigator.behavior_server import BehaviorServer
 from controllers.navigator.behavior_tree import Status
 from controllers.navigator.checkers import make_goal_checker
+from controllers.navigator.collision_monitor import CollisionMonitor
 from controllers.navigator.controller_server import ControllerServer
 from controllers.navigator.costmap_servers import CostmapServer
 from controllers.navigator.latency import LATENCIES
@@ -105,6 +107,7 @@ class Navigator:
     _controller_server: ControllerServer
     _servers: Servers
     _loop: TreeLoop
+    _monitor: CollisionMonitor | None = None
 
     def __init__(
         self, follower: PathFollower, params: NavigationParams, name: str, *, abort_is_exception: bool = False
@@ -117,14 +120,16 @@ class Navigator:
 
     @property
     def observation_keys(self) -> tuple[str, ...]:
-        """``pose``, ``odom`` and ``velocity``, and ``scan`` if a layer of a costmap uses it."""
+        """``pose``, ``odom`` and ``velocity``, and ``scan`` if a costmap or the collision monitor uses it."""
         keys = "pose", "odom", "velocity"
-        return (*keys, "scan") if self._observing_costmaps else keys
+        return (*keys, "scan") if self._observing_costmaps or self.params.collision_monitor else keys
 
     @property
     def scan_rate(self) -> float:
-        """Highest update frequency of the costmaps that use scans, Hz."""
+        """Highest rate of what uses scans, Hz: the costmaps, and the commands that the collision monitor gets."""
         rates = [costmap.update_frequency for costmap in self._observing_costmaps]
+        if self.params.collision_monitor:
+            rates.append(self.params.command_rate)
         return max(rates, default=self.params.local_costmap.update_frequency)
 
     @property
@@ -172,6 +177,7 @@ class Navigator:
         self._loop = self._make_loop()
         limits = self.params.velocity_smoother
         self._smoother = VelocitySmoother(limits) if limits else None
+        self._monitor = self._make_monitor(context)
 
     def act(self, observation: Observation) -> Twist:
         """Return the command for one control period; zero when the run is over."""
@@ -189,7 +195,9 @@ class Navigator:
         return self._command()
 
     def explain(self) -> str:
-        """Say in one line what keeps the path follower from driving on; empty if it cannot tell."""
+        """Say in one line what keeps the robot from driving on; empty if neither monitor nor follower can tell."""
+        if self._monitor is not None and self._monitor.last.velocity == STOP and self._monitor.last.polygon:
+            return f"polygon {self._monitor.last.polygon} of the collision monitor stops it"
         explain = getattr(self.follower, "explain", None)
         if explain is None or not len(self.path):
             return ""
@@ -218,6 +226,11 @@ class Navigator:
     def number_recoveries(self) -> int:
         """Number of clears, spins, waits and back-ups in this run, as Nav2 counts them."""
         return sum(event.kind in RECOVERY_KINDS for event in self.events)
+
+    @property
+    def monitor_actions(self) -> dict[ActionType, int]:
+        """Number of commands of this run by what the collision monitor did with them; empty without a monitor."""
+        return {} if self._monitor is None else dict(self._monitor.actions)
 
     @property
     def controller_seconds(self) -> float:
@@ -264,6 +277,10 @@ class Navigator:
             clear=self._clear,
             keeps=self._make_path_keeper(global_footprint),
         )
+
+    def _make_monitor(self, context: Context) -> CollisionMonitor | None:
+        monitor, footprint = self.params.collision_monitor, self.params.local_costmap.make_footprint(context.robot)
+        return CollisionMonitor(monitor, self.params.release, footprint, context.lidar) if monitor else None
 
     def _make_path_keeper(self, footprint: Footprint) -> Callable[[Any], bool]:
         distance = self.params.bt.goal_nearby_distance
@@ -314,6 +331,8 @@ class Navigator:
         robot.local_pose = Pose(*_floats(observation["odom"])) if self._local_in_odom else robot.pose
         self._global_costmap.observe(robot.pose, scan)
         self._local_costmap.observe(robot.local_pose, scan, robot.pose)
+        if self._monitor is not None:
+            self._monitor.observe(Pose(*_floats(observation["odom"])), observation["scan"])
 
     def _update_costmaps(self, now: float) -> None:
         """Update the costmaps if that is due."""
@@ -334,12 +353,12 @@ class Navigator:
     def _take_nav_command(self, command: Twist) -> None:
         """Take a command of the controller server."""
         if self._smoother is None:
-            self._cmd_vel = command
+            self._send(command)
         else:
             self._smoother.take(command, self._now)
 
     def _take_recovery_command(self, command: Twist) -> None:
-        """Take a command of a recovery: Humble's go to the robot, Jazzy's to the smoother."""
+        """Take a command of a recovery: Humble's go to the robot at once, Jazzy's as the controller's do."""
         if self.params.release == "humble":
             self._cmd_vel = command
         else:
@@ -349,8 +368,14 @@ class Navigator:
         """Return the newest command that the robot was given."""
         if self._smoother is not None:
             self._smoother.measure(self._robot.odometry, self._now)
-            self._cmd_vel = self._smoother.advance(self._now) or self._cmd_vel
+            command = self._smoother.advance(self._now)
+            if command is not None:
+                self._send(command)
         return self._cmd_vel
+
+    def _send(self, command: Twist) -> None:
+        """Send a command to the robot, past the collision monitor if there is one."""
+        self._cmd_vel = command if self._monitor is None else self._monitor.process(command)
 
     def _remember_path(self) -> None:
         if len(self._board.path):

@@ -51,6 +51,11 @@ class BundledNavigation:
         """Whether the velocity smoother stands between controller and base."""
         return "velocity_smoother" in self.params
 
+    @property
+    def monitors(self) -> bool:
+        """Whether the collision monitor stands in front of the base."""
+        return "collision_monitor" in self.params
+
     def files(self) -> Files:
         """Return the parameters and the behaviour trees."""
         trees: Files = {f"behavior_trees/{name}.xml": self._tree(name) for name in self.controllers}

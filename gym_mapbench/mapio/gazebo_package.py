@@ -81,6 +81,7 @@ class RosPackage:
             "controllers": list(self.navigation.controllers),
             "time_limit": self.time_limit,
             "velocity_smoother": self.navigation.smooths,
+            "collision_monitor": self.navigation.monitors,
             "robot": {"name": self.model.spec.name, "lidar": {"x": x, "y": y, "z": z, "yaw": yaw}},
         }
 

@@ -156,10 +156,10 @@ def test_plugins_that_nothing_asks_for_are_listed_apart():
 
 def test_what_may_change_how_the_real_robot_drives_is_listed_apart():
     document = sample(bt_navigator={"ros__parameters": {"default_nav_to_pose_bt_xml": "mine.xml"}})
-    document["collision_monitor"] = {"ros__parameters": {"polygons": ["stop"]}}
+    document["door_opener"] = {"ros__parameters": {"doors": ["north"]}}
     document["/**"] = {"ros__parameters": {"use_sim_time": True, "controller_frequency": 5.0}}
     assert names(document, "left_out") == {
-        "collision_monitor",
+        "door_opener",
         "/**",
         "local_costmap.local_costmap.obstacles.camera",
         "bt_navigator.default_nav_to_pose_bt_xml",

@@ -252,10 +252,10 @@ def test_localisation_and_servers_of_other_tasks_do_not_drive():
         "route_server",
         "keepout_filter_mask_server",
     )
-    document = {**with_controller(DWB), **{name: node(a=1) for name in names}, "collision_monitor": node(b=1)}
+    document = {**with_controller(DWB), **{name: node(a=1) for name in names}, "door_opener": node(b=1)}
     kinds = found(document)
     assert {kinds[name][0] for name in names} == {"ros_only"}
-    assert kinds["collision_monitor"] == ("left_out", "it would slow down or stop the robot close to obstacles")
+    assert kinds["door_opener"] == ("left_out", "")
 
 
 # --- Plugins that are not built --------------------------------------------------------------------------------------
@@ -553,7 +553,7 @@ def test_a_file_without_shape_and_limits_leaves_the_robot_as_it_is():
 
 def test_the_summary_fits_one_screen_and_verbose_names_everything(write):
     document = with_controller({**MPPI, "motion_model": "Omni", "vx_mx": 0.4, **{f"stray{i}": i for i in range(60)}})
-    document["collision_monitor"] = node(a=1)
+    document["door_opener"] = node(a=1)
     read = read_nav2_params(write(document))
     lines = summarise(read, RobotSpec())
     assert len(lines) < 12
@@ -564,7 +564,7 @@ def test_the_summary_fits_one_screen_and_verbose_names_everything(write):
         "FollowPath (MPPI)",
         "radius 0.22 m",
         "replaced: ",
-        "collision_monitor (line ",
+        "door_opener (line ",
     ):
         assert said in text
     assert "controller_server.FollowPath.vx_mx (line 8); did you mean 'vx_max'?" in text

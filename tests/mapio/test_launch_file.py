@@ -8,7 +8,7 @@ import pytest
 
 from gym_mapbench.mapio.gazebo import export_gazebo
 from tests.mapio.fake_ros import install, load
-from tests.mapio.test_gazebo import OPTIONS, navigation, thesis_scenario
+from tests.mapio.test_gazebo import OPTIONS, PARAMS, navigation, thesis_scenario
 
 
 @pytest.fixture(scope="module", params=["humble", "jazzy", "lyrical"])
@@ -19,12 +19,8 @@ def bundle(request, tmp_path_factory):
     return maps, folder, request.param
 
 
-@pytest.mark.parametrize("simulator", ["classic", "gz"])
-@pytest.mark.parametrize("headless", ["true", "false"])
-def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, simulator, headless):
-    maps, folder, release = bundle
-    if release != "humble" and simulator == "classic":
-        pytest.skip("there is none since Jazzy")
+def load_launch(monkeypatch, folder, simulator="gz", headless="true"):
+    """Load an exported launch file with stand-ins for ROS."""
     arguments = {"map": "map_1", "simulator": simulator, "headless": headless}
     install(
         monkeypatch,
@@ -42,7 +38,16 @@ def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, si
         launch_ros={},
         launch_ros__actions={"Node": SimpleNamespace},
     )
-    launch = load(folder / "launch" / "benchmark.launch.py", "exported_launch")
+    return load(folder / "launch" / "benchmark.launch.py", "exported_launch")
+
+
+@pytest.mark.parametrize("simulator", ["classic", "gz"])
+@pytest.mark.parametrize("headless", ["true", "false"])
+def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, simulator, headless):
+    maps, folder, release = bundle
+    if release != "humble" and simulator == "classic":
+        pytest.skip("there is none since Jazzy")
+    launch = load_launch(monkeypatch, folder, simulator, headless)
     *declared, function = launch.generate_launch_description()
     choices = {name: fields.get("choices") for name, fields in declared}
     assert choices["simulator"] == (["classic", "gz"] if release == "humble" else ["gz"])
@@ -68,3 +73,19 @@ def test_the_launch_file_starts_simulator_robot_and_nav2(bundle, monkeypatch, si
     assert spawn.arguments[-8:] == [
         "-x", str(maps[1].start.x), "-y", str(maps[1].start.y), "-z", "0.01", "-Y", str(maps[1].start.yaw),
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("smooths", [True, False])
+def test_the_collision_monitor_stands_in_front_of_the_base(monkeypatch, tmp_path, smooths):
+    params = {**PARAMS, "collision_monitor": {"ros__parameters": {"polygons": []}}}
+    if not smooths:
+        del params["velocity_smoother"]
+    folder = tmp_path / "bundle"
+    maps = [thesis_scenario(seed, f"map_{seed}") for seed in range(2)]
+    export_gazebo(maps, folder, **(OPTIONS | {"navigation": navigation(params=params, release="jazzy")}))
+    *_, function = load_launch(monkeypatch, folder).generate_launch_description()
+    nodes = {node.name: node for node in function.function(None) if hasattr(node, "name")}
+    assert nodes["lifecycle_manager"].parameters[0]["node_names"][-1] == "collision_monitor"
+    assert nodes["controller_server"].remappings == [("cmd_vel", "cmd_vel_nav")]
+    if smooths:
+        assert nodes["velocity_smoother"].remappings == [("cmd_vel", "cmd_vel_nav")]
