@@ -258,20 +258,21 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         return self.simulation.advance(*command, self._prompt_ticks) | touched
 
     def _info(self, now: Standing, touched: int, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
+        state = np.array(pose)
         return {
             "time": now.time,
             "outcome": now.outcome,
             "contact": touched > 0,
             "touched": TOUCHED[touched],
-            "pose": np.array(pose),
+            "pose": state,
             "velocity": np.array(velocity),
-            "nearest_body": self._nearest_body(pose),
+            "nearest_body": self._nearest_body(state),
             "reward_terms": now.terms,
         }
 
-    def _nearest_body(self, pose: Pose) -> float:
+    def _nearest_body(self, state: NDArray[np.float64]) -> float:
         """Return the distance to the nearest body, m; infinite without bodies."""
         world = self.simulation.world
         if not world.bodies:
             return math.inf
-        return float(self._proximity.gaps(np.array([pose]), world.poses[None], world.radii[None])[0])
+        return self._proximity.gap(state, world.poses, world.radii)
