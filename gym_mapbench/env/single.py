@@ -20,13 +20,14 @@ from gym_mapbench.env.scenario_source import ScenarioSource
 from gym_mapbench.env.task import TOUCHED, Standing, Task
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.world.clearance import check_clearance, sample_start
+from gym_mapbench.world.contacts import stands_still
 from gym_mapbench.world.noise import Streams, Wander
 from gym_mapbench.world.proximity import Proximity
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.simulation import Simulation
 from gym_mapbench.world.state import Worlds
-from gym_mapbench.world.world import World
+from gym_mapbench.world.world import BODY, World
 
 Observation = dict[str, NDArray[Any]]
 
@@ -91,6 +92,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     | `outcome` | `running`, `goal`, `collision` or `timeout` |
     | `contact` | whether the robot touched anything during the step |
     | `touched` | `nothing`, `wall`, `body`, or `wall and body` |
+    | `contact_by_body` | whether a body touched the robot while it stood still before the step |
     | `pose` | (3,) float64, true x, y (m), yaw (rad) |
     | `velocity` | (2,) float64, true forward speed (m/s) and turn rate (rad/s) |
     | `nearest_body` | distance between the outlines of robot and nearest moving body (m); infinite without bodies |
@@ -191,12 +193,13 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         task = self.task
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
+        before = self.simulation.velocity
         touched = self._drive(*to_command(action, self.config))
         pose, velocity = self.simulation.state()
         task.step(pose, touched)
         self.picture()
         now = task.standing()
-        observation, info = self.observer.observe(pose, velocity), self._info(now, touched, pose, velocity)
+        observation, info = self.observer.observe(pose, velocity), self._info(now, touched, pose, velocity, before)
         return observation, now.reward, now.outcome in ("goal", "collision"), now.outcome == "timeout", info
 
     def picture(self) -> None:
@@ -257,13 +260,21 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         last[:] = command
         return self.simulation.advance(*command, self._prompt_ticks) | touched
 
-    def _info(self, now: Standing, touched: int, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
+    def _info(
+        self,
+        now: Standing,
+        touched: int,
+        pose: Pose,
+        velocity: tuple[float, float],
+        before: tuple[float, float] = (0.0, 0.0),
+    ) -> dict[str, Any]:
         state = np.array(pose)
         return {
             "time": now.time,
             "outcome": now.outcome,
             "contact": touched > 0,
             "touched": TOUCHED[touched],
+            "contact_by_body": bool(touched & BODY) and bool(stands_still(before)),
             "pose": state,
             "velocity": np.array(velocity),
             "nearest_body": self._nearest_body(state),
