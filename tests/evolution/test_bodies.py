@@ -7,6 +7,7 @@ import pytest
 
 from controllers.nav2_params import load_preset
 from controllers.rl import as_controller
+from evolution import bench
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.pictures.animation import frames
@@ -14,7 +15,7 @@ from evolution.report.replays import ReplayedMap, replays_of
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.render import BODY
 from gym_mapbench.metrics import Event
-from tests.worlds import among, line
+from tests.worlds import among, line, social
 
 SCENARIO = among(line((2.5, 0.8), (0.5, 0.8), 0.5))
 
@@ -65,3 +66,17 @@ def test_bodies_are_part_of_the_seeds_of_a_run():
     assert moving.seed != empty.seed
     assert moving.noise_seed != empty.noise_seed
     assert moving.key != empty.key
+
+
+def test_runs_among_people_who_react_do_not_depend_on_the_workers():
+    hall = ("#" * 60, *["#" + "." * 58 + "#"] * 28, "#" * 60)
+    people = social((4.5, 0.8), (0.6, 1.5)), social((4.5, 2.4), (0.6, 1.0), sees_robot=False)
+    scenarios = [among(person, rows=hall, goal=(4.0, 1.6, 0.0)) for person in people]
+    first, second = (
+        [
+            {key: value for key, value in row.items() if "seconds" not in key}
+            for row in bench(scenarios, ["rpp", "dwb"], workers=workers, noise="nominal", time_limit=30).rows
+        ]
+        for workers in (1, 2)
+    )
+    assert first == second
