@@ -53,7 +53,7 @@ class Batch:
         self._walls = np.ones((self._count, 0), np.bool_)
         self._fields = np.zeros((self._count, 0))
         self._traffic = Traffic(self._count)
-        self._stood: Mask = np.zeros(self._count, np.bool_)
+        self._velocities = np.zeros((self._count, 2))
         self._proximity = Proximity(config.robot)
         self.envs: Sequence[MapBenchEnv] = ()
 
@@ -77,7 +77,7 @@ class Batch:
             for i in np.flatnonzero(running).tolist():
                 commands[i] = self.envs[i].carried_out(*commands[i].tolist())
         if self._traffic:
-            self._stood = stands_still(self.states()[1])
+            self._velocities = self.states()[1]
         before = self._worlds.commands.copy()
         np.copyto(self._worlds.commands, commands, where=running[:, None])
         if not self._late_ticks:
@@ -160,12 +160,15 @@ class Batch:
         """Return the ``info`` of every world, by key."""
         poses, velocities = self.states()
         tasks = self._worlds.tasks
+        by_body = tasks["touched"] & BODY > 0
+        if by_body.any():
+            by_body &= stands_still(self._velocities)
         return {
             "time": tasks["steps"] / self._config.control_hz,
             "outcome": OUTCOME_NAMES[tasks["outcome"]],
             "contact": tasks["touched"] > 0,
             "touched": TOUCHED_NAMES[tasks["touched"]],
-            "contact_by_body": self._stood & (tasks["touched"] & BODY > 0),
+            "contact_by_body": by_body,
             "pose": poses,
             "velocity": velocities,
             "nearest_body": self._traffic.gaps(self._proximity, poses),

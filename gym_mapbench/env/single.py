@@ -173,7 +173,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         gains = noise.actuation_v, noise.actuation_w
         self._actuation = Wander(gains, noise.actuation_time_constant, 1.0 / config.control_hz, streams.actuation)
         self._worlds.commands[0] = 0.0
-        self._trail = [start]
+        self._trail, self._velocity = [start], (0.0, 0.0)
         self.task = Task(config, self.scenario, start, self._worlds)
         if self.render_mode == "human":
             self.render()
@@ -193,13 +193,12 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         task = self.task
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
-        before = self.simulation.velocity
         touched = self._drive(*to_command(action, self.config))
         pose, velocity = self.simulation.state()
         task.step(pose, touched)
         self.picture()
         now = task.standing()
-        observation, info = self.observer.observe(pose, velocity), self._info(now, touched, pose, velocity, before)
+        observation, info = self.observer.observe(pose, velocity), self._info(now, touched, pose, velocity)
         return observation, now.reward, now.outcome in ("goal", "collision"), now.outcome == "timeout", info
 
     def picture(self) -> None:
@@ -260,14 +259,8 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         last[:] = command
         return self.simulation.advance(*command, self._prompt_ticks) | touched
 
-    def _info(
-        self,
-        now: Standing,
-        touched: int,
-        pose: Pose,
-        velocity: tuple[float, float],
-        before: tuple[float, float] = (0.0, 0.0),
-    ) -> dict[str, Any]:
+    def _info(self, now: Standing, touched: int, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
+        before, self._velocity = self._velocity, velocity
         state = np.array(pose)
         return {
             "time": now.time,
