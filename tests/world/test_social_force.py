@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import cmath
+import logging
 import math
 
 import numpy as np
@@ -92,14 +93,25 @@ def test_a_crowd_walks_as_the_plain_twin_says():
         plain.step(people, points, (5.0 + 2.5j, 0j))
 
 
-def test_forces_are_those_of_pysocialforce(monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)  # It writes a log.
-    simulator = pytest.importorskip("pysocialforce")
+@pytest.fixture
+def simulator(monkeypatch, tmp_path):
+    """PySocialForce's simulator; its import writes a log here and changes the root logger, which is restored."""
+    monkeypatch.chdir(tmp_path)
+    root = logging.getLogger()
+    level, handlers = root.level, list(root.handlers)
+    yield pytest.importorskip("pysocialforce").Simulator
+    root.setLevel(level)
+    for handler in set(root.handlers) - set(handlers):
+        root.removeHandler(handler)
+        handler.close()
+
+
+def test_forces_are_those_of_pysocialforce(simulator):
     rng = np.random.default_rng(3)
     compared = 0
     for _ in range(40):
         states = np.column_stack([rng.uniform(1, 4, (4, 2)), rng.uniform(-1, 1, (4, 2)), rng.uniform(0, 5, (4, 2))])
-        one = simulator.Simulator(states.copy(), obstacles=[[0, 5, 0, 0], [0, 0, 0, 5]])
+        one = simulator(states.copy(), obstacles=[[0, 5, 0, 0], [0, 0, 0, 5]])
         people = np.zeros(4, PERSON)
         for name, column in zip(("x", "y", "vx", "vy"), states.T, strict=False):
             people[name] = column
