@@ -1,10 +1,11 @@
 """Metrics of social navigation: measures of one recorded run among moving bodies. Pure functions of an Episode.
 
 The choice of metrics follows Francis et al., Principles and Guidelines for Evaluating Social Robot Navigation
-Algorithms (ACM Transactions on Human-Robot Interaction 14(2), 2025), whose names are in brackets below. The spaces are
-those of Hall, The Hidden Dimension (1966): intimate up to 0.45 m, personal up to 1.2 m. Distances here are those
-between the outlines of robot and body, so 0 is a contact; between centres they are larger by both radii. How much time
-people cost against the map without people is a measure of two runs: :func:`evolution.benchmark.time_lost`.
+Algorithms (ACM Transactions on Human-Robot Interaction 14(2), 2025); names in brackets are theirs. Their space compliance
+is the share of a run at more than one distance from people; here it is the time within two distances, those of Hall,
+The Hidden Dimension (1966): intimate space up to 0.45 m, personal space up to 1.2 m. Distances are those between the
+outlines of robot and body, so 0 is a contact. The time that people cost is a measure of two runs:
+:func:`evolution.benchmark.time_lost`.
 """
 
 from __future__ import annotations
@@ -33,25 +34,25 @@ def min_distance_to_people(episode: Episode) -> float:
 
 
 def intimate_space_time(episode: Episode) -> float:
-    """Time within 0.45 m of a moving body, s (intimate space violation)."""
+    """Time within 0.45 m of a moving body, s (cf. space compliance)."""
     return _time(episode, _gaps(episode) < INTIMATE_SPACE)
 
 
 def personal_space_time(episode: Episode) -> float:
-    """Time within 1.2 m of a moving body, s (personal space violation); the intimate space is included."""
+    """Time within 1.2 m of a moving body, s (cf. space compliance); the intimate space is included."""
     return _time(episode, _gaps(episode) < PERSONAL_SPACE)
 
 
 def freezing_time(episode: Episode) -> float:
-    """Time for which the robot stands still within 1.2 m of a moving body, s.
+    """Time for which the robot stands still within 1.2 m of a moving body, s (cf. stalled time).
 
-    The robot freezes in the sense of Trautman and Krause, Unfreezing the robot (2010).
+    The freezing robot is a term of Trautman and Krause, Unfreezing the Robot (2010).
     """
     return _time(episode, _stands(episode) & (_gaps(episode) < PERSONAL_SPACE))
 
 
 def n_collisions_with_people(episode: Episode) -> float:
-    """Number of contacts with a moving body that began while the robot moved (collisions with humans)."""
+    """Number of contacts with a moving body that began while the robot moved (human collisions)."""
     return float(sum(not rests for rests in _contacts(episode)))
 
 
@@ -61,7 +62,7 @@ def n_contacts_by_people(episode: Episode) -> float:
 
 
 def n_collisions_with_walls(episode: Episode) -> float:
-    """Number of contacts with a wall that began (collisions with objects)."""
+    """Number of contacts with a wall that began (wall collisions)."""
     return float(sum(event.kind == "contact" and event.detail != "body" for event in episode.events))
 
 
