@@ -1,8 +1,8 @@
 """Metrics of social navigation: measures of one recorded run among moving bodies. Pure functions of an Episode.
 
 The choice of metrics follows Francis et al., Principles and Guidelines for Evaluating Social Robot Navigation
-Algorithms (ACM Transactions on Human-Robot Interaction 14(2), 2025); names in brackets are theirs. Their space compliance
-is the share of a run at more than one distance from people; here it is the time within two distances, those of Hall,
+Algorithms (ACM Transactions on Human-Robot Interaction 14(2), 2025); names in brackets are theirs. Their space
+compliance is the share of a run beyond one distance from people. Here are times within two distances, those of Hall,
 The Hidden Dimension (1966): intimate space up to 0.45 m, personal space up to 1.2 m. Distances are those between the
 outlines of robot and body, so 0 is a contact. The time that people cost is a measure of two runs:
 :func:`evolution.benchmark.time_lost`.
