@@ -1,7 +1,7 @@
 """Time lost: how much longer runs take among people than on the same maps without people.
 
-Source of the time to the goal as a metric of social navigation: Francis et al., Principles and Guidelines for Evaluating
-Social Robot Navigation Algorithms (2025). The comparison with the map without people is that of this project.
+Francis et al., Principles and Guidelines for Evaluating Social Robot Navigation Algorithms (2025), measure the time to
+the goal; the comparison with the map without people is that of this project.
 """
 
 from __future__ import annotations
