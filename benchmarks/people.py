@@ -8,7 +8,7 @@ policies. It prints shares with Wilson intervals, and medians with bootstrap int
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ import numpy as np
 from run_tables import is_goal, over_maps, read_runs, share, write_runs
 
 from evolution import bench
+from evolution.benchmark import time_lost
 from evolution.driving import DriveSettings
 from evolution.files import Row
 from evolution.pictures import colour_of, new_figure
@@ -52,21 +53,16 @@ def among(scenarios: Sequence[Scenario], count: int) -> list[Scenario]:
     return [replace(one, bodies=one.bodies[:count]) for one in scenarios]
 
 
-def summary(rows: Sequence[Row], alone: Mapping[tuple[str, str, int], float]) -> dict[str, str]:
+def summary(rows: Sequence[Row], alone: Sequence[Row]) -> dict[str, str]:
     """Return the table cells of one controller among a number of people.
 
     Args:
         rows: Its runs.
-        alone: Seconds of the runs without people that reached the goal, by map, controller and repeat.
+        alone: The runs without people.
     """
-    goals = [row for row in rows if is_goal(row)]
-    clean = sum(map(is_clean, rows))
-    ratios = [
-        (str(row["map"]), float(row["time_s"]) / before)
-        for row in goals
-        if (before := alone.get((str(row["map"]), str(row["controller"]), int(row["repeat"]))))
-    ]
-    cells = {"goal, %": share(len(goals), len(rows)), "goal without touching anybody, %": share(clean, len(rows))}
+    goals, clean = sum(map(is_goal, rows)), sum(map(is_clean, rows))
+    ratios = [(pair.map, pair.ratio) for pair in time_lost(rows, alone)]
+    cells = {"goal, %": share(goals, len(rows)), "goal without touching anybody, %": share(clean, len(rows))}
     cells["time / time without people"] = over_maps(ratios, np.median, 2)
     for measure in MEASURES:
         values = [(str(row["map"]), float(row[measure])) for row in rows if row.get(measure) not in (None, "")]
@@ -138,11 +134,7 @@ def main() -> None:
     parser.add_argument("--plot", type=Path, help="picture to draw")
     args = parser.parse_args()
     rows = read(args.read) if args.read else driven(args.maps, args.seeds, args.workers, args.out)
-    alone = {
-        (str(row["map"]), str(row["controller"]), int(row["repeat"])): float(row["time_s"])
-        for row in rows
-        if row["people"] == 0 and is_goal(row)
-    }
+    alone = [row for row in rows if row["people"] == 0]
     for controller in dict.fromkeys(str(row["controller"]) for row in rows):
         for count in COUNTS:
             own = [row for row in rows if row["controller"] == controller and row["people"] == count]

@@ -1,6 +1,6 @@
 """What an upgrade of Nav2 changes: the same maps and noise under Humble, Jazzy and Lyrical, controller by controller.
 
-``python benchmarks/releases.py [--maps N] [--seeds R] [--sets FILE ...] [--out FILE] [--plot FILE]`` samples maps of the
+``python benchmarks/releases.py [--maps N] [--seeds R] [--sets FILE ...] [--out FILE] [--plot FILE]`` samples maps of
 families of the preset ``robust``, takes the maps of evolved sets, and runs DWB, MPPI and RPP with the presets ``fair``,
 ``jazzy_fair`` and ``lyrical_fair``. It prints shares with Wilson intervals, paired ratios and means with bootstrap
 intervals over maps, and McNemar's exact test over maps.

@@ -25,3 +25,9 @@ def line(start, end, speed, radius=0.2):
 def among(*bodies, start=ROOM_START, goal=ROOM_GOAL, rows=ROOM):
     """The room with moving bodies in it."""
     return Scenario(GridMap.from_rows(rows, 0.1), Pose(*start), Pose(*goal), "room", bodies)
+
+
+def social(*waypoints, speed=0.6, radius=0.2, **options):
+    """A person who walks by social forces."""
+    options |= {"waypoints": [list(one) for one in waypoints], "speed": speed}
+    return Body(shape=Disc(radius=radius), motion=MotionSpec(name="social_force", options=options))

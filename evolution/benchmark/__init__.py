@@ -34,6 +34,7 @@ from evolution.benchmark.rules import MEASURES, Rule, broken, read_rule, runs_by
 from evolution.benchmark.runs import BENCH, Benchmark, bench, bench_row
 from evolution.benchmark.scores import pair_rows, score_rows
 from evolution.benchmark.summary import table_of_compared, table_of_comparisons, table_of_pairs, table_of_scores
+from evolution.benchmark.time_lost import TimeLost, time_lost, without_people
 
 __all__ = [
     "BENCH",
@@ -48,6 +49,7 @@ __all__ = [
     "ParameterComparison",
     "Rule",
     "SweptParameter",
+    "TimeLost",
     "Trial",
     "barn_settings",
     "begin_benchmark",
@@ -82,7 +84,9 @@ __all__ = [
     "table_of_comparisons",
     "table_of_pairs",
     "table_of_scores",
+    "time_lost",
     "times_of_results",
     "verdict_of_comparison",
     "verdict_of_pairs",
+    "without_people",
 ]

@@ -15,7 +15,7 @@ from PIL import Image
 from gym_mapbench.env.render import SeenCostmap, Snapshot, Window, draw
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.metrics.episode import Episode
-from gym_mapbench.world.bodies import place_bodies
+from gym_mapbench.world.crowd import Track, place_crowd
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose
 
@@ -40,7 +40,8 @@ def frames(episode: Episode, robot: RobotSpec, size: int = 480, seen: Seen = ())
     """
     path = episode.path if len(episode.path) else None
     times = np.arange(len(episode.trajectory), dtype=np.float64) * episode.control_period
-    bodies = place_bodies(episode.scenario.bodies, times)
+    track = Track(episode.control_period, episode.trajectory)
+    bodies = place_crowd(episode.scenario.map, episode.scenario.bodies, times, track)
     for row in frame_rows(len(episode.trajectory)):
         pose = Pose(*episode.trajectory[row, :3].tolist())
         overlay = seen[min(row, len(seen) - 1)] if seen else None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from evolution.pictures import colour_of
 from gym_mapbench.kernels.rectangles import merge_rectangles
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode, Event
-from gym_mapbench.world.bodies import place_bodies
+from gym_mapbench.world.crowd import Track, place_crowd
 
 REPLAY_PERIOD = 0.1
 MARKED_KINDS = RECOVERY_KINDS | {"contact"}
@@ -95,12 +95,17 @@ def _replayed_map(shown: ReplayedMap) -> dict[str, Any]:
 
 
 def _bodies(episodes: Sequence[Episode]) -> dict[str, Any]:
-    """Return where the bodies of a scenario are until the end of its longest run; nothing where there are none."""
-    bodies = episodes[0].scenario.bodies
+    """Return where the bodies of a scenario are until the end of its longest run; nothing where there are none.
+
+    People who see the robot are where they were in the first run.
+    """
+    first, bodies = episodes[0], episodes[0].scenario.bodies
     if not bodies:
         return {}
     times = np.arange(0.0, max(episode.time for episode in episodes) + REPLAY_PERIOD, REPLAY_PERIOD)
-    x, y, _ = np.round(place_bodies(bodies, times), 3).T.tolist()
+    x, y, _ = np.round(
+        place_crowd(first.scenario.map, bodies, times, Track(first.control_period, first.trajectory)), 3
+    ).T.tolist()
     courses = zip(bodies, x, y, strict=True)
     return {"period": REPLAY_PERIOD, "bodies": [{"radius": one.shape.radius, "x": x, "y": y} for one, x, y in courses]}
 

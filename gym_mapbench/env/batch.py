@@ -20,11 +20,12 @@ from gym_mapbench.env.traffic import Mask, Traffic
 from gym_mapbench.kernels.motion import drive_robots
 from gym_mapbench.kernels.observation import read_robots, scan_worlds, see_goals
 from gym_mapbench.kernels.task import judge_worlds
+from gym_mapbench.world.contacts import stands_still
 from gym_mapbench.world.lidar import directions
 from gym_mapbench.world.proximity import Proximity
 from gym_mapbench.world.scenario import Pose
 from gym_mapbench.world.state import Worlds, drive_of
-from gym_mapbench.world.world import World
+from gym_mapbench.world.world import BODY, World
 
 OUTCOME_NAMES, TOUCHED_NAMES = np.array(OUTCOMES, dtype=object), np.array(TOUCHED, dtype=object)
 Touched = NDArray[np.int64]
@@ -52,6 +53,7 @@ class Batch:
         self._walls = np.ones((self._count, 0), np.bool_)
         self._fields = np.zeros((self._count, 0))
         self._traffic = Traffic(self._count)
+        self._velocities = np.zeros((self._count, 2))
         self._proximity = Proximity(config.robot)
         self.envs: Sequence[MapBenchEnv] = ()
 
@@ -74,6 +76,8 @@ class Batch:
         if self._config.noise.actuates_wrongly:
             for i in np.flatnonzero(running).tolist():
                 commands[i] = self.envs[i].carried_out(*commands[i].tolist())
+        if self._traffic:
+            self._velocities = self.states()[1]
         before = self._worlds.commands.copy()
         np.copyto(self._worlds.commands, commands, where=running[:, None])
         if not self._late_ticks:
@@ -156,11 +160,15 @@ class Batch:
         """Return the ``info`` of every world, by key."""
         poses, velocities = self.states()
         tasks = self._worlds.tasks
+        by_body = tasks["touched"] & BODY > 0
+        if by_body.any():
+            by_body &= stands_still(self._velocities)
         return {
             "time": tasks["steps"] / self._config.control_hz,
             "outcome": OUTCOME_NAMES[tasks["outcome"]],
             "contact": tasks["touched"] > 0,
             "touched": TOUCHED_NAMES[tasks["touched"]],
+            "contact_by_body": by_body,
             "pose": poses,
             "velocity": velocities,
             "nearest_body": self._traffic.gaps(self._proximity, poses),

@@ -20,13 +20,14 @@ from gym_mapbench.env.scenario_source import ScenarioSource
 from gym_mapbench.env.task import TOUCHED, Standing, Task
 from gym_mapbench.errors import unknown_name
 from gym_mapbench.world.clearance import check_clearance, sample_start
+from gym_mapbench.world.contacts import stands_still
 from gym_mapbench.world.noise import Streams, Wander
 from gym_mapbench.world.proximity import Proximity
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.simulation import Simulation
 from gym_mapbench.world.state import Worlds
-from gym_mapbench.world.world import World
+from gym_mapbench.world.world import BODY, World
 
 Observation = dict[str, NDArray[Any]]
 
@@ -91,6 +92,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
     | `outcome` | `running`, `goal`, `collision` or `timeout` |
     | `contact` | whether the robot touched anything during the step |
     | `touched` | `nothing`, `wall`, `body`, or `wall and body` |
+    | `contact_by_body` | whether a body touched the robot while it stood still before the step |
     | `pose` | (3,) float64, true x, y (m), yaw (rad) |
     | `velocity` | (2,) float64, true forward speed (m/s) and turn rate (rad/s) |
     | `nearest_body` | distance between the outlines of robot and nearest moving body (m); infinite without bodies |
@@ -171,7 +173,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         gains = noise.actuation_v, noise.actuation_w
         self._actuation = Wander(gains, noise.actuation_time_constant, 1.0 / config.control_hz, streams.actuation)
         self._worlds.commands[0] = 0.0
-        self._trail = [start]
+        self._trail, self._velocity = [start], (0.0, 0.0)
         self.task = Task(config, self.scenario, start, self._worlds)
         if self.render_mode == "human":
             self.render()
@@ -258,20 +260,23 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         return self.simulation.advance(*command, self._prompt_ticks) | touched
 
     def _info(self, now: Standing, touched: int, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
+        before, self._velocity = self._velocity, velocity
+        state = np.array(pose)
         return {
             "time": now.time,
             "outcome": now.outcome,
             "contact": touched > 0,
             "touched": TOUCHED[touched],
-            "pose": np.array(pose),
+            "contact_by_body": bool(touched & BODY) and bool(stands_still(before)),
+            "pose": state,
             "velocity": np.array(velocity),
-            "nearest_body": self._nearest_body(pose),
+            "nearest_body": self._nearest_body(state),
             "reward_terms": now.terms,
         }
 
-    def _nearest_body(self, pose: Pose) -> float:
+    def _nearest_body(self, state: NDArray[np.float64]) -> float:
         """Return the distance to the nearest body, m; infinite without bodies."""
         world = self.simulation.world
         if not world.bodies:
             return math.inf
-        return float(self._proximity.gaps(np.array([pose]), world.poses[None], world.radii[None])[0])
+        return self._proximity.gap(state, world.poses, world.radii)

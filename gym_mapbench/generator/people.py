@@ -13,9 +13,10 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.distance import squared_distance
 from gym_mapbench.quantities import Fraction
 from gym_mapbench.settings import Settings
-from gym_mapbench.world.bodies import Body, Disc, place_bodies
+from gym_mapbench.world.bodies import Body, Disc
 from gym_mapbench.world.clearance import CLEAR_TIMES
 from gym_mapbench.world.courses import find_wall
+from gym_mapbench.world.crowd import place_crowd
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.motions import MotionSpec
 from gym_mapbench.world.pedestrians import WalkingSpeed
@@ -113,7 +114,7 @@ def fits(scenario: Scenario, person: Body, others: tuple[Body, ...]) -> bool:
     """Whether a person stays off the walls, starts outside others, and leaves start and goal clear at first."""
     if find_wall(scenario.map, person):
         return False
-    places = place_bodies([person, *others], CLEAR_TIMES)[:, :, :2]
+    places = place_crowd(scenario.map, [person, *others], CLEAR_TIMES)[:, :, :2]
     task = np.array([scenario.start[:2], scenario.goal[:2]])
     near_task = np.hypot(*np.moveaxis(places[:, :1] - task, 2, 0)).min() < TASK_ROOM + person.shape.radius
     apart = np.hypot(*(places[0, 1:] - places[0, 0]).T)

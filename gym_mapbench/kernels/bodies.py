@@ -74,8 +74,18 @@ def meets(poses, radii, x, y, reach):
     """Return which bodies are within ``reach`` (m) of a point, ``(n,)`` bool."""
     met = np.empty(len(radii), np.bool_)
     for k in range(len(radii)):
-        met[k] = radii[k] > 0.0 and math.hypot(poses[k, 0] - x, poses[k, 1] - y) - radii[k] <= reach
+        dx, dy = poses[k, 0] - x, poses[k, 1] - y
+        met[k] = radii[k] > 0.0 and is_near(dx, dy, reach + radii[k]) and math.hypot(dx, dy) - radii[k] <= reach
     return met
+
+
+@kernel
+def is_near(dx, dy, distance):
+    """Return whether ``(dx, dy)`` may be as near as a distance >= 0, m: false only where it certainly is not.
+
+    The margin covers all rounding, so the exact ``hypot``, which takes ten times as long, decides wherever it matters.
+    """
+    return dx * dx + dy * dy <= distance * distance * (1.0 + 1e-9)
 
 
 @kernel
@@ -127,8 +137,10 @@ def see_bodies(poses, radii, x, y, yaw, beams, range_max, ranges):
     cos, sin = math.cos(yaw), math.sin(yaw)
     for k in range(len(radii)):
         dx, dy, radius = poses[k, 0] - x, poses[k, 1] - y, radii[k]
+        if radius == 0.0 or not is_near(dx, dy, range_max + radius):
+            continue
         outside = math.hypot(dx, dy) - radius
-        if radius == 0.0 or outside >= range_max:
+        if outside >= range_max:
             continue
         if outside <= 0.0:
             ranges[:] = 0.0
@@ -139,8 +151,11 @@ def see_bodies(poses, radii, x, y, yaw, beams, range_max, ranges):
 @kernel
 def shorten(ranges, beams, ahead, left, radius):
     """Shorten ranges ``(beams,)`` where rays from outside enter a disc around ``(ahead, left)``."""
+    radius_squared = radius * radius
     for i in range(len(beams)):
-        along, aside = ahead * beams[i, 0] + left * beams[i, 1], left * beams[i, 0] - ahead * beams[i, 1]
-        half_squared = radius * radius - aside * aside
-        if along > 0.0 and half_squared >= 0.0:
-            ranges[i] = min(ranges[i], along - math.sqrt(half_squared))
+        aside = left * beams[i, 0] - ahead * beams[i, 1]
+        half_squared = radius_squared - aside * aside
+        if half_squared >= 0.0:
+            along = ahead * beams[i, 0] + left * beams[i, 1]
+            if along > 0.0:
+                ranges[i] = min(ranges[i], along - math.sqrt(half_squared))

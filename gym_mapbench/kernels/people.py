@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from gym_mapbench.kernels.bodies import is_near
 from gym_mapbench.kernels.clearance import place, polygon_box_distance
 from gym_mapbench.kernels.jit import kernel
 
@@ -29,21 +30,38 @@ def nearest_gaps(states, places, radii, radius, footprint):
     """
     gaps = np.empty(len(states))
     for i in range(len(states)):
-        corners = place(footprint, states[i])
-        gaps[i] = math.inf
-        for k in range(radii.shape[1]):
-            if radii[i, k] > 0.0:
-                away = distance_to_point(states[i], corners, places[i, k, 0], places[i, k, 1], radius)
-                gaps[i] = min(gaps[i], away - radii[i, k])
+        gaps[i] = nearest_gap(states[i], places[i], radii[i], radius, footprint)
     return gaps
 
 
 @kernel
-def distance_to_point(state, corners, x, y, radius):
-    """Distance from the robot's outline to a point, m."""
-    if len(corners) == 0:
-        return math.hypot(x - state[0], y - state[1]) - radius
-    return polygon_box_distance(corners, np.array([x, y, x, y]))
+def nearest_gap(state, places, radii, radius, footprint):
+    """Return the distance of one robot, m, as :func:`nearest_gaps` for many."""
+    if len(footprint) == 0:
+        return gap_of_disc(state, places, radii, radius)
+    return gap_of_polygon(place(footprint, state), places, radii)
+
+
+@kernel
+def gap_of_disc(state, places, radii, radius):
+    """Return the distance from a disc to the nearest of bodies, m; ``hypot`` only where one may be nearer."""
+    gap = math.inf
+    for k in range(len(radii)):
+        dx, dy = places[k, 0] - state[0], places[k, 1] - state[1]
+        if radii[k] > 0.0 and is_near(dx, dy, max(gap + radius + radii[k], 0.0)):
+            gap = min(gap, math.hypot(dx, dy) - radius - radii[k])
+    return gap
+
+
+@kernel
+def gap_of_polygon(corners, places, radii):
+    """Return the distance from a polygon to the nearest of bodies, m."""
+    gap = math.inf
+    for k in range(len(radii)):
+        if radii[k] > 0.0:
+            x, y = places[k, 0], places[k, 1]
+            gap = min(gap, polygon_box_distance(corners, np.array([x, y, x, y])) - radii[k])
+    return gap
 
 
 @kernel

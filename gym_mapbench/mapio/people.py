@@ -5,10 +5,14 @@
     - {shape: {radius: 0.25}, motion: {name: scripted, options: {waypoints: [[1, 1], [4, 1]], speed: 0.8}}}
 
 Source of the second form: the agents file of HuNavSim (Perez-Higueras et al., HuNavSim: A ROS 2 Human Navigation
-Simulator for Benchmarking Human-Aware Robot Navigation, 2023). An agent with ``cyclic_goals`` is a scripted walk from
-``init_pose`` along its goals in a loop, at ``max_vel``. Source of the third form: scenarios of Arena (Kaestner et al.,
-Arena-Rosnav 2.0, 2023), YAML or JSON. An agent of ``pedsim_agents`` or ``obstacles.dynamic`` is a scripted walk from
-``pos`` along its ``waypoints`` in a loop, at ``vmax``. How agents react to the robot is not simulated.
+Simulator for Benchmarking Human-Aware Robot Navigation, 2023). An agent with ``cyclic_goals`` walks from ``init_pose``
+along its goals in a loop, at ``max_vel``. Source of the third form: scenarios of Arena (Kaestner et al., Arena-Rosnav
+2.0, 2023), YAML or JSON. An agent of ``pedsim_agents`` or ``obstacles.dynamic`` walks from ``pos`` along its
+``waypoints`` in a loop, at ``vmax``.
+
+An agent of HuNavSim whose ``behavior`` is 1, regular, walks by social forces and sees the robot. An agent of Arena with
+a ``force_factor_robot`` walks by social forces, and sees the robot if the factor is above 0. All others are scripted.
+Both simulators have factors of the forces; here they are those of :mod:`gym_mapbench.kernels.social_force`.
 """
 
 from __future__ import annotations
@@ -25,6 +29,10 @@ from gym_mapbench.world.bodies import Body
 
 HUNAV = "hunav_loader"
 ARENA = "pedsim_agents", "obstacles"
+REGULAR = 1
+"""HuNavSim's ``behavior`` of agents to whom the robot is one more person."""
+ROBOT_FACTOR = "force_factor_robot"
+"""Arena's factor of the force by which an agent avoids the robot."""
 LOOP = 0
 """Arena's ``waypoint_mode`` of agents that walk their waypoints in order, and from the last one to the first."""
 
@@ -69,7 +77,7 @@ def _hunav_bodies(node: object, where: str) -> list[dict[str, Any]]:
     return [_hunav_body(_entry(parameters, name, where), f"{where}: {name}") for name in names]
 
 
-def _hunav_body(agent: object, where: str) -> dict[str, Any]:
+def _hunav_body(agent: Any, where: str) -> dict[str, Any]:
     if _entry(agent, "cyclic_goals", where) is not True:
         raise MapFormatError(f"{where}: expected cyclic_goals true; nobody here stops at a last goal")
     goals = _entry(agent, "goals", where)
@@ -78,8 +86,23 @@ def _hunav_body(agent: object, where: str) -> dict[str, Any]:
     points = [_entry(agent, name, where) for name in ("init_pose", *goals)]
     waypoints = [[as_number(f"{where}: {axis}", _entry(point, axis, where)) for axis in "xy"] for point in points]
     speed = as_number(f"{where}: max_vel", _entry(agent, "max_vel", where))
-    motion = {"name": "scripted", "options": {"waypoints": waypoints, "speed": speed, "loop": True}}
-    return {"shape": {"radius": as_number(f"{where}: radius", _entry(agent, "radius", where))}, "motion": motion}
+    sees_robot = True if _behavior(agent) == REGULAR else None
+    radius = as_number(f"{where}: radius", _entry(agent, "radius", where))
+    return {"shape": {"radius": radius}, "motion": _loop(waypoints, speed, sees_robot)}
+
+
+def _behavior(agent: Mapping[str, Any]) -> object:
+    """Return the kind of behaviour, which newer files of HuNavSim put into a mapping; None if there is none."""
+    behavior = agent.get("behavior")
+    return behavior.get("type") if isinstance(behavior, Mapping) else behavior
+
+
+def _loop(waypoints: list[list[float]], speed: float, sees_robot: bool | None) -> dict[str, Any]:
+    """Return a motion along waypoints in a loop: by social forces, or scripted where ``sees_robot`` is None."""
+    options = {"waypoints": waypoints, "speed": speed, "loop": True}
+    if sees_robot is None:
+        return {"name": "scripted", "options": options}
+    return {"name": "social_force", "options": {**options, "sees_robot": sees_robot}}
 
 
 def _arena_bodies(document: Mapping[object, Any], where: str) -> list[dict[str, Any]]:
@@ -91,7 +114,7 @@ def _arena_bodies(document: Mapping[object, Any], where: str) -> list[dict[str, 
     return [_arena_body(agent, f"{where}: agent {number}") for number, agent in enumerate(agents)]
 
 
-def _arena_body(agent: object, where: str) -> dict[str, Any]:
+def _arena_body(agent: Any, where: str) -> dict[str, Any]:
     if (mode := _entry(agent, "waypoint_mode", where)) != LOOP:
         raise MapFormatError(f"{where}: expected waypoint_mode {LOOP} (a loop), got {short(mode)}")
     goals = _entry(agent, "waypoints", where)
@@ -99,7 +122,8 @@ def _arena_body(agent: object, where: str) -> dict[str, Any]:
         raise MapFormatError(f"{where}: waypoints: expected a list of points, got {short(goals)}")
     waypoints = [_arena_point(point, where) for point in (_entry(agent, "pos", where), *goals)]
     speed = as_number(f"{where}: vmax", _entry(agent, "vmax", where))
-    return {"motion": {"name": "scripted", "options": {"waypoints": waypoints, "speed": speed, "loop": True}}}
+    sees_robot = as_number(f"{where}: {ROBOT_FACTOR}", agent[ROBOT_FACTOR]) > 0 if ROBOT_FACTOR in agent else None
+    return {"motion": _loop(waypoints, speed, sees_robot)}
 
 
 def _arena_point(point: object, where: str) -> list[float]:

@@ -1,8 +1,11 @@
 """Metrics of social navigation: measures of one recorded run among moving bodies. Pure functions of an Episode.
 
-Names and definitions are those of this project; for the choice of metrics see Francis et al., Principles and Guidelines
-for Evaluating Social Robot Navigation Algorithms (2025). The spaces are named after Hall, The Hidden Dimension (1966).
-Distances are those between the outlines of robot and body.
+The choice of metrics follows Francis et al., Principles and Guidelines for Evaluating Social Robot Navigation
+Algorithms (ACM Transactions on Human-Robot Interaction 14(2), 2025); names in brackets are theirs. Their space
+compliance is the share of a run beyond one distance from people. Here are times within two distances, those of Hall,
+The Hidden Dimension (1966): intimate space up to 0.45 m, personal space up to 1.2 m. Distances are those between the
+outlines of robot and body, so 0 is a contact. The time that people cost is a measure of two runs:
+:func:`evolution.benchmark.time_lost`.
 """
 
 from __future__ import annotations
@@ -11,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.metrics.episode import Episode
-from gym_mapbench.world.bodies import place_bodies
+from gym_mapbench.world.contacts import stands_still
+from gym_mapbench.world.crowd import Track, place_crowd
 from gym_mapbench.world.proximity import Proximity
 
 Floats = NDArray[np.float64]
@@ -20,34 +24,35 @@ INTIMATE_SPACE = 0.45
 """Size of a person's intimate space, m."""
 PERSONAL_SPACE = 1.2
 """Size of a person's personal space, m."""
-STANDS = 0.01
-"""Largest speed that counts as standing still, m/s and rad/s."""
 FAR_AWAY = 1e3
 """The distance to the nearest body where there is none, m; metrics must be finite."""
 
 
 def min_distance_to_people(episode: Episode) -> float:
-    """Smallest distance to a moving body, m; 1000 m where there is none."""
+    """Smallest distance to a moving body, m (minimum distance to human); 1000 m where there is none."""
     return float(min(_gaps(episode).min(), FAR_AWAY))
 
 
 def intimate_space_time(episode: Episode) -> float:
-    """Time within 0.45 m of a moving body, s."""
+    """Time within 0.45 m of a moving body, s (cf. space compliance)."""
     return _time(episode, _gaps(episode) < INTIMATE_SPACE)
 
 
 def personal_space_time(episode: Episode) -> float:
-    """Time within 1.2 m of a moving body, s, intimate space included."""
+    """Time within 1.2 m of a moving body, s (cf. space compliance); the intimate space is included."""
     return _time(episode, _gaps(episode) < PERSONAL_SPACE)
 
 
 def freezing_time(episode: Episode) -> float:
-    """Time for which the robot stands still within 1.2 m of a moving body, s."""
+    """Time for which the robot stands still within 1.2 m of a moving body, s (cf. stalled time).
+
+    The freezing robot is a term of Trautman and Krause, Unfreezing the Robot (2010).
+    """
     return _time(episode, _stands(episode) & (_gaps(episode) < PERSONAL_SPACE))
 
 
 def n_collisions_with_people(episode: Episode) -> float:
-    """Number of contacts with a moving body that began while the robot moved."""
+    """Number of contacts with a moving body that began while the robot moved (human collisions)."""
     return float(sum(not rests for rests in _contacts(episode)))
 
 
@@ -57,7 +62,7 @@ def n_contacts_by_people(episode: Episode) -> float:
 
 
 def n_collisions_with_walls(episode: Episode) -> float:
-    """Number of contacts with a wall that were begun."""
+    """Number of contacts with a wall that began (wall collisions)."""
     return float(sum(event.kind == "contact" and event.detail != "body" for event in episode.events))
 
 
@@ -83,8 +88,7 @@ def _contacts(episode: Episode) -> list[bool]:
 
 def _stands(episode: Episode) -> NDArray[np.bool_]:
     """Return for every recorded pose whether the robot stands still there, ``(n + 1,)``."""
-    stands: NDArray[np.bool_] = np.abs(episode.trajectory[:, 3:5]).max(axis=1) <= STANDS
-    return stands
+    return stands_still(episode.trajectory[:, 3:5])
 
 
 def _time(episode: Episode, holds: NDArray[np.bool_]) -> float:
@@ -96,7 +100,9 @@ def _gaps(episode: Episode) -> Floats:
     """Return the distance to the nearest body at every recorded pose, ``(n + 1,)`` m."""
     bodies = episode.scenario.bodies
     count = len(episode.trajectory)
-    places = place_bodies(bodies, np.arange(count, dtype=np.float64) * episode.control_period)
+    times = np.arange(count, dtype=np.float64) * episode.control_period
+    track = Track(episode.control_period, episode.trajectory)
+    places = place_crowd(episode.scenario.map, bodies, times, track)
     radii = np.tile(np.array([body.shape.radius for body in bodies]), (count, 1))
     states = np.ascontiguousarray(episode.trajectory[:, :3])
     return Proximity(episode.robot).gaps(states, np.ascontiguousarray(places), radii)

@@ -16,6 +16,7 @@ from pydantic import Field
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.motions import MOTIONS, Floats, MotionSpec
+from gym_mapbench.world.pedestrians import SocialForce
 
 
 class Disc(Settings):
@@ -41,10 +42,12 @@ class Body(Settings):
 
 
 def place_bodies(bodies: Sequence[Body], times: Floats) -> Floats:
-    """Return where bodies are: ``(times, bodies, 3)`` x, y (m), yaw (rad).
+    """Return where bodies are whose motion is a function of time: ``(times, bodies, 3)`` x, y (m), yaw (rad).
+
+    :func:`gym_mapbench.world.crowd.place_crowd` does so for all bodies.
 
     Args:
-        bodies: The bodies of a scenario.
+        bodies: Bodies that do not move by social forces.
         times: ``(n,)`` simulated seconds since the start.
 
     Raises:
@@ -67,6 +70,7 @@ def _poses(number: int, spec: MotionSpec, sent: bytes) -> Floats:
         sent: The times as bytes.
     """
     times = np.frombuffer(sent)
+    assert not isinstance(spec.motion, SocialForce)
     with MOTIONS.blamed(spec.name):
         poses = np.asarray(spec.motion.at(times), dtype=np.float64)
     if poses.shape != (len(times), 3):

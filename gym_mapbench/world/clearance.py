@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.clearance import clearances_of_disc, clearances_of_polygon
 from gym_mapbench.kernels.motion import GROUND, MARGIN, is_clear
-from gym_mapbench.world.bodies import place_bodies
 from gym_mapbench.world.courses import check_courses
+from gym_mapbench.world.crowd import place_crowd
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.noise import NoiseSettings, disturb_pose
 from gym_mapbench.world.pedestrians import Course
@@ -76,7 +76,7 @@ def find_obstacle(scenario: Scenario, robot: RobotSpec, pose: Pose) -> str:
     """
     if not has_room(scenario.map, robot, pose):
         return "a wall"
-    places = place_bodies(scenario.bodies, CLEAR_TIMES)
+    places = place_crowd(scenario.map, scenario.bodies, CLEAR_TIMES)
     for number, body in enumerate(scenario.bodies):
         met = places[:, number, :2] if isinstance(body.motion.motion, Course) else places[:1, number, :2]
         if _distances(np.hstack([met, met]), EVERYWHERE, robot, np.array([pose]))[0] <= body.shape.radius:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.clearance import clearances_of_disc
-from gym_mapbench.world.bodies import Body, place_bodies
+from gym_mapbench.world.bodies import Body
+from gym_mapbench.world.crowd import place_crowd
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.pedestrians import Course
 
@@ -33,7 +34,7 @@ def check_courses(grid: GridMap, bodies: tuple[Body, ...]) -> None:
         obstacle = find_wall(grid, bodies[number])
         if obstacle:
             raise ConfigError(f"{_name(bodies, number)}: expected a course clear of walls, got {obstacle}")
-    _check_starts(bodies, walkers)
+    _check_starts(grid, bodies, walkers)
 
 
 def find_wall(grid: GridMap, body: Body) -> str:
@@ -63,9 +64,9 @@ def _clearances(grid: GridMap, points: NDArray[np.float64], radius: float) -> ND
     return distances
 
 
-def _check_starts(bodies: tuple[Body, ...], walkers: list[int]) -> None:
+def _check_starts(grid: GridMap, bodies: tuple[Body, ...], walkers: list[int]) -> None:
     """Refuse a walker that starts inside another body."""
-    places = place_bodies(bodies, np.zeros(1))[0, :, :2]
+    places = place_crowd(grid, bodies, np.zeros(1))[0, :, :2]
     radii = np.array([body.shape.radius for body in bodies])
     for number in walkers:
         away = np.hypot(*(places - places[number]).T) - radii - radii[number]

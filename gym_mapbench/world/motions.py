@@ -18,7 +18,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import NonNegative
 from gym_mapbench.registry import Registry, must_be_callable
 from gym_mapbench.settings import Settings
-from gym_mapbench.world.pedestrians import Scripted, Wander
+from gym_mapbench.world.pedestrians import Scripted, SocialForce, Wander
 
 Floats = NDArray[np.float64]
 
@@ -57,10 +57,16 @@ class Line(Settings):
         return np.stack([self.start[0] + share * dx, self.start[1] + share * dy, yaw], axis=1)
 
 
-MOTIONS: Registry[Callable[..., Motion]] = Registry(
-    "motion", "motions", {"line": Line, "scripted": Scripted, "wander": Wander}, check=must_be_callable
+MOTIONS: Registry[Callable[..., Motion | SocialForce]] = Registry(
+    "motion",
+    "motions",
+    {"line": Line, "scripted": Scripted, "wander": Wander, "social_force": SocialForce},
+    check=must_be_callable,
 )
-"""Motions of bodies by name; each is made of its options by keyword."""
+"""Motions of bodies by name; each is made of its options by keyword.
+
+All but ``social_force`` are functions of time; those people react, and :mod:`gym_mapbench.world.crowd` moves them.
+"""
 
 
 class MotionSpec(Settings):
@@ -83,7 +89,7 @@ class MotionSpec(Settings):
         return self
 
     @cached_property
-    def motion(self) -> Motion:
+    def motion(self) -> Motion | SocialForce:
         """The motion itself."""
         make = MOTIONS.get(self.name)
         try:

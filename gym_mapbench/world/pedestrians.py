@@ -1,7 +1,8 @@
-"""Motions of people: a scripted walk between waypoints, and a smooth random walk.
+"""Motions of people: a scripted walk between waypoints, a smooth random walk, and a walk by social forces.
 
-Neither motion reacts to the robot, so every controller meets identical people. Both motions repeat, and so the whole
-course of a body can be checked against the walls before a run.
+The first two motions do not react to the robot, so every controller meets identical people. Both repeat, and so the
+whole course of a body can be checked against the walls before a run. The third is computed by
+:mod:`gym_mapbench.world.crowd`.
 """
 
 from __future__ import annotations
@@ -124,6 +125,35 @@ class Wander(Settings):
         amplitudes, _ = _terms_of(self.reach, self.seed)
         orders = np.arange(1, HARMONICS + 1)[:, None]
         return self.speed / math.sqrt(float(((amplitudes * orders) ** 2).sum()) / 2)
+
+
+class SocialForce(Settings):
+    """A person walks from waypoint to waypoint by social forces: away from other bodies, from walls and from the robot.
+
+    Nothing stops a person: forces alone keep it off walls. A person may leave the straight way between two waypoints.
+
+    Args:
+        waypoints: Two or more points ``(x, y)``, m: the start, and the goals in their order.
+        speed: Desired speed, which is never exceeded, m/s.
+        loop: Whether the person walks from the last waypoint straight to the first one, and does not turn round.
+        sees_robot: Whether the robot counts as a person. If not, the positions are a function of time: the person
+            does not react to people who see the robot, either.
+    """
+
+    waypoints: Annotated[tuple[tuple[float, float], ...], Field(min_length=2, max_length=1000)]
+    speed: WalkingSpeed
+    loop: bool = False
+    sees_robot: bool = True
+
+    @property
+    def goals(self) -> tuple[tuple[float, float], ...]:
+        """The goals of one round, in the order in which the person walks to them; the last one is the start."""
+        back = self.waypoints[:1] if self.loop else self.waypoints[-2::-1]
+        return (*self.waypoints[1:], *back)
+
+    def course(self, spacing: float) -> Floats:
+        """As :meth:`Course.course`: the straight ways between the waypoints."""
+        return Scripted(waypoints=self.waypoints, speed=self.speed, loop=self.loop).course(spacing)
 
 
 # Arrays are kept here and not on the motions, which are compared by value.

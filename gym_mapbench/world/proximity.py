@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.kernels.people import nearest_gaps
+from gym_mapbench.kernels.people import nearest_gap, nearest_gaps
 from gym_mapbench.world.clearance import counter_clockwise
 from gym_mapbench.world.robot import RobotSpec
 
@@ -35,3 +35,8 @@ class Proximity:
         """
         gaps: Floats = nearest_gaps(states, places, radii, self._radius, self._corners)
         return gaps
+
+    def gap(self, state: Floats, places: Floats, radii: Floats) -> float:
+        """Return what :meth:`gaps` returns, for one robot ``(3,)`` among bodies ``(bodies, 3)`` and ``(bodies,)``."""
+        gap: float = nearest_gap(state, places, radii, self._radius, self._corners)
+        return gap

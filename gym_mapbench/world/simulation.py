@@ -70,6 +70,7 @@ class Simulation:
         self._can: tuple[float, ...] = self._drive.item(0)
         self._engine: Engine | None = None
         self._is_boxed = rests and robot.footprint is None
+        world.watch(self._worlds.robots)
 
     def state(self) -> tuple[Pose, tuple[float, float]]:
         """Return pose and velocity; half the time of reading them one by one."""

@@ -2,7 +2,7 @@
 
 Whatever sees or touches the world asks here: the scanner (:mod:`gym_mapbench.world.lidar`), Box2D
 (:mod:`gym_mapbench.world.box2d`), the env's pictures, and the vector env. A recorded run is drawn from the same
-function of time, :func:`~gym_mapbench.world.bodies.place_bodies`.
+functions, through :func:`~gym_mapbench.world.crowd.place_crowd`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.bodies import bodies_near
 from gym_mapbench.kernels.motion import MAX_TICK_TRAVEL
-from gym_mapbench.world.bodies import Body, place_bodies
+from gym_mapbench.world.bodies import Body
+from gym_mapbench.world.crowd import Crowd, place_crowd, sees_robot
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.state import Records
 
@@ -57,18 +58,31 @@ class World:
         self._ticks = ticks
         self._now = self._first = 0
         self.pace = 0.0
+        self._crowd: Crowd | None = None
+        self._robots: Records | None = None
         self._table = self._poses_from(0) if self.bodies else NO_POSES
         self.poses: Floats = self._table[0]
+
+    def watch(self, robots: Records) -> None:
+        """Let people who see the robot see this one, ``(1,)`` ROBOT, from time 0 on.
+
+        They look at the beginning of every control step, so :meth:`advance` has to stop there from now on.
+        """
+        if sees_robot(self.bodies):
+            self._crowd, self._robots = Crowd(self.grid, self.bodies), robots
+            self._react()
 
     def advance(self, ticks: int) -> None:
         """Let time pass: the bodies move on by some physics ticks."""
         self.poses = self.after(ticks)
         self._now += ticks
+        if self._robots is not None and self._now % self._ticks == 0:
+            self._react()
 
     def after(self, ticks: int) -> Floats:
         """Return where the bodies are after some more ticks, ``(bodies, 3)``."""
         step, rest = divmod(self._now + ticks, self._ticks)
-        if step + 1 - self._first >= len(self._table):
+        if self._robots is None and step + 1 - self._first >= len(self._table):
             self._first = step
             self._table = self._poses_from(step)
         before: Floats = self._table[step - self._first]
@@ -101,7 +115,22 @@ class World:
     def _poses_from(self, step: int) -> Floats:
         """Compute the poses ``(steps, bodies, 3)`` from a control step on."""
         ticks = np.arange(step, step + LOOK_AHEAD + 1) * self._ticks
-        poses = place_bodies(self.bodies, ticks / self.physics_hz)
+        poses = place_crowd(self.grid, self.bodies, ticks / self.physics_hz)
+        self._measure_pace(poses)
+        return poses
+
+    def _react(self) -> None:
+        """Compute where the bodies are at the end of a control step that begins, as people see the robot now."""
+        assert self._crowd is not None
+        assert self._robots is not None
+        self._first = self._now // self._ticks
+        x, y, yaw, _, _, v, w, *_ = self._robots.item(0)
+        end = (self._first + 1) * self._ticks / self.physics_hz
+        self._table = np.stack([self.poses, self._crowd.follow(end, np.array([x, y, yaw, v, w]))])
+        self._measure_pace(self._table)
+
+    def _measure_pace(self, poses: Floats) -> None:
+        """Measure the pace over some control steps, ``(steps, bodies, 3)``; refuse what Box2D cannot follow."""
         moved = poses[1:] - poses[:-1]
         farthest = (moved[:, :, 0] ** 2 + moved[:, :, 1] ** 2).max(axis=0)
         number = int(farthest.argmax())
@@ -112,4 +141,3 @@ class World:
                 f"body {number} ({self.bodies[number].motion.name}): expected at most {limit:g} m/s at "
                 f"{self.physics_hz:g} physics steps per second, got {speed:g} m/s"
             )
-        return poses

@@ -16,7 +16,7 @@ from gym_mapbench.env.vector import MapBenchVectorEnv
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import MapSet
 from tests.env.test_vector import assert_same
-from tests.worlds import ROOM, among, line
+from tests.worlds import ROOM, among, line, social
 
 CROSSING = line((2.5, 0.8), (0.5, 0.8), 0.3)
 """Comes towards the robot, which starts at x = 0.8 m and looks at it."""
@@ -27,7 +27,15 @@ SCENARIOS = (
     among(line((2.5, 1.6), (0.5, 1.6), 0.5), start=(0.8, 1.6, 0.0)),
     among(*(line((2.6, y), (0.4, y), 0.5, 0.1) for y in (0.7, 1.2, 1.7)), rows=ROOM[:1] + ROOM[1:2] * 26 + ROOM[-1:]),
 )
+HALL = ("#" * 60, *["#" + "." * 58 + "#"] * 28, "#" * 60)
+SOCIAL = (
+    among(social((5.0, 0.9), (0.6, 0.8), speed=1.2, sees_robot=False), social((4.0, 2.0), (0.6, 1.2)), rows=HALL),
+    among(social((4.0, 0.8), (0.6, 1.5), (5.5, 1.5), loop=True), line((5.0, 1.5), (3.0, 2.5), 0.3), rows=HALL),
+)
+"""People who walk by social forces."""
 OPTIONS = {
+    "social force": {"scenarios": SOCIAL, "collision_ends_episode": False},
+    "social force, late": {"scenarios": SOCIAL, "noise": {"latency": 0.02}, "control_hz": 25},
     "default": {},
     "nominal": {"noise": "nominal"},
     "jackal": {"robot": "jackal"},
@@ -95,6 +103,13 @@ def test_the_episode_goes_on_where_collisions_do_not_end_it():
     assert stands["outcome"] == turns["outcome"] == "timeout"
     assert stands["pose"][0] == pytest.approx(0.8, abs=1e-5)
     assert turns["pose"][0] < 0.7, "only a robot that moves is pushed"
+
+
+def test_a_contact_is_the_body_s_if_the_robot_stood_still():
+    stands, drives = (drive(among(CROSSING), (v, 0.0))[-1][1] for v in (0.0, 0.1))
+    assert [info["touched"] for info in (stands, drives)] == ["body", "body"]
+    assert [info["contact_by_body"] for info in (stands, drives)] == [True, False]
+    assert not drive(among(), (0.5, 0.0))[-1][1]["contact_by_body"], "a wall touches nobody"
 
 
 def test_the_scan_follows_the_body():

@@ -41,7 +41,8 @@ def test_the_first_example_of_every_tutorial():
     observation, info = env.reset(seed=0)
     assert set(observation) == {"pose", "velocity", "goal", "scan"}
     assert observation["scan"].shape == (360,)
-    assert set(info) == {"time", "outcome", "contact", "touched", "pose", "velocity", "nearest_body", "reward_terms"}
+    keys = {"time", "outcome", "contact", "touched", "contact_by_body", "pose", "velocity", "nearest_body"}
+    assert set(info) == keys | {"reward_terms"}
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
     assert env.observation_space.contains(observation)
     assert reward == pytest.approx(sum(info["reward_terms"].values()))

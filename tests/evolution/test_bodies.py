@@ -7,14 +7,15 @@ import pytest
 
 from controllers.nav2_params import load_preset
 from controllers.rl import as_controller
+from evolution import bench
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan
 from evolution.driving.one_run import environment_for, run_episode
 from evolution.pictures.animation import frames
 from evolution.report.replays import ReplayedMap, replays_of
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.render import BODY
-from gym_mapbench.metrics import Event
-from tests.worlds import among, line
+from gym_mapbench.metrics import Event, measure
+from tests.worlds import among, line, social
 
 SCENARIO = among(line((2.5, 0.8), (0.5, 0.8), 0.5))
 
@@ -31,6 +32,29 @@ def test_the_record_says_that_a_body_was_touched(episode):
     assert episode.reason.startswith("the robot touched a body")
     assert episode.events == (Event(episode.first_contact_time, "contact", "body"),)
     assert 2.0 < episode.time < 2.3
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.1])
+def test_the_info_of_a_step_and_the_metrics_of_the_run_agree_on_whose_a_contact_is(speed):
+    controller = as_controller(lambda observation: (speed, 0.0), "ahead", ("goal",))
+    env = environment_for(EnvConfig(time_limit=10.0), controller)
+    values = measure(run_episode(env, controller, SCENARIO, name="ahead", seed=0))
+    info, over = env.reset(seed=0, options={"scenario": SCENARIO})[1], False
+    while not over:
+        *_, over, _, info = env.step((speed, 0.0))
+    assert info["contact_by_body"] is bool(values["n_contacts_by_people"]) is (speed == 0.0)
+    assert values["n_contacts_by_people"] + values["n_collisions_with_people"] == 1
+
+
+def test_films_show_people_who_see_the_robot_where_they_were():
+    scenario = among(social((2.5, 1.0), (0.5, 1.0), sees_robot=True), goal=(2.5, 2.5, 0.0))
+    controller = as_controller(lambda observation: (0.1, 0.0), "ahead", ("goal",))
+    env = environment_for(EnvConfig(time_limit=2.0), controller)
+    shown = run_episode(env, controller, scenario, name="ahead", seed=0)
+    x = env.unwrapped.simulation.world.poses[0, 0]
+    *_, last = frames(shown, shown.robot, 300)
+    coloured = (np.abs(last - BODY).sum(axis=2) < 2).nonzero()[1]
+    assert coloured.min() == pytest.approx((x - 0.2) * 100, abs=2)
 
 
 def test_films_show_the_bodies_where_they_were(episode):
@@ -65,3 +89,17 @@ def test_bodies_are_part_of_the_seeds_of_a_run():
     assert moving.seed != empty.seed
     assert moving.noise_seed != empty.noise_seed
     assert moving.key != empty.key
+
+
+def test_runs_among_people_who_react_do_not_depend_on_the_workers():
+    hall = ("#" * 60, *["#" + "." * 58 + "#"] * 28, "#" * 60)
+    people = social((3.5, 0.8), (0.6, 1.5)), social((3.5, 2.4), (0.6, 1.0), sees_robot=False)
+    scenarios = [among(person, rows=hall, goal=(5.2, 1.6, 0.0)) for person in people]
+    first, second = (
+        [
+            {key: value for key, value in row.items() if key != "controller_ms"}
+            for row in bench(scenarios, ["rpp", "dwb"], workers=workers, noise="nominal", time_limit=30).rows
+        ]
+        for workers in (1, 2)
+    )
+    assert first == second

@@ -65,9 +65,16 @@ def test_the_world_of_gz_sim_holds_one_actor_for_each_person_and_that_of_classic
     assert [pose[0], pose[1], pose[5]] == pytest.approx(expected.tolist(), abs=1e-4)
 
 
-def test_a_wandering_person_cannot_be_exported(tmp_path):
-    wanderer = body("wander", centre=[3.0, 3.0], reach=0.5, speed=0.4)
-    scenario = replace(thesis_scenario(5, "map_0"), bodies=(walker(), wanderer))
-    with pytest.raises(ConfigError, match=r"'map_0': body 1: expected the motion 'scripted', got 'wander'"):
+@pytest.mark.parametrize(
+    "person",
+    [
+        body("wander", centre=[3.0, 3.0], reach=0.5, speed=0.4),
+        body("social_force", waypoints=[[0.5, 1.0], [0.5, 3.0]], speed=0.4),
+    ],
+)
+def test_only_a_scripted_person_can_be_exported(tmp_path, person):
+    scenario = replace(thesis_scenario(5, "map_0"), bodies=(walker(), person))
+    name = person.motion.name
+    with pytest.raises(ConfigError, match=rf"'map_0': body 1: expected the motion 'scripted', got '{name}'"):
         export_gazebo([scenario], tmp_path / "out", **OPTIONS)
     assert not list(tmp_path.iterdir())

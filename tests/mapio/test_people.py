@@ -15,7 +15,7 @@ PERSON = {
 }
 AGENT = {
     "id": 1,
-    "behavior": 1,
+    "behavior": 2,
     "max_vel": 1.2,
     "radius": 0.3,
     "cyclic_goals": True,
@@ -82,6 +82,28 @@ def test_agents_of_arena_are_scripted_walks_in_a_loop(room, agents):
 
 
 @pytest.mark.parametrize(
+    ("people", "sees_robot"),
+    [
+        (hunav(behavior=1), True),
+        (hunav(behavior={"type": 1, "configuration": 0}), True),
+        (arena(force_factor_robot=2.0), True),
+        (arena(force_factor_robot=0.0), False),
+    ],
+)
+def test_agents_that_react_walk_by_social_forces(room, people, sees_robot):
+    ((body,),) = (one.bodies for one in room(people))
+    assert body.motion.name == "social_force"
+    assert body.motion.options["sees_robot"] is sees_robot
+    assert body.motion.options["waypoints"] == [[0.5, 2.5], [1.5, 2.5], [1.5, 1.5]]
+
+
+def test_people_by_social_forces_are_written_and_read(room):
+    motion = {"name": "social_force", "options": {"waypoints": [[0.5, 1.5], [2.5, 1.5]], "speed": 0.5}}
+    ((body,),) = (one.bodies for one in room([{"shape": {"radius": 0.2}, "motion": motion}]))
+    assert body.motion.model_dump() == motion
+
+
+@pytest.mark.parametrize(
     ("people", "message"),
     [
         (3, "expected a list of bodies, or one of the keys hunav_loader, pedsim_agents, obstacles, got 3"),
@@ -100,6 +122,7 @@ def test_agents_of_arena_are_scripted_walks_in_a_loop(room, agents):
         (arena(waypoints=[]), r"agent 0: waypoints: expected a list of points, got \[\]"),
         (arena(pos=[0.5]), r"agent 0: expected points \[x, y\] or \[x, y, yaw\], got \[0.5\]"),
         (arena(pos=["a", 1.0]), "agent 0: x: expected"),
+        (arena(force_factor_robot="much"), "agent 0: force_factor_robot: expected"),
     ],
 )
 def test_bad_files_are_one_clear_line(room, people, message):
