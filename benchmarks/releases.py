@@ -3,17 +3,19 @@
 ``python benchmarks/releases.py [--maps N] [--seeds R] [--sets FILE ...] [--out FILE] [--plot FILE]`` samples maps of
 families of the preset ``robust``, takes the maps of evolved sets, and runs DWB, MPPI and RPP with the presets ``fair``,
 ``jazzy_fair`` and ``lyrical_fair``. It prints shares with Wilson intervals, paired ratios and means with bootstrap
-intervals over maps, and McNemar's exact test over maps.
+intervals over maps, McNemar's exact test over maps, outcomes, and whether evolved maps still tell controllers apart.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import scipy.stats
 from run_tables import is_goal, over_maps, read_runs, share, write_runs
 
 from evolution import bench
@@ -22,6 +24,7 @@ from evolution.driving import DriveSettings
 from evolution.files import Row
 from evolution.pictures import colour_of, new_figure
 from evolution.search import load_preset, scenario_on
+from evolution.search.judging.patterns.gini import gini
 from evolution.statistics import wilson_interval
 from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_from
 from gym_mapbench.mapio import load_map_set
@@ -32,7 +35,9 @@ PRESETS = {"humble": "fair", "jazzy": "jazzy_fair", "lyrical": "lyrical_fair"}
 CONTROLLERS = ("dwb", "mppi", "rpp")
 FIRST_SEED = 7000
 SEED = 17
+HEADER = "maps | controller | release | runs | goal, % | goal in one only | time ratio | clearance, m | recoveries"
 COLUMNS = ("maps", "map", "release", "controller", "repeat", "outcome", "time_s", "path_length_m")
+COUNTED = ("maps", "controller", "release", "outcome")
 MEASURES = ("min_clearance", "n_recoveries")
 
 Key = tuple[str, str, int]
@@ -98,6 +103,24 @@ def cells(rows: Sequence[Row], before: Sequence[Row]) -> list[str]:
     return [*found, over_maps(clearance, np.mean, 3), over_maps(recoveries, np.mean, 2)]
 
 
+def mean_times(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
+    """Return the mean time of each controller on each map, over its runs that reached the goal."""
+    times: dict[str, dict[str, list[float]]] = {}
+    for row in filter(is_goal, rows):
+        times.setdefault(str(row["map"]), {}).setdefault(str(row["controller"]), []).append(float(row["time_s"]))
+    return {name: {one: float(np.mean(some)) for one, some in of_map.items()} for name, of_map in times.items()}
+
+
+def still_apart(rows: Sequence[Row], release: str) -> str:
+    """Return a sentence on the Gini coefficients of evolved maps in Humble and in another release."""
+    times = [mean_times(of(rows, maps="evolved", release=name)) for name in ("humble", release)]
+    common = [name for name in times[0] if all(len(some.get(name, {})) == len(CONTROLLERS) for some in times)]
+    before, after = (np.array([gini(list(some[name].values())) for name in common]) for some in times)
+    rank = scipy.stats.spearmanr(before, after).statistic
+    means = f"{before.mean():.3f} in Humble, {after.mean():.3f} in {release}"
+    return f"{len(common)} evolved maps: mean Gini coefficient {means}; Spearman {rank:.2f}"
+
+
 def plot(rows: Sequence[Row], path: Path) -> None:
     """Draw shares of goals and paired ratios of times by release, for each controller; sampled maps."""
     releases = list(PRESETS)
@@ -136,18 +159,21 @@ def main() -> None:
     parser.add_argument("--plot", type=Path, help="picture to draw")
     args = parser.parse_args()
     evolved = [
-        replace(one, name=f"{number}_{one.name}")
-        for number, path in enumerate(args.sets)
-        for one in load_map_set(path)
+        replace(one, name=f"{number}_{one.name}") for number, path in enumerate(args.sets) for one in load_map_set(path)
     ]
     groups = {"sampled": sample(args.maps), "evolved": evolved}
     rows = driven(groups, {"sampled": args.seeds, "evolved": args.set_seeds}, args.workers, args.out)
+    print(f"| {HEADER} |\n|{'---|' * 9}")
     for maps in groups:
         for controller in CONTROLLERS:
             before = of(rows, maps=maps, release="humble", controller=controller)
             for release in PRESETS:
                 own = of(rows, maps=maps, release=release, controller=controller)
                 print(f"| {maps} | {controller} | {release} | {len(own)} | " + " | ".join(cells(own, before)) + " |")
+    for run, count in sorted(Counter(tuple(str(row[name]) for name in COUNTED) for row in rows).items()):
+        print(*run, count)
+    for release in list(PRESETS)[1:]:
+        print(still_apart(rows, release))
     if args.plot:
         plot(rows, args.plot)
 
