@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gym_mapbench.generator.motifs.around import Around
 from gym_mapbench.generator.motifs.motif import Motif, Values
-from gym_mapbench.generator.ranges import LengthRange
+from gym_mapbench.generator.ranges import CountRange, LengthRange
 from gym_mapbench.generator.shapes import Cells
 
 
@@ -25,12 +25,14 @@ class Gates(Motif):
         ##################
 
     Args:
+        count: Range of the number of gates.
         gap: Range of the gaps' widths, m.
         thickness: Range of the walls' thickness, m.
     """
 
-    gap: LengthRange = (0.65, 0.95)
-    thickness: LengthRange = (0.05, 0.3)
+    count: CountRange = (1, 5)
+    gap: LengthRange = (0.65, 1.1)
+    thickness: LengthRange = (0.05, 0.45)
 
     def walls(self, around: Around, genes: Values) -> Cells:
         """Return the wall with its gap; see :meth:`Motif.walls`."""
