@@ -27,6 +27,9 @@ from gym_mapbench.world.scenario import MapSet, Scenario
 
 MAX_EXCHANGES = 100
 
+GoingOn = Callable[[Sequence[str]], Collection[str]]
+"""Takes the digests of maps that lack the runs of their next stage, and returns those that get them."""
+
 
 class Archive:
     """All evaluated maps by their digest.
@@ -39,6 +42,7 @@ class Archive:
 
     Attributes:
         scenarios: The maps with their task, in order of first use.
+        stages: Which controllers run one after the other.
         count: Different runs so far, driven or answered by the store.
     """
 
@@ -55,15 +59,20 @@ class Archive:
         self._judge: Fitness | None = None
         self._new: list[tuple[Job, RunResult]] = []
         self._everyone = single_stage(plan)
-        self._stages = stages or self._everyone
+        self.stages = stages or self._everyone
 
-    def evaluate(self, map_sets: Sequence[MapSet]) -> list[SetResults]:
-        """Return the results of these sets; new maps are driven with the repeats of the plan."""
+    def evaluate(self, map_sets: Sequence[MapSet], going_on: GoingOn | None = None) -> list[SetResults]:
+        """Return the results of these sets; new maps are driven with the repeats of the plan.
+
+        Args:
+            map_sets: The sets.
+            going_on: Returns which maps, of those that have some runs, get the runs of their next stage; None for all.
+        """
         scenarios = {scenario.world_digest: scenario for map_set in map_sets for scenario in map_set}
         for digest, scenario in scenarios.items():
             self.scenarios.setdefault(digest, scenario)
             self._runs.setdefault(digest, [[] for _ in self.plan.controllers])
-        self.drive(dict.fromkeys(scenarios, self.plan.repeats))
+        self._drive_stages(dict.fromkeys(scenarios, self.plan.repeats), self.stages, going_on)
         return [self.results_of(map_set) for map_set in map_sets]
 
     def drive(self, repeats: Mapping[str, int], *, everyone: bool = False) -> None:
@@ -73,13 +82,7 @@ class Archive:
             repeats: For each map, by digest, the number of runs.
             everyone: Whether controllers drive even where others failed.
         """
-        stages = self._everyone if everyone else self._stages
-        while jobs := [
-            job
-            for digest, wanted in repeats.items()
-            for job in self._missing(digest, next_stage(self._runs[digest], stages, wanted), wanted)
-        ]:
-            self._drive(jobs)
+        self._drive_stages(repeats, self._everyone if everyone else self.stages, None)
 
     def complete(self, map_sets: Iterable[MapSet]) -> None:
         """Drive the runs of these sets that controllers lack on maps where another controller has more."""
@@ -108,6 +111,10 @@ class Archive:
         """Return the results of one map, ``[controller][repeat]``."""
         return tuple(map(tuple, self._runs[digest]))
 
+    def all_results(self) -> dict[str, MapResults]:
+        """Return the results of every map that has any, by digest, in order of first use."""
+        return {digest: self.results(digest) for digest in self.scenarios if self.repeats_of(digest)}
+
     def results_of(self, map_set: MapSet) -> SetResults:
         """Return the results of a set of evaluated maps."""
         return tuple(self.results(scenario.world_digest) for scenario in map_set)
@@ -115,6 +122,10 @@ class Archive:
     def repeats_of(self, digest: str) -> int:
         """Return the number of repeats of a map."""
         return repeats_of(self._runs[digest])
+
+    def is_solved(self, digest: str) -> bool:
+        """Return whether every controller always reached the goal on a map."""
+        return is_solved(self._runs[digest])
 
     def solved(self, without: Collection[str] = ()) -> dict[str, MapResults]:
         """Return the maps on which every controller always reached the goal, except for some."""
@@ -147,6 +158,16 @@ class Archive:
         return best_by_exchange(
             tuple(maps)[:size], maps, lambda names: fitness(tuple(maps[name] for name in names)).rank_key
         )
+
+    def _drive_stages(self, repeats: Mapping[str, int], stages: Stages, going_on: GoingOn | None) -> None:
+        left = dict(repeats)
+        while left := {name: most for name, most in left.items() if next_stage(self._runs[name], stages, most)}:
+            if going_on is not None:
+                begun = [name for name in left if self.repeats_of(name)]
+                dropped = set(begun) - set(going_on(begun))
+                left = {name: most for name, most in left.items() if name not in dropped}
+            stage_of = {name: next_stage(self._runs[name], stages, most) for name, most in left.items()}
+            self._drive([job for name, most in left.items() for job in self._missing(name, stage_of[name], most)])
 
     def _drive(self, jobs: Sequence[Job]) -> None:
         place = {spec.name: number for number, spec in enumerate(self.plan.controllers)}

@@ -23,7 +23,8 @@ from evolution.files import Row
 from evolution.search.algorithms import Evaluation, MapSetProblem, ask, judge_again, make_algorithm
 from evolution.search.archive import Archive
 from evolution.search.budget import Budget
-from evolution.search.elite import find_elite, give_further_seeds
+from evolution.search.elite import give_further_seeds, race
+from evolution.search.expectations import Expectations
 from evolution.search.experiment import Experiment
 from evolution.search.judging import Fitness, Judgement, Objectives, best_of
 from evolution.search.operators import DrawMap, MapMutation, MapSampling, Mutator, Trial
@@ -160,18 +161,25 @@ class _Search:
         self.evaluator = evaluator
         self.journal = journal
         fitness = fitness or experiment.fitness
-        staged = settings.archive.staged and not fitness.reads_failures
-        stages = stages_of(experiment.plan) if staged else None
+        self.staged = settings.archive.staged and not fitness.reads_failures
+        stages = stages_of(experiment.plan) if self.staged else None
         self.archive = Archive(evaluator, experiment.plan, stages, on_run)
         self.budget = Budget(settings, self.archive)
         self.problem = MapSetProblem(self._results_of, Objectives(fitness))
+        self.expectations = Expectations(self.archive, lambda: self.problem.fitness, settings.maps_per_set)
         self.rng = np.random.default_rng(settings.seed)
         robot, people = experiment.run.robot, settings.people
         mutator = Mutator(settings.shapes, settings.ga.mutation, settings.families, robot, people)
         self.mutation = MapMutation(mutator, self._role_of if settings.ga.mutation.adaptive else None)
         sampling = MapSampling(settings.maps_per_set, settings.shapes, draw_map or _sampler(experiment), people)
         self.algorithm: GeneticAlgorithm = make_algorithm(
-            settings.ga, self.problem, sampling, self.mutation, self.rng, settings.evaluations
+            settings.ga,
+            self.problem,
+            sampling,
+            self.mutation,
+            self.rng,
+            settings.evaluations,
+            self.expectations if self._of_archive else None,
         )
         self.record = Record(experiment.plan, self.problem.objectives.names, self.problem.objectives.constraints)
         self.generation = 0
@@ -214,8 +222,11 @@ class _Search:
 
     def _results_of(self, map_sets: Sequence[MapSet]) -> list[SetResults]:
         """Drive the runs of some sets, and the runs that stages left out of those that may survive."""
-        results = self.archive.evaluate(map_sets)
-        if self.generation == 0 or not self.settings.ga.kind.elitist:
+        going_on = self._going_on if self._of_archive and self.staged and self.generation else None
+        results = self.archive.evaluate(map_sets, going_on)
+        if going_on is not None:
+            self.expectations.update()
+        elif self.generation == 0 or not self.settings.ga.kind.elitist:
             self.archive.complete(map_sets)
         else:
             again = {one.digest for one in map_sets}
@@ -228,17 +239,49 @@ class _Search:
         """Evaluate the offspring, select the next population, and let the best set of the archive join it."""
         self.algorithm.evaluator.eval(self.problem, offspring)
         self.algorithm.tell(infills=offspring)
-        self.mutation.credit_trials(partial(self._gain, {one.X[0].digest: one for one in self.algorithm.pop}))
+        self.mutation.credit_trials(self._expected_gain if self._of_archive else self._gain_in_population())
         if self.settings.archive.elite and self.problem.objectives.are_several:
             give_further_seeds(front_of(self.population), self.archive, self.settings, self.budget)
             judge_again(self.algorithm)
         elif self.settings.archive.elite:
-            elite = find_elite(self.archive, self.problem.fitness, self.settings, self.budget)
+            self.expectations.update()
+            race(self.expectations, self.settings, self.budget)
+            elite = self.expectations.best
             judge_again(self.algorithm, [self.archive.map_set(elite)] if elite else [])
+            if self._of_archive and self.staged and elite:
+                self.archive.stages = tuple((place,) for place in self.expectations.slowest_first())
+
+    @property
+    def _of_archive(self) -> bool:
+        """Whether offspring are made of the archive's maps."""
+        return self.settings.archive.parents and not self.problem.objectives.are_several
+
+    def _going_on(self, names: Sequence[str]) -> list[str]:
+        """Return the maps that may join the best set, by the runs so far."""
+        self.expectations.update()
+        if not names or not self.expectations.best:
+            return list(names)
+        bars = self.expectations.bars()
+        return [
+            name
+            for name in names
+            if any(self.expectations.value_in(role, name) <= bar for role, bar in enumerate(bars))
+        ]
+
+    def _expected_gain(self, trial: Trial) -> float:
+        """Return by how much a mutation improved the best expected set; at most the weight of a pattern."""
+        before, after = ([one.world_digest for one in some] for some in (trial.before, trial.after))
+        if not all(self.archive.is_solved(name) for name in after):
+            return 0.0
+        gain = self.expectations.value_of(tuple(before)) - self.expectations.value_of(tuple(after))
+        return min(gain, self.settings.judging.pattern_weight)
+
+    def _gain_in_population(self) -> Callable[[Trial], float]:
+        return partial(self._gain, {one.X[0].digest: one for one in self.algorithm.pop})
 
     def _gain(self, population: Mapping[str, Individual], trial: Trial) -> float:
         """Return by how much a mutation improved its set, by all results so far; at most the weight of a pattern."""
-        after = population.get(trial.after)
+        after = population.get(trial.after.digest)
         if after is None:  # duplicates are not evaluated, and the worst offspring do not survive
             return 0.0
         before = self.problem.fitness(self.archive.results_of(trial.before))
@@ -294,7 +337,7 @@ class _Search:
         """Let held-out seeds select the best set, and measure its held-out fitness."""
         assert self.settings.validation is not None
         fitness = self.problem.fitness
-        found = validate(self.archive, fitness, self.settings, self.settings.validation, self.budget)
+        found = validate(self.expectations, fitness, self.settings, self.settings.validation, self.budget)
         if found is not None:
             results = self.archive.results_of(found.map_set)
             # Scores are those of the selection: one failure on a later seed does not remove the score of a map.

@@ -16,22 +16,31 @@ class ArchiveSettings(Settings):
     """How the archive of all evaluated maps takes part in a search.
 
     Args:
-        elite: Whether the best set of the archive joins the population after every generation. With several
+        elite: Whether the best expected set of the archive joins the population after every generation. With several
             objectives, the elite are the sets of the Pareto front.
-        elite_seeds: Further runs of each controller, each with a new seed, on the maps of the elite; one more after
-            every generation that a map stays in it, up to four times as many.
+        elite_seeds: After every generation this number of maps, for each map of a set, gets a run of each controller
+            with a new seed: maps that might make the best set better. The maps of the best set get up to twice as many
+            runs. With several objectives: further runs on the maps of the Pareto front, and one more after every
+            generation that a map stays in it, up to four times as many.
         staged: Whether controllers run on a map one after the other, the cheapest first, until one fails. Only runs
             that cannot change the search are left out. A failure policy that gives failed runs a value leaves out none.
+        parents: Whether an offspring is the best expected set of the archive with one map replaced by a mutated map of
+            the archive. With ``staged``, the controller that sets high scores apart runs first, and the others run only
+            on maps that may join the best set. If not, offspring are crossed and mutated sets of the population. With
+            one objective only.
     """
 
     elite: bool = False
     elite_seeds: Annotated[int, Field(ge=0, le=100_000)] = 0
     staged: bool = True
+    parents: bool = False
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.elite_seeds and not self.elite:
             raise OptionError("elite_seeds", f"expected 0 without elite, got {self.elite_seeds}")
+        if self.parents and not self.elite:
+            raise OptionError("parents", "expected false without elite, got true")
         return self
 
 
@@ -42,7 +51,8 @@ class ValidationSettings(Settings):
         seeds: Held-out seeds of every candidate, used until it fails once; the chosen set gets as many again.
         candidates: Maps without a failure on these seeds, at most.
         held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.
-        reliability: Share of trials that reach at least the value by which a set is chosen.
+        reliability: A set is chosen among those whose maps keep the order of their scores, without a failed run, in
+            at least this share of trials; if there is none, among those with the largest share.
         avoid_contact: Whether a set is chosen only among the maps on which no run touched a wall or body, where these
             suffice. Contacts are what a simulator and Gazebo agree on least.
     """

@@ -93,6 +93,10 @@ class MapSet:
         """Content hash that does not depend on the order of the maps."""
         return _hash("".join(sorted(scenario.digest for scenario in self)))
 
+    def with_map(self, place: int, scenario: Scenario) -> MapSet:
+        """Return the set with another map at a place."""
+        return MapSet((*self.scenarios[:place], scenario, *self.scenarios[place + 1 :]))
+
     def __len__(self) -> int:
         return len(self.scenarios)
 

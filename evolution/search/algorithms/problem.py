@@ -13,8 +13,10 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
 from evolution.driving import SetResults
+from evolution.search.algorithms.archive_mating import ArchiveMating
 from evolution.search.algorithms.registry import ALGORITHMS
 from evolution.search.algorithms.settings import GaSettings
+from evolution.search.expectations import Expectations
 from evolution.search.judging import Fitness, Judgement, Objectives
 from evolution.search.operators import (
     Column,
@@ -78,6 +80,7 @@ def make_algorithm(
     mutation: MapMutation,
     rng: np.random.Generator,
     evaluations: int,
+    expectations: Expectations | None = None,
 ) -> GeneticAlgorithm:
     """Return the algorithm, set up and ready to be asked; selection and survival are its own.
 
@@ -88,6 +91,7 @@ def make_algorithm(
         mutation: Changes offspring.
         rng: The search's only source of randomness.
         evaluations: Map sets evaluated in total.
+        expectations: Which maps of the archive are parents; None if sets of the population are.
 
     Raises:
         PluginError: If a third-party algorithm fails.
@@ -101,6 +105,9 @@ def make_algorithm(
             repair=MapRepair(sampling.shapes),
             eliminate_duplicates=MapSetDuplicates(),
         )
+        if expectations is not None:
+            options = {"repair": algorithm.repair, "eliminate_duplicates": algorithm.eliminate_duplicates}
+            algorithm.mating = ArchiveMating(expectations, mutation, sampling, **options)
         # pymoo hands its seed to numpy.random.default_rng, which gives a Generator back unchanged.
         return algorithm.setup(problem, termination=("n_eval", evaluations), seed=rng)
 

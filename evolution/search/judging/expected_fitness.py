@@ -2,8 +2,9 @@
 
 Most maps have one or a few repeats. The estimate therefore shrinks the variance of a map towards the median variance
 of similar maps. A set discriminates between controllers only in trials that keep the ranks of its maps, so the
-expected fitness includes the chance of that order. It also includes the chance that no run reaches the time limit: a
-map on which a controller is slow has timeouts on some seeds, even if no repeat so far had one.
+expected fitness includes the chance of that order, where the fitness looks at it. It also includes the chance that all
+controllers reach the goal within the time limit: a map on which a controller is slow has failures on some seeds, even
+if no repeat so far had one.
 """
 
 from __future__ import annotations
@@ -17,14 +18,22 @@ import numpy as np
 import scipy
 
 from evolution.search.judging.equation import gain
-from evolution.search.judging.exact import JudgedMap, Names
+from evolution.search.judging.exact import Names
 from evolution.search.judging.fitness import Fitness, scores_of
-from evolution.search.judging.map_results import MapResults, singles_of
+from evolution.search.judging.map_results import MapResults, is_solved, repeats_of, singles_of
 
 SIMILAR = 5
 """Number of similar maps whose median variance is the prior of a map's variance."""
 PRIOR = 4
 """Degrees of freedom of that prior."""
+INHERITED = 0.5
+"""Runs of a map as which the value of its parent counts."""
+SIMILAR_FAILURES = 10
+"""Number of similar maps whose failed trials are the prior of a map's chance to fail."""
+FAILURES, TRIALS = 0.3, 10.0
+"""Failed trials and trials that are added to those of the similar maps."""
+PRIOR_OF_FAILURES = 6.0
+"""Trials as which that prior counts."""
 STANDARD_NORMAL = NormalDist()
 
 OfRepeats = Mapping[str, Sequence[float]]
@@ -32,37 +41,90 @@ OfRepeats = Mapping[str, Sequence[float]]
 
 
 class Estimate(NamedTuple):
-    """What is expected of a solved map in a further trial.
+    """What is expected of a map in a further trial.
 
     Args:
-        values: The aggregated value of each controller.
-        score: The score of the map.
+        values: The value of each controller, shrunk.
+        score: The score of these values.
         deviation: Expected standard deviation of the score of a single trial.
-        in_time: Chance that every controller finishes a single trial within the time limit.
+        success: Chance that every controller reaches the goal within the time limit.
     """
 
     values: tuple[float, ...]
     score: float
     deviation: float
-    in_time: float
+    success: float
 
 
-def estimates_of(
-    maps: Mapping[str, MapResults], judged: Mapping[str, JudgedMap], fitness: Fitness
-) -> dict[str, Estimate]:
-    """Return the estimate of every map.
+def estimates_of(maps: Mapping[str, MapResults], parents: Mapping[str, str], fitness: Fitness) -> dict[str, Estimate]:
+    """Return the estimate of every map without a failed run; controllers may lack runs.
 
     Args:
-        maps: Results of solved maps, by name.
-        judged: The same maps, judged.
-        fitness: Judged them.
+        maps: Results of all evaluated maps, by name, parents before their children.
+        parents: Of each map that was made of another one, the name of that map.
+        fitness: Judges sets.
     """
-    scores = {name: scores_of(of_map, fitness) for name, of_map in maps.items()}
-    deviations, in_time = deviations_of(scores, scores), chances_in_time(maps, scores, fitness.time_limit)
+    values = shrunken_values(maps, parents, fitness)
+    expected = {name: float(fitness.kind.score(some)) for name, some in values.items()}
+    solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
+    faultless = [name for name, of_map in maps.items() if all(run.success for runs in of_map for run in runs)]
+    scores = {name: scores_of(solved[name], fitness) if name in solved else [expected[name]] for name in faultless}
+    deviations, in_time = deviations_of(scores, scores), chances_in_time(solved, scores, fitness.time_limit)
+    goals = chances_of_goals(maps, expected)
     return {
-        name: Estimate(one.values or (), one.score or 0.0, deviations[name], in_time[name])
-        for name, one in judged.items()
+        name: Estimate(values[name], expected[name], deviations[name], goals[name] * in_time.get(name, 1.0))
+        for name in faultless
     }
+
+
+def shrunken_values(
+    maps: Mapping[str, MapResults], parents: Mapping[str, str], fitness: Fitness
+) -> dict[str, tuple[float, ...]]:
+    """Return for each map the value of each controller, shrunk towards that of its parent (empirical Bayes).
+
+    A map without a parent has the median of all maps instead. So the luck of a single run counts less.
+
+    Args:
+        maps: Results of maps by name, parents before their children; failed runs do not count.
+        parents: Of each map that was made of another one, the name of that map.
+        fitness: Judges sets.
+    """
+    own = {name: [[run for run in runs if run.success] for runs in of_map] for name, of_map in maps.items()}
+    of_controllers = zip(*own.values(), strict=True)
+    middle = [median([fitness.value_of(runs) for runs in some if runs] or [0.0]) for some in of_controllers]
+    found: dict[str, tuple[float, ...]] = {}
+    for name, of_map in own.items():
+        prior = found.get(parents.get(name, ""), middle)
+        found[name] = tuple(
+            (INHERITED * before + len(runs) * fitness.value_of(runs)) / (INHERITED + len(runs)) if runs else before
+            for before, runs in zip(prior, of_map, strict=True)
+        )
+    return found
+
+
+def chances_of_goals(maps: Mapping[str, MapResults], scores: Mapping[str, float]) -> dict[str, float]:
+    """Return the chance that no controller fails in a further trial of each map, if none has failed so far.
+
+    The prior is the share of failed trials, after a first trial without a failure, of the ten maps with the most
+    similar scores (a beta distribution).
+
+    Args:
+        maps: Results of all evaluated maps, by name.
+        scores: Their scores.
+    """
+    further = {
+        name: (repeats_of(of_map) - 1, any(not run.success for runs in of_map for run in runs[1:]))
+        for name, of_map in maps.items()
+        if repeats_of(of_map) > 1 and all(run.success for runs in of_map for run in runs[:1])
+    }
+    places = np.array([scores[name] for name in further])
+    trials, failed = np.array(list(further.values()), dtype=float).reshape(-1, 2).T
+    found = {}
+    for name, of_map in maps.items():
+        similar = np.argsort(np.abs(places - scores[name]), kind="stable")[:SIMILAR_FAILURES]
+        prior = (float(failed[similar].sum()) + FAILURES) / (float(trials[similar].sum()) + TRIALS)
+        found[name] = 1.0 - prior * PRIOR_OF_FAILURES / (PRIOR_OF_FAILURES + repeats_of(of_map))
+    return found
 
 
 def deviations_of(values: OfRepeats, scores: OfRepeats) -> dict[str, float]:
@@ -122,7 +184,7 @@ def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: F
     """Return the expected fitness of a single trial of a set; less is better.
 
     It is the fitness of the set times two chances: that the maps keep the ranks of their scores, if these are normally
-    distributed, and that no run reaches the time limit. Caution applies to maps with one repeat, too. A fitness above
+    distributed, and that no run fails. Caution applies to maps with one repeat, too. A fitness above
     0 is not multiplied: a penalty does not shrink.
 
     Args:
@@ -133,7 +195,9 @@ def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: F
     ordered = sorted((estimates[name] for name in names), key=lambda one: one.score)
     spreads = [fitness.settings.caution * one.deviation for one in ordered]
     value = -gain(fitness.settings, fitness.pattern_of([one.values for one in ordered], spreads)[1])
-    chances = [*(_chance_of_order(*pair) for pair in pairwise(ordered)), *(one.in_time for one in ordered)]
+    chances = [one.success for one in ordered]
+    if fitness.kind.ordered:
+        chances += [_chance_of_order(*pair) for pair in pairwise(ordered)]
     return value * float(np.prod(chances)) if value < 0.0 else value
 
 

@@ -162,8 +162,11 @@ class Fitness:
         """Aggregate ``of_map[controller][repeat]`` to one value per controller; None if the map has no value."""
         if self.policy.excludes and not is_solved(of_map):
             return None
-        aggregate = AGGREGATES[self.settings.aggregate]
-        return tuple(aggregate([self._value(run) for run in runs]) for runs in of_map)
+        return tuple(map(self.value_of, of_map))
+
+    def value_of(self, runs: Sequence[RunResult]) -> float:
+        """Aggregate the runs of one controller on one map to one value."""
+        return AGGREGATES[self.settings.aggregate]([self._value(run) for run in runs])
 
     def spread_of(self, of_map: Sequence[Sequence[RunResult]]) -> float:
         """Return by how much an extreme score of a map counts as less extreme.

@@ -16,9 +16,9 @@ def repeats_of(of_map: Sequence[Sequence[RunResult]]) -> int:
 
 
 def is_solved(of_map: Sequence[Sequence[RunResult]]) -> bool:
-    """Return whether all controllers reached the goal in every repeat, and none was left out."""
+    """Return whether all controllers reached the goal in every repeat, of at least one, and none was left out."""
     repeats = repeats_of(of_map)
-    return all(len(runs) == repeats and all(run.success for run in runs) for runs in of_map)
+    return repeats > 0 and all(len(runs) == repeats and all(run.success for run in runs) for runs in of_map)
 
 
 def is_untouched(of_map: Sequence[Sequence[RunResult]]) -> bool:

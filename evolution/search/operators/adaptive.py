@@ -21,13 +21,13 @@ class Trial:
 
     Args:
         before: The map set before the mutation.
-        after: Digest of the mutated set.
+        after: The mutated set.
         role: Rank of the mutated map's score in the set.
         operators: Operators that changed the map.
     """
 
     before: MapSet
-    after: str
+    after: MapSet
     role: int
     operators: tuple[str, ...]
 

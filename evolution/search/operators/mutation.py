@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -285,26 +284,40 @@ class MapMutation(Mutation):  # type: ignore[misc]
         """Return the set with all its maps mutated, or with one of them."""
         if self.mutator.settings.maps == "all":
             return MapSet(tuple(self.mutator.vary(scenario, rng, mates=mates)[0] for scenario in map_set))
-        vary = partial(self._with_changed, map_set, rng=rng, mates=mates)
-        if self.role_of is None:
-            return vary(int(rng.integers(len(map_set.scenarios))), chances=None)[0]
-        roles = [self.role_of(map_set, place) for place in range(len(map_set.scenarios))]
-        credit = np.array([self.credit.of(role) for role in roles])
-        place = int(rng.choice(len(roles), p=credit / credit.sum()))
-        chances = self.credit.chances(self.mutator.probabilities(map_set[place]), roles[place])
-        mutated, names = vary(place, chances=chances)
-        self.trials.append(Trial(map_set, mutated.digest, roles[place], names))
-        return mutated
+        roles = [self.role_of(map_set, place) if self.role_of else 0 for place in range(len(map_set))]
+        place = self.draw_place(roles, rng)
+        return self.mutated_in(map_set, place, roles[place], rng, mates)
 
-    def _with_changed(
+    def draw_place(self, roles: Sequence[int], rng: np.random.Generator) -> int:
+        """Return the place of one of some roles, selected in proportion to their credit if there is credit."""
+        if self.role_of is None:
+            return int(rng.integers(len(roles)))
+        credit = np.array([self.credit.of(role) for role in roles])
+        return int(rng.choice(len(roles), p=credit / credit.sum()))
+
+    def mutated_in(
         self,
         map_set: MapSet,
         place: int,
+        role: int,
         rng: np.random.Generator,
-        chances: Mapping[str, float] | None,
         mates: Sequence[Genome],
-    ) -> tuple[MapSet, tuple[str, ...]]:
-        """Return the set with one map mutated, and the names of the operators."""
-        scenarios = list(map_set)
-        scenarios[place], names = self.mutator.vary(scenarios[place], rng, chances, mates)
-        return MapSet(tuple(scenarios)), names
+        before: MapSet | None = None,
+    ) -> MapSet:
+        """Return the set with the map at a place mutated.
+
+        Args:
+            map_set: The set.
+            place: Place of the map.
+            role: Its role, which has the credit of the operators.
+            rng: Source of all randomness.
+            mates: Genomes of other maps, for crossover.
+            before: The set that the mutated one is compared with; ``map_set`` if None.
+        """
+        configured = self.mutator.probabilities(map_set[place])
+        chances = configured if self.role_of is None else self.credit.chances(configured, role)
+        varied, names = self.mutator.vary(map_set[place], rng, chances, mates)
+        mutated = map_set.with_map(place, varied)
+        if self.role_of is not None:
+            self.trials.append(Trial(before or map_set, mutated, role, names))
+        return mutated

@@ -93,6 +93,10 @@ class MapSampling(Sampling):  # type: ignore[misc]
         self.draw_map = draw_map
         self.people = people
 
+    def draw(self, rng: np.random.Generator) -> Scenario:
+        """Return one sampled map."""
+        return _sample_scenario(rng, self.shapes, self.draw_map, self.people)
+
     def _do(self, _problem: Any, n_samples: int, *_: Any, random_state: np.random.Generator, **__: Any) -> Column:
         options = self.maps_per_set, self.shapes, self.draw_map, self.people
         return as_column([sample_map_set(random_state, *options) for _ in range(n_samples)])

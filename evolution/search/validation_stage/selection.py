@@ -1,4 +1,4 @@
-"""Selection of the best set among candidates: by the value that most of its trials reach."""
+"""Selection of the best set among candidates: of the sets that are reliable, the one with the best mean trial."""
 
 from __future__ import annotations
 
@@ -25,15 +25,16 @@ SHORT_LIST = 40
 
 
 def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings) -> Names:
-    """Return the set with the best value that a share of its trials reaches, its maps in order of their scores.
+    """Return the set with the best mean trial of those that are reliable, its maps in order of their scores.
 
-    Maps without a failure come first. Of sets with equal values, the set with the best mean is returned.
+    A set is reliable if in a share of its trials the maps keep the order of their scores and no run fails. If no set
+    is, those with the largest share are taken. Maps without a failure come first.
 
     Args:
         maps: Results of the candidates, by name.
         fitness: Judges sets.
         size: Maps in a set.
-        stage: That share, and whether maps without a contact come first, too.
+        stage: That share (``reliability``), and whether maps without a contact come first, too.
     """
     eligible = preferred(maps, is_solved, size)
     if stage.avoid_contact:
@@ -85,9 +86,11 @@ class _Values:
         return min(value, 0.0) * chance + max(value, 0.0)
 
     def reliable(self, names: Names) -> tuple[float, float]:
-        """Return the value that enough trials of a set reach, and the mean value."""
-        values, chance = values_of_trials(self._results(names), self.fitness), self._chance_in_time(names)
-        return reached_by(values, self.reliability, chance), fmean(values) * chance
+        """Return by how much the share of good trials of a set is too small, and the mean value of a trial."""
+        results, chance = self._results(names), self._chance_in_time(names)
+        values, kept = values_of_trials(results, self.fitness)
+        share = chance * fmean(kept)
+        return max(self.reliability - share, 0.0), fmean(values) * chance
 
     def _results(self, names: Names) -> SetResults:
         return tuple(self.maps[name] for name in names)
@@ -101,28 +104,14 @@ def _place(score: float | None) -> float:
     return np.inf if score is None else score
 
 
-def values_of_trials(results: SetResults, fitness: Fitness) -> list[float]:
-    """Return the fitness of each trial; at least 0 where the maps lose their order."""
+def values_of_trials(results: SetResults, fitness: Fitness) -> tuple[list[float], list[bool]]:
+    """Return the fitness of each trial, at least 0 where the maps lose their order, and where they keep it."""
     trials = [fitness(one) for one in trials_of(results)]
-    return [
-        trial.fitness if kept else max(trial.fitness, 0.0)
-        for trial, kept in zip(trials, order_kept(trials, fitness(results), fitness), strict=True)
+    kept = order_kept(trials, fitness(results), fitness)
+    values = [
+        trial.fitness if in_order else max(trial.fitness, 0.0) for trial, in_order in zip(trials, kept, strict=True)
     ]
-
-
-def reached_by(values: Sequence[float], share: float, chance: float) -> float:
-    """Return the value that a share of all trials reaches, if trials have these values with a chance, and 0 otherwise.
-
-    Where the chance is too small, the value is 0, or the worst of the values above 0.
-
-    Args:
-        values: Values of trials, less is better.
-        share: Share of all trials.
-        chance: Chance of a trial to have one of these values.
-    """
-    if share < chance:
-        return float(np.quantile(values, share / chance))
-    return max(0.0, *values)
+    return values, kept
 
 
 def chance_of_order(scores: Sequence[Sequence[float]]) -> float:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from evolution.search.archive import Archive
 from evolution.search.budget import Budget
+from evolution.search.expectations import Expectations
 from evolution.search.judging import Fitness, Judgement, Names, is_solved
 from evolution.search.sections import ValidationSettings
 from evolution.search.settings import EvolveSettings
-from evolution.search.validation_stage.candidates import best_expected, largest_contribution
 from evolution.search.validation_stage.held_out import ValidationResult, held_out
 from evolution.search.validation_stage.selection import select
 from gym_mapbench.world.scenario import MapSet
@@ -31,12 +30,12 @@ class Validated(NamedTuple):
 
 
 def validate(
-    archive: Archive, fitness: Fitness, settings: EvolveSettings, stage: ValidationSettings, budget: Budget
+    expectations: Expectations, fitness: Fitness, settings: EvolveSettings, stage: ValidationSettings, budget: Budget
 ) -> Validated | None:
     """Re-evaluate the best maps on held-out seeds, select a set, and return it with its held-out fitness.
 
     Args:
-        archive: Every evaluated map.
+        expectations: Estimates of every evaluated map.
         fitness: Judges sets.
         settings: Options of the search.
         stage: Options of the validation stage.
@@ -45,7 +44,7 @@ def validate(
     Returns:
         The selected set; None if there are fewer solved maps than a set has.
     """
-    candidates = _Candidates(archive, fitness, settings, stage, budget)
+    archive, candidates = expectations.archive, _Candidates(expectations, fitness, settings, stage, budget)
     candidates.re_evaluate()
     if len(candidates.names) < settings.maps_per_set:
         return None
@@ -61,9 +60,15 @@ class _Candidates:
     """The maps that get held-out seeds, including those that failed on them."""
 
     def __init__(
-        self, archive: Archive, fitness: Fitness, settings: EvolveSettings, stage: ValidationSettings, budget: Budget
+        self,
+        expectations: Expectations,
+        fitness: Fitness,
+        settings: EvolveSettings,
+        stage: ValidationSettings,
+        budget: Budget,
     ) -> None:
-        self.archive = archive
+        self.expectations = expectations
+        self.archive = expectations.archive
         self.fitness = fitness
         self.settings = settings
         self.stage = stage
@@ -73,14 +78,13 @@ class _Candidates:
     def re_evaluate(self) -> None:
         """Re-evaluate the best set until it stays the best, then the best set without its most important map, etc."""
         without: frozenset[str] = frozenset()
-        size = self.settings.maps_per_set
-        while (missing := self.stage.candidates - self._solved) > 0 and (
-            names := best_expected(self.archive, self.fitness, size, without)
-        ):
+        while (missing := self.stage.candidates - self._solved) > 0:
+            self.expectations.update()
+            names = self.expectations.best_without(without)
             new = [name for name in names if name not in self.names]
-            if not new:
-                without |= {largest_contribution(self.archive, self.fitness, names, without)}
-            elif not self._add(new[:missing]):
+            if names and not new:
+                without |= {self.expectations.largest_contribution(names, without)}
+            elif not new or not self._add(new[:missing]):
                 break
 
     @property

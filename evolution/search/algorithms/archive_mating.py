@@ -1,0 +1,65 @@
+"""Offspring of the archive: the best expected set with one map replaced by a mutated map of the archive.
+
+An individual of the population is a set, but what is worth keeping is a map: sets are made of the archive's maps at no
+cost. So an offspring has one new map, made of a map that would be good in the same role, and the best other maps.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pymoo.core.infill import InfillCriterion
+from pymoo.core.population import Population
+
+from evolution.search.expectations import Expectations
+from evolution.search.operators import MapMutation, MapSampling, as_column
+from gym_mapbench.world.scenario import MapSet
+
+PARENTS = 8
+"""Parents are selected among this many maps, the best in the role most often."""
+FRESH = 0.1
+"""Probability that the new map is sampled."""
+
+
+class ArchiveMating(InfillCriterion):  # type: ignore[misc]
+    """Makes offspring of the archive's maps.
+
+    Args:
+        expectations: Which maps are good in which role.
+        mutation: Selects the role and the operator by their credit, and mutates the map.
+        sampling: Samples the maps that have no parent.
+        options: ``repair`` and ``eliminate_duplicates`` of pymoo.
+    """
+
+    def __init__(
+        self, expectations: Expectations, mutation: MapMutation, sampling: MapSampling, **options: Any
+    ) -> None:
+        super().__init__(**options)
+        self.expectations = expectations
+        self.mutation = mutation
+        self.sampling = sampling
+
+    def _do(
+        self, _problem: Any, pop: Population, n_offsprings: int, *_: Any, random_state: np.random.Generator, **__: Any
+    ) -> Population:
+        best = self.expectations.best
+        base = self.expectations.archive.map_set(best) if best else pop[0].X[0]
+        parents = [self._parents(role) for role in range(len(base))] if best else []
+        return Population.new(X=as_column([self._child(base, parents, random_state) for _ in range(n_offsprings)]))
+
+    def _parents(self, role: int) -> MapSet:
+        """Return the best maps in a role, the best first."""
+        return self.expectations.archive.map_set(self.expectations.ranked(role)[:PARENTS])
+
+    def _child(self, base: MapSet, parents: list[MapSet], rng: np.random.Generator) -> MapSet:
+        """Return a set with one new map."""
+        role = self.mutation.draw_place(range(len(base)), rng)
+        if not parents or rng.random() < FRESH:
+            return base.with_map(role, self.sampling.draw(rng))
+        maps = parents[role]
+        parent = maps[min(int(rng.exponential(PARENTS / 3)), len(maps) - 1)]
+        mates = [one.genome for one in maps if one.genome is not None]
+        child = self.mutation.mutated_in(base.with_map(role, parent), role, role, rng, mates, before=base)
+        self.expectations.add_parent(child[role], parent)
+        return child
