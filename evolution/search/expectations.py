@@ -47,32 +47,15 @@ class Expectations:
     def update(self) -> None:
         """Estimate all maps by all runs so far, and find the best expected set again."""
         self.estimates = estimates_of(self.archive.all_results(), self.parents, self._fitness())
-        self.best = self.best_without(frozenset())
+        self.best = self._best()
 
-    def best_without(self, without: frozenset[str]) -> Names:
-        """Return the best expected set of solved maps, except for some; empty if there are too few.
-
-        The search for it begins with the set of the best fitness and ends where no exchange of a single map improves
-        it.
-        """
-        names = self.archive.best(self._fitness(), self.size, without)
+    def _best(self) -> Names:
+        """Return the set that no exchange of a single map improves, in a search from the set of the best fitness."""
+        names = self.archive.best(self._fitness(), self.size)
         if not names:
             return ()
-        return self._ordered(best_by_exchange(names, self.archive.solved(without), self.value_of))
-
-    def largest_contribution(self, names: Names, without: frozenset[str]) -> str:
-        """Return the map of a set without which the best remaining set has the worst expected fitness.
-
-        Args:
-            names: The set, by digest.
-            without: Maps to leave out in any case.
-        """
-
-        def value_without(name: str) -> float:
-            others = self.best_without(without | {name})
-            return self.value_of(others) if others else np.inf
-
-        return max(names, key=value_without)
+        best = best_by_exchange(names, self.archive.solved(), self.value_of)
+        return tuple(sorted(best, key=lambda name: self.estimates[name].score))
 
     def value_of(self, names: Names) -> float:
         """Return the expected fitness of a set."""
@@ -87,14 +70,16 @@ class Expectations:
         return sorted(self.archive.solved(), key=lambda name: self.value_in(role, name))
 
     def potentials(self) -> dict[str, float]:
-        """Return how good the best set would be with each solved map in its best role if that map were steady.
+        """Return how good the best set would be with each solved map in its best role if the map were as hoped.
 
-        Only maps about which little is known, or which are unsteady, have a potential below the best set's value.
+        A map with one repeat is hoped to be steady and never to fail. With ``n`` repeats the hope is ``1/n`` of that.
         """
-        solved, found = self.archive.solved(), {}
-        for name in solved:
-            steady = {**self._of_best, name: self.estimates[name]._replace(deviation=0.0, success=1.0)}
-            found[name] = min(self._value_in(role, name, steady) for role in range(self.size))
+        found = {}
+        for name in self.archive.solved():
+            one, doubt = self.estimates[name], 1.0 - 1.0 / self.archive.repeats_of(name)
+            hoped = one._replace(deviation=doubt * one.deviation, success=1.0 - doubt * (1.0 - one.success))
+            of_best = {other: self.estimates[other] for other in self.best}
+            found[name] = min(self._value_in(role, name, {**of_best, name: hoped}) for role in range(self.size))
         return found
 
     def bars(self) -> list[float]:
@@ -113,13 +98,6 @@ class Expectations:
         excess = values[: max(1, round(top * len(values)))].mean(axis=0) - np.median(values, axis=0)
         return [int(place) for place in np.argsort(-excess, kind="stable")]
 
-    @property
-    def _of_best(self) -> dict[str, Estimate]:
-        return {name: self.estimates[name] for name in self.best}
-
     def _value_in(self, role: int, name: str, estimates: Mapping[str, Estimate]) -> float:
         names = (*self.best[:role], name, *self.best[role + 1 :])
         return expected_fitness(names, estimates, self._fitness()) if len(set(names)) == len(names) else np.inf
-
-    def _ordered(self, names: Names) -> Names:
-        return tuple(sorted(names, key=lambda name: self.estimates[name].score))

@@ -48,8 +48,10 @@ class ValidationSettings(Settings):
     """How the best maps are validated on held-out seeds before the best set is named.
 
     Args:
-        seeds: Held-out seeds of every candidate, used until it fails once; the chosen set gets as many again.
-        candidates: Maps without a failure on these seeds, at most.
+        seeds: Held-out seeds of every candidate, used one after the other until it fails once; the chosen set gets as
+            many again.
+        candidates: The stage has this number times ``seeds`` to distribute: they go to the maps that the best expected
+            set needs or might be better with, so maps that turn out weak or unsteady get fewer.
         held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.
         reliability: A set is chosen among those whose maps keep the order of their scores, without a failed run, in
             at least this share of trials; if there is none, among those with the largest share.

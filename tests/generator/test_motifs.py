@@ -91,7 +91,7 @@ def test_an_element_deviates_alone():
     assert np.allclose(second.centre - plain[1].centre, (-0.25 * 0.8, 0.0))
     section = genes.sections[0]
     assert family.values(section, 0)["gap"] == 0.8
-    assert math.isclose(family.values(section, 1)["gap"], 0.8 + 0.1 * 0.3)
+    assert math.isclose(family.values(section, 1)["gap"], 0.8 + 0.1 * 0.4)
 
 
 @given(st.floats(-1, 1))

@@ -20,6 +20,8 @@ PARENTS = 8
 """Parents are selected among this many maps, the best in the role most often."""
 FRESH = 0.1
 """Probability that the new map is sampled."""
+MAX_TRIES = 20
+"""Mutations until one is a map that was not evaluated before; then a map is sampled."""
 
 
 class ArchiveMating(InfillCriterion):  # type: ignore[misc]
@@ -55,11 +57,17 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
     def _child(self, base: MapSet, parents: list[MapSet], rng: np.random.Generator) -> MapSet:
         """Return a set with one new map."""
         role = self.mutation.draw_place(range(len(base)), rng)
-        if not parents or rng.random() < FRESH:
-            return base.with_map(role, self.sampling.draw(rng))
-        maps = parents[role]
-        parent = maps[min(int(rng.exponential(PARENTS / 3)), len(maps) - 1)]
-        mates = [one.genome for one in maps if one.genome is not None]
+        if parents and rng.random() >= FRESH:
+            for _ in range(MAX_TRIES):
+                child = self._mutated(base, parents[role], role, rng)
+                if child[role].world_digest not in self.expectations.archive.scenarios:
+                    return child
+        return base.with_map(role, self.sampling.draw(rng))
+
+    def _mutated(self, base: MapSet, parents: MapSet, role: int, rng: np.random.Generator) -> MapSet:
+        """Return the set with a mutated parent in a role."""
+        parent = parents[min(int(rng.exponential(PARENTS / 3)), len(parents) - 1)]
+        mates = [one.genome for one in parents if one.genome is not None]
         child = self.mutation.mutated_in(base.with_map(role, parent), role, role, rng, mates, before=base)
         self.expectations.add_parent(child[role], parent)
         return child

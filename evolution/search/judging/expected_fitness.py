@@ -1,7 +1,7 @@
 """Expected held-out fitness: the expected fitness of one further trial of a set, estimated from few repeats.
 
-Most maps have one or a few repeats. The estimate therefore shrinks the variance of a map towards the median variance
-of similar maps. A set discriminates between controllers only in trials that keep the ranks of its maps, so the
+Most maps have one or a few repeats. The estimate therefore shrinks the variance of a map towards that of similar
+maps. A set discriminates between controllers only in trials that keep the ranks of its maps, so the
 expected fitness includes the chance of that order, where the fitness looks at it. It also includes the chance that all
 controllers reach the goal within the time limit: a map on which a controller is slow has failures on some seeds, even
 if no repeat so far had one.
@@ -16,14 +16,15 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from evolution.search.judging.equation import gain
 from evolution.search.judging.exact import Names
 from evolution.search.judging.fitness import Fitness, scores_of
 from evolution.search.judging.map_results import MapResults, is_solved, repeats_of, singles_of
 
-SIMILAR = 5
-"""Number of similar maps whose median variance is the prior of a map's variance."""
+SIMILAR = 8
+"""Number of similar maps whose pooled variance is the prior of a map's variance."""
 PRIOR = 4
 """Degrees of freedom of that prior."""
 INHERITED = 0.5
@@ -38,6 +39,9 @@ STANDARD_NORMAL = NormalDist()
 
 OfRepeats = Mapping[str, Sequence[float]]
 """One value for each repeat of each map, in their order; the maps by name."""
+Place = NDArray[np.float64]
+Places = Mapping[str, Place]
+"""What makes maps similar, one vector for each map by name."""
 
 
 class Estimate(NamedTuple):
@@ -67,14 +71,38 @@ def estimates_of(maps: Mapping[str, MapResults], parents: Mapping[str, str], fit
     values = shrunken_values(maps, parents, fitness)
     expected = {name: float(fitness.kind.score(some)) for name, some in values.items()}
     solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
-    faultless = [name for name, of_map in maps.items() if all(run.success for runs in of_map for run in runs)]
-    scores = {name: scores_of(solved[name], fitness) if name in solved else [expected[name]] for name in faultless}
-    deviations, in_time = deviations_of(scores, scores), chances_in_time(solved, scores, fitness.time_limit)
-    goals = chances_of_goals(maps, expected)
+    scores = {name: scores_of(solved[name], fitness) if name in solved else [expected[name]] for name in maps}
+    places = places_of(maps, scores)
+    deviations, in_time = deviations_of(scores, places), chances_in_time(solved, places, fitness.time_limit)
+    goals = chances_of_goals(maps, places)
     return {
         name: Estimate(values[name], expected[name], deviations[name], goals[name] * in_time.get(name, 1.0))
-        for name in faultless
+        for name, of_map in maps.items()
+        if all(run.success for runs in of_map for run in runs)
     }
+
+
+def places_of(maps: Mapping[str, MapResults], scores: OfRepeats) -> Places:
+    """Return what makes maps similar: first and median score, recoveries in a trial, in units of their spread.
+
+    By the median score alone, maps that had one high score and were re-evaluated for it would be the similar maps of
+    all maps with a low score. Recoveries tell a controller that is slow all the way from one that got stuck.
+
+    Args:
+        maps: Results of maps, by name.
+        scores: Scores of their repeats.
+    """
+    if not maps:
+        return {}
+    rows = np.array([[scores[name][0], median(scores[name]), _recoveries(of_map)] for name, of_map in maps.items()])
+    spread = rows.std(axis=0)[[0, 0, 2]]
+    return dict(zip(maps, rows / np.where(spread > 0.0, spread, 1.0), strict=True))
+
+
+def _recoveries(of_map: MapResults) -> float:
+    """Return the recoveries of all controllers in a trial, on average."""
+    total = sum(run.metrics.get("n_recoveries") or 0.0 for runs in of_map for run in runs)
+    return float(total) / repeats_of(of_map)
 
 
 def shrunken_values(
@@ -85,11 +113,11 @@ def shrunken_values(
     A map without a parent has the median of all maps instead. So the luck of a single run counts less.
 
     Args:
-        maps: Results of maps by name, parents before their children; failed runs do not count.
+        maps: Results of maps by name, parents before their children; trials with a failure do not count.
         parents: Of each map that was made of another one, the name of that map.
         fitness: Judges sets.
     """
-    own = {name: [[run for run in runs if run.success] for runs in of_map] for name, of_map in maps.items()}
+    own = {name: _without_failed_trials(of_map) for name, of_map in maps.items()}
     of_controllers = zip(*own.values(), strict=True)
     middle = [median([fitness.value_of(runs) for runs in some if runs] or [0.0]) for some in of_controllers]
     found: dict[str, tuple[float, ...]] = {}
@@ -102,71 +130,81 @@ def shrunken_values(
     return found
 
 
-def chances_of_goals(maps: Mapping[str, MapResults], scores: Mapping[str, float]) -> dict[str, float]:
+def _without_failed_trials(of_map: MapResults) -> MapResults:
+    """Return the runs of a map before its first trial with a failure."""
+    failed = [number for runs in of_map for number, run in enumerate(runs) if not run.success]
+    return tuple(runs[: min(failed)] for runs in of_map) if failed else of_map
+
+
+def chances_of_goals(maps: Mapping[str, MapResults], places: Places) -> dict[str, float]:
     """Return the chance that no controller fails in a further trial of each map, if none has failed so far.
 
-    The prior is the share of failed trials, after a first trial without a failure, of the ten maps with the most
-    similar scores (a beta distribution).
+    The prior is the share of failed trials, after a first trial without a failure, of the ten most similar maps (a
+    beta distribution).
 
     Args:
         maps: Results of all evaluated maps, by name.
-        scores: Their scores.
+        places: What makes them similar (:func:`places_of`).
     """
     further = {
         name: (repeats_of(of_map) - 1, any(not run.success for runs in of_map for run in runs[1:]))
         for name, of_map in maps.items()
         if repeats_of(of_map) > 1 and all(run.success for runs in of_map for run in runs[:1])
     }
-    places = np.array([scores[name] for name in further])
+    others = [places[name] for name in further]
     trials, failed = np.array(list(further.values()), dtype=float).reshape(-1, 2).T
     found = {}
     for name, of_map in maps.items():
-        similar = np.argsort(np.abs(places - scores[name]), kind="stable")[:SIMILAR_FAILURES]
+        similar = _nearest(others, places[name], SIMILAR_FAILURES)
         prior = (float(failed[similar].sum()) + FAILURES) / (float(trials[similar].sum()) + TRIALS)
         found[name] = 1.0 - prior * PRIOR_OF_FAILURES / (PRIOR_OF_FAILURES + repeats_of(of_map))
     return found
 
 
-def deviations_of(values: OfRepeats, scores: OfRepeats) -> dict[str, float]:
+def _nearest(others: Sequence[Place], place: Place, count: int) -> NDArray[np.intp]:
+    """Return the numbers of the places that are nearest to one, the nearest first."""
+    distances = np.abs(np.array(others).reshape(-1, len(place)) - place).sum(axis=1)
+    return np.argsort(distances, kind="stable")[:count]
+
+
+def deviations_of(values: OfRepeats, places: Places) -> dict[str, float]:
     """Return the expected standard deviation of a value in single trials of each map.
 
-    The estimate shrinks the variance of a map towards the median variance of the five most similar maps that have at
-    least two repeats; it is 0 where no map has two. Two maps are similar if their first score and their median score
-    are close. By the median score alone, maps that had one high score and were re-evaluated for it would be the similar
-    maps of all maps with a low score.
+    The estimate shrinks the variance of a map towards that of the eight most similar maps that have at least two
+    repeats, pooled; it is 0 where no map has two.
 
     Args:
         values: The value of each repeat, for each map by name.
-        scores: The score of each repeat.
+        places: What makes the maps similar (:func:`places_of`).
     """
-    places = {name: np.array([scores[name][0], median(scores[name])]) for name in values}
     known = [name for name, some in values.items() if len(some) > 1]
-    variances = np.array([np.var(values[name], ddof=1) for name in known])
-    others = np.array([places[name] for name in known]).reshape(-1, 2)
+    freedom = np.array([len(values[name]) - 1 for name in known])
+    squares = np.array([np.var(values[name], ddof=1) for name in known]) * freedom
+    others = [places[name] for name in known]
     found = {}
     for name, some in values.items():
-        similar = np.argsort(np.abs(others - places[name]).sum(axis=1), kind="stable")[:SIMILAR]
-        prior = float(np.median(variances[similar])) if known else 0.0
+        similar = _nearest(others, places[name], SIMILAR)
+        prior = float(squares[similar].sum() / freedom[similar].sum()) if known else 0.0
         own = float(np.var(some)) * len(some)
         found[name] = float(np.sqrt((own + PRIOR * prior) / (PRIOR + len(some) - 1)))
     return found
 
 
-def chances_in_time(maps: Mapping[str, MapResults], scores: OfRepeats, time_limit: float) -> dict[str, float]:
+def chances_in_time(maps: Mapping[str, MapResults], places: Places, time_limit: float) -> dict[str, float]:
     """Return the chance that the slowest controller finishes a further trial of each map within the time limit.
 
     The logarithms of its times are modelled as normally distributed, with the deviation of :func:`deviations_of`.
 
     Args:
         maps: Results of solved maps, by name.
-        scores: The score of each repeat.
+        places: What makes them similar (:func:`places_of`).
         time_limit: Simulated seconds.
     """
     slowest = {
         name: [float(np.log(max(run.time_s for (run,) in single))) for single in singles_of(of_map)]
         for name, of_map in maps.items()
     }
-    deviations = deviations_of(slowest, scores)
+    deviations = deviations_of(slowest, places)
     return {
         name: _predicted(np.log(time_limit) - float(np.mean(some)), deviations[name], len(some))
         for name, some in slowest.items()
@@ -183,9 +221,10 @@ def _predicted(margin: float, deviation: float, repeats: int) -> float:
 def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: Fitness) -> float:
     """Return the expected fitness of a single trial of a set; less is better.
 
-    It is the fitness of the set times two chances: that the maps keep the ranks of their scores, if these are normally
-    distributed, and that no run fails. Caution applies to maps with one repeat, too. A fitness above
-    0 is not multiplied: a penalty does not shrink.
+    It is the fitness of the set times the square of two chances: that the maps keep the ranks of their scores, if these
+    are normally distributed, and that no run fails. Once because other trials have no value, and once more because the
+    validation stage names such a set less often. Caution applies to maps with one repeat, too. A fitness above 0 is not
+    multiplied: a penalty does not shrink.
 
     Args:
         names: The set.
@@ -198,7 +237,7 @@ def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: F
     chances = [one.success for one in ordered]
     if fitness.kind.ordered:
         chances += [_chance_of_order(*pair) for pair in pairwise(ordered)]
-    return value * float(np.prod(chances)) if value < 0.0 else value
+    return value * float(np.prod(chances)) ** 2 if value < 0.0 else value
 
 
 def _chance_of_order(less: Estimate, more: Estimate) -> float:

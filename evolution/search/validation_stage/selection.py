@@ -11,7 +11,7 @@ import numpy as np
 
 from evolution.driving import SetResults
 from evolution.search.judging import Fitness, MapResults, Names, is_solved, is_untouched, scores_of, success_share
-from evolution.search.judging.expected_fitness import chances_in_time
+from evolution.search.judging.expected_fitness import chances_in_time, places_of
 from evolution.search.sections import ValidationSettings
 from evolution.search.validation_stage.trials import order_kept, trials_of
 
@@ -75,7 +75,8 @@ class _Values:
         self.reliability = reliability
         self.scores = {name: scores_of(of_map, fitness) for name, of_map in maps.items()}
         solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
-        self.in_time = chances_in_time(solved, self.scores, fitness.time_limit)
+        places = places_of(solved, self.scores)
+        self.in_time = chances_in_time(solved, places, fitness.time_limit)
 
     def estimate(self, names: Names) -> float:
         """Return the fitness times the chances of order, if it counts, and of no timeout; a penalty stays."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from evolution.search.budget import Budget
 from evolution.search.expectations import Expectations
-from evolution.search.judging import Fitness, Judgement, Names, is_solved
+from evolution.search.judging import Fitness, Judgement, Names
 from evolution.search.sections import ValidationSettings
 from evolution.search.settings import EvolveSettings
 from evolution.search.validation_stage.held_out import ValidationResult, held_out
@@ -57,7 +57,7 @@ def validate(
 
 
 class _Candidates:
-    """The maps that get held-out seeds, including those that failed on them."""
+    """The maps that get held-out seeds, with the number of repeats that each had before."""
 
     def __init__(
         self,
@@ -70,49 +70,52 @@ class _Candidates:
         self.expectations = expectations
         self.archive = expectations.archive
         self.fitness = fitness
-        self.settings = settings
+        self.size = settings.maps_per_set
         self.stage = stage
         self.budget = budget
-        self.names: dict[str, None] = {}
-
-    def re_evaluate(self) -> None:
-        """Re-evaluate the best set until it stays the best, then the best set without its most important map, etc."""
-        without: frozenset[str] = frozenset()
-        while (missing := self.stage.candidates - self._solved) > 0:
-            self.expectations.update()
-            names = self.expectations.best_without(without)
-            new = [name for name in names if name not in self.names]
-            if names and not new:
-                without |= {self.expectations.largest_contribution(names, without)}
-            elif not new or not self._add(new[:missing]):
-                break
+        self.before: dict[str, int] = {}
 
     @property
-    def _solved(self) -> int:
-        return sum(is_solved(self.archive.results(name)) for name in self.names)
+    def names(self) -> list[str]:
+        """The maps that have all their held-out seeds, without a failure; those with fewer, if these are too few."""
+        solved = [name for name in self.before if self.archive.is_solved(name) and self._seeds(name)]
+        complete = [name for name in solved if self._seeds(name) >= self.stage.seeds]
+        return complete if len(complete) >= self.size else solved
+
+    def re_evaluate(self) -> None:
+        """Drive one held-out seed after the other on the maps that the best set needs or might be better with."""
+        left = self.stage.candidates * self.stage.seeds
+        while left > 0:
+            self.expectations.update()
+            names = self._next()[:left]
+            self.before |= {name: self.archive.repeats_of(name) for name in names if name not in self.before}
+            wanted = {name: self.archive.repeats_of(name) + 1 for name in names}
+            if not names or not self._drive(wanted, reserve=self.stage.seeds + self.stage.held_out_seeds):
+                break
+            left -= len(names)
 
     def select(self) -> Names:
         """Return the set that is still selected after its maps got as many held-out seeds again."""
         settled: set[str] = set()
         while True:
             maps = {name: self.archive.results(name) for name in self.names}
-            names = select(maps, self.fitness, self.settings.maps_per_set, self.stage)
+            names = select(maps, self.fitness, self.size, self.stage)
             more = {name: self.archive.repeats_of(name) + self.stage.seeds for name in names if name not in settled}
             if not more or not self._drive(more, reserve=self.stage.held_out_seeds):
                 return names
             settled.update(more)
 
-    def _add(self, new: Sequence[str]) -> bool:
-        """Drive as many new maps as the runs suffice for; return whether any was driven.
+    def _next(self) -> list[str]:
+        """Return the maps that get the next seed: those of the best set, and as many that might improve it most."""
+        potentials = self.expectations.potentials()
+        best = [name for name in self.expectations.best if self._seeds(name) < self.stage.seeds]
+        others = [name for name in potentials if name not in self.expectations.best]
+        rivals = [name for name in others if self._seeds(name) < self.stage.seeds]
+        return best + sorted(rivals, key=potentials.__getitem__)[: self.size]
 
-        Maps that fail on the seeds of the elite are no candidates: these come before the held-out seeds.
-        """
-        elite = {name: max(self.archive.repeats_of(name), self.settings.elite_repeats) for name in new}
-        wanted = {name: repeats + self.stage.seeds for name, repeats in elite.items()}
-        while wanted and not self._drive(wanted, reserve=self.stage.seeds + self.stage.held_out_seeds):
-            wanted.popitem()
-        self.names |= {name: None for name in wanted if self.archive.repeats_of(name) > elite[name]}
-        return bool(wanted)
+    def _seeds(self, name: str) -> int:
+        """Return the number of held-out seeds of a map."""
+        return self.archive.repeats_of(name) - self.before[name] if name in self.before else 0
 
     def _drive(self, wanted: Mapping[str, int], reserve: int) -> bool:
         """Drive maps until each has a number of repeats or one failed run.
@@ -124,7 +127,7 @@ class _Candidates:
         Returns:
             Whether the runs suffice; nothing is driven where they do not.
         """
-        reserved = self.budget.controllers * self.settings.maps_per_set * reserve
+        reserved = self.budget.controllers * self.size * reserve
         if self.budget.cost_of(wanted) + reserved > self.budget.all_runs:
             return False
         self.archive.drive_while_solved(wanted)

@@ -26,13 +26,15 @@ class Gates(Motif):
 
     Args:
         count: Range of the number of gates.
+        pitch: Range of the distance from one gate to the next, m.
         gap: Range of the gaps' widths, m.
         thickness: Range of the walls' thickness, m.
     """
 
     count: CountRange = (1, 5)
-    gap: LengthRange = (0.65, 1.1)
-    thickness: LengthRange = (0.05, 0.45)
+    pitch: LengthRange = (1.35, 1.8)
+    gap: LengthRange = (0.7, 1.1)
+    thickness: LengthRange = (0.1, 0.5)
 
     def walls(self, around: Around, genes: Values) -> Cells:
         """Return the wall with its gap; see :meth:`Motif.walls`."""

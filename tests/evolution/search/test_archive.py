@@ -1,4 +1,4 @@
-"""The archive: what it drives, what it leaves out, and the best set it finds; the elite and the budget."""
+"""The archive: what it drives, what it leaves out, and the best set it finds."""
 
 from __future__ import annotations
 
@@ -10,11 +10,8 @@ import pytest
 
 from evolution.driving import Evaluator, JobPlan, RunResult
 from evolution.search.archive import Archive, best_by_exchange
-from evolution.search.budget import Budget
-from evolution.search.elite import find_elite
 from evolution.search.judging import Fitness, JudgingSettings, is_solved, judge_map, repeats_of
 from evolution.search.operators.sampling import sample_map_set
-from evolution.search.settings import EvolveSettings
 from evolution.search.staging import stages_of
 from tests.evolution.fake_runs import CONTROLLERS, SMALL, WORLD
 
@@ -149,36 +146,27 @@ def test_exchange_ends_where_there_is_nothing_to_exchange():
     assert best_by_exchange(tuple(solved), solved, len) == tuple(solved)
 
 
-def test_the_elite_gets_more_repeats_while_it_stays():
-    options = EvolveSettings(archive=True, elite_seeds=2, caution=1.0)
-    archive, fitness = archive_of(), Fitness.of(options.judging, 150.0)
-    archive.evaluate(sets_of(8))
-    budget = Budget(options, archive)
-    for _ in range(12):
-        names = find_elite(archive, fitness, options, budget)
-    assert min(map(archive.repeats_of, names)) >= 3
-    assert max(map(archive.repeats_of, archive.scenarios)) == options.most_elite_repeats == 9
-    assert names == archive.best(fitness, 3)
+def test_maps_that_do_not_go_on_get_no_further_stage():
+    archive, sets = archive_of(staged=True), sets_of(6)
+    digests = [one.world_digest for map_set in sets for one in map_set]
+    asked = []
+
+    def every_other(names):
+        asked.append(list(names))
+        return [name for name in names if digests.index(name) % 2]
+
+    archive.evaluate(sets, every_other)
+    assert asked[0] == []  # a map without a run has to be begun
+    for place, digest in enumerate(digests):
+        runs = [len(some) for some in archive.results(digest)]
+        assert runs == ([0, 0, 1] if place % 2 == 0 else runs)
+        assert archive.is_solved(digest) <= bool(place % 2)
+    assert any(archive.is_solved(digest) for digest in digests)
+    assert set(archive.all_results()) == set(digests)
 
 
-def test_the_elite_keeps_to_the_budget():
-    options = EvolveSettings(archive=True, elite_seeds=2, runs=72 + 17, pop_size=8, evaluations=8)
-    archive, fitness = archive_of(), Fitness.of(options.judging, 150.0)
-    archive.evaluate(sets_of(8))
-    assert find_elite(archive, fitness, options, Budget(options, archive)) == archive.best(fitness, 3)
-    assert archive.count == 72
-
-
-def test_seeds_are_not_spent_on_sets_that_are_hardly_better(monkeypatch):
-    options = EvolveSettings(archive=True, elite_seeds=2, caution=1.0)
-    counts, fitnesses = {}, {}
-    for least in (0.0, 0.1):
-        monkeypatch.setattr("evolution.search.elite.LEAST_GAIN", least)
-        archive, fitness = archive_of(), Fitness.of(options.judging, 150.0)
-        for seed in range(12):
-            archive.evaluate(sets_of(3, seed))
-            names = find_elite(archive, fitness, options, Budget(options, archive))
-        counts[least] = archive.count
-        fitnesses[least] = fitness(archive.results_of(archive.map_set(names))).fitness
-    assert counts[0.1] < counts[0.0]
-    assert fitnesses[0.1] < fitnesses[0.0] + 0.5
+def test_a_map_without_runs_is_not_solved():
+    archive, (one,) = archive_of(), sets_of(1)
+    archive.scenarios |= {scenario.world_digest: scenario for scenario in one}
+    archive._runs |= {scenario.world_digest: [[], [], []] for scenario in one}
+    assert archive.solved() == archive.all_results() == {}

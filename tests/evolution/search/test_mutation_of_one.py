@@ -116,7 +116,7 @@ def test_one_map_of_a_set_is_mutated_and_the_trial_is_noted():
     changed = [place for place in range(3) if before[place].map.digest != after[place].map.digest]
     assert len(changed) == 1
     (trial,) = mutation.trials
-    assert (trial.before.digest, trial.after, trial.role) == (before.digest, after.digest, 2 - changed[0])
+    assert (trial.before.digest, trial.after.digest, trial.role) == (before.digest, after.digest, 2 - changed[0])
     mutation.credit_trials(lambda trial: 3.0)
     assert mutation.trials == []
     assert mutation.credit.of(trial.role) == pytest.approx((3.0 + 3.0) / 2)
@@ -129,8 +129,8 @@ def test_operators_with_a_gain_are_selected_more_often_and_none_is_dropped():
     rng = np.random.default_rng(0)
     before = sample_map_set(rng, 1, THESIS)
     for _ in range(50):
-        credit.add(Trial(before, "", 0, ("move",)), -1.0)
-        credit.add(Trial(before, "", 0, ("door",)), 2.0)
+        credit.add(Trial(before, before, 0, ("move",)), -1.0)
+        credit.add(Trial(before, before, 0, ("door",)), 2.0)
     chances = credit.chances(configured, 0)
     assert sum(chances.values()) == pytest.approx(1)
     assert chances["door"] > chances["nudge"] > chances["move"] > 0

@@ -10,13 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evolution.driving import RunResult
-from evolution.search.archive import Archive
 from evolution.search.judging import Fitness, JudgingSettings, scores_of
 from evolution.search.judging.exact import judge_map
-from evolution.search.judging.expected_fitness import Estimate, chances_in_time, deviations_of, expected_fitness
-from evolution.search.validation_stage.candidates import best_expected, largest_contribution
-from tests.evolution.search.test_archive import Answers, archive_of, sets_of
+from evolution.search.judging.expected_fitness import (
+    Estimate,
+    chances_in_time,
+    chances_of_goals,
+    deviations_of,
+    expected_fitness,
+    places_of,
+    shrunken_values,
+)
 
+HERE = np.zeros(3)
 FITNESS = Fitness.of(JudgingSettings(), 150.0)
 
 
@@ -28,12 +34,12 @@ def driven(*slowest):
 
 def deviations(**maps):
     singles = {name: scores_of(one, FITNESS) for name, one in maps.items()}
-    return deviations_of(singles, singles)
+    return deviations_of(singles, places_of(maps, singles))
 
 
-def estimate(time, deviation, in_time=1.0):
+def estimate(time, deviation, success=1.0):
     judged = judge_map(driven(time), FITNESS)
-    return Estimate(judged.values, judged.score, deviation, in_time)
+    return Estimate(judged.values, judged.score, deviation, success)
 
 
 def test_the_deviation_of_a_map_with_one_repeat_is_that_of_similar_maps():
@@ -47,8 +53,8 @@ def test_the_deviation_of_a_map_with_one_repeat_is_that_of_similar_maps():
 
 
 def test_maps_with_one_high_score_are_not_the_similar_maps_of_maps_with_a_low_score():
-    lucky = {f"lucky{n}": driven(100.0 + n, 30.0, 31.0, 30.0) for n in range(5)}
-    steady = {f"steady{n}": driven(34.0 + n, 33.0, 35.0, 34.0) for n in range(5)}
+    lucky = {f"lucky{n}": driven(100.0 + n, 30.0, 31.0, 30.0) for n in range(8)}
+    steady = {f"steady{n}": driven(34.0 + n / 4, 33.0, 35.0, 34.0) for n in range(8)}
     found = deviations(**lucky, **steady, low=driven(30.5), high=driven(100.5))
     assert found["low"] < 0.1 * found["high"]
 
@@ -56,12 +62,12 @@ def test_maps_with_one_high_score_are_not_the_similar_maps_of_maps_with_a_low_sc
 def test_times_that_nearly_reached_the_limit_are_not_expected_to_stay_below_it():
     near, far = driven(40.0, 60.0, 130.0, 145.0, 50.0), driven(40.0, 41.0, 42.0, 41.0, 40.0)
     maps = {"near": near, "far": far}
-    found = chances_in_time(maps, {name: scores_of(one, FITNESS) for name, one in maps.items()}, 150.0)
+    found = chances_in_time(maps, places_of(maps, {name: scores_of(one, FITNESS) for name, one in maps.items()}), 150.0)
     assert found["near"] < 0.9
     assert found["far"] > 0.99
-    assert chances_in_time({"one": driven(149.0)}, {"one": [0.3]}, 150.0) == {"one": 1.0}
+    assert chances_in_time({"one": driven(149.0)}, {"one": HERE}, 150.0) == {"one": 1.0}
     logs = np.log([40.0, 60.0, 130.0, 145.0, 50.0])
-    alone = chances_in_time({"near": near}, {"near": [0.3] * 5}, 150.0)["near"]
+    alone = chances_in_time({"near": near}, {"near": HERE}, 150.0)["near"]
     drawn = np.random.default_rng(0).standard_t(8, 200_000) * np.std(logs, ddof=1) * np.sqrt(1.2) + logs.mean()
     assert alone == pytest.approx(np.mean(drawn < np.log(150.0)), abs=0.005)
 
@@ -83,62 +89,56 @@ def test_the_expected_fitness_is_the_fitness_times_the_chance_of_order():
     normal = 0.8413447  # one standard deviation above the mean
     to_a = (certain["b"].score - certain["a"].score) / (0.6 * gap)
     below = np.mean(np.random.default_rng(1).normal(size=200_000) < to_a)
-    assert expected_fitness("abc", doubtful, FITNESS) == pytest.approx(fitness * normal * below, rel=0.01)
-    late = certain | {"c": estimate(90.0, 0.0, in_time=0.7)}
-    assert expected_fitness("abc", late, FITNESS) == pytest.approx(0.7 * fitness)
+    assert expected_fitness("abc", doubtful, FITNESS) == pytest.approx(fitness * (normal * below) ** 2, rel=0.01)
+    late = certain | {"c": estimate(90.0, 0.0, success=0.7)}
+    assert expected_fitness("abc", late, FITNESS) == pytest.approx(0.49 * fitness)
     equal = {"a": estimate(20.0, 0.1), "b": estimate(20.0, 0.1)}
     assert expected_fitness("ab", equal, FITNESS) == 20_000.0  # no pattern
 
 
-def answer(job):
-    """One controller is slower on some maps than on others, and on the slowest unsteady."""
-    kind = int(job.scenario.map.digest[:2], 16) % 4
-    luck = np.random.default_rng(job.seed).normal()
-    slow = (21.0, 30.0, 45.0, 60.0 + 15.0 * luck)[kind] + int(job.scenario.map.digest[2:4], 16) / 100
-    return RunResult("goal", max(slow, 20.0) if job.controller.registered_name == "mppi" else 20.0, 1.0, seed=job.seed)
+def failing(*outcomes):
+    """A map on which the third controller ends like this."""
+    steady = tuple(RunResult("goal", 20.0, 1.0) for _ in outcomes)
+    return steady, steady, tuple(RunResult(outcome, 30.0, 1.0) for outcome in outcomes)
 
 
-def test_the_middle_map_is_rank_stable():
-    archive = Archive(Answers(answer), archive_of().plan)
-    archive.evaluate(sets_of(12))
-    archive.drive(dict.fromkeys(list(archive.scenarios)[::2], 6))
-    fitness = Fitness.of(JudgingSettings(caution=1.0), 150.0)
-    fittest, chosen = archive.best(fitness, 3), best_expected(archive, fitness, 3)
-    assert set(best_expected(archive, fitness, 3, frozenset(chosen))).isdisjoint(chosen)
-    assert order_kept(archive, chosen) > order_kept(archive, fittest) + 0.1
+def test_values_are_shrunk_towards_those_of_the_parent():
+    maps = {"parent": driven(40.0), "other": driven(20.0), "third": driven(30.0), "child": driven(100.0, 70.0)}
+    found = shrunken_values(maps, {"child": "parent"}, FITNESS)
+    middle = np.median([40.0, 20.0, 30.0, 85.0])
+    assert found["other"] == pytest.approx((20.0, 20.0, (0.5 * middle + 20.0) / 1.5))
+    of_parent = (0.5 * middle + 40.0) / 1.5
+    assert found["child"] == pytest.approx((20.0, 20.0, (0.5 * of_parent + 2 * 85.0) / 2.5))
+
+
+def test_a_controller_without_runs_has_the_value_of_the_parent():
+    partial = ((), (), (RunResult("goal", 90.0, 1.0),))
+    found = shrunken_values({"parent": driven(60.0), "child": partial}, {"child": "parent"}, FITNESS)
+    assert found["child"][:2] == pytest.approx(found["parent"][:2])
+    assert found["parent"][2] < found["child"][2] < 90.0
+
+
+def test_trials_with_a_failure_do_not_count_in_values():
+    maps = {"steady": driven(30.0, 30.0), "failed": failing("goal", "timeout", "goal"), "never": failing("collision")}
+    found = shrunken_values(maps, {}, FITNESS)
+    assert found["failed"] == pytest.approx((20.0, 20.0, 30.0))
+    assert found["never"] == pytest.approx((20.0, 20.0, 30.0))  # the median of all maps
+
+
+def test_failures_of_similar_maps_lower_the_chance_of_goals():
+    good = {f"good{n}": driven(*[25.0 + n / 10] * 3) for n in range(10)}
+    bad = {f"bad{n}": failing("goal", "timeout") for n in range(10)}
+    scores = dict.fromkeys(good, 0.05) | dict.fromkeys(bad, 0.3) | {"low": 0.06, "high": 0.29}
+    maps = {**good, **bad, "low": driven(26.0), "high": driven(70.0)}
+    found = chances_of_goals(maps, places_of(maps, {name: [score] for name, score in scores.items()}))
+    assert found["low"] == pytest.approx(1.0 - (0.3 / 30.0) * 6.0 / 7.0)
+    assert found["high"] == pytest.approx(1.0 - (10.3 / 20.0) * 6.0 / 7.0)
+    assert found["good0"] == pytest.approx(1.0 - (0.3 / 30.0) * 6.0 / 9.0)
+    assert chances_of_goals({"alone": driven(20.0)}, {"alone": HERE})["alone"] == pytest.approx(1.0 - 0.03 * 6.0 / 7.0)
+
+
+def test_the_order_does_not_count_where_the_fitness_knows_none():
     pairs = Fitness.of(JudgingSettings(fitness="pairs"), 150.0)
-    assert best_expected(archive, pairs, 3) == archive.best(pairs, 3)
-    assert best_expected(archive_of(), FITNESS, 3) == ()
-
-
-def order_kept(archive, names):
-    """The share of many trials in which the maps keep the order of their scores."""
-    archive.drive(dict.fromkeys(names, 60))
-    scores = sorted((scores_of(archive.results(name), FITNESS) for name in names), key=np.mean)
-    return np.mean([a < b < c for a, b, c in zip(*(some[6:] for some in scores), strict=True)])
-
-
-def test_the_largest_contribution_is_found_by_expected_fitness():
-    """By fitness low maps would be missed most, as others, fitter than the steady one, nearly run out of time."""
-    kinds = {}
-
-    def answer(job):
-        luck = abs(np.random.default_rng(job.seed).normal())
-        kind = kinds[job.scenario.map.digest]
-        time = {"steady": 140.0 - luck, "late": 149.9 - 3.0 * luck, "middle": 48.0 - luck, "low": 21.0 - luck / 4}[kind]
-        return RunResult("goal", time if job.controller.registered_name == "mppi" else 20.0, 1.0, seed=job.seed)
-
-    sets = sets_of(8)
-    names = list(dict.fromkeys(scenario.map.digest for one in sets for scenario in one))
-    kinds |= dict(zip(names, ["steady", *["late"] * 5, *["middle"] * 6, *["low"] * len(names)], strict=False))
-    archive = Archive(Answers(answer), archive_of().plan)
-    archive.evaluate(sets)
-    archive.drive(dict.fromkeys(names, 6))
-    fitness = Fitness.of(JudgingSettings(), 150.0)
-    best = best_expected(archive, fitness, 3)
-    assert [kinds[name] for name in best if kinds[name] not in ("low", "middle")] == ["steady"]
-    assert kinds[largest_contribution(archive, fitness, best)] == "steady"
-    fittest = {
-        name: fitness(archive.results_of(archive.map_set(archive.best(fitness, 3, {name})))).fitness for name in best
-    }
-    assert kinds[max(fittest, key=fittest.get)] != "steady"
+    certain = {"a": estimate(30.0, 0.0), "b": estimate(60.0, 0.0)}
+    doubtful = {name: one._replace(deviation=1.0) for name, one in certain.items()}
+    assert expected_fitness("ab", certain, pairs) == expected_fitness("ab", doubtful, pairs) < 0.0
