@@ -222,29 +222,33 @@ class _Search:
 
     def _results_of(self, map_sets: Sequence[MapSet]) -> list[SetResults]:
         """Drive the runs of some sets, and the runs that stages left out of those that may survive."""
-        going_on = self._going_on if self._of_archive and self.staged and self.generation else None
-        results = self.archive.evaluate(map_sets, going_on)
-        if going_on is not None:
-            self.expectations.update()
-        elif self.generation == 0 or not self.settings.ga.kind.elitist:
-            self.archive.complete(map_sets)
+        if self._of_archive:
+            self.archive.evaluate(map_sets, self._going_on if self.staged and self.generation else None)
         else:
-            again = {one.digest for one in map_sets}
-            rivals = [one.judgement.fitness for one in self.population if one.map_set.digest not in again]
-            places = contenders(results, self.problem.fitness, rivals, self.settings.ga.pop_size)
-            self.archive.complete(map_sets[place] for place in places)
+            self._complete(map_sets, self.archive.evaluate(map_sets))
         return [self.archive.results_of(map_set) for map_set in map_sets]
+
+    def _complete(self, map_sets: Sequence[MapSet], results: Sequence[SetResults]) -> None:
+        """Drive the runs that stages left out of those sets that may survive."""
+        if self.generation == 0 or not self.settings.ga.kind.elitist:
+            self.archive.complete(map_sets)
+            return
+        again = {one.digest for one in map_sets}
+        rivals = [one.judgement.fitness for one in self.population if one.map_set.digest not in again]
+        places = contenders(results, self.problem.fitness, rivals, self.settings.ga.pop_size)
+        self.archive.complete(map_sets[place] for place in places)
 
     def _evaluate(self, offspring: Any) -> None:
         """Evaluate the offspring, select the next population, and let the best set of the archive join it."""
         self.algorithm.evaluator.eval(self.problem, offspring)
         self.algorithm.tell(infills=offspring)
+        if self.settings.archive.elite:
+            self.expectations.update()
         self.mutation.credit_trials(self._expected_gain if self._of_archive else self._gain_in_population())
         if self.settings.archive.elite and self.problem.objectives.are_several:
             give_further_seeds(front_of(self.population), self.archive, self.settings, self.budget)
             judge_again(self.algorithm)
         elif self.settings.archive.elite:
-            self.expectations.update()
             race(self.expectations, self.settings, self.budget)
             elite = self.expectations.best
             judge_again(self.algorithm, [self.archive.map_set(elite)] if elite else [])
