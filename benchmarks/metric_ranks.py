@@ -1,7 +1,7 @@
 """Which metrics tell controllers apart where time does not: Gini coefficients of every metric on sampled maps.
 
 ``python benchmarks/metric_ranks.py [--maps N] [--workers W] [--out FILE]`` runs DWB, MPPI and RPP twice on every
-map, half of them random shapes, half of the families of the preset ``robust``, and prints rank correlations with the
+map, half of them random shapes, half of the families without a route, and prints rank correlations with the
 Gini of time, and between the two repeats as a control.
 """
 
@@ -20,7 +20,7 @@ from evolution import bench
 from evolution.driving import DriveSettings
 from evolution.files import Row
 from evolution.search import gini, load_preset, scenario_on
-from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_from
+from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, ShapeSettings, draw_from
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Scenario
 
@@ -33,9 +33,9 @@ FIRST_SEED, REPEATS = 3000, 2
 
 
 def sample(maps: int) -> list[Scenario]:
-    """Sample maps: random shapes, and the families of the preset ``robust``, in turns."""
+    """Sample maps: random shapes, and the families without a route, in turns."""
     shapes, robot = ShapeSettings(), make_robot("turtlebot3_waffle")
-    kinds = [FamilySpec(name="shapes")], [FamilySpec(name=name) for name in load_preset("robust")["search"]["families"]]
+    kinds = [FamilySpec(name="shapes")], [FamilySpec(name=name) for name in WITHOUT_ROUTE]
     drawn = [draw_from(np.random.default_rng(FIRST_SEED + n), kinds[n % 2], shapes, robot) for n in range(maps)]
     named = {f"{number:03d}_{one.family}": one.cells for number, one in enumerate(drawn)}
     return [replace(scenario_on(cells, shapes), name=name) for name, cells in named.items()]

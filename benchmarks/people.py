@@ -1,7 +1,7 @@
 """What people do to controllers: the same runs on sampled maps without people, and among more and more of them.
 
-``python benchmarks/people.py [--maps N] [--seeds R] [--out FILE] [--plot FILE]`` samples maps of the families of the
-preset ``robust`` with ten people each, takes the first 0, 3, 6 and 10 of them, and runs DWB, MPPI, RPP and the shipped
+``python benchmarks/people.py [--maps N] [--seeds R] [--out FILE] [--plot FILE]`` samples maps of the families
+without a route with ten people each, takes the first 0, 3, 6 and 10 of them, and runs DWB, MPPI, RPP and the shipped
 policies. It prints shares with Wilson intervals, and medians with bootstrap intervals over maps.
 """
 
@@ -22,7 +22,7 @@ from evolution.files import Row
 from evolution.pictures import colour_of, new_figure
 from evolution.search import load_preset, scenario_on
 from evolution.statistics import wilson_interval
-from gym_mapbench.generator import FamilySpec, PeopleSettings, ShapeSettings, draw_from, with_people
+from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, PeopleSettings, ShapeSettings, draw_from, with_people
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Scenario
 
@@ -36,7 +36,7 @@ MEASURES = ("min_distance_to_people", "personal_space_time", "intimate_space_tim
 def sample(maps: int) -> list[Scenario]:
     """Sample maps with room for ten people."""
     shapes, robot = ShapeSettings(), make_robot("turtlebot3_waffle")
-    families = [FamilySpec(name=name) for name in load_preset("robust")["search"]["families"]]
+    families = [FamilySpec(name=name) for name in WITHOUT_ROUTE]
     crowd, found, seed = PeopleSettings(count=max(COUNTS)), list[Scenario](), FIRST_SEED
     while len(found) < maps:
         rng = np.random.default_rng(seed)

@@ -1,6 +1,7 @@
 """The effect of the plant on runs: ``python benchmarks/plant.py --maps 200`` (about half an hour on one core).
 
-Families of maps, controllers, world and noise are those of the preset ``robust``. Each run is compared with the run of
+Maps are of the families without a route; controllers, world and noise are those of the preset ``robust``. Each run is
+compared with the run of
 the plant ``ideal`` with the same seed. The control is ``ideal`` with another seed.
 """
 
@@ -14,17 +15,19 @@ import numpy as np
 from evolution.driving import JobPlan, Resources, RunResult, run_job, warm_up
 from evolution.search import Experiment, experiment_of, load_preset, scenario_on
 from evolution.statistics import median_interval, wilson_interval
-from gym_mapbench.generator import draw_map
+from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, draw_map
 from gym_mapbench.world.scenario import Scenario
 
 VARIANTS = {"ideal": ("ideal", 0), "ideal, another seed": ("ideal", 1), "fortress": ("fortress", 0)}
 """Plant and number of the repeat."""
 
+FAMILIES = [FamilySpec(name=name) for name in WITHOUT_ROUTE]
+
 
 def sample(experiment: Experiment, count: int, seed: int) -> list[Scenario]:
-    """Return maps of the experiment's families."""
+    """Return maps of the families without a route."""
     search, rng = experiment.search, np.random.default_rng(seed)
-    cells = [draw_map(rng, search.shapes, search.families, experiment.run.robot) for _ in range(count)]
+    cells = [draw_map(rng, search.shapes, FAMILIES, experiment.run.robot) for _ in range(count)]
     return [scenario_on(one, search.shapes) for one in cells]
 
 

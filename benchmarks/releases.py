@@ -1,7 +1,7 @@
 """What an upgrade of Nav2 changes: the same maps and noise under Humble, Jazzy and Lyrical, controller by controller.
 
 ``python benchmarks/releases.py [--maps N] [--seeds R] [--sets FILE ...] [--out FILE] [--plot FILE]`` samples maps of
-families of the preset ``robust``, takes the maps of evolved sets, and runs DWB, MPPI and RPP with the presets ``fair``,
+the families without a route, takes the maps of evolved sets, and runs DWB, MPPI and RPP with the presets ``fair``,
 ``jazzy_fair`` and ``lyrical_fair``. It prints shares with Wilson intervals, paired ratios and means with bootstrap
 intervals over maps, McNemar's exact test over maps, outcomes, and whether evolved maps still tell controllers apart.
 """
@@ -26,7 +26,7 @@ from evolution.pictures import colour_of, new_figure
 from evolution.search import load_preset, scenario_on
 from evolution.search.judging.patterns.gini import gini
 from evolution.statistics import wilson_interval
-from gym_mapbench.generator import FamilySpec, ShapeSettings, draw_from
+from gym_mapbench.generator import WITHOUT_ROUTE, FamilySpec, ShapeSettings, draw_from
 from gym_mapbench.mapio import load_map_set
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Scenario
@@ -47,7 +47,7 @@ Key = tuple[str, str, int]
 def sample(maps: int) -> list[Scenario]:
     """Sample maps on which the robot gets from start to goal."""
     shapes, robot = ShapeSettings(), make_robot("turtlebot3_waffle")
-    families = [FamilySpec(name=name) for name in load_preset("robust")["search"]["families"]]
+    families = [FamilySpec(name=name) for name in WITHOUT_ROUTE]
     drawn = [draw_from(np.random.default_rng(FIRST_SEED + number), families, shapes, robot) for number in range(maps)]
     return [replace(scenario_on(one.cells, shapes), name=f"{n:03d}_{one.family}") for n, one in enumerate(drawn)]
 

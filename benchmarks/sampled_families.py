@@ -15,7 +15,7 @@ import numpy as np
 
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, drive
 from evolution.search import gini, load_preset, scenario_on
-from gym_mapbench.generator import MOTIFS, FamilySpec, ShapeSettings, draw_from
+from gym_mapbench.generator import MOTIFS, WITHOUT_ROUTE, FamilySpec, ShapeSettings, draw_from
 from gym_mapbench.world.robot import make_robot
 from gym_mapbench.world.scenario import Scenario
 
@@ -24,9 +24,9 @@ FIRST_SEED = 1000
 
 
 def groups() -> dict[str, list[FamilySpec]]:
-    """Return the families that are compared: those of the preset ``robust``, all motifs, and gates alone."""
+    """Return the families that are compared: those without a route, all motifs, and gates alone."""
     names = {
-        "robust": load_preset("robust")["search"]["families"],
+        "without a route": WITHOUT_ROUTE,
         "motifs": [*MOTIFS.built_in, "sequences"],
         "gates": ["gates"],
     }

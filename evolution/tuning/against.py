@@ -8,11 +8,12 @@ from statistics import fmean
 
 from controllers.nav2_params.values import Value
 from evolution.driving import ControllerSpec, Evaluator, JobPlan, OnRun
-from evolution.search import EvolveSettings, Experiment, Fitness, evolve, load_preset
+from evolution.search import EvolveSettings, Experiment, Fitness, evolve
 from evolution.tuning.objectives import scale_of
 from evolution.tuning.plan import TuningPlan
 from evolution.tuning.settings import AgainstSettings
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import WITHOUT_ROUTE
 from gym_mapbench.world.scenario import Scenario
 
 REFERENCES = ("rpp", "dwb", "mppi", "graceful")
@@ -57,7 +58,7 @@ def experiment_against(plan: TuningPlan, values: dict[str, Value], number: int, 
             "maps_per_set": 1,
             "ga": {"pop_size": min(against.pop_size, against.evaluations)},
             "judging": {"fitness": "regret", "failures": "par2"},
-            "families": against.families or load_preset("robust")["search"]["families"],
+            "families": against.families or WITHOUT_ROUTE,
         },
         "against",
     )

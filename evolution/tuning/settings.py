@@ -21,7 +21,7 @@ class AgainstSettings(Settings):
         maps: Most maps that join the training maps after a round, for good.
         evaluations: Maps evaluated in an evolution, each with the tuned and with another controller.
         pop_size: Maps in its population.
-        families: Families that new maps are sampled from; if empty, those of the preset ``robust``.
+        families: Families that new maps are sampled from; if empty, those without a route.
     """
 
     rounds: Annotated[int, Field(ge=2, le=100)] = 3

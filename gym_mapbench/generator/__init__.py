@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gym_mapbench.generator.base import Family
 from gym_mapbench.generator.cellular import Cellular
-from gym_mapbench.generator.families import FAMILIES, FamilySpec, FamilySpecs, make_family
+from gym_mapbench.generator.families import FAMILIES, WITHOUT_ROUTE, FamilySpec, FamilySpecs, make_family
 from gym_mapbench.generator.genomes import build_genome, elements_line, genome_of, read_genome
 from gym_mapbench.generator.motifs import (
     MOTIFS,
@@ -46,6 +46,7 @@ __all__ = [
     "FAMILIES",
     "MOTIFS",
     "TASK_YAW",
+    "WITHOUT_ROUTE",
     "AlongRoute",
     "Around",
     "Cells",

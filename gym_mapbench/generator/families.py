@@ -37,6 +37,9 @@ _OWN: dict[str, Callable[..., Family]] = {
 FAMILIES: Registry[Callable[..., Family]] = Registry("family", "families", _OWN, check=must_be_callable)
 """The families by name; each is made of its options by keyword."""
 
+WITHOUT_ROUTE = ("shapes", "doors", "pillars", "corridors", "slaloms", "u_traps", "cellular", "sparse")
+"""The families whose maps follow no route, in the order in which benchmarks and the tuner sample them."""
+
 
 def make_family(name: str, **options: Any) -> Family:
     """Make a family by name.
