@@ -14,7 +14,7 @@ from statistics import fmean, median
 from typing import Any
 
 import numpy as np
-from run_tables import is_goal, share
+from run_tables import is_goal, of, share
 
 from evolution import bench
 from evolution.driving import ControllerSpec, DriveSettings
@@ -53,7 +53,7 @@ CHANGES: dict[str, Mapping[str, Any]] = {
 CONTROLLERS = ("dwb", "mppi", "rpp")
 HEADERS = (
     "| walls, m | gates | DWB, s | MPPI, s | RPP, s |\n|---|---|---|---|---|",
-    "| MPPI | four gates, s | goals elsewhere, % | time, s | least clearance, m | contacts |\n|---|---|---|---|---|---|",
+    "| MPPI | four gates, s | goals elsewhere, % | time, s | clearance, m | contacts |\n|---|---|---|---|---|---|",
 )
 SAMPLED = 60
 FIRST_SEED = 9000
@@ -78,11 +78,6 @@ def sampled(count: int) -> list[Scenario]:
 def changed() -> list[ControllerSpec]:
     """Return MPPI with each change."""
     return [ControllerSpec(name=f"mppi_{n}", kind="mppi", params=dict(one)) for n, one in enumerate(CHANGES.values())]
-
-
-def of(rows: Sequence[Row], **wanted: str) -> list[Row]:
-    """Return the rows with these values."""
-    return [row for row in rows if all(row[name] == value for name, value in wanted.items())]
 
 
 def times(rows: Sequence[Row]) -> str:

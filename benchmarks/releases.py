@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy.stats
-from run_tables import is_goal, over_maps, read_runs, share, write_runs
+from run_tables import is_goal, of, over_maps, read_runs, share, write_runs
 
 from evolution import bench
 from evolution.benchmark.paired import Trial, compare_paired
@@ -68,11 +68,6 @@ def driven(groups: Mapping[str, Sequence[Scenario]], seeds: Mapping[str, int], w
                 rows += [{**row, "maps": maps, "release": release} for row in found]
                 write_runs(out, rows, (*COLUMNS, *MEASURES))
     return read_runs(out)
-
-
-def of(rows: Sequence[Row], **wanted: str) -> list[Row]:
-    """Return the rows with these values."""
-    return [row for row in rows if all(row[name] == value for name, value in wanted.items())]
 
 
 def key_of(row: Row) -> Key:

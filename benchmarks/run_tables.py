@@ -23,6 +23,11 @@ def is_goal(row: Row) -> bool:
     return row["outcome"] == "goal"
 
 
+def of(rows: Sequence[Row], **wanted: str) -> list[Row]:
+    """Return the rows with these values."""
+    return [row for row in rows if all(row[name] == value for name, value in wanted.items())]
+
+
 def share(count: int, of: int) -> str:
     """Return a share in percent with its 95 % interval (Wilson)."""
     low, high = wilson_interval(count, of)
