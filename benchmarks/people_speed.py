@@ -33,6 +33,7 @@ OPTIONS: dict[str, Any] = {
     "lidar": {"beams": 64, "range_max": 3.5},
     "action": "normalized",
 }
+COLUMNS = ("us, median", "us, min", "ratio, median", "ratio of min", "with resets")
 Steps = Callable[[], bool]
 
 
@@ -59,6 +60,14 @@ class Turns:
             spent[resets].append(time.process_time() - began)
         self.plain.append(1e6 * statistics.fmean(spent[False]) / self.worlds)
         self.whole.append(1e6 * statistics.fmean(spent[False] + spent[True]) / self.worlds)
+
+    def figures(self, nobody: Turns) -> tuple[float, ...]:
+        """Return the figures of the table's columns, :data:`COLUMNS`."""
+        plain, whole = (
+            statistics.median(mine / other for mine, other in zip(own, others, strict=True))
+            for own, others in ((self.plain, nobody.plain), (self.whole, nobody.whole))
+        )
+        return statistics.median(self.plain), min(self.plain), plain, min(self.plain) / min(nobody.plain), whole
 
 
 def single(scenarios: list[Scenario]) -> Turns:
@@ -142,17 +151,8 @@ def compare(title: str, timed: dict[str, Turns], steps: int, turns: int) -> None
     for _ in range(turns):
         for one in timed.values():
             one.take(steps)
-    nobody = timed["nobody"]
     for name, one in timed.items():
-        plain, whole = (
-            [mine / other for mine, other in zip(own, others, strict=True)]
-            for own, others in ((one.plain, nobody.plain), (one.whole, nobody.whole))
-        )
-        print(
-            f"{title:12s} {name:14s} {statistics.median(one.plain):10.2f} {min(one.plain):8.2f} "
-            f"{statistics.median(plain):8.3f} {min(one.plain) / min(nobody.plain):12.3f} {statistics.median(whole):14.3f}",
-            flush=True,
-        )
+        print(f"{title:10s} {name:13s}", *(f"{number:13.2f}" for number in one.figures(timed["nobody"])), flush=True)
 
 
 def main() -> None:
@@ -163,7 +163,9 @@ def main() -> None:
     parser.add_argument("--only", choices=["single", "vector"], help="one of the two kinds of env")
     args = parser.parse_args()
     scenarios = kinds()
-    print(f"{'env':12s} {'people':14s} {'us, median':>10s} {'us, min':>8s} {'ratio':>8s} {'ratio of min':>12s}", end=" ")
+    print(
+        f"{'env':12s} {'people':14s} {'us, median':>10s} {'us, min':>8s} {'ratio':>8s} {'ratio of min':>12s}", end=" "
+    )
     print(f"{'with resets':>14s}")
     if args.only != "vector":
         compare("single", {name: single(maps) for name, maps in scenarios.items()}, 2000, args.turns)

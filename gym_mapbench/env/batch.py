@@ -52,7 +52,7 @@ class Batch:
         self._prompt_ticks = config.ticks - config.late_ticks
         self._walls = np.ones((self._count, 0), np.bool_)
         self._fields = np.zeros((self._count, 0))
-        self._traffic = Traffic(self._count)
+        self._traffic = Traffic(worlds.clocks, config.ticks)
         self._velocities = np.zeros((self._count, 2))
         self._proximity = Proximity(config.robot)
         self.envs: Sequence[MapBenchEnv] = ()

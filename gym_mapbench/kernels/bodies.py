@@ -16,6 +16,57 @@ from gym_mapbench.kernels.motion import MARGIN, clip
 
 
 @kernel
+def move_bodies(clocks, running, ticks, period, firsts, counts, tables, poses):
+    """Let time pass in the worlds that are running, and write where their bodies are then.
+
+    Args:
+        clocks: ``(worlds,)`` ticks since the start, in and out.
+        running: ``(worlds,)`` bool.
+        ticks: Number of physics steps.
+        period: Ticks per control step.
+        firsts: ``(worlds,)`` control step with which a table begins.
+        counts: ``(worlds,)`` number of control steps in a table; 0 in a world without bodies.
+        tables: ``(worlds, steps, n, 3)`` where the bodies are at control steps; in between, they move evenly.
+        poses: ``(worlds, n, 3)`` bodies, out.
+
+    Returns:
+        The numbers of the worlds whose tables end, and whose poses were not written.
+    """
+    ends = np.zeros(len(clocks), np.bool_)
+    for i in range(len(clocks)):
+        if running[i] and counts[i] > 0:
+            clocks[i] += ticks
+            row, share = clocks[i] // period - firsts[i], clocks[i] % period / period
+            ends[i] = row + 1 >= counts[i]
+            if not ends[i]:
+                for k in range(poses.shape[1]):
+                    place_between(tables[i, row, k], tables[i, row + 1, k], share, poses[i, k])
+    return np.flatnonzero(ends)
+
+
+@kernel
+def place_between(before, after, share, pose):
+    """Write the pose of a body a share of the way from one pose ``(3,)`` to the next; it turns at the next one."""
+    for axis in range(2):
+        pose[axis] = before[axis]
+        if share > 0.0:
+            pose[axis] += share * (after[axis] - before[axis])
+    pose[2] = before[2]
+
+
+@kernel
+def farthest_step(table):
+    """Return the square of the longest step in a table ``(steps, n, 3)``, m², and the number of the body."""
+    farthest, number = 0.0, 0
+    for k in range(table.shape[1]):
+        for row in range(1, len(table)):
+            dx, dy = table[row, k, 0] - table[row - 1, k, 0], table[row, k, 1] - table[row - 1, k, 1]
+            if dx * dx + dy * dy > farthest:
+                farthest, number = dx * dx + dy * dy, k
+    return farthest, number
+
+
+@kernel
 def is_near_body(robots, i, v, poses, radii, pace, drive, ticks):
     """Return whether a robot that touches no body might touch one within some ticks.
 
