@@ -159,7 +159,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--envs", type=int, default=64, help="worlds stepped together (default 64)")
-    parser.add_argument("--turns", type=int, default=9, help="turns of every env (default 9)")
+    parser.add_argument("--turns", type=int, default=40, help="turns of every env (default 40)")
     parser.add_argument("--only", choices=["single", "vector"], help="one of the two kinds of env")
     args = parser.parse_args()
     scenarios = kinds()
@@ -168,10 +168,10 @@ def main() -> None:
     )
     print(f"{'with resets':>14s}")
     if args.only != "vector":
-        compare("single", {name: single(maps) for name, maps in scenarios.items()}, 2000, args.turns)
+        compare("single", {name: single(maps) for name, maps in scenarios.items()}, 500, args.turns)
     if args.only != "single":
         vectors = {name: together(maps, args.envs) for name, maps in scenarios.items()}
-        compare(f"{args.envs} worlds", vectors, 300, args.turns)
+        compare(f"{args.envs} worlds", vectors, 60, args.turns)
 
 
 if __name__ == "__main__":

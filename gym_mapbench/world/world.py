@@ -72,6 +72,7 @@ class World:
         self.table, self.first, self.pace = NO_POSES, 0, 0.0
         if self.bodies:
             self.look_ahead()
+        self._placed: tuple[int, Floats] = (0, self.table[0])
 
     def watch(self, robots: Records) -> None:
         """Let people who see the robot see this one, ``(1,)`` ROBOT, from time 0 on.
@@ -98,19 +99,22 @@ class World:
     @property
     def poses(self) -> Floats:
         """``(bodies, 3)`` where the bodies are now: x, y (m), yaw (rad)."""
-        return self.after(0)
+        now = self._clock.item(0)
+        if now != self._placed[0]:
+            self._placed = now, self.after(0)
+        return self._placed[1]
 
     def after(self, ticks: int) -> Floats:
         """Return where the bodies are after some more ticks, ``(bodies, 3)``."""
         step, rest = divmod(self._clock.item(0) + ticks, self._ticks)
         table, row = self.table, step - self.first
-        if self._robots is None and self.bodies and row + 1 >= len(table):
+        if not rest and row < len(table):
+            now: Floats = table[row]
+            return now
+        if self._robots is None and row + 1 >= len(table):
             table, row = self._poses_from(step, 1), 0
-        before: Floats = table[row]
-        if not rest:
-            return before
-        poses = before.copy()
-        poses[:, :2] += rest / self._ticks * (table[row + 1] - before)[:, :2]
+        poses: Floats = table[row].copy()
+        poses[:, :2] += rest / self._ticks * (table[row + 1] - table[row])[:, :2]
         return poses
 
     @property
