@@ -20,6 +20,9 @@ class Traffic:
     Args:
         clocks: ``(count,)`` ticks since the start of every world.
         period: Ticks per control step.
+
+    Attributes:
+        poses: ``(count, bodies, 3)`` where the bodies are now: x, y (m), yaw (rad); zeros beyond the last one.
     """
 
     def __init__(self, clocks: Records, period: int) -> None:
@@ -28,7 +31,7 @@ class Traffic:
         self._firsts = np.zeros(len(clocks), np.int64)
         self._counts = np.zeros(len(clocks), np.int64)
         self._tables = np.zeros((len(clocks), LOOK_AHEAD + 1, 0, 3))
-        self._poses = np.zeros((len(clocks), 0, 3))
+        self.poses = np.zeros((len(clocks), 0, 3))
         self._radii = np.zeros((len(clocks), 0))
         self._paces = np.zeros(len(clocks))
 
@@ -39,7 +42,7 @@ class Traffic:
         """Take over the bodies of a world whose episode begins."""
         self._worlds.pop(index, None)
         self._counts[index] = 0
-        self._radii[index] = 0.0
+        self._radii[index], self.poses[index] = 0.0, 0.0
         if world.bodies:
             self._make_room(len(world.bodies))
             self._worlds[index] = world
@@ -49,7 +52,7 @@ class Traffic:
     def advance(self, ticks: int, running: Mask) -> None:
         """Let time pass in the worlds that are running."""
         ending = move_bodies(
-            self._clocks, running, ticks, self._period, self._firsts, self._counts, self._tables, self._poses
+            self._clocks, running, ticks, self._period, self._firsts, self._counts, self._tables, self.poses
         )
         for index in ending.tolist():
             self._worlds[index].look_ahead()
@@ -60,25 +63,25 @@ class Traffic:
         world = self._worlds[index]
         self._firsts[index], self._counts[index], self._paces[index] = world.first, len(world.table), world.pace
         self._tables[index, : len(world.table), : len(world.bodies)] = world.table
-        self._poses[index, : len(world.bodies)] = world.poses
+        self.poses[index, : len(world.bodies)] = world.poses
 
     def _make_room(self, bodies: int) -> None:
         """Let every world have so many bodies."""
         more = bodies - self._radii.shape[1]
         if more > 0:
             self._tables = np.pad(self._tables, ((0, 0), (0, 0), (0, more), (0, 0)))
-            self._poses = np.pad(self._poses, ((0, 0), (0, more), (0, 0)))
+            self.poses = np.pad(self.poses, ((0, 0), (0, more), (0, 0)))
             self._radii = np.pad(self._radii, ((0, 0), (0, more)))
 
     def near(self, robots: Records, commands: Floats, drive: Records, ticks: int) -> Mask:
         """Return in which worlds the robot might touch a body within the next ticks, ``(count,)``."""
         near = np.empty(len(robots), np.bool_)
-        worlds_near_bodies(robots, commands, self._poses, self._radii, self._paces, drive, ticks, near)
+        worlds_near_bodies(robots, commands, self.poses, self._radii, self._paces, drive, ticks, near)
         return near
 
     def gaps(self, proximity: Proximity, poses: Floats) -> Floats:
         """Return the distance from every robot, at poses ``(count, 3)``, to its nearest body, ``(count,)`` m."""
-        return proximity.gaps(poses, self._poses, self._radii) if self else np.full(len(poses), np.inf)
+        return proximity.gaps(poses, self.poses, self._radii) if self else np.full(len(poses), np.inf)
 
     def scan(
         self,
@@ -95,4 +98,4 @@ class Traffic:
             scanner: Place on the robot, directions of the beams, and longest range.
             ranges: Out, m.
         """
-        scan_bodies(robots, seen, self._poses, self._radii, *scanner, ranges)
+        scan_bodies(robots, seen, self.poses, self._radii, *scanner, ranges)

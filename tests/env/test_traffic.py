@@ -58,16 +58,13 @@ class Twins:
         for world in (member, self.plain[index]):
             world.watch(self.records.only(index).robots)
         self.traffic.settle(index, member)
-        self.check(member, index)
+        assert member.poses.tobytes() == self.plain[index].poses.tobytes()
 
     def advance(self, ticks, running):
         self.traffic.advance(ticks, running)
         for world, runs in zip(self.plain, running, strict=True):
             if runs and world.bodies:
                 world.advance(ticks)
-
-    def check(self, member, index):
-        assert member.poses.tobytes() == self.plain[index].poses.tobytes()
 
     def check_all(self):
         robots, count = self.records.robots, len(self.plain)
@@ -79,6 +76,7 @@ class Twins:
         self.traffic.scan(robots, np.ones(count, bool), scanner, scans)
         gaps, near = self.traffic.gaps(proximity, states), self.traffic.near(robots, commands, drive, PERIOD)
         for i, world in enumerate(self.plain):
+            assert (self.traffic.poses[i, : len(world.bodies)] == world.poses).all()
             ranges = np.full(16, settings.range_max, np.float32)
             see_bodies(world.poses, world.radii, *states[i], scanner[1], settings.range_max, ranges)
             assert ranges.tobytes() == scans[i].tobytes()
