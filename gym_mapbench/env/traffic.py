@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.kernels.bodies import move_bodies, scan_bodies, worlds_near_bodies
+from gym_mapbench.kernels.bodies import drive_robots_among, move_bodies, scan_bodies
 from gym_mapbench.world.proximity import Proximity
-from gym_mapbench.world.state import Records
+from gym_mapbench.world.state import Records, Worlds
 from gym_mapbench.world.world import LOOK_AHEAD, World
 
 Floats = NDArray[np.float64]
@@ -73,11 +73,29 @@ class Traffic:
             self.poses = np.pad(self.poses, ((0, 0), (0, more), (0, 0)))
             self._radii = np.pad(self._radii, ((0, 0), (0, more)))
 
-    def near(self, robots: Records, commands: Floats, drive: Records, ticks: int) -> Mask:
-        """Return in which worlds the robot might touch a body within the next ticks, ``(count,)``."""
-        near = np.empty(len(robots), np.bool_)
-        worlds_near_bodies(robots, commands, self.poses, self._radii, self._paces, drive, ticks, near)
-        return near
+    def drive(
+        self,
+        worlds: Worlds,
+        commands: Floats,
+        waiting: Mask,
+        ticks: int,
+        drive: Records,
+        walls: NDArray[np.bool_],
+    ) -> None:
+        """Drive the robots that nothing is near, as :func:`~gym_mapbench.kernels.bodies.drive_robots_among`."""
+        drive_robots_among(
+            worlds.robots,
+            worlds.boxes,
+            commands,
+            waiting,
+            ticks,
+            drive,
+            worlds.grounds,
+            walls,
+            self.poses,
+            self._radii,
+            self._paces,
+        )
 
     def gaps(self, proximity: Proximity, poses: Floats) -> Floats:
         """Return the distance from every robot, at poses ``(count, 3)``, to its nearest body, ``(count,)`` m."""

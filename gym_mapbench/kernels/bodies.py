@@ -12,7 +12,8 @@ import numpy as np
 
 from gym_mapbench.kernels.frames import compose
 from gym_mapbench.kernels.jit import kernel
-from gym_mapbench.kernels.motion import MARGIN, clip
+from gym_mapbench.kernels.motion import MARGIN, clip, drive_robot
+from gym_mapbench.kernels.raycast import cast_rays
 
 
 @kernel
@@ -103,21 +104,36 @@ def bodies_near(poses, radii, pace, x, y, drive, ticks):
 
 
 @kernel
-def worlds_near_bodies(robots, commands, poses, radii, paces, drive, ticks, near):
-    """Write which robots might touch a body within some ticks, as :func:`is_near_body` for each.
+def drive_robots_among(robots, boxes, commands, waiting, ticks, drive, grounds, walls, poses, radii, paces):
+    """Drive all robots that wait and have neither wall nor body near; the others still wait afterwards.
 
     Args:
-        robots: ``(worlds,)`` ROBOT.
+        robots: ``(worlds,)`` ROBOT, in and out.
+        boxes: ``(worlds,)`` BOX, in and out.
         commands: ``(worlds, 2)`` m/s, rad/s.
+        waiting: ``(worlds,)`` bool, in and out.
+        ticks: Number of physics steps.
+        drive: ``(1,)`` DRIVE.
+        grounds: ``(worlds,)`` GROUND.
+        walls: ``(worlds, cells)`` bool, each row the map in a frame of walls, flat.
         poses: ``(worlds, n, 3)`` bodies.
         radii: ``(worlds, n)`` bodies.
         paces: ``(worlds,)`` longest distance that a body moves in a tick, m.
-        drive: ``(1,)`` DRIVE.
-        ticks: Number of physics steps.
-        near: ``(worlds,)`` bool, out.
     """
     for i in range(len(robots)):
-        near[i] = is_near_body(robots, i, commands[i, 0], poses[i], radii[i], paces[i], drive, ticks)
+        if waiting[i]:
+            v, w = commands[i, 0], commands[i, 1]
+            waiting[i] = not drive_robot_among(
+                robots, boxes, i, v, w, ticks, drive, grounds, walls[i], poses[i], radii[i], paces[i]
+            )
+
+
+@kernel
+def drive_robot_among(robots, boxes, i, v, w, ticks, drive, grounds, walls, poses, radii, pace):
+    """Drive one robot if neither wall nor body is near; return whether it was driven."""
+    if is_near_body(robots, i, v, poses, radii, pace, drive, ticks):
+        return False
+    return drive_robot(robots, boxes, i, v, w, ticks, drive, grounds, walls)
 
 
 @kernel
@@ -169,6 +185,13 @@ def scan_bodies(robots, seen, poses, radii, place, beams, range_max, ranges):
             if not centred:
                 x, y, yaw = compose(x, y, yaw, place[0], place[1], place[2])
             see_bodies(poses[i], radii[i], x, y, yaw, beams, range_max, ranges[i])
+
+
+@kernel
+def cast_rays_among(walls, resolution, origin_x, origin_y, x, y, yaw, beams, range_max, ranges, poses, radii):
+    """Write the distance to the first wall or body along every beam; arguments as for ``cast_rays``, and bodies."""
+    cast_rays(walls, resolution, origin_x, origin_y, x, y, yaw, beams, range_max, ranges)
+    see_bodies(poses, radii, x, y, yaw, beams, range_max, ranges)
 
 
 @kernel

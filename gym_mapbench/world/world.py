@@ -85,8 +85,9 @@ class World:
 
     def advance(self, ticks: int) -> None:
         """Let time pass: the bodies move on by some physics ticks."""
-        self._clock[0] += ticks
-        if self._clock.item(0) // self._ticks + 1 - self.first >= len(self.table):
+        now = self._clock.item(0) + ticks
+        self._clock[0] = now
+        if now // self._ticks + 1 - self.first >= len(self.table):
             self.look_ahead()
 
     def look_ahead(self) -> None:

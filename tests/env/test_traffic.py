@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,7 +17,7 @@ from gym_mapbench.world.lidar import LidarSettings, directions
 from gym_mapbench.world.motions import MotionSpec
 from gym_mapbench.world.proximity import Proximity
 from gym_mapbench.world.robot import make_robot
-from gym_mapbench.world.state import Worlds, drive_of
+from gym_mapbench.world.state import Worlds, drive_of, ground_of
 from gym_mapbench.world.world import LOOK_AHEAD, NO_POSES, World
 from tests.worlds import ROOM, line, social
 
@@ -47,6 +49,7 @@ class Twins:
         self.records = Worlds(len(crowds))
         self.records.robots["x"] = np.linspace(0.8, 2.0, len(crowds))
         self.records.robots["y"] = 1.1
+        self.records.grounds[:] = ground_of(GRID)
         self.traffic = Traffic(self.records.clocks, PERIOD)
         self.plain = [None] * len(crowds)
         for index, bodies in enumerate(crowds):
@@ -66,15 +69,23 @@ class Twins:
             if runs and world.bodies:
                 world.advance(ticks)
 
+    def near(self, drive):
+        """In which worlds the robot is not driven; no wall is near it."""
+        worlds, waiting = copy.deepcopy(self.records), np.ones(len(self.plain), bool)
+        commands, walls = np.full((len(waiting), 2), 0.3), np.tile(GRID.framed.reshape(1, -1), (len(waiting), 1))
+        self.traffic.drive(worlds, commands, waiting, PERIOD, drive, walls)
+        assert ((worlds.robots["x"] != self.records.robots["x"]) == ~waiting).all()
+        return waiting
+
     def check_all(self):
         robots, count = self.records.robots, len(self.plain)
         states = np.stack([robots[name] for name in ("x", "y", "yaw")], axis=1)
         drive, settings = drive_of(ROBOT, HZ), LidarSettings(beams=16)
-        proximity, commands = Proximity(ROBOT), np.full((count, 2), 0.3)
+        proximity = Proximity(ROBOT)
         scanner = np.zeros(3), directions(settings), settings.range_max
         scans = np.full((count, 16), settings.range_max, np.float32)
         self.traffic.scan(robots, np.ones(count, bool), scanner, scans)
-        gaps, near = self.traffic.gaps(proximity, states), self.traffic.near(robots, commands, drive, PERIOD)
+        gaps, near = self.traffic.gaps(proximity, states), self.near(drive)
         for i, world in enumerate(self.plain):
             assert (self.traffic.poses[i, : len(world.bodies)] == world.poses).all()
             ranges = np.full(16, settings.range_max, np.float32)
