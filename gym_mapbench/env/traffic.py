@@ -73,29 +73,11 @@ class Traffic:
             self.poses = np.pad(self.poses, ((0, 0), (0, more), (0, 0)))
             self._radii = np.pad(self._radii, ((0, 0), (0, more)))
 
-    def drive(
-        self,
-        worlds: Worlds,
-        commands: Floats,
-        waiting: Mask,
-        ticks: int,
-        drive: Records,
-        walls: NDArray[np.bool_],
-    ) -> None:
+    def drive(self, worlds: Worlds, commands: Floats, waiting: Mask, ticks: int, drive: Records, walls: Mask) -> None:
         """Drive the robots that nothing is near, as :func:`~gym_mapbench.kernels.bodies.drive_robots_among`."""
-        drive_robots_among(
-            worlds.robots,
-            worlds.boxes,
-            commands,
-            waiting,
-            ticks,
-            drive,
-            worlds.grounds,
-            walls,
-            self.poses,
-            self._radii,
-            self._paces,
-        )
+        robots, boxes, grounds = worlds.robots, worlds.boxes, worlds.grounds
+        bodies = self.poses, self._radii, self._paces
+        drive_robots_among(robots, boxes, commands, waiting, ticks, drive, grounds, walls, *bodies)
 
     def gaps(self, proximity: Proximity, poses: Floats) -> Floats:
         """Return the distance from every robot, at poses ``(count, 3)``, to its nearest body, ``(count,)`` m."""

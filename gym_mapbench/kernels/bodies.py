@@ -31,14 +31,14 @@ def move_bodies(clocks, running, ticks, period, firsts, counts, tables, poses):
         poses: ``(worlds, n, 3)`` bodies, out.
 
     Returns:
-        The numbers of the worlds whose tables end, and whose poses were not written.
+        The numbers of the worlds whose tables end, or begin later because a reset failed; their poses were not written.
     """
     ends = np.zeros(len(clocks), np.bool_)
     for i in range(len(clocks)):
         if running[i] and counts[i] > 0:
             clocks[i] += ticks
             row, share = clocks[i] // period - firsts[i], clocks[i] % period / period
-            ends[i] = row + 1 >= counts[i]
+            ends[i] = row < 0 or row + 1 >= counts[i]
             if not ends[i]:
                 for k in range(poses.shape[1]):
                     place_between(tables[i, row, k], tables[i, row + 1, k], share, poses[i, k])

@@ -109,10 +109,10 @@ class World:
         """Return where the bodies are after some more ticks, ``(bodies, 3)``."""
         step, rest = divmod(self._clock.item(0) + ticks, self._ticks)
         table, row = self.table, step - self.first
-        if not rest and row < len(table):
+        if not rest and 0 <= row < len(table):
             now: Floats = table[row]
             return now
-        if self._robots is None and row + 1 >= len(table):
+        if self._robots is None and not 0 <= row < len(table) - 1:
             table, row = self._poses_from(step, 1), 0
         poses: Floats = table[row].copy()
         poses[:, :2] += rest / self._ticks * (table[row + 1] - table[row])[:, :2]

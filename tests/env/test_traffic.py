@@ -121,6 +121,17 @@ def test_a_table_that_ends_is_followed_by_the_next(bodies):
             twins.check_all()
 
 
+def test_a_clock_that_was_put_back_is_followed():
+    twins, running = Twins([BODIES[:4]]), np.ones(1, bool)
+    for _ in range(LOOK_AHEAD + 5):
+        twins.advance(PERIOD, running)
+    member = World(GRID, BODIES[:4], HZ, PERIOD, twins.records.clocks)
+    twins.plain[0] = World(GRID, BODIES[:4], HZ, PERIOD)
+    twins.advance(PERIOD, running)
+    twins.check_all()
+    assert (member.poses == twins.plain[0].poses).all()
+
+
 def test_the_poses_of_a_table_do_not_depend_on_where_it_begins():
     world = World(GRID, BODIES[:4], HZ, PERIOD)
     for step in range(LOOK_AHEAD + 40):
