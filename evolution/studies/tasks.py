@@ -113,7 +113,14 @@ def _fresh(
     if noise is not None:
         document = overlay(document, {"run": {"environment": {"noise": _complete(noise, where)}}})
     fresh = experiment_of(document, f"{where}: reevaluation")
-    every_run = {"staged": False, "archive": False, "elite_seeds": 0, "validation": None, "runs": None}
+    every_run = {
+        "staged": False,
+        "archive": False,
+        "elite_seeds": 0,
+        "parents": False,
+        "validation": None,
+        "runs": None,
+    }
     return replace(fresh, search=fresh.search.replace(seed=MAX_SEED, repeats=options.seeds, **every_run))
 
 

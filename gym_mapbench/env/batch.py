@@ -52,7 +52,7 @@ class Batch:
         self._prompt_ticks = config.ticks - config.late_ticks
         self._walls = np.ones((self._count, 0), np.bool_)
         self._fields = np.zeros((self._count, 0))
-        self._traffic = Traffic(self._count)
+        self._traffic = Traffic(worlds.clocks, config.ticks)
         self._velocities = np.zeros((self._count, 2))
         self._proximity = Proximity(config.robot)
         self.envs: Sequence[MapBenchEnv] = ()
@@ -98,14 +98,11 @@ class Batch:
 
     def _drive_free(self, commands: NDArray[np.float64], ticks: int, waiting: Mask) -> None:
         """Drive the waiting robots that nothing is near; the others still wait afterwards."""
-        worlds, near = self._worlds, None
+        worlds, walls = self._worlds, _frozen(self._walls)
         if self._traffic:
-            near = waiting & self._traffic.near(worlds.robots, commands, self._drive, ticks)
-            waiting &= ~near
-        walls = _frozen(self._walls)
-        drive_robots(worlds.robots, worlds.boxes, commands, waiting, ticks, self._drive, worlds.grounds, walls)
-        if near is not None:
-            waiting |= near
+            self._traffic.drive(worlds, commands, waiting, ticks, self._drive, walls)
+        else:
+            drive_robots(worlds.robots, worlds.boxes, commands, waiting, ticks, self._drive, worlds.grounds, walls)
 
     def judge(self, touched: Touched, running: Mask) -> None:
         """Judge the step that was driven."""

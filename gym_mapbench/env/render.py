@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from gym_mapbench.costmap import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.kernels.raster import paint_convex, paint_fan, paint_line, paint_ring
-from gym_mapbench.world.clearance import counter_clockwise
 from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.proximity import counter_clockwise
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 

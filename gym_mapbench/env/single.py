@@ -159,7 +159,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         config, noise = self.config, self.config.noise
         streams = Streams.spawn(self.np_random, noise)
         start = sample_start(self.scenario, self.robot, noise, streams.start)
-        world = World(self.scenario.map, self.scenario.bodies, config.physics_hz, config.ticks)
+        world = World(self.scenario.map, self.scenario.bodies, config.physics_hz, config.ticks, self._worlds.clocks)
         self.simulation = Simulation(
             world,
             self.robot,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_mapbench.kernels.bodies import scan_bodies, worlds_near_bodies
+from gym_mapbench.kernels.bodies import drive_robots_among, move_bodies, scan_bodies
 from gym_mapbench.world.proximity import Proximity
-from gym_mapbench.world.state import Records
-from gym_mapbench.world.world import World
+from gym_mapbench.world.state import Records, Worlds
+from gym_mapbench.world.world import LOOK_AHEAD, World
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -18,15 +18,22 @@ class Traffic:
     """Moves the bodies of many worlds on, and asks the kernels about them; false where no world has bodies.
 
     Args:
-        count: Number of worlds.
+        clocks: ``(count,)`` ticks since the start of every world.
+        period: Ticks per control step.
+
+    Attributes:
+        poses: ``(count, bodies, 3)`` where the bodies are now: x, y (m), yaw (rad); zeros beyond the last one.
     """
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, clocks: Records, period: int) -> None:
+        self._clocks, self._period = clocks, period
         self._worlds: dict[int, World] = {}
-        self._rows: dict[int, Floats] = {}
-        self._poses = np.zeros((count, 0, 3))
-        self._radii = np.zeros((count, 0))
-        self._paces = np.zeros(count)
+        self._firsts = np.zeros(len(clocks), np.int64)
+        self._counts = np.zeros(len(clocks), np.int64)
+        self._tables = np.zeros((len(clocks), LOOK_AHEAD + 1, 0, 3))
+        self.poses = np.zeros((len(clocks), 0, 3))
+        self._radii = np.zeros((len(clocks), 0))
+        self._paces = np.zeros(len(clocks))
 
     def __bool__(self) -> bool:
         return bool(self._worlds)
@@ -34,35 +41,47 @@ class Traffic:
     def settle(self, index: int, world: World) -> None:
         """Take over the bodies of a world whose episode begins."""
         self._worlds.pop(index, None)
-        self._radii[index] = 0.0
-        more = len(world.bodies) - self._radii.shape[1]
-        if more > 0:
-            self._poses = np.pad(self._poses, ((0, 0), (0, more), (0, 0)))
-            self._radii = np.pad(self._radii, ((0, 0), (0, more)))
-            self._rows = {i: self._poses[i, : len(one.bodies)] for i, one in self._worlds.items()}
+        self._counts[index] = 0
+        self._radii[index], self.poses[index] = 0.0, 0.0
         if world.bodies:
+            self._make_room(len(world.bodies))
             self._worlds[index] = world
             self._radii[index, : len(world.bodies)] = world.radii
-            self._rows[index] = self._poses[index, : len(world.bodies)]
-            self._rows[index][:], self._paces[index] = world.poses, world.pace
+            self._take(index)
 
     def advance(self, ticks: int, running: Mask) -> None:
         """Let time pass in the worlds that are running."""
-        moves, paces = running.tolist(), self._paces
-        for index, world in self._worlds.items():
-            if moves[index]:
-                world.advance(ticks)
-                self._rows[index][:], paces[index] = world.poses, world.pace
+        ending = move_bodies(
+            self._clocks, running, ticks, self._period, self._firsts, self._counts, self._tables, self.poses
+        )
+        for index in ending.tolist():
+            self._worlds[index].look_ahead()
+            self._take(index)
 
-    def near(self, robots: Records, commands: Floats, drive: Records, ticks: int) -> Mask:
-        """Return in which worlds the robot might touch a body within the next ticks, ``(count,)``."""
-        near = np.empty(len(robots), np.bool_)
-        worlds_near_bodies(robots, commands, self._poses, self._radii, self._paces, drive, ticks, near)
-        return near
+    def _take(self, index: int) -> None:
+        """Copy the table of a world."""
+        world = self._worlds[index]
+        self._firsts[index], self._counts[index], self._paces[index] = world.first, len(world.table), world.pace
+        self._tables[index, : len(world.table), : len(world.bodies)] = world.table
+        self.poses[index, : len(world.bodies)] = world.poses
+
+    def _make_room(self, bodies: int) -> None:
+        """Let every world have so many bodies."""
+        more = bodies - self._radii.shape[1]
+        if more > 0:
+            self._tables = np.pad(self._tables, ((0, 0), (0, 0), (0, more), (0, 0)))
+            self.poses = np.pad(self.poses, ((0, 0), (0, more), (0, 0)))
+            self._radii = np.pad(self._radii, ((0, 0), (0, more)))
+
+    def drive(self, worlds: Worlds, commands: Floats, waiting: Mask, ticks: int, drive: Records, walls: Mask) -> None:
+        """Drive the robots that nothing is near, as :func:`~gym_mapbench.kernels.bodies.drive_robots_among`."""
+        robots, boxes, grounds = worlds.robots, worlds.boxes, worlds.grounds
+        bodies = self.poses, self._radii, self._paces
+        drive_robots_among(robots, boxes, commands, waiting, ticks, drive, grounds, walls, *bodies)
 
     def gaps(self, proximity: Proximity, poses: Floats) -> Floats:
         """Return the distance from every robot, at poses ``(count, 3)``, to its nearest body, ``(count,)`` m."""
-        return proximity.gaps(poses, self._poses, self._radii) if self else np.full(len(poses), np.inf)
+        return proximity.gaps(poses, self.poses, self._radii) if self else np.full(len(poses), np.inf)
 
     def scan(
         self,
@@ -79,4 +98,4 @@ class Traffic:
             scanner: Place on the robot, directions of the beams, and longest range.
             ranges: Out, m.
         """
-        scan_bodies(robots, seen, self._poses, self._radii, *scanner, ranges)
+        scan_bodies(robots, seen, self.poses, self._radii, *scanner, ranges)

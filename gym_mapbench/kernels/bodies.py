@@ -12,7 +12,59 @@ import numpy as np
 
 from gym_mapbench.kernels.frames import compose
 from gym_mapbench.kernels.jit import kernel
-from gym_mapbench.kernels.motion import MARGIN, clip
+from gym_mapbench.kernels.motion import MARGIN, clip, drive_robot
+from gym_mapbench.kernels.raycast import cast_rays
+
+
+@kernel
+def move_bodies(clocks, running, ticks, period, firsts, counts, tables, poses):
+    """Let time pass in the worlds that are running, and write where their bodies are then.
+
+    Args:
+        clocks: ``(worlds,)`` ticks since the start, in and out.
+        running: ``(worlds,)`` bool.
+        ticks: Number of physics steps.
+        period: Ticks per control step.
+        firsts: ``(worlds,)`` control step with which a table begins.
+        counts: ``(worlds,)`` number of control steps in a table; 0 in a world without bodies.
+        tables: ``(worlds, steps, n, 3)`` where the bodies are at control steps; in between, they move evenly.
+        poses: ``(worlds, n, 3)`` bodies, out.
+
+    Returns:
+        The numbers of the worlds whose tables end, or begin later because a reset failed; their poses were not written.
+    """
+    ends = np.zeros(len(clocks), np.bool_)
+    for i in range(len(clocks)):
+        if running[i] and counts[i] > 0:
+            clocks[i] += ticks
+            row, share = clocks[i] // period - firsts[i], clocks[i] % period / period
+            ends[i] = row < 0 or row + 1 >= counts[i]
+            if not ends[i]:
+                for k in range(poses.shape[1]):
+                    place_between(tables[i, row, k], tables[i, row + 1, k], share, poses[i, k])
+    return np.flatnonzero(ends)
+
+
+@kernel
+def place_between(before, after, share, pose):
+    """Write the pose of a body a share of the way from one pose ``(3,)`` to the next; it turns at the next one."""
+    for axis in range(2):
+        pose[axis] = before[axis]
+        if share > 0.0:
+            pose[axis] += share * (after[axis] - before[axis])
+    pose[2] = before[2]
+
+
+@kernel
+def farthest_step(table):
+    """Return the square of the longest step in a table ``(steps, n, 3)``, m², and the number of the body."""
+    farthest, number = 0.0, 0
+    for k in range(table.shape[1]):
+        for row in range(1, len(table)):
+            dx, dy = table[row, k, 0] - table[row - 1, k, 0], table[row, k, 1] - table[row - 1, k, 1]
+            if dx * dx + dy * dy > farthest:
+                farthest, number = dx * dx + dy * dy, k
+    return farthest, number
 
 
 @kernel
@@ -52,21 +104,36 @@ def bodies_near(poses, radii, pace, x, y, drive, ticks):
 
 
 @kernel
-def worlds_near_bodies(robots, commands, poses, radii, paces, drive, ticks, near):
-    """Write which robots might touch a body within some ticks, as :func:`is_near_body` for each.
+def drive_robots_among(robots, boxes, commands, waiting, ticks, drive, grounds, walls, poses, radii, paces):
+    """Drive all robots that wait and have neither wall nor body near; the others still wait afterwards.
 
     Args:
-        robots: ``(worlds,)`` ROBOT.
+        robots: ``(worlds,)`` ROBOT, in and out.
+        boxes: ``(worlds,)`` BOX, in and out.
         commands: ``(worlds, 2)`` m/s, rad/s.
+        waiting: ``(worlds,)`` bool, in and out.
+        ticks: Number of physics steps.
+        drive: ``(1,)`` DRIVE.
+        grounds: ``(worlds,)`` GROUND.
+        walls: ``(worlds, cells)`` bool, each row the map in a frame of walls, flat.
         poses: ``(worlds, n, 3)`` bodies.
         radii: ``(worlds, n)`` bodies.
         paces: ``(worlds,)`` longest distance that a body moves in a tick, m.
-        drive: ``(1,)`` DRIVE.
-        ticks: Number of physics steps.
-        near: ``(worlds,)`` bool, out.
     """
     for i in range(len(robots)):
-        near[i] = is_near_body(robots, i, commands[i, 0], poses[i], radii[i], paces[i], drive, ticks)
+        if waiting[i]:
+            v, w = commands[i, 0], commands[i, 1]
+            waiting[i] = not drive_robot_among(
+                robots, boxes, i, v, w, ticks, drive, grounds, walls[i], poses[i], radii[i], paces[i]
+            )
+
+
+@kernel
+def drive_robot_among(robots, boxes, i, v, w, ticks, drive, grounds, walls, poses, radii, pace):
+    """Drive one robot if neither wall nor body is near; return whether it was driven."""
+    if is_near_body(robots, i, v, poses, radii, pace, drive, ticks):
+        return False
+    return drive_robot(robots, boxes, i, v, w, ticks, drive, grounds, walls)
 
 
 @kernel
@@ -118,6 +185,13 @@ def scan_bodies(robots, seen, poses, radii, place, beams, range_max, ranges):
             if not centred:
                 x, y, yaw = compose(x, y, yaw, place[0], place[1], place[2])
             see_bodies(poses[i], radii[i], x, y, yaw, beams, range_max, ranges[i])
+
+
+@kernel
+def cast_rays_among(walls, resolution, origin_x, origin_y, x, y, yaw, beams, range_max, ranges, poses, radii):
+    """Write the distance to the first wall or body along every beam; arguments as for ``cast_rays``, and bodies."""
+    cast_rays(walls, resolution, origin_x, origin_y, x, y, yaw, beams, range_max, ranges)
+    see_bodies(poses, radii, x, y, yaw, beams, range_max, ranges)
 
 
 @kernel

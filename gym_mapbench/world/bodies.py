@@ -54,10 +54,11 @@ def place_bodies(bodies: Sequence[Body], times: Floats) -> Floats:
         ConfigError: If a motion returns anything but a finite pose for every time.
         PluginError: If a third party's motion fails.
     """
-    if not bodies:
-        return np.empty((len(times), 0, 3))
     sent = np.ascontiguousarray(times, dtype=np.float64).tobytes()
-    return np.stack([_poses(number, body.motion, sent) for number, body in enumerate(bodies)], axis=1)
+    poses: Floats = np.empty((len(times), len(bodies), 3))
+    for number, body in enumerate(bodies):
+        poses[:, number] = _poses(number, body.motion, sent)
+    return poses
 
 
 @functools.lru_cache(maxsize=512)
@@ -69,7 +70,7 @@ def _poses(number: int, spec: MotionSpec, sent: bytes) -> Floats:
         spec: Its motion.
         sent: The times as bytes.
     """
-    times = np.frombuffer(sent)
+    times = np.frombuffer(sent).copy()
     assert not isinstance(spec.motion, SocialForce)
     with MOTIONS.blamed(spec.name):
         poses = np.asarray(spec.motion.at(times), dtype=np.float64)

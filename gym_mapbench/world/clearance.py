@@ -12,7 +12,7 @@ from gym_mapbench.world.courses import check_courses
 from gym_mapbench.world.crowd import place_crowd
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.noise import NoiseSettings, disturb_pose
-from gym_mapbench.world.pedestrians import Course
+from gym_mapbench.world.proximity import Proximity, counter_clockwise
 from gym_mapbench.world.robot import RobotSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.state import ground_of
@@ -21,7 +21,6 @@ MAX_SAMPLES = 1000
 CLEAR_SECONDS = 3.0
 """Seconds from the start on for which a body with a course must leave start and goal clear."""
 CLEAR_TIMES = np.linspace(0.0, CLEAR_SECONDS, 31)
-EVERYWHERE = np.array([-np.inf, -np.inf, np.inf, np.inf])
 
 
 def measure_clearance(grid: GridMap, robot: RobotSpec, poses: ArrayLike) -> NDArray[np.float64]:
@@ -36,18 +35,12 @@ def measure_clearance(grid: GridMap, robot: RobotSpec, poses: ArrayLike) -> NDAr
         poses: ``(n, 3)`` or more columns, x, y (m), yaw (rad); on the map.
     """
     states = np.ascontiguousarray(np.atleast_2d(np.asarray(poses, dtype=np.float64))[:, :3])
-    return _distances(grid.boxes, np.array(grid.bounds), robot, states)
-
-
-def _distances(
-    boxes: NDArray[np.float64], area: NDArray[np.float64], robot: RobotSpec, states: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the distances ``(n,)`` from the outline at every pose to the nearest box, or the edge of the area."""
+    area: NDArray[np.float64] = np.array(grid.bounds)
     clearances: NDArray[np.float64]
     if robot.footprint is None:
-        clearances = clearances_of_disc(boxes, area, states, robot.radius)
+        clearances = clearances_of_disc(grid.boxes, area, states, robot.radius)
     else:
-        clearances = clearances_of_polygon(boxes, area, states, counter_clockwise(np.asarray(robot.footprint)))
+        clearances = clearances_of_polygon(grid.boxes, area, states, counter_clockwise(np.asarray(robot.footprint)))
     return clearances
 
 
@@ -76,12 +69,19 @@ def find_obstacle(scenario: Scenario, robot: RobotSpec, pose: Pose) -> str:
     """
     if not has_room(scenario.map, robot, pose):
         return "a wall"
-    places = place_crowd(scenario.map, scenario.bodies, CLEAR_TIMES)
-    for number, body in enumerate(scenario.bodies):
-        met = places[:, number, :2] if isinstance(body.motion.motion, Course) else places[:1, number, :2]
-        if _distances(np.hstack([met, met]), EVERYWHERE, robot, np.array([pose]))[0] <= body.shape.radius:
-            return f"body {number} ({body.motion.name})"
+    for number in np.flatnonzero(_gaps_at_first(scenario, robot, pose) <= 0.0)[:1].tolist():
+        return f"body {number} ({scenario.bodies[number].motion.name})"
     return ""
+
+
+def _gaps_at_first(scenario: Scenario, robot: RobotSpec, pose: Pose) -> NDArray[np.float64]:
+    """Return the smallest distance from the robot's outline to every body while it has not left, ``(bodies,)`` m."""
+    bodies = scenario.bodies
+    places = np.ascontiguousarray(place_crowd(scenario.map, bodies, CLEAR_TIMES).swapaxes(0, 1))
+    radii = np.empty(places.shape[:2])
+    radii[:] = np.array([body.shape.radius for body in bodies])[:, None]
+    radii[[not body.motion.keeps_to_course for body in bodies], 1:] = 0.0
+    return Proximity(robot).gaps(np.tile(np.array(pose), (len(bodies), 1)), places, radii)
 
 
 def has_room(grid: GridMap, robot: RobotSpec, pose: Pose) -> bool:
@@ -105,10 +105,3 @@ def sample_start(scenario: Scenario, robot: RobotSpec, noise: NoiseSettings, rng
         if scenario.map.world_to_cell(pose.x, pose.y) and not find_obstacle(scenario, robot, pose):
             return pose
     raise ConfigError(f"noise: expected room around the start, got obstacles in {MAX_SAMPLES} samples")
-
-
-def counter_clockwise(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the corners ``(n, 2)`` of a polygon in counter-clockwise order."""
-    x, y = corners.T
-    area = np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
-    return np.ascontiguousarray(corners if area > 0 else corners[::-1])

@@ -29,7 +29,7 @@ def check_courses(grid: GridMap, bodies: tuple[Body, ...]) -> None:
     """
     if len(bodies) > MAX_BODIES:
         raise ConfigError(f"bodies: expected at most {MAX_BODIES}, got {len(bodies)}")
-    walkers = [number for number, body in enumerate(bodies) if isinstance(body.motion.motion, Course)]
+    walkers = [number for number, body in enumerate(bodies) if body.motion.keeps_to_course]
     for number in walkers:
         obstacle = find_wall(grid, bodies[number])
         if obstacle:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.kernels.bodies import see_bodies
+from gym_mapbench.kernels.bodies import cast_rays_among
 from gym_mapbench.kernels.raycast import cast_rays
 from gym_mapbench.quantities import Positive
 from gym_mapbench.settings import Settings
@@ -119,9 +119,12 @@ class Lidar:
         """Return ``(beams,)`` distances from the scanner of a robot at a pose on the map, m, in a new array."""
         ranges = np.empty(len(self._beams), dtype=np.float32)
         sensor, range_max = self._settings.sensor_pose(pose), self._settings.range_max
-        cast_rays(self._walls, self._resolution, *self._origin, *sensor, self._beams, range_max, ranges)
+        walls = self._walls, self._resolution, *self._origin
         if self._world.bodies:
-            see_bodies(self._world.poses, self._world.radii, *sensor, self._beams, range_max, ranges)
+            bodies = self._world.poses, self._world.radii
+            cast_rays_among(*walls, *sensor, self._beams, range_max, ranges, *bodies)
+        else:
+            cast_rays(*walls, *sensor, self._beams, range_max, ranges)
         return ranges
 
 

@@ -18,7 +18,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.quantities import NonNegative
 from gym_mapbench.registry import Registry, must_be_callable
 from gym_mapbench.settings import Settings
-from gym_mapbench.world.pedestrians import Scripted, SocialForce, Wander
+from gym_mapbench.world.pedestrians import Course, Scripted, SocialForce, Wander
 
 Floats = NDArray[np.float64]
 
@@ -97,6 +97,11 @@ class MotionSpec(Settings):
                 return make(**self.options)
         except ConfigError as error:
             raise ConfigError(f"{self.name}: {error}") from None
+
+    @cached_property
+    def keeps_to_course(self) -> bool:
+        """Whether the motion has a course, which has to stay clear of walls."""
+        return isinstance(self.motion, Course)
 
     @cached_property
     def text(self) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from gym_mapbench.kernels.walks import walk_round
 from gym_mapbench.quantities import Natural, Positive
 from gym_mapbench.settings import Settings
 
@@ -53,10 +54,9 @@ class Scripted(Settings):
     def at(self, times: Floats) -> Floats:
         """As :meth:`~gym_mapbench.world.motions.Motion.at`."""
         corners, marks, headings = _round_of(self.waypoints, self.loop)
-        along = np.fmod(self.phase * marks[-1] + self.speed * times, marks[-1])
-        x, y = (np.interp(along, marks, corners[:, axis]) for axis in (0, 1))
-        leg = np.clip(np.searchsorted(marks, along, side="right") - 1, 0, len(headings) - 1)
-        return np.stack([x, y, headings[leg]], axis=1)
+        poses = np.empty((len(times), 3))
+        walk_round(corners, marks, headings, self.phase * marks[-1], self.speed, times, poses)
+        return poses
 
     @property
     def period(self) -> float:

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.kernels.people import nearest_gap, nearest_gaps
-from gym_mapbench.world.clearance import counter_clockwise
 from gym_mapbench.world.robot import RobotSpec
 
 Floats = NDArray[np.float64]
@@ -40,3 +39,10 @@ class Proximity:
         """Return what :meth:`gaps` returns, for one robot ``(3,)`` among bodies ``(bodies, 3)`` and ``(bodies,)``."""
         gap: float = nearest_gap(state, places, radii, self._radius, self._corners)
         return gap
+
+
+def counter_clockwise(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners ``(n, 2)`` of a polygon in counter-clockwise order."""
+    x, y = corners.T
+    area = np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
+    return np.ascontiguousarray(corners if area > 0 else corners[::-1])

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gym_mapbench.kernels.bodies import is_near_body
+from gym_mapbench.kernels.bodies import drive_robot_among
 from gym_mapbench.kernels.motion import BOX, MARGIN, drive_robot
 from gym_mapbench.world.box2d import Engine
 from gym_mapbench.world.plant import PLANTS, PlantName
@@ -108,10 +108,16 @@ class Simulation:
 
     def _drive_free(self, v: float, w: float, ticks: int) -> bool:
         """Drive without Box2D if nothing is within reach; return whether that was done."""
-        worlds = self._worlds
-        if not self._rests or (self.world.bodies and self._may_touch(v, ticks)):
+        if not self._rests:
             return False
-        moved: bool = drive_robot(worlds.robots, worlds.boxes, 0, v, w, ticks, self._drive, worlds.grounds, self._walls)
+        worlds, world = self._worlds, self.world
+        robots, boxes, grounds = worlds.robots, worlds.boxes, worlds.grounds
+        moved: bool
+        if world.bodies:
+            bodies = world.poses, world.radii, world.pace
+            moved = drive_robot_among(robots, boxes, 0, v, w, ticks, self._drive, grounds, self._walls, *bodies)
+        else:
+            moved = drive_robot(robots, boxes, 0, v, w, ticks, self._drive, grounds, self._walls)
         return moved
 
     def advance_in_box2d(self, v: float, w: float, ticks: int) -> int:
@@ -127,12 +133,6 @@ class Simulation:
         if self._is_boxed and not engine.holds:
             worlds.boxes[0] = engine.box()
         return touched
-
-    def _may_touch(self, v: float, ticks: int) -> bool:
-        """Return whether the robot might touch a body within the next ticks."""
-        world = self.world
-        touch: bool = is_near_body(self._worlds.robots, 0, v, world.poses, world.radii, world.pace, self._drive, ticks)
-        return touch
 
     def _near(self, ticks: int) -> list[int]:
         """Return the numbers of the bodies that the robot might meet within the next ticks."""

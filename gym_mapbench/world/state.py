@@ -26,6 +26,7 @@ class Worlds:
         boxes: ``(count,)`` :data:`~gym_mapbench.kernels.motion.BOX`.
         tasks: ``(count,)`` :data:`~gym_mapbench.kernels.task.TASK`.
         grounds: ``(count,)`` :data:`~gym_mapbench.kernels.motion.GROUND`.
+        clocks: ``(count,)`` physics ticks since the start, in worlds with bodies.
         commands: ``(count, 2)`` the last command, m/s and rad/s, with the error of the motors.
     """
 
@@ -34,6 +35,7 @@ class Worlds:
         self.boxes: Records = np.zeros(count, BOX)
         self.tasks: Records = np.zeros(count, TASK)
         self.grounds: Records = np.zeros(count, GROUND)
+        self.clocks: NDArray[np.int64] = np.zeros(count, np.int64)
         self.commands: NDArray[np.float64] = np.zeros((count, 2))
 
     def only(self, index: int) -> Worlds:

@@ -227,7 +227,7 @@ def test_what_moves_too_fast_for_box2d_is_refused():
     ("poses", "message"),
     [
         (lambda times: np.full((len(times), 3), np.nan), "expected a finite pose at all times, got none at 0 s"),
-        (lambda times: np.zeros((len(times), 2)), r"expected poses \(1025, 3\), got \(1025, 2\)"),
+        (lambda times: np.zeros((len(times), 2)), r"expected poses \(513, 3\), got \(513, 2\)"),
     ],
 )
 def test_a_motion_that_is_none_is_refused(poses, message, monkeypatch):

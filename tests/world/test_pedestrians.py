@@ -49,6 +49,33 @@ def test_a_loop_leads_from_the_last_waypoint_to_the_first_and_a_phase_begins_fur
     assert ahead.at(times) == pytest.approx(walk.at(times + 1.0))
 
 
+def plain_walk(walk, times):
+    """The plain twin: interpolation along the round."""
+    corners = np.array([*walk.waypoints, *(walk.waypoints[:1] if walk.loop else walk.waypoints[-2::-1])])
+    corners = corners[np.concatenate([[True], np.hypot(*np.diff(corners, axis=0).T) > 0])]
+    dx, dy = np.diff(corners, axis=0).T
+    marks, headings = np.concatenate([[0.0], np.cumsum(np.hypot(dx, dy))]), np.arctan2(dy, dx)
+    along = np.fmod(walk.phase * marks[-1] + walk.speed * times, marks[-1])
+    x, y = (np.interp(along, marks, corners[:, axis]) for axis in (0, 1))
+    return np.stack([x, y, headings[np.searchsorted(marks, along, side="right") - 1]], axis=1)
+
+
+coordinates = st.floats(-20.0, 20.0).map(lambda value: round(value, 3))
+
+
+@given(
+    st.lists(st.tuples(coordinates, coordinates), min_size=2, max_size=6).filter(lambda points: len(set(points)) > 1),
+    st.floats(0.05, 3.0),
+    st.floats(0.0, 1.0, exclude_max=True),
+    st.booleans(),
+    st.integers(0, 10**5),
+)
+def test_a_walk_is_its_plain_twin_to_the_bit(waypoints, speed, phase, loop, first):
+    walk = Scripted(waypoints=tuple(waypoints), speed=speed, phase=phase, loop=loop)
+    for times in (0.05 * np.arange(first, first + 600), np.sort(walk.corner_times)):
+        assert (walk.at(times) == plain_walk(walk, times)).all()
+
+
 def test_equal_waypoints_are_a_body_that_stands():
     assert Scripted(waypoints=((1.0, 2.0),) * 3, speed=1.0).at(np.arange(5.0))[:, :2] == pytest.approx(
         np.tile([1.0, 2.0], (5, 1)), abs=1e-8

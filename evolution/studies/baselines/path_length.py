@@ -26,7 +26,7 @@ def planned(experiment: Experiment) -> Experiment:
     A path is the same with every seed, so nothing is planned twice: there is no elite and no validation stage. The
     fitness ``gini`` stands for the one that is replaced: it accepts a single controller.
     """
-    once = {"repeats": 1, "archive": False, "elite_seeds": 0, "validation": None, "fitness": "gini"}
+    once = {"repeats": 1, "archive": False, "elite_seeds": 0, "parents": False, "validation": None, "fitness": "gini"}
     return replace(experiment, search=experiment.search.replace(**once), controllers=(PLANNER,))
 
 
