@@ -100,6 +100,7 @@ def draw_map(axes: Axes, scenario: Scenario) -> None:
         axes.plot(*line.T, ":", color="#999999", marker="+", markersize=5, linewidth=1, zorder=2)
     axes.plot(scenario.start.x, scenario.start.y, "o", color="#444444", markersize=7, zorder=4)
     axes.plot(scenario.goal.x, scenario.goal.y, "*", color="#444444", markersize=12, zorder=4)
+    axes.set(xlim=(x0, x1), ylim=(y0, y1))  # elements at the ends of a route may be outside the map
     axes.set_aspect("equal")
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
