@@ -55,7 +55,7 @@ HEADERS = (
     "| walls, m | gates | DWB, s | MPPI, s | RPP, s |\n|---|---|---|---|---|",
     "| MPPI | four gates, s | goals elsewhere, % | time, s | clearance, m | contacts |\n|---|---|---|---|---|---|",
 )
-SAMPLED = 60
+SAMPLED = 40
 FIRST_SEED = 9000
 
 

@@ -29,7 +29,7 @@ class ValidationResult:
         goals: Runs that reached the goal, with the held-out seeds.
         runs: Runs with the held-out seeds.
         goals_interval: 95 % interval (Wilson) of the share of goals.
-        candidates: Maps that were re-evaluated with the seeds of the selection.
+        candidates: Maps that got held-out seeds before the selection.
     """
 
     seeds: int

@@ -52,7 +52,7 @@ def validate(
     chosen, seeds = archive.map_set(names), stage.held_out_seeds
     judged = fitness(archive.results_of(chosen))
     archive.drive({name: archive.repeats_of(name) + seeds for name in names}, everyone=True)
-    result = held_out(archive.results_of(chosen), judged, fitness, seeds, len(candidates.names))
+    result = held_out(archive.results_of(chosen), judged, fitness, seeds, len(candidates.before))
     return Validated(chosen, judged, result)
 
 
