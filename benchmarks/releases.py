@@ -136,9 +136,7 @@ def main() -> None:
     parser.add_argument("--plot", type=Path, help="picture to draw")
     args = parser.parse_args()
     evolved = [
-        replace(one, name=f"{number}_{one.name}")
-        for number, path in enumerate(args.sets)
-        for one in load_map_set(path)
+        replace(one, name=f"{number}_{one.name}") for number, path in enumerate(args.sets) for one in load_map_set(path)
     ]
     groups = {"sampled": sample(args.maps), "evolved": evolved}
     rows = driven(groups, {"sampled": args.seeds, "evolved": args.set_seeds}, args.workers, args.out)

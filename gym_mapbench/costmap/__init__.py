@@ -20,13 +20,14 @@ from gym_mapbench.costmap.layer import Layer, LayerContext, LayerEntry, Window
 from gym_mapbench.costmap.layered_costmap import LayeredCostmap, build_static_costmap
 from gym_mapbench.costmap.layers import LAYERS
 from gym_mapbench.costmap.obstacle_layer import OBSERVATION_SOURCE, ObservationSource, ObstacleLayer
-from gym_mapbench.costmap.params import CostmapParams
+from gym_mapbench.costmap.params import FILTERS, CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
 from gym_mapbench.costmap.speed_filter import SpeedFilter, SpeedLimit
 from gym_mapbench.costmap.static_layer import StaticLayer, static_costs
 from gym_mapbench.costmap.voxel_layer import VoxelLayer
 
 __all__ = [
+    "FILTERS",
     "FREE_SPACE",
     "INSCRIBED_INFLATED_OBSTACLE",
     "LAYERS",

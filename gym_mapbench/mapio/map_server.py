@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from gym_mapbench.errors import MapFormatError
@@ -113,6 +114,14 @@ def read_occupancy(path: Path) -> Occupancy:
     picture = read_picture(file_inside(path.parent, info["image"], f"{path}: image"))
     values = _MODES[mode](picture, _thresholds(path, info))
     return Occupancy(values[::-1], resolution, (x, y))
+
+
+def occupancy_files(name: str, grid: Occupancy) -> Files:
+    """Return ``NAME.yaml`` and ``NAME.pgm``, from which :func:`read_occupancy` reads the same values (mode ``raw``)."""
+    info = {"image": f"{name}.pgm", "mode": "raw", "resolution": grid.resolution, "origin": [*grid.origin, 0.0]}
+    thresholds = {"negate": 0, "occupied_thresh": OCCUPIED_THRESH, "free_thresh": FREE_THRESH}
+    text = yaml.safe_dump(info | thresholds, sort_keys=False)
+    return {f"{name}.yaml": text, f"{name}.pgm": encode_pgm(grid.values[::-1].astype(np.uint8))}
 
 
 def map_server_yaml(grid: GridMap, image: str) -> str:

@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 import yaml
 
-from controllers.nav2_params import parse_nav2_params, read_nav2_params
+from controllers.nav2_params import (
+    NavigationParams,
+    mask_files,
+    parse_nav2_params,
+    read_nav2_params,
+    write_nav2_params,
+)
+from controllers.nav2_params.summary import describe_filters, summarise
 from controllers.releases import RELEASES
-from gym_mapbench.costmap import FilterMask, KeepoutFilter, SpeedFilter
+from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio.netpbm import encode_pgm
 
@@ -203,3 +210,39 @@ def test_another_base_of_a_keepout_filter_is_not_read(folder):
 def test_a_file_without_filters_is_as_before():
     plain = {"planner_server": document()["planner_server"], "global_costmap": {"global_costmap": node(width=4)}}
     assert parse_nav2_params(plain).navigation == parse_nav2_params({**plain, **KEEPOUT_SERVERS}).navigation
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_written_files_read_back_the_same(folder, tmp_path, release):
+    options = {} if release == "humble" else {"override_lethal_cost": True, "lethal_override_cost": 100}
+    navigation = read(folder, release, zones=keepout(**options), slow=speed()).navigation
+    local = navigation.local_costmap.replace(keepout_filters=navigation.global_costmap.keepout_filters)
+    navigation = navigation.replace(local_costmap=local)
+    out = tmp_path / "written"
+    for name, content in mask_files(navigation).items():
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        (out / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    (out / "nav2_params.yaml").write_text(yaml.safe_dump(write_nav2_params(navigation)))
+    again = read_nav2_params(out / "nav2_params.yaml", release=release).navigation
+    assert again.global_costmap == navigation.global_costmap
+    assert again.local_costmap == navigation.local_costmap
+
+
+def test_saved_settings_hold_the_masks(folder):
+    navigation = read(folder, zones=keepout(), slow=speed()).navigation
+    assert NavigationParams(**navigation.model_dump(mode="json")) == navigation
+
+
+def test_the_summary_says_what_filters_do(folder):
+    lines = summarise(read(folder, zones=keepout(override_lethal_cost=True), slow=speed()))
+    assert "costmap filter: zones (global_costmap) closes 0.2 m^2 and raises the cost of 0.5 m^2; " in "\n".join(lines)
+    assert "a robot inside sees cost 252" in "\n".join(lines)
+    limits = "costmap filter: slow (global_costmap) limits the speed to 60 to 80 % on 0.5 m^2"
+    assert limits in lines, "the limit 0 % of value 100 is none"
+
+
+def test_a_speed_filter_without_limits_says_so():
+    unlimited = SpeedFilter(mask=FilterMask.from_values(np.zeros((2, 2), np.int8), 0.5))
+    costmap = CostmapParams(speed_filters={"slow": unlimited})
+    (line,) = describe_filters(NavigationParams(global_costmap=costmap))
+    assert line == "slow (global_costmap) limits no speed, as no value of its mask gives a limit"
