@@ -13,8 +13,8 @@ from controllers.releases import Release
 from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
 from gym_mapbench.mapio import Occupancy, occupancy_files
 
-FOLDER = "masks"
-"""Folder of the masks beside a parameter file."""
+FOLDER = "maps/masks"
+"""Folder of the masks beside a parameter file; ROS 2 packages install ``maps``."""
 
 Filter = KeepoutFilter | SpeedFilter
 
