@@ -117,7 +117,7 @@ def read_occupancy(path: Path) -> Occupancy:
 
 
 def occupancy_files(name: str, grid: Occupancy) -> Files:
-    """Return ``NAME.yaml`` and ``NAME.pgm``, from which :func:`read_occupancy` reads the same values (mode ``raw``)."""
+    """Return ``NAME.yaml`` and ``NAME.pgm``, from which :func:`read_occupancy` returns equal values (``raw``)."""
     info = {"image": f"{name}.pgm", "mode": "raw", "resolution": grid.resolution, "origin": [*grid.origin, 0.0]}
     thresholds = {"negate": 0, "occupied_thresh": OCCUPIED_THRESH, "free_thresh": FREE_THRESH}
     text = yaml.safe_dump(info | thresholds, sort_keys=False)
