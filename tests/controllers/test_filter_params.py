@@ -13,6 +13,7 @@ from controllers.nav2_params import (
     read_nav2_params,
     write_nav2_params,
 )
+from controllers.nav2_params.migration import migrate_file
 from controllers.nav2_params.summary import describe_filters, summarise
 from controllers.releases import RELEASES
 from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
@@ -246,3 +247,14 @@ def test_a_speed_filter_without_limits_says_so():
     costmap = CostmapParams(speed_filters={"slow": unlimited})
     (line,) = describe_filters(NavigationParams(global_costmap=costmap))
     assert line == "slow (global_costmap) limits no speed, as no value of its mask gives a limit"
+
+
+def test_humble_loses_the_override_and_keeps_the_filters(folder):
+    read(folder, zones=keepout(override_lethal_cost=True, lethal_override_cost=100), slow=speed())
+    migration = migrate_file(folder / "nav2_params.yaml", "humble", "jazzy")
+    lost = [line for line in migration.lost if "lethal" in line]
+    assert len(lost) == 2
+    assert all("Humble has no such parameter" in line for line in lost)
+    (folder / "humble.yaml").write_text(migration.text)
+    costmap = read_nav2_params(folder / "humble.yaml", release="humble").navigation.global_costmap
+    assert (list(costmap.keepout_filters), list(costmap.speed_filters)) == (["zones"], ["slow"])
