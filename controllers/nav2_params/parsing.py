@@ -117,7 +117,7 @@ def parse_nav2_params(
     return Nav2Params(
         navigation,
         recognition=recognition,
-        findings=tuple(finding for finding in findings.found if finding.name not in servers.used),
+        findings=tuple(dict.fromkeys(finding for finding in findings.found if finding.name not in servers.used)),
         defaulted=(*(left_out if preset else ()), *defaulted),
         foreign=controllers.foreign,
         asked_for=controllers.asked_for,

@@ -113,6 +113,13 @@ def test_the_override_since_jazzy(folder, release):
         assert findings(given)["lethal_override_cost"] == ("replaced", "taken as 252: Nav2 does likewise")
 
 
+def test_both_costmaps_may_listen_to_the_same_servers(folder):
+    local = {"local_costmap": {"local_costmap": node(filters=["zones"], zones=keepout())}}
+    given = read(folder, more=local, zones=keepout())
+    assert given.navigation.local_costmap.keepout_filters == given.navigation.global_costmap.keepout_filters
+    assert given.named("ros_only").count("keepout_filter_mask_server.frame_id") == 1
+
+
 def test_absolute_limits(folder):
     more = servers("speed", type=2, base=0.0, multiplier=0.01)
     slow = read(folder, more=more, slow=speed()).navigation.global_costmap.speed_filters["slow"]
