@@ -165,6 +165,9 @@ class PathFollower(Protocol):
     Plan, pose and costmap are all given in the frame of the local costmap, into which Nav2's controllers transform the
     plan themselves. That frame moves against the map, and the plan moves with it: see :meth:`move_plan`.
 
+    A follower with the method ``set_speed_limit(speed: float, percentage: bool)`` obeys the limits of speed filters: in
+    m/s or per cent of its top speed, 0 for none. Others cannot drive with such filters.
+
     A follower with the method ``take_local_plan(local: LocalPlan)`` follows the local plan in Lyrical: the server calls
     it before every :meth:`compute_velocity_commands`.
     """

@@ -7,6 +7,7 @@ knows its lines; its nodes are found and its release is recognised; then each se
 
 from __future__ import annotations
 
+from controllers.nav2_params.filters_writing import mask_files
 from controllers.nav2_params.navigation import ControllerPlugin, NavigationParams, PlannerPlugin
 from controllers.nav2_params.parsing import Nav2Params, parse_nav2_params
 from controllers.nav2_params.presets import PRESETS, counterpart, load_preset
@@ -23,6 +24,7 @@ __all__ = [
     "PlannerPlugin",
     "counterpart",
     "load_preset",
+    "mask_files",
     "parameters_of_ours",
     "parse_nav2_params",
     "read_nav2_params",

@@ -13,7 +13,7 @@ from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import Section, known_class, parameter_names, refuse_missing
 
 DEFAULT_LAYERS = ("static_layer", "obstacle_layer", "inflation_layer")
-COLLECTED = ("plugins", "layers", "release")
+COLLECTED = ("plugins", "layers", "release", "keepout_filters", "speed_filters")
 """Options that do not stand in a file as they are here."""
 NAMED_WITHOUT_CLASS = (*DEFAULT_LAYERS, "voxel_layer")
 """Names for which a file may leave out the class."""
@@ -45,14 +45,12 @@ def read_costmap(section: Section) -> CostmapParams:
 
     Where neither ``robot_radius`` nor ``footprint`` is given, the robot's own shape counts (Nav2: 0.1 m). The robots
     here have one lidar, so of several layers of one class the first with a lidar is built; if no layer has a lidar,
-    the lidar stands for the first point cloud. Third parties' layers without a stand-in, and filters, are left out
-    and listed.
+    the lidar stands for the first point cloud. Third parties' layers without a stand-in are left out and listed.
+    :mod:`~controllers.nav2_params.filters_section` reads the filters.
 
     Raises:
         ConfigError: If a value is wrong, or a layer has no class.
     """
-    for name in section.take_names("filters", ()):
-        _leave_out(section, name, "costmap filters are not built")
     layers = _find_layers(section, section.take_names("plugins", DEFAULT_LAYERS))
     cloud = "LaserScan" if any(layer.sees("LaserScan") for layer in layers) else "PointCloud2"
     built: dict[str, dict[str, Any]] = {}

@@ -25,11 +25,13 @@ class Document:
         values: The content of the YAML file.
         lines: Full dotted name of every key -> number of its line.
         repeated: Full names of the keys that one group gives twice; the last value counts, as in ROS.
+        folder: Folder of the file, to which the names of other files in it are relative.
     """
 
     values: object
     lines: Mapping[str, int] = field(default_factory=dict)
     repeated: tuple[str, ...] = ()
+    folder: Path = Path()
 
     def line_of(self, name: str) -> int | None:
         """Return the line number of a key, or else of the innermost group around it; None if there is neither."""
@@ -67,7 +69,8 @@ def read_document(path: str | Path, defines: Mapping[str, str] | None = None) ->
     keys = [] if node is None else list(_keys(node, ""))
     given = [(name, mark.line + 1) for name, mark, merged in keys if not merged]
     times = Counter(name for name, _ in given)
-    return Document(values, dict(given), tuple(name for name, number in times.items() if number > 1))
+    repeated = tuple(name for name, number in times.items() if number > 1)
+    return Document(values, dict(given), repeated, Path(path).parent)
 
 
 def refuse_bomb(document: object) -> None:

@@ -30,7 +30,7 @@ LOCALISATION = ("amcl", "ekf", "localization", "slam", "ukf")
 """Parts of the names of nodes that localise the robot, which knows its pose here."""
 
 FILTER_NODES = ("filter_info_server", "filter_mask_server")
-"""Ends of the names of nodes that serve costmap filters; the filters themselves are listed with their costmap."""
+"""Ends of the names of nodes that serve costmap filters: those of info servers, and of the masks' map servers."""
 
 INNER_NODES = ("_client", "_rclcpp_node")
 """Ends of the names of nodes that Nav2's servers have for their own use."""
@@ -159,6 +159,20 @@ MONITOR_POLYGON = Keys(
 MONITOR_SOURCE = Keys(
     ros_only=frozenset({"max_height", "min_height", "min_range", "obstacles_angle", "source_timeout", "topic"}),
 )
+_NO_OVERRIDE = "a robot in a keepout zone sees the costs of the zone"
+KEEPOUT_FILTER = Keys(
+    ros_only=frozenset({"transform_tolerance"}),
+    missing={"humble": {"override_lethal_cost": _NO_OVERRIDE, "lethal_override_cost": _NO_OVERRIDE}},
+)
+SPEED_FILTER = Keys(
+    ros_only=frozenset({"transform_tolerance"}),
+    elsewhere=dict.fromkeys(
+        ("enable_path_lookahead", "max_decel", "max_lookahead", "min_lookahead", "odom_topic", "path_topic"),
+        "newer than Lyrical; the limit at the robot counts",
+    ),
+)
+INFO_SERVER = Keys()
+MASK_SERVER = Keys(ros_only=frozenset({"frame_id"}))
 COSTMAP = Keys(
     ros_only=FRAMES
     | {

@@ -86,6 +86,7 @@ LYRICALS = {
 UNKNOWN: Mapping[Release, Mapping[str, tuple[str, ...]]] = {
     "humble": {
         "*": ("enable_stamped_cmd_vel", "use_realtime_priority", "costmap_update_timeout", "*introspection_mode"),
+        "*_costmap": ("*.override_lethal_cost", "*.lethal_override_cost"),
         "behavior_server": ("global_costmap_topic", "global_footprint_topic"),
         "bt_navigator": ("error_code_name*", "navigators", "navigate_to_pose", "navigate_through_poses"),
         "collision_monitor": ("*.sources_names",),

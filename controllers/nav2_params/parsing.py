@@ -10,6 +10,8 @@ from controllers.nav2_params import keys
 from controllers.nav2_params.controllers_section import ControllersFound, read_controllers
 from controllers.nav2_params.costmap_section import read_costmap
 from controllers.nav2_params.document import Document, refuse_bomb
+from controllers.nav2_params.filter_servers import FilterServers
+from controllers.nav2_params.filters_section import read_filters
 from controllers.nav2_params.monitor_section import read_monitor
 from controllers.nav2_params.navigation import (
     BehaviorServer,
@@ -20,7 +22,7 @@ from controllers.nav2_params.navigation import (
     default_behaviors,
     default_tree,
 )
-from controllers.nav2_params.nodes import SECTIONS, all_nodes, find_sections
+from controllers.nav2_params.nodes import COSTMAPS, SECTIONS, all_nodes, find_sections
 from controllers.nav2_params.plugins import BEHAVIORS, PLANNERS, names_in_ros, stand_in
 from controllers.nav2_params.recognition import Recognition, recognise
 from controllers.releases import Release
@@ -108,13 +110,14 @@ def parse_nav2_params(
     for name in given.repeated:
         findings.add("repeated", name)
     sections = find_sections(nodes, findings)
-    found, controllers = _read_sections(sections)
+    servers = FilterServers(nodes, given.folder, findings)
+    found, controllers = _read_sections(sections, servers)
     navigation, defaulted = _complete(found, controllers, preset or NavigationParams(release=recognition.release))
     left_out = [name for name in SECTIONS if name not in sections and name not in BEHIND_CONTROLLER]
     return Nav2Params(
         navigation,
         recognition=recognition,
-        findings=tuple(findings.found),
+        findings=tuple(dict.fromkeys(finding for finding in findings.found if finding.name not in servers.used)),
         defaulted=(*(left_out if preset else ()), *defaulted),
         foreign=controllers.foreign,
         asked_for=controllers.asked_for,
@@ -135,9 +138,12 @@ def _complete(
     return navigation, [f"controllers.{name}" for name in extra]
 
 
-def _read_sections(sections: Mapping[str, Section]) -> tuple[dict[str, Any], ControllersFound]:
+def _read_sections(sections: Mapping[str, Section], servers: FilterServers) -> tuple[dict[str, Any], ControllersFound]:
     """Read every section of the file into options of :class:`NavigationParams`, and the controllers."""
+    costmaps = [name for name in COSTMAPS if name in sections]
+    filters = {name: read_filters(sections[name], servers, sections.get("controller_server")) for name in costmaps}
     found = {field: read(sections[name]) for name, (field, read) in READERS.items() if name in sections}
+    found |= {name: found[name].replace(**filters[name]) for name in costmaps if any(filters[name].values())}
     found["release"] = next(iter(sections.values())).findings.release
     if "controller_server" not in sections:
         return found, ControllersFound()

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from controllers.collision_monitor import CollisionMonitor, MonitorPolygon
+from controllers.nav2_params.navigation import NavigationParams
+from controllers.nav2_params.nodes import COSTMAPS
 from controllers.nav2_params.parsing import Nav2Params
 from controllers.nav2_params.plugins import CONTROLLERS, PLANNERS
+from gym_mapbench.costmap import CostmapParams, KeepoutFilter, SpeedFilter
+from gym_mapbench.costmap.filter_mask import HIGHEST
 from gym_mapbench.ros_params import KINDS, Finding, Kind
 from gym_mapbench.world.robot import RobotSpec
 
@@ -32,6 +38,7 @@ def summarise(read: Nav2Params, robot: RobotSpec | None = None, verbose: bool = 
     lines = [_release(read), _drivers(read), *([] if robot is None else [f"robot: {describe_robot(robot)}"])]
     monitor = read.navigation.collision_monitor
     lines += [] if monitor is None else [f"collision monitor: {describe_monitor(monitor)}"]
+    lines += [f"costmap filter: {line}" for line in describe_filters(read.navigation)]
     for kind, title in TOLD:
         lines += _told(read, kind, title, None if verbose else MOST)
     lines += _misspelt(read)
@@ -76,6 +83,36 @@ def _act(polygon: MonitorPolygon) -> str:
     }[polygon.action_type]
     shape = f"circle of {polygon.radius:g} m" if polygon.type == "circle" else polygon.type.replace("_", " ")
     return f"{action} ({shape}, from {polygon.min_points} points on)"
+
+
+def describe_filters(navigation: NavigationParams) -> list[str]:
+    """Describe in a line each what the costmap filters do to a run."""
+    lines = []
+    for where in COSTMAPS:
+        costmap: CostmapParams = getattr(navigation, where)
+        lines += [f"{name} ({where}) {_keep_out(each)}" for name, each in costmap.keepout_filters.items()]
+        lines += [f"{name} ({where}) {_slow_down(each)}" for name, each in costmap.speed_filters.items()]
+    return lines
+
+
+def _keep_out(keepout: KeepoutFilter) -> str:
+    values, cell = keepout.mask.values, keepout.mask.resolution**2
+    lethal, raised = (values == HIGHEST).sum() * cell, ((values > 0) & (values < HIGHEST)).sum() * cell
+    override = f"; a robot inside sees cost {keepout.lethal_override_cost}" if keepout.override_lethal_cost else ""
+    return f"closes {lethal:.1f} m^2 and raises the cost of {raised:.1f} m^2{override}"
+
+
+def _slow_down(speed: SpeedFilter) -> str:
+    """Say on which area a filter limits the speed, and how far."""
+    values, counts = np.unique(speed.mask.values, return_counts=True)
+    limits = [speed.limit_of(int(value)) for value in values]
+    area = sum(int(count) for limit, count in zip(limits, counts, strict=True) if limit) * speed.mask.resolution**2
+    limited = sorted({limit for limit in limits if limit})
+    if not limited:
+        return "limits no speed, as no value of its mask gives a limit"
+    unit = "%" if speed.percentage else "m/s"
+    span = f"{limited[0]:g}" if len(limited) == 1 else f"{limited[0]:g} to {limited[-1]:g}"
+    return f"limits the speed to {span} {unit} on {area:.1f} m^2"
 
 
 def _release(read: Nav2Params) -> str:

@@ -7,18 +7,20 @@ from typing import Any
 
 from controllers.checkers import GOAL_CHECKERS, PROGRESS_CHECKERS, ProgressChecker
 from controllers.collision_monitor import CollisionMonitor
+from controllers.nav2_params.filters_writing import filter_groups, filter_nodes
 from controllers.nav2_params.monitor_section import write_monitor
 from controllers.nav2_params.navigation import BehaviorServer, ControllerServer, NavigationParams, PlannerPlugin
 from controllers.nav2_params.plugins import BEHAVIORS, CONTROLLERS, COSTMAP_LAYERS, PLANNERS
 from controllers.path_handler import PATH_HANDLER_ID, PATH_HANDLERS
 from controllers.releases import Release
-from gym_mapbench.costmap import CostmapParams
+from gym_mapbench.costmap import FILTERS, CostmapParams
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.ros_params import leaves, overlay
 from gym_mapbench.settings import Settings
 from gym_mapbench.world.robot import RobotSpec
 
 BASE_FRAME = "base_link"
+COSTMAP_FRAMES = {"local_costmap": "odom", "global_costmap": "map"}
 _FRAMES_SINCE_JAZZY = {
     "local_costmap_topic": "local_costmap/costmap_raw",
     "global_costmap_topic": "global_costmap/costmap_raw",
@@ -60,7 +62,8 @@ def write_nav2_params(
 
     Without ``robot`` and ``follow_path``, :func:`~controllers.nav2_params.parsing.parse_nav2_params` returns the same
     parameters back, except those that ROS does not have: the numbers of the behaviour tree, and what
-    :func:`parameters_of_ours` returns.
+    :func:`parameters_of_ours` returns. The masks of costmap filters are files of their own:
+    :func:`~controllers.nav2_params.filters_writing.mask_files`.
 
     Args:
         navigation: The parameters.
@@ -77,13 +80,14 @@ def write_nav2_params(
         "planner_server": _planner_server(navigation),
         "behavior_server": _behavior_server(navigation.behavior_server, navigation.release),
         "bt_navigator": _bt_navigator(navigation),
-        "local_costmap": _costmap(navigation.local_costmap, "odom", robot),
-        "global_costmap": _costmap(navigation.global_costmap, "map", robot),
+        "local_costmap": _costmap(navigation.local_costmap, "local_costmap", robot),
+        "global_costmap": _costmap(navigation.global_costmap, "global_costmap", robot),
     }
     if navigation.velocity_smoother is not None:
         nodes["velocity_smoother"] = {**_options(navigation.velocity_smoother), "odom_topic": "odom"}
     if navigation.collision_monitor is not None:
         nodes["collision_monitor"] = _collision_monitor(navigation.collision_monitor, navigation)
+    nodes |= filter_nodes(navigation)
     if navigation.release != "humble":
         nodes |= {name: nodes[name] | {"enable_stamped_cmd_vel": False} for name in UNSTAMPED if name in nodes}
     kept = ros_only or {}
@@ -230,16 +234,16 @@ def _bt_navigator(navigation: NavigationParams) -> dict[str, Any]:
     }
 
 
-def _costmap(params: CostmapParams, frame: str, robot: RobotSpec | None) -> dict[str, Any]:
-    values = _options(params)
-    del values["release"]
+def _costmap(params: CostmapParams, name: str, robot: RobotSpec | None) -> dict[str, Any]:
+    values = {key: value for key, value in _options(params).items() if key != "release" and key not in FILTERS}
     layers = {name: values.pop(name) for name in params.layers}
     if robot is not None and params.footprint is None and params.robot_radius is None:
         values |= {"robot_radius": robot.radius} if robot.footprint is None else {"footprint": robot.footprint}
     if "footprint" in values:
         values["footprint"] = str([list(corner) for corner in values["footprint"]])
     plugins = {name: _layer(name, layers[name], params.release) for name in params.plugins}
-    return {"global_frame": frame, "robot_base_frame": BASE_FRAME, **values, **plugins}
+    frames = {"global_frame": COSTMAP_FRAMES[name], "robot_base_frame": BASE_FRAME}
+    return {**frames, **values, **plugins, **filter_groups(params, name)}
 
 
 def _layer(name: str, options: Mapping[str, Any], release: Release) -> dict[str, Any]:

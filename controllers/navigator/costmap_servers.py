@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from controllers.navigator.costmap_wait import UpdateSchedule
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
-from gym_mapbench.costmap import Costmap, CostmapParams, LaserScan, LayeredCostmap
+from gym_mapbench.costmap import Costmap, CostmapParams, LaserScan, LayeredCostmap, SpeedLimit
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.frames import IDENTITY, relate
@@ -95,6 +95,10 @@ class CostmapServer:
         self._update()
         if now - self._published_at > self._publish_period + TIME_RESOLUTION:
             self._published, self._published_at = self._costmap, now
+
+    def take_speed_limits(self) -> list[SpeedLimit]:
+        """Return the speed limits that the filters published since the last call, in order."""
+        return self._layered.take_speed_limits()
 
     def clear(self) -> None:
         """Forget all layers (``ClearEntirely``); the next update fills them again from the newest scan."""

@@ -48,6 +48,7 @@ from controllers.navigator.navigate_to_pose import (
 from controllers.navigator.path_keeper import PathKeeper
 from controllers.navigator.planner_server import PlannerServer
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
+from controllers.navigator.speed_limits import speed_limiter
 from controllers.navigator.tree_loop import TreeLoop
 from controllers.navigator.velocity_smoother import VelocitySmoother
 from gym_mapbench.costmap import Costmap, CostmapParams
@@ -175,6 +176,7 @@ class Navigator:
         self._board = Blackboard(context.goal, events=self.events)
         self._servers = self._make_servers(context)
         self._loop = self._make_loop()
+        self._set_speed_limit = speed_limiter(self.follower, self.params)
         limits = self.params.velocity_smoother
         self._smoother = VelocitySmoother(limits) if limits else None
         self._monitor = self._make_monitor(context)
@@ -335,9 +337,11 @@ class Navigator:
             self._monitor.observe(Pose(*_floats(observation["odom"])), observation["scan"])
 
     def _update_costmaps(self, now: float) -> None:
-        """Update the costmaps if that is due."""
-        self._global_costmap.advance(now)
-        self._local_costmap.advance(now)
+        """Update the costmaps if that is due; the follower gets the speed limits that their filters publish."""
+        for costmap in (self._global_costmap, self._local_costmap):
+            costmap.advance(now)
+            for limit in costmap.take_speed_limits():
+                self._set_speed_limit(*limit)
 
     def _advance_servers(self) -> None:
         """Do what the servers had to do since the last tick."""

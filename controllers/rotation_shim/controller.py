@@ -19,6 +19,7 @@ from controllers.rotation_shim.kernels import turn_is_free
 from controllers.rotation_shim.params import RotationShimParams
 from controllers.rpp.regulation import reachable_turn_rate, rotation_speed
 from gym_mapbench.costmap import LETHAL_OBSTACLE, Costmap
+from gym_mapbench.errors import ConfigError
 from gym_mapbench.world.scenario import Pose, wrap_angle
 
 
@@ -63,6 +64,17 @@ class RotationShimFollower:
         """Take the same plan at its new place; nothing is forgotten."""
         self._path = path
         self.primary.move_plan(path)
+
+    def set_speed_limit(self, speed: float, percentage: bool) -> None:
+        """Limit the speed of the primary; turns on the spot have no limit, as in Nav2.
+
+        Raises:
+            ConfigError: If the primary takes no speed limits.
+        """
+        limit = getattr(self.primary, "set_speed_limit", None)
+        if limit is None:
+            raise ConfigError("speed limit: expected a primary controller with set_speed_limit")
+        limit(speed, percentage)
 
     def end_action(self) -> None:
         """Forget the last turn rate (``reset``, which Jazzy calls when an action ends); the primary forgets as well."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from controllers.nav2_params import NavigationParams, parameters_of_ours, write_nav2_params
+from controllers.nav2_params import NavigationParams, mask_files, parameters_of_ours, write_nav2_params
 from evolution.commands import driving_options, options
 from evolution.commands.console import console
 from evolution.commands.parameter_file import read_parameter_file
@@ -98,6 +98,7 @@ def bundled(
         controllers=list(navigation.controllers),
         tree=navigation.bt.model_dump(),
         release=navigation.release,
+        masks=mask_files(navigation),
         besides=parameters_of_ours(navigation),
     )
 

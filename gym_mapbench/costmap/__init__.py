@@ -6,6 +6,7 @@ the registry of the layers, ``params`` holds the options, and ``scan`` turns a s
 """
 
 from gym_mapbench.costmap.denoise_layer import DenoiseLayer
+from gym_mapbench.costmap.filter_mask import FilterMask
 from gym_mapbench.costmap.grid import (
     FREE_SPACE,
     INSCRIBED_INFLATED_OBSTACLE,
@@ -14,16 +15,19 @@ from gym_mapbench.costmap.grid import (
     Costmap,
 )
 from gym_mapbench.costmap.inflation_layer import InflationLayer, inflation_costs
+from gym_mapbench.costmap.keepout_filter import KeepoutFilter
 from gym_mapbench.costmap.layer import Layer, LayerContext, LayerEntry, Window
 from gym_mapbench.costmap.layered_costmap import LayeredCostmap, build_static_costmap
 from gym_mapbench.costmap.layers import LAYERS
 from gym_mapbench.costmap.obstacle_layer import OBSERVATION_SOURCE, ObservationSource, ObstacleLayer
-from gym_mapbench.costmap.params import CostmapParams
+from gym_mapbench.costmap.params import FILTERS, CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
+from gym_mapbench.costmap.speed_filter import SpeedFilter, SpeedLimit
 from gym_mapbench.costmap.static_layer import StaticLayer, static_costs
 from gym_mapbench.costmap.voxel_layer import VoxelLayer
 
 __all__ = [
+    "FILTERS",
     "FREE_SPACE",
     "INSCRIBED_INFLATED_OBSTACLE",
     "LAYERS",
@@ -33,7 +37,9 @@ __all__ = [
     "Costmap",
     "CostmapParams",
     "DenoiseLayer",
+    "FilterMask",
     "InflationLayer",
+    "KeepoutFilter",
     "LaserScan",
     "Layer",
     "LayerContext",
@@ -41,6 +47,8 @@ __all__ = [
     "LayeredCostmap",
     "ObservationSource",
     "ObstacleLayer",
+    "SpeedFilter",
+    "SpeedLimit",
     "StaticLayer",
     "VoxelLayer",
     "Window",

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from gym_mapbench.costmap.filter import CostmapFilter
 from gym_mapbench.costmap.grid import Costmap
 from gym_mapbench.costmap.inflation_layer import Inflation
+from gym_mapbench.costmap.keepout_filter import Keepout
 from gym_mapbench.costmap.layer import Box, Cells, Costs, Layer, LayerContext, Window
 from gym_mapbench.costmap.layers import LAYERS
 from gym_mapbench.costmap.params import CostmapParams
 from gym_mapbench.costmap.scan import LaserScan
+from gym_mapbench.costmap.speed_filter import SpeedLimit, SpeedZones
 from gym_mapbench.costmap.static_layer import static_costs
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.kernels.layers import shifted
@@ -45,7 +48,8 @@ def build_static_costmap(grid: GridMap, params: CostmapParams, footprint: Footpr
 class LayeredCostmap:
     """One of Nav2's costmaps with its layers: the global one on the map, or the local one, a window that rolls.
 
-    An update writes only the box in which the layers report changes; cells outside it keep their values.
+    An update writes only the box in which the layers report changes; cells outside it keep their values. Filters work
+    on a copy of the layers' cells, which the layers do not see.
 
     Args:
         params: Layers and size.
@@ -56,14 +60,17 @@ class LayeredCostmap:
         ConfigError: If the costmap has no cells or too many, or the inflation radius is more than 2000 cells.
     """
 
-    _master: Costs
+    _written: Costs
+    _filtered: Costs | None
     _unchanging: Costmap | None
+    _filters: list[CostmapFilter]
 
     def __init__(self, params: CostmapParams, grid: GridMap, footprint: Footprint) -> None:
         self._params, self._grid, self._footprint = params, grid, footprint
         self._default = params.default_cost
-        self._never_changes = not (params.observes or params.rolling_window)
         self._start_over()
+        follows_robot = any(each.depends_on_robot for each in self._filters)
+        self._never_changes = not (params.observes or params.rolling_window or follows_robot)
 
     def reset(self, pose: Pose) -> None:
         """Forget all observations and place the window around ``pose`` as at start-up."""
@@ -112,6 +119,15 @@ class LayeredCostmap:
         """
         return self._layers[name]
 
+    def take_speed_limits(self) -> list[SpeedLimit]:
+        """Return the speed limits that the filters published since the last call, in order."""
+        return [limit for zones in self._speed_zones for limit in zones.take_speed_limits()]
+
+    @property
+    def _master(self) -> Costs:
+        """The cells of the costmap, behind the filters if there are any."""
+        return self._written if self._filtered is None else self._filtered
+
     def _start_over(self) -> None:
         params, grid = self._params, self._grid
         self._window = _window(params, grid)
@@ -121,14 +137,23 @@ class LayeredCostmap:
             for name in params.plugins
             if params.writes(name) or LAYERS.get(name).widens_when_disabled
         }
-        self._master = np.full(self._window.shape, self._default, np.uint8)
+        keepouts, speeds = params.keepout_filters.values(), params.speed_filters.values()
+        self._speed_zones = [SpeedZones(options) for options in speeds]
+        self._filters = [
+            *(Keepout(options, params.release) for options in keepouts),
+            *self._speed_zones,
+        ]
+        self._written = np.full(self._window.shape, self._default, np.uint8)
+        self._filtered = self._written.copy() if self._filters else None
         self._unchanging = None
 
     def _roll(self, pose: Pose) -> None:
         """Shift the window by whole cells to the robot; cells that stay keep their costs."""
         moved = self._window.roll(pose) if self._params.rolling_window else (0, 0)
         if moved != (0, 0):
-            self._master = shifted(self._master, *moved, self._default)
+            self._written = shifted(self._written, *moved, self._default)
+            if self._filtered is not None:
+                self._filtered = shifted(self._filtered, *moved, self._default)
             for layer in self._layers.values():
                 layer.roll(*moved)
 
@@ -137,12 +162,24 @@ class LayeredCostmap:
         box = np.array([np.inf, np.inf, -np.inf, -np.inf])
         for layer in self._layers.values():
             layer.update_bounds(self._window, pose, box)
+        for each in self._filters:
+            each.update_bounds(self._window, pose, box)
         row0, col0, row1, col1 = cells = self._window.cells_in(box)
         if row1 < row0 or col1 < col0:
             return
-        self._master[row0:row1, col0:col1] = self._default
+        self._written[row0:row1, col0:col1] = self._default
         for layer in self._layers.values():
-            layer.update_costs(self._window, self._master, cells)
+            layer.update_costs(self._window, self._written, cells)
+        self._filter(cells, pose)
+
+    def _filter(self, cells: Cells, pose: Pose) -> None:
+        """Let the filters work on the cells that the layers have written."""
+        if self._filtered is None:
+            return
+        row0, col0, row1, col1 = cells
+        self._filtered[row0:row1, col0:col1] = self._written[row0:row1, col0:col1]
+        for each in self._filters:
+            each.process(self._window, self._filtered, cells, pose)
 
 
 def _window(params: CostmapParams, grid: GridMap) -> Window:

@@ -8,9 +8,11 @@ from typing import Any, cast
 from pydantic import SerializeAsAny, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from gym_mapbench.costmap.inflation_layer import InflationLayer
+from gym_mapbench.costmap.keepout_filter import KeepoutFilter
 from gym_mapbench.costmap.layers import LAYERS
 from gym_mapbench.costmap.obstacle_layer import ObservationSource, ObstacleLayer
 from gym_mapbench.costmap.options import CostmapOptions
+from gym_mapbench.costmap.speed_filter import SpeedFilter
 from gym_mapbench.costmap.static_layer import StaticLayer
 from gym_mapbench.costmap.voxel_layer import VoxelLayer
 from gym_mapbench.errors import ConfigError
@@ -18,6 +20,8 @@ from gym_mapbench.ros_params import refuse_missing
 from gym_mapbench.settings import Settings
 
 BRINGUP_SCAN = ObservationSource(clearing=True, max_obstacle_height=2.0)
+FILTERS = ("keepout_filters", "speed_filters")
+"""Options that are saved only if there are filters."""
 ALWAYS_SAVED = ("static_layer", "obstacle_layer", "voxel_layer", "inflation_layer")
 """Layers whose options are kept and saved even if ``plugins`` does not list them."""
 
@@ -33,10 +37,14 @@ class CostmapParams(CostmapOptions):
             ``voxel_layer``, ``denoise_layer``, ``inflation_layer``, or a third party's (see
             :mod:`gym_mapbench.costmap.layers`).
         layers: Name of a layer -> its options.
+        keepout_filters: Name of a keepout filter -> its options; filters work behind all layers.
+        speed_filters: Name of a speed filter -> its options.
     """
 
     plugins: tuple[str, ...] = ("static_layer", "obstacle_layer", "inflation_layer")
     layers: dict[str, SerializeAsAny[Settings]] = {}  # noqa: RUF012, pydantic copies it
+    keepout_filters: dict[str, KeepoutFilter] = {}  # noqa: RUF012, pydantic copies it
+    speed_filters: dict[str, SpeedFilter] = {}  # noqa: RUF012, pydantic copies it
 
     def __init__(self, **values: Any) -> None:
         super().__init__(**values)
@@ -119,8 +127,11 @@ class CostmapParams(CostmapOptions):
 
     @model_serializer(mode="wrap")
     def _beside_the_others(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Save the options of the layers beside the others, and the release last."""
+        """Save the options of the layers beside the others, filters if there are any, and the release last."""
         saved = serialize(self)
+        for name in FILTERS:
+            if not saved[name]:
+                del saved[name]
         layers, release = saved.pop("layers"), saved.pop("release")
         return {**saved, **layers, "release": release}
 
@@ -135,6 +146,9 @@ class CostmapParams(CostmapOptions):
                 entry.check(self.layers[name], self.release)
             except ConfigError as error:
                 raise ConfigError(f"{name}.{error}") from None
+        for name, keepout in self.keepout_filters.items():
+            if keepout.override_lethal_cost and self.release == "humble":
+                raise ConfigError(f"keepout_filters.{name}.override_lethal_cost: Nav2 Humble has no such parameter")
         return self
 
 

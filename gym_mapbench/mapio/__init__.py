@@ -2,10 +2,12 @@
 
 from gym_mapbench.mapio.conversion import write_map_file, write_maps
 from gym_mapbench.mapio.loading import PoseLike, load_map_set, load_maps, load_scenarios
+from gym_mapbench.mapio.map_server import Occupancy, occupancy_files, read_occupancy
 from gym_mapbench.mapio.map_set_file import save_map_set
 from gym_mapbench.mapio.tasked_map import Task, TaskedMap, group_scenarios
 
 __all__ = [
+    "Occupancy",
     "PoseLike",
     "Task",
     "TaskedMap",
@@ -13,6 +15,8 @@ __all__ = [
     "load_map_set",
     "load_maps",
     "load_scenarios",
+    "occupancy_files",
+    "read_occupancy",
     "save_map_set",
     "write_map_file",
     "write_maps",

@@ -14,6 +14,9 @@ from gym_mapbench.mapio.output import Files, check_names
 from gym_mapbench.mapio.rendering import render
 from gym_mapbench.releases import Release
 
+FILTER_SERVERS = ("filter_info_server", "filter_mask_server")
+"""Ends of the names of the servers of costmap filters."""
+
 
 @dataclass(frozen=True)
 class BundledNavigation:
@@ -26,6 +29,7 @@ class BundledNavigation:
             ``wait_duration``, ``backup_dist``, ``backup_speed``, ``time_allowance``, and ``recoveries`` (whether there
             are any).
         release: Release of Nav2.
+        masks: Map files of the costmap filters' masks, by name.
         besides: Settings that MapBench drove with and that are no parameters of Nav2, by name; they become a comment
             in the parameter file.
 
@@ -37,6 +41,7 @@ class BundledNavigation:
     controllers: Sequence[str]
     tree: Mapping[str, Any]
     release: Release = "humble"
+    masks: Files = field(default_factory=dict)
     besides: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -56,10 +61,18 @@ class BundledNavigation:
         """Whether the collision monitor stands in front of the base."""
         return "collision_monitor" in self.params
 
+    @property
+    def filter_servers(self) -> dict[str, str | None]:
+        """The servers of the costmap filters by name, with the map file of those that publish a mask."""
+        parameters = {
+            name: node["ros__parameters"] for name, node in self.params.items() if name.endswith(FILTER_SERVERS)
+        }
+        return {name: values.get("yaml_filename") for name, values in parameters.items()}
+
     def files(self) -> Files:
-        """Return the parameters and the behaviour trees."""
+        """Return the parameters, the masks and the behaviour trees."""
         trees: Files = {f"behavior_trees/{name}.xml": self._tree(name) for name in self.controllers}
-        return trees | {"nav2_params.yaml": self._comment() + _yaml(self.params)}
+        return trees | self.masks | {"nav2_params.yaml": self._comment() + _yaml(self.params)}
 
     def _tree(self, controller: str) -> str:
         """The default tree of the release with one controller, and the behaviours that have a server."""

@@ -82,6 +82,7 @@ class RosPackage:
             "time_limit": self.time_limit,
             "velocity_smoother": self.navigation.smooths,
             "collision_monitor": self.navigation.monitors,
+            "filter_servers": self.navigation.filter_servers,
             "robot": {"name": self.model.spec.name, "lidar": {"x": x, "y": y, "z": z, "yaw": yaw}},
         }
 

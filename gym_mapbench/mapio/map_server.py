@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from gym_mapbench.errors import MapFormatError
@@ -71,8 +72,33 @@ def find_map_files(folder: Path) -> list[Path]:
     return []
 
 
+class Occupancy(NamedTuple):
+    """An occupancy grid, as Nav2's map server publishes it.
+
+    Args:
+        values: ``(rows, cols)`` int8, row 0 at the bottom: 0 to 100, -1 unknown.
+        resolution: Side of a cell, m.
+        origin: x and y of the lower-left corner, m.
+    """
+
+    values: Values
+    resolution: float
+    origin: tuple[float, float]
+
+
 def read_map_server_grid(path: Path) -> GridMap:
     """Read the map alone; see :func:`read_map_server`."""
+    values, resolution, origin = read_occupancy(path)
+    image = values[::-1]
+    return GridMap.from_image_array(image == LETHAL, resolution, origin=origin, unknown=image == UNKNOWN)
+
+
+def read_occupancy(path: Path) -> Occupancy:
+    """Read the values of ``NAME.yaml`` and its picture, those between free and occupied included.
+
+    Raises:
+        MapFormatError: If one of the files is damaged or missing, or the origin is rotated.
+    """
     info = _required(path, read_yaml_file(path))
     mode = info.get("mode", "trinary")
     if not isinstance(mode, str) or mode not in _MODES:
@@ -87,7 +113,15 @@ def read_map_server_grid(path: Path) -> GridMap:
         )
     picture = read_picture(file_inside(path.parent, info["image"], f"{path}: image"))
     values = _MODES[mode](picture, _thresholds(path, info))
-    return GridMap.from_image_array(values == LETHAL, resolution, origin=(x, y), unknown=values == UNKNOWN)
+    return Occupancy(values[::-1], resolution, (x, y))
+
+
+def occupancy_files(name: str, grid: Occupancy) -> Files:
+    """Return ``NAME.yaml`` and ``NAME.pgm``, from which :func:`read_occupancy` returns equal values (``raw``)."""
+    info = {"image": f"{name}.pgm", "mode": "raw", "resolution": grid.resolution, "origin": [*grid.origin, 0.0]}
+    thresholds = {"negate": 0, "occupied_thresh": OCCUPIED_THRESH, "free_thresh": FREE_THRESH}
+    text = yaml.safe_dump(info | thresholds, sort_keys=False)
+    return {f"{name}.yaml": text, f"{name}.pgm": encode_pgm(grid.values[::-1].astype(np.uint8))}
 
 
 def map_server_yaml(grid: GridMap, image: str) -> str:

@@ -21,6 +21,7 @@ from gym_mapbench.ros_params.plugin import (
 )
 from gym_mapbench.ros_params.section import RELEASE, Section, parameter_names
 from gym_mapbench.ros_params.templates import (
+    PLACEHOLDER,
     Template,
     fill_templates,
     find_template,
@@ -31,6 +32,7 @@ from gym_mapbench.ros_params.templates import (
 
 __all__ = [
     "KINDS",
+    "PLACEHOLDER",
     "RELEASE",
     "Finding",
     "Findings",

@@ -89,3 +89,20 @@ def test_the_collision_monitor_stands_in_front_of_the_base(monkeypatch, tmp_path
     assert nodes["controller_server"].remappings == [("cmd_vel", "cmd_vel_nav")]
     if smooths:
         assert nodes["velocity_smoother"].remappings == [("cmd_vel", "cmd_vel_nav")]
+
+
+def test_the_servers_of_costmap_filters_are_launched_with_their_masks(monkeypatch, tmp_path):
+    info, mask = {"type": 0, "mask_topic": "a_mask"}, {"topic_name": "a_mask", "yaml_filename": "maps/masks/a.yaml"}
+    servers = {"a_filter_info_server": {"ros__parameters": info}, "a_filter_mask_server": {"ros__parameters": mask}}
+    masks = {"maps/masks/a.yaml": "image: a.pgm\n"}
+    folder, maps = tmp_path / "bundle", [thesis_scenario(seed, f"map_{seed}") for seed in range(2)]
+    given = navigation(params={**PARAMS, **servers}, release="jazzy", masks=masks)
+    export_gazebo(maps, folder, **(OPTIONS | {"navigation": given}))
+    *_, function = load_launch(monkeypatch, folder).generate_launch_description()
+    nodes = {node.name: node for node in function.function(None) if hasattr(node, "name")}
+    assert nodes["lifecycle_manager"].parameters[0]["node_names"][-2:] == list(servers)
+    assert nodes["a_filter_info_server"].executable == "costmap_filter_info_server"
+    assert nodes["a_filter_mask_server"].executable == "map_server"
+    written = folder / "maps" / "masks" / "a.yaml"
+    assert nodes["a_filter_mask_server"].parameters[1]["yaml_filename"] == str(written)
+    assert written.read_text() == masks["maps/masks/a.yaml"]

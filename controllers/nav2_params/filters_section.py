@@ -1,0 +1,109 @@
+"""Reads the costmap filters of a parameter file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from controllers.nav2_params.filter_servers import FilterServers, InfoServer, NoMaskError, same_topic
+from controllers.nav2_params.keys import KEEPOUT_FILTER, SPEED_FILTER
+from gym_mapbench.costmap import KeepoutFilter, SpeedFilter
+from gym_mapbench.costmap.keepout_filter import HIGHEST_OVERRIDE
+from gym_mapbench.errors import ConfigError
+from gym_mapbench.ros_params import PLACEHOLDER, Section, in_every_release, known_class
+
+CLASSES = {
+    "keepout_filters": in_every_release("nav2_costmap_2d::KeepoutFilter"),
+    "speed_filters": in_every_release("nav2_costmap_2d::SpeedFilter"),
+}
+"""Options of a costmap -> the class of the filters that they hold."""
+BINARY = {"binary": in_every_release("nav2_costmap_2d::BinaryFilter")}
+PERCENT, ABSOLUTE = 1, 2
+"""Types of an info server for a speed filter."""
+LIMIT_TOPIC = "speed_limit_topic"
+USUAL_LIMIT_TOPIC = "speed_limit"
+
+Filters = dict[str, dict[str, Any]]
+
+
+def read_filters(costmap: Section, servers: FilterServers, server: Section | None) -> Filters:
+    """Take the filters out of a costmap's section; return those that have an effect here, by option and name.
+
+    Args:
+        costmap: The section.
+        servers: The servers of the masks.
+        server: The section of the controller server, which listens to speed limits; None if the file has none.
+
+    Raises:
+        ConfigError: If a value is wrong, a filter has no class, or a mask's file cannot be read.
+    """
+    filters: Filters = {kind: {} for kind in CLASSES}
+    topic = USUAL_LIMIT_TOPIC if server is None else server.values.get(LIMIT_TOPIC, USUAL_LIMIT_TOPIC)
+    for name in costmap.take_names("filters", ()):
+        group = costmap.take_group(name)
+        kind = _kind(group)
+        if kind is None or not _is_enabled(group):
+            continue
+        try:
+            read = _read_keepout(group, servers) if kind == "keepout_filters" else _read_speed(group, servers, topic)
+        except NoMaskError as error:
+            group.findings.add("left_out", group.name, str(error))
+        else:
+            filters[kind][name] = read
+    return filters
+
+
+def _kind(group: Section) -> str | None:
+    """Return the option that holds filters of this class; None, and a finding, if nothing here does what it does."""
+    ros_class = group.values.pop("plugin", None)
+    if ros_class is None:
+        raise ConfigError(f"{group.name}.plugin: expected the class of this filter, got none")
+    kind = known_class(ros_class, CLASSES)
+    if kind is None:
+        binary = known_class(ros_class, BINARY) is not None
+        why = "nobody here listens to its switch" if binary else f"{ros_class}: this filter is not built"
+        group.findings.add("ros_only" if binary else "left_out", group.name, why)
+    return kind
+
+
+def _is_enabled(group: Section) -> bool:
+    """Whether a filter is enabled; a word that a launch file replaces stands for false."""
+    enabled = group.values.pop("enabled", True)
+    if isinstance(enabled, str) and PLACEHOLDER.fullmatch(enabled):
+        why = f"the launch file enables it; --define {enabled}=true"
+        group.findings.add("left_out", group.name, why)
+        return False
+    if not isinstance(enabled, bool):
+        raise ConfigError(f"{group.name}.enabled: expected true or false, got {enabled!r}")
+    if not enabled:
+        group.findings.add("unused", group.name, "it is not enabled")
+    return enabled
+
+
+def _info_of(group: Section, servers: FilterServers) -> tuple[InfoServer, Section]:
+    if "filter_info_topic" not in group.values:
+        raise ConfigError(f"{group.name}.filter_info_topic: expected the topic of an info server, got none")
+    return servers.info(group.take_name("filter_info_topic", ""))
+
+
+def _read_keepout(group: Section, servers: FilterServers) -> KeepoutFilter:
+    """Read a keepout filter; Nav2 logs an error for another base or multiplier, but does not read them."""
+    info, where = _info_of(group, servers)
+    for key, usual in (("base", info.base == 0.0), ("multiplier", info.multiplier == 1.0)):
+        if not usual:
+            group.findings.add("unused", f"{where.name}.{key}", "keepout filters do not read it")
+    group.cap("lethal_override_cost", HIGHEST_OVERRIDE, "Nav2 does likewise")
+    return group.build(KeepoutFilter, KEEPOUT_FILTER, mask=servers.mask(info.mask_topic))
+
+
+def _read_speed(group: Section, servers: FilterServers, topic: object) -> SpeedFilter:
+    """Read a speed filter, whose limits reach the controller server on ``topic``."""
+    info, where = _info_of(group, servers)
+    if info.type not in (PERCENT, ABSOLUTE):
+        raise ConfigError(f"{where.name}.type: expected {PERCENT} (per cent) or {ABSOLUTE} (m/s), got {info.type}")
+    published = group.take_name(LIMIT_TOPIC, USUAL_LIMIT_TOPIC)
+    if not same_topic(published, topic):
+        raise NoMaskError(f"it publishes on {published}, but the controller server listens to {topic}")
+    mask = servers.mask(info.mask_topic)
+    given: Mapping[str, Any] = {"base": info.base, "multiplier": info.multiplier, "percentage": info.type == PERCENT}
+    return group.build(SpeedFilter, SPEED_FILTER, mask=mask, **given)

@@ -1,0 +1,73 @@
+"""Writes costmap filters: their groups in a costmap's section, the servers of their masks, and the masks' files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from controllers.nav2_params.filter_servers import INFO_SERVERS, MASK_SERVERS
+from controllers.nav2_params.filters_section import ABSOLUTE, CLASSES, LIMIT_TOPIC, PERCENT, USUAL_LIMIT_TOPIC
+from controllers.nav2_params.navigation import NavigationParams
+from controllers.nav2_params.nodes import COSTMAPS
+from controllers.releases import Release
+from gym_mapbench.costmap import CostmapParams, FilterMask, KeepoutFilter, SpeedFilter
+from gym_mapbench.mapio import Occupancy, occupancy_files
+
+FOLDER = "maps/masks"
+"""Folder of the masks beside a parameter file; ROS 2 packages install ``maps``."""
+
+Filter = KeepoutFilter | SpeedFilter
+
+
+def filter_groups(costmap: CostmapParams, where: str) -> dict[str, Any]:
+    """Return the list of a costmap's filters and their groups; nothing where there are none."""
+    groups = {name: _group(each, f"{where}_{name}", costmap.release) for name, each in _filters(costmap)}
+    return {"filters": list(groups), **groups} if groups else {}
+
+
+def filter_nodes(navigation: NavigationParams) -> dict[str, dict[str, Any]]:
+    """Return the servers of all masks by name; the files of the masks are those of :func:`mask_files`."""
+    nodes: dict[str, dict[str, Any]] = {}
+    for name, each in _named(navigation):
+        mask = f"{name}_mask"
+        nodes[f"{name}_{INFO_SERVERS}"] = {"filter_info_topic": f"{name}_info", "mask_topic": mask, **_info(each)}
+        nodes[f"{name}_{MASK_SERVERS}"] = {"topic_name": mask, "yaml_filename": f"{FOLDER}/{name}.yaml"}
+    return nodes
+
+
+def mask_files(navigation: NavigationParams) -> dict[str, str | bytes]:
+    """Return the map files of all masks, by their names beside the parameter file."""
+    files: dict[str, str | bytes] = {}
+    for name, each in _named(navigation):
+        files |= {f"{FOLDER}/{file}": content for file, content in occupancy_files(name, _occupancy(each.mask)).items()}
+    return files
+
+
+def _named(navigation: NavigationParams) -> Iterator[tuple[str, Filter]]:
+    """Yield all filters, each with a name that no other has."""
+    for where in COSTMAPS:
+        for name, each in _filters(getattr(navigation, where)):
+            yield f"{where}_{name}", each
+
+
+def _filters(costmap: CostmapParams) -> list[tuple[str, Filter]]:
+    return [*costmap.keepout_filters.items(), *costmap.speed_filters.items()]
+
+
+def _group(each: Filter, name: str, release: Release) -> dict[str, Any]:
+    kind = "keepout_filters" if isinstance(each, KeepoutFilter) else "speed_filters"
+    group = {"plugin": CLASSES[kind][release], "enabled": True, "filter_info_topic": f"{name}_info"}
+    if isinstance(each, SpeedFilter):
+        return {**group, LIMIT_TOPIC: USUAL_LIMIT_TOPIC}
+    return group if release == "humble" else {**group, **each.model_dump(exclude={"mask"})}
+
+
+def _info(each: Filter) -> Mapping[str, float]:
+    """Return what an info server says of a filter."""
+    if isinstance(each, KeepoutFilter):
+        return {"type": 0, "base": 0.0, "multiplier": 1.0}
+    return {"type": PERCENT if each.percentage else ABSOLUTE, "base": each.base, "multiplier": each.multiplier}
+
+
+def _occupancy(mask: FilterMask) -> Occupancy:
+    return Occupancy(mask.values, mask.resolution, mask.origin)
