@@ -1,6 +1,6 @@
 """The elite: the best sets so far. Their maps, and those that might improve them, get further seeds.
 
-Among maps with single runs the best is the luckiest. Further seeds correct that (ranking and selection under noise).
+The best of many maps with single runs has a selection bias, which further seeds reduce (ranking and selection).
 """
 
 from __future__ import annotations

@@ -258,7 +258,7 @@ class _Search:
     @property
     def _of_archive(self) -> bool:
         """Whether offspring are made of the archive's maps."""
-        return self.settings.archive.parents and not self.problem.objectives.are_several
+        return self.settings.archive.elite and self.settings.archive.parents and not self.problem.objectives.are_several
 
     def _going_on(self, names: Sequence[str]) -> list[str]:
         """Return the maps that may join the best set, by the runs so far."""

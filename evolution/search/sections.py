@@ -26,8 +26,8 @@ class ArchiveSettings(Settings):
             that cannot change the search are left out. A failure policy that gives failed runs a value leaves out none.
         parents: Whether an offspring is the best expected set of the archive with one map replaced by a mutated map of
             the archive. With ``staged``, the controller that sets high scores apart runs first, and the others run only
-            on maps that may join the best set. If not, offspring are crossed and mutated sets of the population. With
-            one objective only.
+            on maps that may join the best set. If not, offspring are crossed and mutated sets of the population. Only
+            with ``elite`` and one objective.
     """
 
     elite: bool = False
@@ -39,8 +39,6 @@ class ArchiveSettings(Settings):
     def _consistent(self) -> Self:
         if self.elite_seeds and not self.elite:
             raise OptionError("elite_seeds", f"expected 0 without elite, got {self.elite_seeds}")
-        if self.parents and not self.elite:
-            raise OptionError("parents", "expected false without elite, got true")
         return self
 
 
@@ -53,7 +51,7 @@ class ValidationSettings(Settings):
         candidates: The stage has this number times ``seeds`` to distribute: they go to the maps that the best expected
             set needs or might be better with, so maps that turn out weak or unsteady get fewer.
         held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.
-        reliability: A set is chosen among those whose maps keep the order of their scores, without a failed run, in
+        reliability: A set is chosen among those whose maps keep the ranks of their scores, without a failed run, in
             at least this share of trials; if there is none, among those with the largest share.
         avoid_contact: Whether a set is chosen only among the maps on which no run touched a wall or body, where these
             suffice. Contacts are what a simulator and Gazebo agree on least.

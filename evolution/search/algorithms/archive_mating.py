@@ -1,6 +1,6 @@
 """Offspring of the archive: the best expected set with one map replaced by a mutated map of the archive.
 
-An individual of the population is a set, but what is worth keeping is a map: sets are made of the archive's maps at no
+An individual of the population is a set, but what the search keeps are maps: sets are made of the archive's maps at no
 cost. So an offspring has one new map, made of a map that would be good in the same role, and the best other maps.
 """
 

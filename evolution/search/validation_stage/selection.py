@@ -27,7 +27,7 @@ SHORT_LIST = 40
 def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings) -> Names:
     """Return the set with the best mean trial of those that are reliable, its maps in order of their scores.
 
-    A set is reliable if in a share of its trials the maps keep the order of their scores and no run fails. If no set
+    A set is reliable if in a share of its trials the maps keep the ranks of their scores and no run fails. If no set
     is, those with the largest share are taken. Maps without a failure come first.
 
     Args:

@@ -77,10 +77,10 @@ class _Candidates:
 
     @property
     def names(self) -> list[str]:
-        """The maps that have all their held-out seeds, without a failure; those with fewer, if these are too few."""
-        solved = [name for name in self.before if self.archive.is_solved(name) and self._seeds(name)]
-        complete = [name for name in solved if self._seeds(name) >= self.stage.seeds]
-        return complete if len(complete) >= self.size else solved
+        """The maps that have all their held-out seeds, without a failure; all with some, if these are too few."""
+        begun = [name for name in self.before if self._seeds(name)]
+        complete = [name for name in begun if self.archive.is_solved(name) and self._seeds(name) >= self.stage.seeds]
+        return complete if len(complete) >= self.size else begun
 
     def re_evaluate(self) -> None:
         """Drive one held-out seed after the other on the maps that the best set needs or might be better with."""
