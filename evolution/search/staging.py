@@ -37,17 +37,17 @@ def stages_of(plan: JobPlan) -> Stages:
 def next_stage(of_map: Sequence[Sequence[RunResult]], stages: Stages, repeats: int) -> Stage:
     """Return the controllers that run next on a map; none after a stage with a failed run, or if no run is missing.
 
+    The order of the stages may have changed since the map's first runs.
+
     Args:
         of_map: Results of the map, ``[controller][repeat]``.
         stages: The stages, in their order.
         repeats: Runs that each controller shall have.
     """
-    for stage in stages:
-        if any(len(of_map[place]) < repeats for place in stage):
-            return stage
-        if not all(run.success for place in stage for run in of_map[place]):
-            break
-    return ()
+    missing = [stage for stage in stages if any(len(of_map[place]) < repeats for place in stage)]
+    driven = [place for stage in stages if stage not in missing for place in stage]
+    failed = any(not run.success for place in driven for run in of_map[place])
+    return missing[0] if missing and not failed else ()
 
 
 def contenders(results: Sequence[SetResults], fitness: Fitness, rivals: Sequence[float], survivors: int) -> list[int]:

@@ -91,6 +91,23 @@ def test_a_map_runs_until_its_first_failure():
     assert next_stage([[GOAL], [FAILED], [GOAL]], stages, 1) == ()
     assert next_stage([[GOAL], [GOAL], [GOAL]], stages, 2) == (2,)
     assert next_stage([[FAILED], [], [FAILED]], ((0, 1, 2),), 1) == (0, 1, 2)
+    assert next_stage([[], [FAILED], [GOAL]], stages, 1) == ()  # the second controller ran first then
+
+
+class Erratic(Failing):
+    """Any controller may be the slowest one on a map, and fails one run in three."""
+
+    def _answer(self, job):
+        rng = np.random.default_rng(job.seed)
+        outcome = "goal" if rng.random() < 0.67 else "timeout"
+        return replace(drive(job), outcome=outcome, time_s=float(rng.uniform(5.0, 100.0)), timings={})
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_stages_may_change_their_order_while_runs_fail(seed):
+    options = {"elite": True, "elite_seeds": 1, "parents": True, "evaluations": 60, "seed": seed}
+    found = evolve(Experiment(SEARCH.replace(**options), CONTROLLERS, WORLD), Erratic(drive))
+    assert any(row["not_driven"] for row in found.record.individuals)
 
 
 OF_MAP = st.one_of(
