@@ -58,5 +58,5 @@ class LyricalGracefulFollower(GracefulFollower):
 
 
 def make_graceful(params: GracefulParams) -> GracefulFollower:
-    """Make the controller of a release."""
+    """Make the Graceful Controller, of the release that the parameters belong to."""
     return LyricalGracefulFollower(params) if params.release == "lyrical" else GracefulFollower(params)

@@ -68,5 +68,5 @@ class LyricalRppFollower(RppFollower):
 
 
 def make_rpp(params: RppParams) -> RppFollower:
-    """Make the controller of a release."""
+    """Make Regulated Pure Pursuit, of the release that the parameters belong to."""
     return LyricalRppFollower(params) if params.release == "lyrical" else RppFollower(params)

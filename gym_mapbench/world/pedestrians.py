@@ -165,7 +165,7 @@ def _round_of(waypoints: tuple[tuple[float, float], ...], loop: bool) -> tuple[F
         Corners ``(n, 2)`` m, the first one again at the end; the distance along the round at every corner, ``(n,)`` m;
         and the heading on every leg, ``(n - 1,)`` rad.
     """
-    corners = np.array([*waypoints, *(waypoints[:1] if loop else waypoints[-2::-1])])
+    corners = np.array([*waypoints, *(waypoints[:1] if loop else waypoints[-2::-1])]) + 0.0  # -0.0 becomes 0.0
     corners = corners[np.concatenate([[True], np.hypot(*np.diff(corners, axis=0).T) > 0])]
     if len(corners) == 1:
         corners = np.array([corners[0], corners[0] + (1e-9, 0.0)])
