@@ -10,7 +10,15 @@ from evolution.api import compose, evolve
 from evolution.commands import COMMON, driving_options, options
 from evolution.commands.console import console, note, print_table
 from evolution.commands.progress import SearchBar
-from evolution.runs import LoadedRun, RunDir, contact_sentence, experiment_in, front_lines, validation_sentence
+from evolution.runs import (
+    LoadedRun,
+    RunDir,
+    contact_sentence,
+    experiment_in,
+    failing_controller_sentence,
+    front_lines,
+    validation_sentence,
+)
 from evolution.search import (
     DEFAULT_PRESET,
     FAILURES,
@@ -115,8 +123,9 @@ def run(args: argparse.Namespace) -> int:
             resources=driving_options.resources_of(args),
         )
     print_table(found.table())
-    validated = validation_sentence(found.best_results, found.config["search"])
-    for line in (*validated, *front_lines(found), *contact_sentence(found.runs)):
+    results, runs = found.best_results, found.runs
+    validated = validation_sentence(results, found.config["search"]) + failing_controller_sentence(results, runs)
+    for line in (*validated, *front_lines(found), *contact_sentence(runs)):
         console.print(line)
     console.print(f"Pictures are in {found.path / 'figures'}; {found.path / 'README.txt'} explains the other files.")
     console.print(f"A page with replays: mapbench report {found.path}")

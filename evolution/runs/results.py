@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
@@ -110,6 +111,27 @@ def contact_sentence(runs: Sequence[Row]) -> list[str]:
     touched = sum(count > 0 for count in counts)
     low, high = wilson_interval(touched, len(counts))
     return [f"{touched} of {len(counts)} runs touch a wall or body ({100 * low:.1f} to {100 * high:.1f} %)."]
+
+
+def failing_controller_sentence(results: Mapping[str, Any], runs: Sequence[Row]) -> list[str]:
+    """Return which controller most often keeps maps from being solved, and why; nothing if the best set is solved.
+
+    Args:
+        results: ``best_results.json``.
+        runs: Rows of ``runs.csv``.
+    """
+    outcomes: dict[str, list[bool]] = {}
+    for row in runs:
+        outcomes.setdefault(row["controller"], []).append(row["outcome"] == "goal")
+    if results["success_rate"] == 1.0 or not outcomes:
+        return []
+    name, goals = min(outcomes.items(), key=lambda item: sum(item[1]) / len(item[1]))
+    failed = [row for row in runs if row["controller"] == name and row["outcome"] != "goal"]
+    reasons = Counter((row.get("reason") or row["outcome"]).split(";")[0] for row in failed)
+    return [
+        f"{name} reaches the goal in {sum(goals)} of {len(goals)} runs. Its most frequent failure: "
+        f"{reasons.most_common(1)[0][0]}."
+    ]
 
 
 def typical_repeat(entry: Mapping[str, Any]) -> int:

@@ -43,12 +43,19 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
         self.sampling = sampling
 
     def _do(
-        self, _problem: Any, pop: Population, n_offsprings: int, *_: Any, random_state: np.random.Generator, **__: Any
+        self, _problem: Any, _pop: Population, n_offsprings: int, *_: Any, random_state: np.random.Generator, **__: Any
     ) -> Population:
-        best = self.expectations.best
-        base = self.expectations.archive.map_set(best) if best else pop[0].X[0]
-        parents = [self._parents(role) for role in range(len(base))] if best else []
+        if not (best := self.expectations.best):
+            return Population.new(X=as_column([self._first_set(random_state) for _ in range(n_offsprings)]))
+        base = self.expectations.archive.map_set(best)
+        parents = [self._parents(role) for role in range(len(base))]
         return Population.new(X=as_column([self._child(base, parents, random_state) for _ in range(n_offsprings)]))
+
+    def _first_set(self, rng: np.random.Generator) -> MapSet:
+        """Return a set of solved maps and sampled ones, as long as there is no best expected set."""
+        archive, size = self.expectations.archive, self.expectations.size
+        known = [archive.scenarios[name] for name in archive.solved()][: size - 1]
+        return MapSet((*known, *(self.sampling.draw(rng) for _ in range(size - len(known)))))
 
     def _parents(self, role: int) -> MapSet:
         """Return the best maps in a role, the best first."""
@@ -57,7 +64,7 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
     def _child(self, base: MapSet, parents: list[MapSet], rng: np.random.Generator) -> MapSet:
         """Return a set with one new map."""
         role = self.mutation.draw_place(range(len(base)), rng)
-        if parents and rng.random() >= FRESH:
+        if rng.random() >= FRESH:
             for _ in range(MAX_TRIES):
                 child = self._mutated(base, parents[role], role, rng)
                 if child[role].world_digest not in self.expectations.archive.scenarios:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from evolution.runs import contact_sentence
+from evolution.runs import contact_sentence, failing_controller_sentence
 
 
 def test_runs_with_a_contact_are_counted():
@@ -10,3 +10,23 @@ def test_runs_with_a_contact_are_counted():
     failed = {"n_contacts": None, "outcome": "error"}
     assert contact_sentence([*counted, failed]) == ["2 of 4 runs touch a wall or body (15.0 to 85.0 %)."]
     assert contact_sentence([{"outcome": "goal"}]) == [], "an earlier version counted none"
+
+
+def test_the_controller_that_fails_most_is_named_where_no_set_is_solved():
+    stuck = {"controller": "graceful", "outcome": "controller_failure", "reason": "collision ahead; it stood at (1, 2)"}
+    late = {"controller": "graceful", "outcome": "timeout", "reason": ""}
+    goal = {"controller": "dwb", "outcome": "goal", "reason": ""}
+    runs = [
+        goal,
+        stuck,
+        late,
+        late,
+        {**stuck, "reason": "collision ahead; it stood at (3, 2)"},
+        stuck,
+        {**late, **goal},
+    ]
+    assert failing_controller_sentence({"success_rate": 0.5}, runs) == [
+        "graceful reaches the goal in 0 of 5 runs. Its most frequent failure: collision ahead."
+    ]
+    assert failing_controller_sentence({"success_rate": 1.0}, runs) == []
+    assert failing_controller_sentence({"success_rate": 0.0}, [late])[0].endswith("most frequent failure: timeout.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -155,13 +156,19 @@ def test_parents_are_among_the_best_maps_of_a_role():
     assert set(expectations.parents.values()) <= good
 
 
-def test_without_a_best_set_new_maps_are_sampled():
-    expectations = expectations_of(sets=0)
-    (first,) = sets_of(1)
-    population = [type("Individual", (), {"X": [first]})()]
-    children = mating_of(expectations)._do(None, population, 5, random_state=np.random.default_rng(0))
+def test_without_a_best_set_solved_maps_are_joined_by_sampled_ones():
+    solvable = sorted(scenario.map.digest for map_set in sets_of(4) for scenario in map_set)[:2]
+
+    def hard(job):
+        run = answer(job)
+        return run if job.scenario.map.digest in solvable else replace(run, outcome="timeout")
+
+    expectations = expectations_of(sets=4, how=hard)
+    children = mating_of(expectations).do(None, None, 5, random_state=np.random.default_rng(9))
+    known = expectations.archive.scenarios
     for child in (one.X[0] for one in children):
-        assert sum(one.world_digest not in {old.world_digest for old in first} for one in child) == 1
+        assert {one.map.digest for one in child} > set(solvable)
+        assert sum(one.world_digest not in known for one in child) == 1
 
 
 def test_the_same_seed_makes_the_same_offspring():
