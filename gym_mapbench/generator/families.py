@@ -12,7 +12,7 @@ from gym_mapbench.generator.base import Family
 from gym_mapbench.generator.cellular import Cellular
 from gym_mapbench.generator.corridors import Corridors
 from gym_mapbench.generator.doors import Doors
-from gym_mapbench.generator.motifs import MOTIFS, Sequences
+from gym_mapbench.generator.motifs import MOTIFS, USUAL_WIDTH, AlongRoute, Sequences
 from gym_mapbench.generator.pillars import Pillars
 from gym_mapbench.generator.random_shapes import RandomShapes
 from gym_mapbench.generator.slaloms import Slaloms
@@ -20,6 +20,7 @@ from gym_mapbench.generator.sparse import Sparse
 from gym_mapbench.generator.u_traps import UTraps
 from gym_mapbench.registry import Registry, must_be_callable
 from gym_mapbench.settings import Settings
+from gym_mapbench.world.robot import RobotSpec
 
 _OWN: dict[str, Callable[..., Family]] = {
     "doors": Doors,
@@ -78,6 +79,13 @@ class FamilySpec(Settings):
     def make(self) -> Family:
         """Make the family."""
         return make_family(self.name, **self.options)
+
+    def for_robot(self, robot: RobotSpec) -> FamilySpec:
+        """Return the family with as much room beside this robot as motifs leave beside one of the usual width."""
+        family, wider = self.make(), robot.width - USUAL_WIDTH
+        if wider == 0.0 or not isinstance(family, AlongRoute):
+            return self
+        return FamilySpec(name=self.name, options=self.options | family.options_for(wider))
 
 
 def _as_specs(value: object) -> object:

@@ -66,7 +66,7 @@ def draw_from(
     Raises:
         ConfigError: If the map is too small for the family, or none of 200 maps is drivable.
     """
-    spec = families[int(rng.integers(len(families)))]
+    spec = families[int(rng.integers(len(families)))].for_robot(robot)
     family = spec.make()
     for _ in range(MAX_SAMPLES):
         genes = family.draw_genes(rng)

@@ -169,3 +169,23 @@ def test_a_sequence_names_its_motifs():
     genes = family.draw_genes(np.random.default_rng(0))
     assert len(genes.sections) == 3
     assert {section.motif for section in genes.sections} <= {"gates", "dead_ends"}
+
+
+def test_gaps_leave_every_robot_the_same_room():
+    burger, gate = make_robot("turtlebot3_burger"), FamilySpec(name="gates")  # 0.21 m wide, 0.23 m less than usual
+    assert gate.for_robot(WAFFLE) is gate
+    assert gate.for_robot(burger).options == {"gap": [0.47, 0.87]}
+    given = FamilySpec(name="gates", options={"gap": [0.6, 0.7], "count": [1, 2]})
+    assert given.for_robot(burger) == given
+    of_sequence = FamilySpec(name="sequences", options={"motifs": {"bends": {}, "gates": {"gap": [0.5, 0.6]}}})
+    assert of_sequence.for_robot(burger).options["motifs"] == {
+        "bends": {"width": [0.42, 0.87]},
+        "gates": {"gap": [0.5, 0.6]},
+    }
+    assert FamilySpec(name="doors").for_robot(burger).options == {}
+
+
+@pytest.mark.parametrize("name", [*MOTIFS.built_in, "sequences"])
+def test_a_map_for_a_narrow_robot_is_built_again_from_its_genome(name):
+    drawn = draw_from(np.random.default_rng(3), [FamilySpec(name=name)], THESIS, make_robot("turtlebot3_burger"))
+    assert (build_genome(drawn.genome, THESIS) == drawn.cells).all()

@@ -6,7 +6,7 @@ an element are walls. :class:`AlongRoute` puts elements along a route and builds
 
 from __future__ import annotations
 
-from gym_mapbench.generator.motifs.along_route import AlongRoute, Place, places
+from gym_mapbench.generator.motifs.along_route import USUAL_WIDTH, AlongRoute, Place, places
 from gym_mapbench.generator.motifs.around import Around
 from gym_mapbench.generator.motifs.genes import Deviations, MotifGenes, Section
 from gym_mapbench.generator.motifs.motif import Motif, Values
@@ -16,6 +16,7 @@ from gym_mapbench.generator.motifs.sequences import Sequences
 
 __all__ = [
     "MOTIFS",
+    "USUAL_WIDTH",
     "AlongRoute",
     "Around",
     "Deviations",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from gym_mapbench.generator.motifs.motif import Motif, Values
 
 Ends = Sequence[float] | Point
+USUAL_WIDTH = 0.44
+"""Width of the robot for which the ranges of gaps and corridors are meant, m; others have as much room beside them."""
 
 
 class Place(NamedTuple):
@@ -56,6 +58,14 @@ class AlongRoute(Settings):
     @abstractmethod
     def motif(self, name: str) -> Motif:
         """Return the motif of a section."""
+
+    @abstractmethod
+    def options_for(self, wider: float) -> dict[str, Any]:
+        """Return the options whose ranges are those for a robot of another width, without those that the user gave.
+
+        Args:
+            wider: The robot's width less :data:`USUAL_WIDTH`, m.
+        """
 
     @abstractmethod
     def draw_sections(self, rng: np.random.Generator) -> tuple[Section, ...]:

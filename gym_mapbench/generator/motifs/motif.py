@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -44,6 +44,8 @@ RangeFromNone = Annotated[tuple[Annotated[float, Field(ge=0, le=1000)], Length],
 
 NO_GENES = ("routes", "bend", "count", "deviation")
 """Options of a motif that are no shared genes."""
+WIDTHS = ("gap", "width")
+"""Shared genes that leave room for the robot."""
 SECTION_GENES = ("phase", "slope", "swing")
 """Shared genes that describe the line of all elements, from which no single element deviates."""
 
@@ -91,6 +93,14 @@ class Motif(AlongRoute):
     def motif(self, name: str) -> Motif:
         """Return the motif of a section."""
         return self
+
+    def options_for(self, wider: float) -> dict[str, Any]:
+        """As :meth:`AlongRoute.options_for`: gaps and corridors are as much wider."""
+        return {
+            name: [round(bound + wider, 3) for bound in getattr(self, name)]
+            for name in WIDTHS
+            if name in type(self).model_fields and name not in self.model_fields_set
+        }
 
     def draw_sections(self, rng: np.random.Generator) -> tuple[Section, ...]:
         """Sample the only section of one map."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from pydantic import Field, JsonValue, model_validator
 
@@ -57,6 +59,12 @@ class Sequences(AlongRoute):
         make = MOTIFS.get(name)
         with MOTIFS.blamed(name):
             return make(**self.motifs[name])
+
+    def options_for(self, wider: float) -> dict[str, Any]:
+        """As :meth:`AlongRoute.options_for`, for every motif."""
+        return {
+            "motifs": {name: self.motif(name).options_for(wider) | options for name, options in self.motifs.items()}
+        }
 
     def draw_sections(self, rng: np.random.Generator) -> tuple[Section, ...]:
         """Sample the sections of one map."""
