@@ -145,6 +145,8 @@ class ActionServer:
 
     def advance(self, now: float) -> None:
         """Do all that is due until ``now``, s."""
+        if self._current is None and not self._arriving:
+            return
         while (time := self.next_time) <= now + TIME_RESOLUTION:
             if self._arriving and self._arriving[0].arrives <= time and (self._latency.is_ideal or self._is_idle(time)):
                 self._receive(self._arriving.popleft(), time)

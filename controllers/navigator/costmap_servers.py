@@ -5,6 +5,8 @@ Source: nav2_costmap_2d (Humble) src/costmap_2d_ros.cpp.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -88,16 +90,17 @@ class CostmapServer:
             self._measured, self._scan, self._is_buffered = measured, scan, False
             self._taken_at = self._lidar.sensor_pose(pose)
 
-    def advance(self, now: float) -> None:
-        """Update the costmap if that is due at ``now`` (s), and publish it if that is due then."""
+    def advance(self, now: float) -> Sequence[SpeedLimit]:
+        """Update the costmap if that is due at ``now`` (s), and publish it if that is due then.
+
+        Returns:
+            The speed limits that the filters published meanwhile, in order.
+        """
         if not self._schedule.is_due(now):
-            return
+            return ()
         self._update()
         if now - self._published_at > self._publish_period + TIME_RESOLUTION:
             self._published, self._published_at = self._costmap, now
-
-    def take_speed_limits(self) -> list[SpeedLimit]:
-        """Return the speed limits that the filters published since the last call, in order."""
         return self._layered.take_speed_limits()
 
     def clear(self) -> None:

@@ -20,22 +20,22 @@ class UpdateSchedule:
     Args:
         update_frequency: Updates per second, Hz.
         phase: Time of the first update, s.
+
+    Attributes:
+        next_update: When the next update is due, s.
     """
 
     def __init__(self, update_frequency: float, phase: float = 0.0) -> None:
         self._period, self._phase, self._updates = 1.0 / update_frequency, phase, 0
         self._current_from = -NEVER
-
-    @property
-    def next_update(self) -> float:
-        """When the next update is due, s."""
-        return round(self._phase + self._updates * self._period, 9)
+        self.next_update = round(phase, 9)
 
     def is_due(self, now: float) -> bool:
         """Return whether an update is due at ``now`` (s); it then counts as done."""
         if now < self.next_update - TIME_RESOLUTION:
             return False
         self._updates += 1
+        self.next_update = round(self._phase + self._updates * self._period, 9)
         self._current_from = min(self._current_from, now)
         return True
 

@@ -339,8 +339,7 @@ class Navigator:
     def _update_costmaps(self, now: float) -> None:
         """Update the costmaps if that is due; the follower gets the speed limits that their filters publish."""
         for costmap in (self._global_costmap, self._local_costmap):
-            costmap.advance(now)
-            for limit in costmap.take_speed_limits():
+            for limit in costmap.advance(now):
                 self._set_speed_limit(*limit)
 
     def _advance_servers(self) -> None:
