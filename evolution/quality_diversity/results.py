@@ -81,8 +81,8 @@ class Atlas(Tabled):
         return [
             f"After {found.runs} runs, {_in_words(found.searched)}.",
             f"After {found.held_out_runs} runs on held-out seeds, {_in_words(found.held_out)}.",
-            f"A controller failed on {found.dropped} maps on a held-out seed; {found.displaced} maps came to a cell "
-            f"with a better map; {moved} maps are in another cell than in the search.",
+            f"Maps that a controller failed on a held-out seed: {found.dropped}. Maps that came to a cell with a "
+            f"better map: {found.displaced}. Maps in another cell than in the search: {moved}.",
         ]
 
     def write(self, path: Path) -> None:

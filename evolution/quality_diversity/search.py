@@ -170,7 +170,7 @@ class _Search:
 
     def _new_map(self, parents: Sequence[Scenario]) -> Scenario:
         """Return a sampled map, or a mutated elite."""
-        if not parents or self.rng.random() < self.settings.fresh:
+        if self.rng.random() < self.settings.fresh or not parents:
             return self.sampling.draw(self.rng)
         parent = parents[int(self.rng.integers(len(parents)))]
         mates = [one.genome for one in parents if one.genome is not None]

@@ -76,8 +76,8 @@ def _grid(atlas: Atlas) -> CellGrid:
     several = len(axes.names) > 1
     ups = range(axes.cells) if several else [None]
     rows = [[_filled(atlas, cells.get(_cell(column, up))) for column in range(axes.cells)] for up in ups]
-    vertical = (f"time of {axes.names[1]}", centres) if several else ("", ())
-    return CellGrid("Atlas", ABOUT, (f"time of {axes.names[0]}", centres), vertical, rows)
+    vertical = (f"time ratio {axes.names[1]}", centres) if several else ("", ())
+    return CellGrid("Atlas", ABOUT, (f"time ratio {axes.names[0]}", centres), vertical, rows)
 
 
 def _cell(column: int, up: int | None) -> tuple[int, ...]:

@@ -102,16 +102,18 @@ def test_the_simplest_map_stays():
     assert boundary_length(one.scenario.map) == min(map(boundary_length, seen.values()))
 
 
+def maps_of(drive, fresh):
+    """Return the maps of a search with one seed, in order."""
+    seen = {}
+    settings = SETTINGS.replace(fresh=fresh, repeats=1, runs=60)
+    search(settings, drive, on_run=lambda job, *_: seen.setdefault(job.scenario.world_digest))
+    return list(seen)
+
+
 def test_random_drawing_has_no_parents():
     """With fresh=1 no map depends on what was found."""
-    rng, sampling, seen = np.random.default_rng(3), EXPERIMENT.sampling(), {}
-    search(SETTINGS.replace(fresh=1.0), on_run=lambda job, *_: seen.setdefault(job.scenario.world_digest))
-    drawn = []
-    while len(drawn) < len(seen):  # each draw takes one number first, whether it is fresh
-        if drawn:
-            rng.random()
-        drawn.append(sampling.draw(rng).world_digest)
-    assert list(seen)[:4] == drawn[:4]
+    assert maps_of(fake_runs.drive, 1.0)[:15] == maps_of(same_time, 1.0)[:15]
+    assert maps_of(fake_runs.drive, 0.0)[:15] != maps_of(same_time, 0.0)[:15]
 
 
 def test_a_killed_atlas_continues_with_the_same_bytes(no_robot, tmp_path):
