@@ -2,7 +2,7 @@
 
 ::
 
-    from evolution import bench, compare, configuration_of, evolve, load, minimize, study, train, tune
+    from evolution import atlas, bench, compare, configuration_of, evolve, load, minimize, study, train, tune
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from evolution.api import bench, compare, configuration_of, evolve, load, minimize, study, train, tune
+    from evolution.api import atlas, bench, compare, configuration_of, evolve, load, minimize, study, train, tune
 
-__all__ = ["bench", "compare", "configuration_of", "evolve", "load", "minimize", "study", "train", "tune"]
+__all__ = ["atlas", "bench", "compare", "configuration_of", "evolve", "load", "minimize", "study", "train", "tune"]
 
 
 def __getattr__(name: str) -> Any:

@@ -2,7 +2,7 @@
 
 ::
 
-    from evolution import bench, compare, evolve, load, study, train, tune
+    from evolution import atlas, bench, compare, evolve, load, study, train, tune
 
 Work happens in worker processes, so these functions may be called from a script, with or without a ``__main__`` guard,
 and from a notebook.
@@ -67,6 +67,7 @@ from evolution.inputs import (
 )
 from evolution.minimizing import Minimized, MinimizeSettings, read_verdict, run_minimizing
 from evolution.pictures import write_run_figures
+from evolution.quality_diversity import Atlas, AtlasSettings, ribs_archives, run_atlas
 from evolution.results import load
 from evolution.runs import RUN, LoadedRun, RunDir, exclusive_store, experiment_in, load_run
 from evolution.search import (
@@ -110,8 +111,21 @@ from evolution.tuning import (
 from gym_mapbench.errors import ConfigError
 from gym_mapbench.mapio import PoseLike
 
-__all__ = ["bench", "compare", "compose", "configuration_of", "evolve", "load", "minimize", "study", "train", "tune"]
+__all__ = [
+    "atlas",
+    "bench",
+    "compare",
+    "compose",
+    "configuration_of",
+    "evolve",
+    "load",
+    "minimize",
+    "study",
+    "train",
+    "tune",
+]
 
+DEFAULT_ATLAS = AtlasSettings()
 LOG = logging.getLogger(__name__)
 
 
@@ -409,6 +423,45 @@ def evolve(
     run = load_run(rundir.path)
     write_run_figures(run)
     return run
+
+
+def atlas(
+    experiment: str | Path | Mapping[str, Any] | Experiment = DEFAULT_PRESET,
+    *,
+    out: str | Path,
+    settings: AtlasSettings = DEFAULT_ATLAS,
+    resume: bool = False,
+    on_step: Callable[[str], object] = lambda _: None,
+    on_run: OnRun | None = None,
+    resources: Resources = DEFAULT_RESOURCES,
+    **options: Any,
+) -> Atlas:
+    """Fill a grid of time ratios between controllers with the simplest reliable maps.
+
+    Args:
+        experiment: As for :func:`evolve`; families, mutation, people, seed, controllers and world are used.
+        out: New directory of the result.
+        settings: Options of the atlas.
+        resume: Whether to continue the atlas in ``out``; the result equals that without interruption.
+        on_step: Called with a line about each batch.
+        on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
+        resources: Workers, executor and time limits; the result does not depend on it.
+        options: Options of the experiment's search that replace its own, by their short names; and fields of
+            :class:`evolution.driving.Resources`.
+
+    Returns:
+        The atlas; a notebook shows its maps as a table.
+
+    Raises:
+        ConfigError: If an option cannot be used, or pyribs is not installed; then nothing is run.
+        RunError: If no worker starts, or nothing can be written.
+    """
+    resources, search = resources.taking(options)
+    wanted = _wanted(experiment, search)
+    ribs_archives()
+    settings.check(wanted.plan.names)
+    check_experiment(wanted)
+    return run_atlas(wanted, settings, Path(out), resume=resume, resources=resources, on_step=on_step, on_run=on_run)
 
 
 def study(

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from evolution.benchmark import BENCH, BENCHMARK, Benchmark, ParameterComparison, read_bench
 from evolution.files import DirectoryKind
 from evolution.minimizing import MINIMIZATION, Minimized, load_minimized
+from evolution.quality_diversity import ATLAS, Atlas, load_atlas
 from evolution.runs import RUN, LoadedRun, load_run
 from evolution.studies import STUDY, SWEEP, StudyResults, SweepResults, load_results, load_sweep
 from evolution.training import TRAINING, Training, load_training
@@ -21,7 +22,9 @@ from evolution.tuning import TUNING, Tuning, load_tuning
 from gym_mapbench.errors import RunError
 from gym_mapbench.mapio.gazebo_package import RUNNER
 
-Results = LoadedRun | StudyResults | SweepResults | Benchmark | ParameterComparison | Training | Tuning | Minimized
+Results = (
+    LoadedRun | StudyResults | SweepResults | Benchmark | ParameterComparison | Training | Tuning | Minimized | Atlas
+)
 
 
 class ResultKind(NamedTuple):
@@ -49,6 +52,7 @@ KINDS = (
     ResultKind(TRAINING, load_training),
     ResultKind(TUNING, load_tuning),
     ResultKind(MINIMIZATION, load_minimized),
+    ResultKind(ATLAS, load_atlas),
     ResultKind(BENCHMARK, read_bench, BENCH),
 )
 
@@ -80,8 +84,8 @@ def load(path: str | Path) -> Results:
     """Return the results in a directory, or in a file that ``mapbench bench --format json`` printed.
 
     Args:
-        path: The directory of a run, a study, a sweep, a training, a tuning, a minimization or a benchmark; or the
-            file.
+        path: The directory of a run, a study, a sweep, a training, a tuning, a minimization, an atlas or a
+            benchmark; or the file.
 
     Raises:
         RunError: If it is none of these, has nothing finished, or is damaged.

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("gym_mapbench", "controllers", "evolution")
-HEAVY = ("torch", "stable_baselines3", "matplotlib", "pymoo", "pandas", "jinja2", "distributed", "optuna")
+HEAVY = ("torch", "stable_baselines3", "matplotlib", "pymoo", "pandas", "jinja2", "distributed", "optuna", "ribs")
 
 
 def run(code: str) -> str:
@@ -34,7 +34,9 @@ def test_heavy_modules_stay_out(module):
 
 def test_large_libraries_are_loaded_by_those_who_use_them():
     loaded = run("import sys, evolution.api, evolution.cli; print(*sys.modules)").split()
-    assert not {"torch", "stable_baselines3", "optuna", "scipy.stats", "scipy.ndimage", "matplotlib"} & set(loaded)
+    assert not {"torch", "stable_baselines3", "optuna", "ribs", "scipy.stats", "scipy.ndimage", "matplotlib"} & set(
+        loaded
+    )
 
 
 @pytest.mark.parametrize("arguments", [["--help"], [], ["bnch"]])

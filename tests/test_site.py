@@ -49,6 +49,7 @@ FEW = "--pop-size 2 --evaluations 2 --maps-per-set 2"
 REDUCED = (
     (r"mapbench evolve .*--preset thesis", f"{FEW} --controllers dwb,rpp --time-limit 60"),
     (r"mapbench evolve", f"{FEW} --config tiny.yaml"),
+    (r"mapbench atlas", "--runs 8 --repeats 1 --held-out-seeds 1 --controllers dwb,rpp --time-limit 60"),
     (r"mapbench minimize", "--seeds 1 --held-out-seeds 1 --time-limit 20"),
     (r"mapbench bench", "--repeats 1 --time-limit 60"),
     (r"mapbench drive", "--time-limit 2"),

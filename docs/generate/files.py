@@ -14,6 +14,7 @@ DOCSTRINGS = {
     "sweep": "evolution.studies.sweep.running",
     "benchmark": "evolution.benchmark.directory",
     "minimization": "evolution.minimizing.results",
+    "map-atlas": "evolution.quality_diversity.results",
     "tuning": "evolution.tuning.results",
 }
 """Modules that list the files in their docstring."""

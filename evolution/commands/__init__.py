@@ -14,6 +14,7 @@ __all__ = ["COMMANDS", "COMMON", "HelpText", "add_commands", "complain", "load_c
 COMMANDS = {
     "evolve": "Search for sets of maps that tell controllers apart.",
     "study": "Run many searches and baselines, re-evaluate their best map sets, and compare.",
+    "atlas": "Fill a grid of time ratios with the simplest reliable maps (pip install gym-mapbench[qd]).",
     "report": "Write one HTML page about a run or a study, or a film of a replay.",
     "bench": "Run every controller on every map and compare.",
     "tune": "Search for better values of a controller's parameters (pip install gym-mapbench[tune]).",

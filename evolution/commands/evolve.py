@@ -6,9 +6,10 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from evolution.api import compose, evolve
-from evolution.commands import COMMON, driving_options, options
+from evolution.api import evolve
+from evolution.commands import COMMON, driving_options, experiment_options, options
 from evolution.commands.console import console, note, print_table
+from evolution.commands.experiment_options import configuration_in, experiment_from
 from evolution.commands.progress import SearchBar
 from evolution.runs import (
     LoadedRun,
@@ -20,16 +21,12 @@ from evolution.runs import (
     validation_sentence,
 )
 from evolution.search import (
-    DEFAULT_PRESET,
     FAILURES,
     FITNESSES,
     MAP_MEASURES,
     METRIC_NAMES,
     Experiment,
-    experiment_of,
     nested_document,
-    preset_names,
-    read_document,
 )
 from gym_mapbench.errors import ConfigError
 
@@ -68,10 +65,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def _add_search_options(search: argparse._ArgumentGroup) -> None:
     """Add the options of the search itself."""
-    search.add_argument(
-        "--preset", help=f"options to start from: {', '.join(preset_names())} (default {DEFAULT_PRESET})"
-    )
-    search.add_argument("--config", metavar="FILE", help="YAML with the sections search, controllers, run")
+    experiment_options.add_preset_options(search)
     search.add_argument("--fitness", metavar="NAME", help=options.names_in(FITNESSES))
     search.add_argument(
         "--objectives",
@@ -96,13 +90,7 @@ def _add_search_options(search: argparse._ArgumentGroup) -> None:
         help=f"what a failed run counts: {options.names_in(FAILURES)}; with exclude, its map has no value; with "
         "censor, the time limit; with par2, twice the time limit",
     )
-    options.add_family_option(search, "those of the preset")
-    search.add_argument(
-        "--people",
-        type=options.non_negative,
-        metavar="N",
-        help="people who walk on every new map (default: those of the preset); the search changes them like walls",
-    )
+    experiment_options.add_map_options(search)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -144,22 +132,12 @@ def _refuse_others(args: argparse.Namespace) -> None:
 
 
 def _experiment(args: argparse.Namespace) -> Experiment:
-    """Build the experiment: the preset, overlaid by the user's file, then by the options of the command line."""
-    config = {} if args.config is None else read_document(args.config)
+    """Build the experiment of a new run."""
+    config = configuration_in(args)
     given: dict[str, Any] = {name: getattr(args, name) for name in SEARCH_OPTIONS if getattr(args, name) is not None}
-    if args.family is not None:
-        given["families"] = list(args.family)
     if args.objectives is not None:
         given |= _objectives(args.objectives, args.fitness, config)
-    if args.people is not None:
-        given["people"] = {"count": args.people}
-    document = compose(args.preset or DEFAULT_PRESET, config, **given)
-    named = driving_options.named_controllers(args)
-    if named and (args.controllers is not None or "controllers" not in config):
-        document["controllers"] = [spec.model_dump() for spec in named]
-    experiment = experiment_of(document)
-    settings = driving_options.drive_settings(args, experiment.run)
-    return Experiment(experiment.search, experiment.controllers, settings)
+    return experiment_from(args, config, given)
 
 
 def _objectives(names: Sequence[str], fitness: str | None, config: Mapping[str, Any]) -> dict[str, Any]:

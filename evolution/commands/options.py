@@ -144,6 +144,14 @@ def seconds(text: str) -> float:
     return 0.0 if text.strip() == "0" else positive_number(text)
 
 
+def share(text: str) -> float:
+    """Read a number between 0 and 1."""
+    value = seconds(text)
+    if value > 1.0:
+        raise argparse.ArgumentTypeError(f"expected a number between 0 and 1, got {text!r}")
+    return value
+
+
 def pose(text: str) -> Pose:
     """Read ``x,y,yaw`` or ``x,y``."""
     try:

@@ -6,6 +6,7 @@ replays, tables and figures.
 
 from __future__ import annotations
 
+from evolution.report.atlas_page import write_atlas_report
 from evolution.report.benchmark_page import verdict_of_benchmark, write_benchmark_report
 from evolution.report.comparison_page import write_comparison_report
 from evolution.report.minimized_page import write_minimized_report
@@ -25,6 +26,7 @@ __all__ = [
     "picture",
     "replay_page",
     "verdict_of_benchmark",
+    "write_atlas_report",
     "write_benchmark_report",
     "write_comparison_report",
     "write_minimized_report",

@@ -17,11 +17,12 @@ from markupsafe import Markup, escape
 from PIL import Image
 
 from evolution.files import readable
+from evolution.report.cell_grid import CellGrid
 from evolution.report.replays import ReplayedMap, replays_of
 from gym_mapbench.errors import ConfigError
 
 _VENDORED = ("vendor/sortable.min.js", "vendor/sortable.a11y.min.js", "vendor/medium-zoom.min.js")
-_SCRIPTS = (*_VENDORED, "replay.js", "print.js")
+_SCRIPTS = (*_VENDORED, "replay.js", "grid.js", "print.js")
 PNG = b"\x89PNG"
 
 
@@ -133,6 +134,8 @@ class Report:
         downloads: Files inside the page.
         missing: What a partial report lacks, one line each.
         changed: Replays that differ from what was recorded, one line each.
+        grid: Cells, each of which shows its replay when it is clicked; None for no grid.
+        group_name: What a group of replays is called.
     """
 
     title: str
@@ -145,6 +148,8 @@ class Report:
     downloads: Sequence[Attachment] = ()
     missing: Sequence[str] = ()
     changed: Sequence[str] = ()
+    grid: CellGrid | None = None
+    group_name: str = "Map set"
 
 
 def render_page(report: Report) -> str:

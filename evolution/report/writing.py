@@ -13,6 +13,7 @@ from evolution.benchmark import BENCHMARK
 from evolution.files import DirectoryKind, temporary_directory, write_text
 from evolution.minimizing import MINIMIZATION
 from evolution.pictures import FIGURES, FORMATS, drive_best, recorded_maps, write_run_figures
+from evolution.quality_diversity import ATLAS
 from evolution.report.page import Report, render_page
 from evolution.report.run_page import report_of_run
 from evolution.report.sections import SECTIONS
@@ -160,6 +161,7 @@ PAGES: dict[DirectoryKind, Callable[[_Request], Report]] = {
 }
 """By kind of directory, the function that makes its page."""
 NO_PAGE = {
+    ATLAS: "report.html in the directory is its page",
     BENCHMARK: "the page of a benchmark is written by its own command, with --resume --html FILE",
     MINIMIZATION: "report.html in the directory is its page",
     SWEEP: "effects.csv and figures/ show a sweep",

@@ -16,6 +16,7 @@ In: an :class:`Experiment` (options, controllers, world) and an evaluator that d
 from __future__ import annotations
 
 from evolution.search.algorithms import ALGORITHMS, Algorithm, Evaluation, GaSettings
+from evolution.search.archive import Archive
 from evolution.search.experiment import Experiment
 from evolution.search.experiments import (
     DEFAULT_CONTROLLERS,
@@ -45,6 +46,7 @@ from evolution.search.judging import (
     best_set,
     calibrate_scale,
     gini,
+    is_solved,
     order_of,
 )
 from evolution.search.loop import EvolveResult, Progress, evolve
@@ -63,6 +65,7 @@ from evolution.search.record import Record, result_fields, runs_on
 from evolution.search.recorder import Recorder
 from evolution.search.sections import ArchiveSettings, ValidationSettings
 from evolution.search.settings import METRIC_NAMES, EvolveSettings
+from evolution.search.staging import stages_of
 from evolution.search.validation_stage import FrontPoint, ValidationResult
 
 __all__ = [
@@ -78,6 +81,7 @@ __all__ = [
     "OPERATORS",
     "SECTIONS",
     "Algorithm",
+    "Archive",
     "ArchiveSettings",
     "Edit",
     "Evaluation",
@@ -111,6 +115,7 @@ __all__ = [
     "evolve",
     "experiment_of",
     "gini",
+    "is_solved",
     "load_preset",
     "nested",
     "nested_document",
@@ -121,4 +126,5 @@ __all__ = [
     "runs_on",
     "scenario_on",
     "short_names",
+    "stages_of",
 ]

@@ -8,8 +8,10 @@ from typing import Any, Self
 
 from evolution.driving import ControllerSpec, DriveSettings, JobPlan, check_controllers
 from evolution.search.judging import Fitness
+from evolution.search.operators import DrawMap, MapSampling, Mutator
 from evolution.search.settings import EvolveSettings
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import draw_from, sample_map
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,26 @@ class Experiment:
     def fitness(self) -> Fitness:
         """The fitness that judges map sets; a cluster fitness may have to be calibrated first."""
         return Fitness.of(self.search.judging, self.run.time_limit)
+
+    def sampling(self, draw_map: DrawMap | None = None) -> MapSampling:
+        """Return the operator that samples new maps.
+
+        Args:
+            draw_map: Samples one map; if None, of the families of the search, or of random shapes if there are none.
+        """
+        search = self.search
+        return MapSampling(search.maps_per_set, search.shapes, draw_map or self._draw_map, search.people)
+
+    @property
+    def mutator(self) -> Mutator:
+        """The operator that changes a map."""
+        search = self.search
+        return Mutator(search.shapes, search.ga.mutation, search.families, self.run.robot, search.people)
+
+    @property
+    def _draw_map(self) -> DrawMap:
+        families = self.search.families
+        return (lambda rng, shapes: draw_from(rng, families, shapes, self.run.robot)) if families else sample_map
 
     def document(self) -> dict[str, Any]:
         """Return everything as JSON-able values, under ``search``, ``controllers`` and ``run``."""

@@ -27,12 +27,11 @@ from evolution.search.elite import give_further_seeds, race
 from evolution.search.expectations import Expectations
 from evolution.search.experiment import Experiment
 from evolution.search.judging import Fitness, Judgement, Objectives, best_of
-from evolution.search.operators import DrawMap, MapMutation, MapSampling, Mutator, Trial
+from evolution.search.operators import DrawMap, MapMutation, Trial
 from evolution.search.record import Record
 from evolution.search.recorder import Journal, Recorder
 from evolution.search.staging import contenders, stages_of
 from evolution.search.validation_stage import FrontPoint, ValidationResult, front_of, reevaluate, validate
-from gym_mapbench.generator import draw_from, sample_map
 from gym_mapbench.world.scenario import MapSet
 
 
@@ -118,12 +117,6 @@ def evolve(
     return search.result()
 
 
-def _sampler(experiment: Experiment) -> DrawMap:
-    """Return the function that samples maps: random shapes, or maps of the search's families for its robot."""
-    families = experiment.search.families
-    return (lambda rng, shapes: draw_from(rng, families, shapes, experiment.run.robot)) if families else sample_map
-
-
 class _Clock:
     """Wall-clock seconds and runs since it was made."""
 
@@ -168,14 +161,11 @@ class _Search:
         self.problem = MapSetProblem(self._results_of, Objectives(fitness))
         self.expectations = Expectations(self.archive, lambda: self.problem.fitness, settings.maps_per_set)
         self.rng = np.random.default_rng(settings.seed)
-        robot, people = experiment.run.robot, settings.people
-        mutator = Mutator(settings.shapes, settings.ga.mutation, settings.families, robot, people)
-        self.mutation = MapMutation(mutator, self._role_of if settings.ga.mutation.adaptive else None)
-        sampling = MapSampling(settings.maps_per_set, settings.shapes, draw_map or _sampler(experiment), people)
+        self.mutation = MapMutation(experiment.mutator, self._role_of if settings.ga.mutation.adaptive else None)
         self.algorithm: GeneticAlgorithm = make_algorithm(
             settings.ga,
             self.problem,
-            sampling,
+            experiment.sampling(draw_map),
             self.mutation,
             self.rng,
             settings.evaluations,

@@ -11,7 +11,7 @@ from evolution.runs import RUN
 from gym_mapbench.errors import ConfigError, RunError
 from gym_mapbench.mapio.gazebo_package import RUNNER
 
-NAMES = ("run", "study", "sweep", "training", "tuning", "minimization", "benchmark")
+NAMES = ("run", "study", "sweep", "training", "tuning", "minimization", "map-atlas", "benchmark")
 
 
 def test_every_kind_begins_is_recognised_and_continues(tmp_path):
@@ -56,6 +56,7 @@ def test_only_a_run_has_maps(tmp_path, name, capsys):
         ("sweep", "effects.csv"),
         ("training", "curve.csv"),
         ("minimization", "report.html"),
+        ("map-atlas", "report.html"),
         ("benchmark", "--resume --html FILE"),
     ],
 )

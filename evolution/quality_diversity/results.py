@@ -1,0 +1,178 @@
+"""The result of an atlas, and the directory that holds it.
+
+::
+
+    atlas.json        experiment and options, and the versions it was begun with
+    results.sqlite    every run, as it ends
+    maps.json         the map of each cell, as a map set
+    set_NAME.json     the best set of these maps for the fitness NAME
+    elites.csv        the map of each cell: time ratios, quality, boundary length, median times
+    history.csv       after each batch: runs, maps, filled cells, coverage, QD score
+    summary.json      coverage and QD score before and after the re-evaluation, and the runs on held-out seeds
+    report.html       the grid; a click on a cell shows the map with a replay
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from evolution.driving import RunResult
+from evolution.files import DirectoryKind, Row, Table, Tabled, read_json, write_json, write_text
+from evolution.quality_diversity.elites import Elite, boundary_length
+from evolution.quality_diversity.grid import Axes
+from evolution.quality_diversity.search import AtlasSearch, GridFigures
+from evolution.quality_diversity.sets import best_set_of, best_sets_of
+from evolution.quality_diversity.settings import AtlasSettings
+from evolution.search import Experiment
+from gym_mapbench.errors import RunError
+from gym_mapbench.mapio import load_map_set, save_map_set
+from gym_mapbench.world.scenario import MapSet
+
+ATLAS = DirectoryKind("map-atlas", "atlas.json", format_version=1)
+MAPS, SUMMARY, REPORT, ELITES, HISTORY = "maps.json", "summary.json", "report.html", "elites.csv", "history.csv"
+
+
+@dataclass(frozen=True)
+class Atlas(Tabled):
+    """A filled atlas.
+
+    Args:
+        experiment: Families and mutation of the maps, controllers, world.
+        settings: Options of the search.
+        found: The elites, and how well the grid is filled.
+    """
+
+    experiment: Experiment
+    settings: AtlasSettings
+    found: AtlasSearch
+
+    @property
+    def axes(self) -> Axes:
+        """The axes of the grid."""
+        return Axes.of(self.settings, self.experiment.plan.names)
+
+    @property
+    def elites(self) -> tuple[Elite, ...]:
+        """The map of each filled cell, in order of the cells."""
+        return self.found.elites
+
+    def best_set(self, fitness: str) -> MapSet:
+        """Return the best set of its maps for a fitness; arguments and errors as for :func:`best_set_of`."""
+        return best_set_of(self.elites, self.experiment, fitness)[0]
+
+    def table(self, name: str = "") -> Table:
+        """Return the elites as rows; or one of ``coverage``, ``sets`` and ``history``."""
+        if name == "coverage":
+            stages = (("search", self.found.searched), ("held-out seeds", self.found.held_out))
+            return Table({"seeds": what, **figures._asdict()} for what, figures in stages)
+        if name == "sets":
+            return Table(best_sets_of(self.elites, self.experiment)[1])
+        if name == "history":
+            return Table(self.found.history)
+        return Table(self._row(one) for one in self.elites)
+
+    def sentences(self) -> list[str]:
+        """Return the result in words."""
+        found, moved = self.found, sum(one.moved for one in self.elites)
+        return [
+            f"After {found.runs} runs, {_in_words(found.searched)}.",
+            f"After {found.held_out_runs} runs on held-out seeds, {_in_words(found.held_out)}.",
+            f"Maps that a controller failed on a held-out seed: {found.dropped}. Maps that came to a cell with a "
+            f"better map: {found.displaced}. Maps in another cell than in the search: {moved}.",
+        ]
+
+    def write(self, path: Path) -> None:
+        """Write everything but the page into its directory."""
+        if self.elites:
+            save_map_set(MapSet(tuple(one.scenario for one in self.elites)), path / MAPS)
+        for name, map_set in best_sets_of(self.elites, self.experiment)[0].items():
+            save_map_set(map_set, path / f"set_{name}.json")
+        write_text(path / ELITES, self.table().to_csv())
+        write_text(path / HISTORY, self.table("history").to_csv())
+        write_json(path / SUMMARY, self.document())
+
+    def document(self) -> Row:
+        """Return everything but the maps, JSON-able."""
+        found = self.found
+        counts = {name: getattr(found, name) for name in ("dropped", "displaced", "runs", "held_out_runs")}
+        figures = {"searched": found.searched._asdict(), "held_out": found.held_out._asdict()}
+        elites = [_elite_document(one) for one in self.elites]
+        return {**counts, **figures, "sets": list(self.table("sets")), "elites": elites, "history": list(found.history)}
+
+    def _row(self, elite: Elite) -> Row:
+        names = self.experiment.plan.names
+        times = {
+            f"{name} s": median(run.time_s for run in runs) for name, runs in zip(names, elite.results, strict=True)
+        }
+        return {
+            "map": elite.scenario.name,
+            **dict(zip(self.axes.names, elite.ratios, strict=True)),
+            "quality": elite.quality,
+            "boundary m": boundary_length(elite.scenario.map),
+            **times,
+            "moved": "yes" if elite.moved else "no",
+        }
+
+
+def _in_words(figures: GridFigures) -> str:
+    share, score = 100 * figures.coverage, figures.qd_score
+    return f"{figures.cells} cells are filled ({share:.0f} % of all cells), with a QD score of {score:.1f}"
+
+
+def load_atlas(path: Path) -> Atlas:
+    """Return the atlas in a directory.
+
+    Raises:
+        RunError: If it is not finished, or damaged.
+    """
+    config = ATLAS.open(path)
+    if not (path / SUMMARY).is_file():
+        raise RunError(f"{path}: the atlas was not finished; continue it with --resume")
+    summary = read_json(path / SUMMARY)
+    where = str(path / ATLAS.mark)
+    experiment = Experiment.from_document(config.get("experiment"), where)
+    settings = AtlasSettings.from_mapping(config.get("atlas"), f"{where}: atlas")
+    try:
+        return Atlas(experiment, settings, _found(summary, path))
+    except (KeyError, TypeError, ValueError):
+        raise RunError(f"{path / SUMMARY}: expected the summary of an atlas") from None
+
+
+def _found(summary: Mapping[str, Any], path: Path) -> AtlasSearch:
+    maps = load_map_set(path / MAPS) if summary["elites"] else ()
+    return AtlasSearch(
+        elites=tuple(_elite(one, scenario) for one, scenario in zip(summary["elites"], maps, strict=True)),
+        history=tuple(summary["history"]),
+        searched=GridFigures(**summary["searched"]),
+        held_out=GridFigures(**summary["held_out"]),
+        dropped=int(summary["dropped"]),
+        displaced=int(summary["displaced"]),
+        runs=int(summary["runs"]),
+        held_out_runs=int(summary["held_out_runs"]),
+    )
+
+
+def _elite_document(elite: Elite) -> Row:
+    return {
+        "cell": list(elite.cell),
+        "found_in": list(elite.found_in),
+        "ratios": list(elite.ratios),
+        "quality": elite.quality,
+        "results": [[vars(run) for run in runs] for runs in elite.results],
+    }
+
+
+def _elite(document: Mapping[str, Any], scenario: Any) -> Elite:
+    results = tuple(tuple(RunResult(**run) for run in runs) for runs in _lists(document["results"]))
+    cells = tuple(document["cell"]), tuple(document["found_in"])
+    return Elite(scenario, *cells, tuple(document["ratios"]), float(document["quality"]), results)
+
+
+def _lists(value: Any) -> Sequence[Sequence[Any]]:
+    if not isinstance(value, list) or not all(isinstance(one, list) for one in value):
+        raise TypeError
+    return value

@@ -1,0 +1,63 @@
+"""run_atlas(): an atlas in a directory that can be continued."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from evolution.driving import DEFAULT_RESOURCES, OnRun, Resources, preparation, run_job
+from evolution.quality_diversity.grid import ribs_archives
+from evolution.quality_diversity.results import ATLAS, Atlas
+from evolution.quality_diversity.search import OnStep, search_atlas
+from evolution.quality_diversity.settings import AtlasSettings
+from evolution.runs import exclusive_store
+from evolution.search import Experiment
+
+
+def run_atlas(
+    experiment: Experiment,
+    settings: AtlasSettings,
+    path: Path,
+    *,
+    resume: bool = False,
+    resources: Resources = DEFAULT_RESOURCES,
+    on_step: OnStep = lambda _: None,
+    on_run: OnRun | None = None,
+) -> Atlas:
+    """Fill an atlas, or continue: the store answers the finished runs, so the result is that without interruption.
+
+    Args:
+        experiment: Families and mutation of the maps, seed, controllers, world.
+        settings: Options.
+        path: New directory of the result.
+        resume: Whether to continue an atlas that was begun there.
+        resources: Workers, executor and time limits; the results do not depend on it.
+        on_step: Called with a line about each batch.
+        on_run: Called after each run with its job, its result, and the number of remaining runs of its batch.
+
+    Raises:
+        ConfigError: If the options do not go together, pyribs is not installed, or the directory holds something else.
+        RunError: If no worker starts, or nothing can be written.
+    """
+    ribs_archives()
+    settings.check(experiment.plan.names)
+    document = {"experiment": experiment.document(), "atlas": settings.model_dump(mode="json")}
+    if resume:
+        ATLAS.resume(path, document, _options)
+    else:
+        ATLAS.begin(path, document)
+    with (
+        exclusive_store(ATLAS, path, resources.wait_s) as store,
+        resources.evaluator(run_job, store, preparation(experiment.controllers, experiment.run)) as evaluator,
+    ):
+        found = search_atlas(experiment, settings, evaluator, on_step=on_step, on_run=on_run)
+        ATLAS.check_there(path)
+    atlas = Atlas(experiment, settings, found)
+    atlas.write(path)
+    return atlas
+
+
+def _options(document: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the options of a document, as errors name them."""
+    return {**document["experiment"], **document["atlas"]}

@@ -1,0 +1,108 @@
+"""The page of an atlas: a grid of maps; a click on a cell shows its map with a replay."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+import yaml
+
+from evolution.driving import Job, JobPlan, drive
+from evolution.files import write_text
+from evolution.quality_diversity import ELITES, HISTORY, Atlas, Elite
+from evolution.report.benchmark_page import page_table
+from evolution.report.cell_grid import CellGrid, FilledCell
+from evolution.report.page import Attachment, Report, Section, render_page
+from evolution.report.replays import ReplayedMap
+from gym_mapbench.metrics.episode import Episode
+
+ABOUT = (
+    "Each cell holds the simplest reliable map with these ratios of the controllers' times, at its place after the "
+    "re-evaluation on held-out seeds. Empty cells have no such map. Click on a cell for its replay."
+)
+SETS = (
+    "The best set of the atlas' maps for each fitness, found exactly. Its value is on the held-out seeds that it is "
+    "chosen by; re-evaluate the set with mapbench bench for an unbiased value."
+)
+
+
+def write_atlas_report(
+    atlas: Atlas, page: Path, arguments: Sequence[str] = (), drive: Callable[[Job], Episode] = drive
+) -> None:
+    """Write the page of an atlas; the first held-out run of each controller is re-run for the replays.
+
+    Args:
+        atlas: The atlas.
+        page: The file.
+        arguments: The command line after ``mapbench``; empty if it was started from Python.
+        drive: Runs a job and records everything.
+    """
+    experiment, history = atlas.experiment, atlas.table("history")
+    names = experiment.plan.names
+    tables = [page_table(caption, atlas.table(name)) for caption, name in TABLES if len(atlas.table(name))]
+    report = Report(
+        title=f"Atlas: {' and '.join(atlas.axes.names)}",
+        subtitle=f"{', '.join(names)}; {atlas.found.runs} runs; seed {experiment.search.seed}",
+        verdict=atlas.sentences(),
+        command=shlex.join(["mapbench", *arguments]) if arguments else "evolution.atlas(...), see the configuration",
+        configuration=yaml.safe_dump(
+            {"atlas": atlas.settings.model_dump(mode="json"), **experiment.document()}, sort_keys=False
+        ),
+        grid=_grid(atlas),
+        maps=[_replayed(atlas, elite, drive) for elite in atlas.elites],
+        group_name="Cell",
+        sections=[Section("Tables", [SETS], tables, id="tables")],
+        downloads=[
+            Attachment(ELITES, "text/csv", atlas.table().to_csv().encode()),
+            Attachment(HISTORY, "text/csv", history.to_csv().encode()),
+        ],
+    )
+    write_text(page, render_page(report))
+
+
+TABLES = (
+    ("Coverage and QD score before and after the re-evaluation", "coverage"),
+    ("Best sets", "sets"),
+    ("Maps of the cells", ""),
+)
+
+
+def _grid(atlas: Atlas) -> CellGrid:
+    axes, cells = atlas.axes, {one.cell: one for one in atlas.elites}
+    centres = [f"{ratio:.2f}" for ratio in np.sqrt(axes.edges[1:] * axes.edges[:-1])]
+    several = len(axes.names) > 1
+    ups = range(axes.cells) if several else [None]
+    rows = [[_filled(atlas, cells.get(_cell(column, up))) for column in range(axes.cells)] for up in ups]
+    vertical = (f"time ratio {axes.names[1]}", centres) if several else ("", ())
+    return CellGrid("Atlas", ABOUT, (f"time ratio {axes.names[0]}", centres), vertical, rows)
+
+
+def _cell(column: int, up: int | None) -> tuple[int, ...]:
+    return (column,) if up is None else (column, up)
+
+
+def _filled(atlas: Atlas, elite: Elite | None) -> FilledCell | None:
+    return None if elite is None else FilledCell(elite.scenario.name, _title(atlas, elite), elite.scenario.map)
+
+
+def _title(atlas: Atlas, elite: Elite) -> str:
+    """Return the ratios and the median times on the map of a cell."""
+    ratios = (f"{name} {ratio:.2f}" for name, ratio in zip(atlas.axes.names, elite.ratios, strict=True))
+    names = atlas.experiment.plan.names
+    times = (
+        f"{name} {median(run.time_s for run in runs):.1f} s" for name, runs in zip(names, elite.results, strict=True)
+    )
+    return f"{elite.scenario.name}: {', '.join(ratios)}; {', '.join(times)}"
+
+
+def _replayed(atlas: Atlas, elite: Elite, drive: Callable[[Job], Episode]) -> ReplayedMap:
+    experiment = atlas.experiment
+    plan = JobPlan(experiment.controllers, experiment.run, experiment.search.seed)
+    repeat = atlas.settings.repeats
+    episodes = [drive(plan.job(elite.scenario, number, repeat)) for number in range(len(plan.controllers))]
+    sample = f"Medians of {atlas.settings.held_out_seeds} held-out seeds. Replay: the first of them."
+    radius = float(experiment.run.robot.radius)
+    return ReplayedMap(_title(atlas, elite), episodes, radius, elite.scenario.name, sample)

@@ -1,0 +1,70 @@
+"""The page of an atlas: cells, downloads, and a click in headless Chromium."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+import pytest
+
+from evolution.driving import Evaluator
+from evolution.quality_diversity import Atlas, search_atlas
+from evolution.report import write_atlas_report
+from gym_mapbench.metrics.episode import Episode
+from tests.evolution import fake_runs
+from tests.evolution.quality_diversity.test_search import EXPERIMENT, SETTINGS
+
+CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+
+
+def recorded(job):
+    """Stand at the start."""
+    states = np.array([[*job.scenario.start, 0.0, 0.0]] * 3)
+    return Episode(job.scenario, job.controller.name, 0, "goal", "", 1.0, 0.1, states, None)
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    with Evaluator(fake_runs.drive) as evaluator:
+        return Atlas(EXPERIMENT, SETTINGS, search_atlas(EXPERIMENT, SETTINGS, evaluator))
+
+
+@pytest.fixture(scope="module")
+def page(atlas, tmp_path_factory):
+    path = tmp_path_factory.mktemp("atlas") / "report.html"
+    write_atlas_report(atlas, path, ["atlas", "--out", "a b"], drive=recorded)
+    return path
+
+
+def test_every_elite_has_a_cell_and_a_row(atlas, page):
+    text = page.read_text(encoding="utf-8")
+    for one in atlas.elites:
+        assert text.count(f'data-group="{one.scenario.name}"') == 1
+    assert "mapbench atlas --out &#39;a b&#39;" in text
+    assert f"{atlas.found.held_out.cells} cells are filled" in text
+    assert "https://" not in text.split("<script>")[0].replace("https://www.w3.org", "")
+
+
+@pytest.mark.skipif(not (CHROMIUM and DRIVER), reason="chromium or chromedriver is not installed")
+def test_a_click_on_a_cell_shows_its_map(atlas, page):
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+    from selenium.webdriver.common.by import By
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    try:
+        driver.get(page.as_uri())
+        for one in atlas.elites[:3]:
+            cell = driver.find_element(By.CSS_SELECTOR, f'[data-group="{one.scenario.name}"]')
+            driver.execute_script("arguments[0].click()", cell)
+            (heading,) = driver.find_elements(By.CSS_SELECTOR, "#boards h3")
+            assert heading.text.startswith(f"{one.scenario.name}: mppi/dwb {one.ratios[0]:.2f}")
+            assert cell.get_attribute("aria-pressed") == "true"
+            assert len(driver.find_elements(By.CSS_SELECTOR, '[aria-pressed="true"]')) == 1
+        assert driver.get_log("browser") == []
+    finally:
+        driver.quit()
