@@ -162,7 +162,7 @@ def _encode_people(encoder: Encoder, people: NDArray[Any]) -> NDArray[Any]:
     gap = np.maximum(distance - radius - encoder.config.robot.circumscribed_radius, 0.0)
     bearing = np.stack([x, y]) / np.maximum(distance, SURE)
     entries = there * np.stack([*bearing, np.exp(-gap), velocity[0] / BRISK, velocity[1] / BRISK, there])
-    return np.moveaxis(entries, 0, 2).reshape(len(people), -1)
+    return np.asarray(np.moveaxis(entries, 0, 2).reshape(len(people), -1))
 
 
 FEATURES: dict[str, Callable[[Encoder, NDArray[Any]], NDArray[Any]]] = {
