@@ -2,7 +2,8 @@
 
 ``python benchmarks/people.py [--maps N] [--seeds R] [--out FILE] [--plot FILE]`` samples maps of the families
 without a route with ten people each, takes the first 0, 3, 6 and 10 of them, and runs DWB, MPPI, RPP and the shipped
-policies. It prints shares with Wilson intervals, and medians with bootstrap intervals over maps.
+policies. It prints shares with Wilson intervals, and medians with bootstrap intervals over maps. The tables of several
+calls, with other ``--counts`` or ``--controllers``, are read together with ``--read FILE FILE``.
 """
 
 from __future__ import annotations
@@ -33,11 +34,11 @@ COLUMNS = ("map", "people", "controller", "repeat", "outcome", "time_s", "n_coll
 MEASURES = ("min_distance_to_people", "personal_space_time", "intimate_space_time", "freezing_time")
 
 
-def sample(maps: int) -> list[Scenario]:
-    """Sample maps with room for ten people."""
+def sample(maps: int, seed: int = FIRST_SEED) -> list[Scenario]:
+    """Sample maps with room for ten people, from a seed on."""
     shapes, robot = ShapeSettings(), make_robot("turtlebot3_waffle")
     families = [FamilySpec(name=name) for name in WITHOUT_ROUTE]
-    crowd, found, seed = PeopleSettings(count=max(COUNTS)), list[Scenario](), FIRST_SEED
+    crowd, found = PeopleSettings(count=max(COUNTS)), list[Scenario]()
     while len(found) < maps:
         rng = np.random.default_rng(seed)
         drawn = draw_from(rng, families, shapes, robot)
@@ -61,31 +62,32 @@ def summary(rows: Sequence[Row], alone: Sequence[Row]) -> dict[str, str]:
         alone: The runs without people.
     """
     goals, clean = sum(map(is_goal, rows)), sum(map(is_clean, rows))
-    ratios = [(pair.map, pair.ratio) for pair in time_lost(rows, alone)]
+    lost = time_lost(rows, alone)
     cells = {"goal, %": share(goals, len(rows)), "goal without touching anybody, %": share(clean, len(rows))}
-    cells["time / time without people"] = over_maps(ratios, np.median, 2)
+    cells["time / time without people"] = over_maps([(pair.map, pair.ratio) for pair in lost], np.median, 2)
+    cells["time lost, s"] = over_maps([(pair.map, pair.seconds) for pair in lost], np.median, 1)
     for measure in MEASURES:
         values = [(str(row["map"]), float(row[measure])) for row in rows if row.get(measure) not in (None, "")]
         cells[measure] = over_maps(values, np.mean, 1)
     return cells
 
 
-def driven(maps: int, seeds: int, workers: int, out: Path | None) -> list[Row]:
+def driven(args: argparse.Namespace) -> list[Row]:
     """Run everything and return the runs; they are written after each number of people."""
     settings = DriveSettings.from_mapping(load_preset("people")["run"], "run")
-    scenarios, rows = sample(maps), list[Row]()
-    for count in COUNTS:
-        options = {"settings": settings, "seed": 13, "repeats": seeds, "workers": workers}
-        found = bench(among(scenarios, count), list(CONTROLLERS), **options).rows
+    scenarios, rows = sample(args.maps, args.first_seed), list[Row]()
+    for count in args.counts:
+        options = {"settings": settings, "seed": 13, "repeats": args.seeds, "workers": args.workers}
+        found = bench(among(scenarios, count), args.controllers, **options).rows
         rows += [{**row, "people": count} for row in found]
-        if out:
-            write_runs(out, rows, (*COLUMNS, *MEASURES))
+        if args.out:
+            write_runs(args.out, rows, (*COLUMNS, *MEASURES))
     return rows
 
 
-def read(path: Path) -> list[Row]:
-    """Read the runs of an earlier call."""
-    rows = read_runs(path)
+def read(paths: Sequence[Path]) -> list[Row]:
+    """Read the runs of earlier calls."""
+    rows = [row for path in paths for row in read_runs(path)]
     for row in rows:
         row["people"], row["n_collisions_with_people"] = int(row["people"]), float(row["n_collisions_with_people"] or 0)
     return rows
@@ -129,14 +131,17 @@ def main() -> None:
     parser.add_argument("--maps", type=int, default=100)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--counts", type=int, nargs="+", default=COUNTS, choices=range(max(COUNTS) + 1), help="people")
+    parser.add_argument("--controllers", nargs="+", default=CONTROLLERS)
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help="of the maps; others give other maps")
     parser.add_argument("--out", type=Path, help="file for the runs")
-    parser.add_argument("--read", type=Path, help="runs that were written before, instead of new ones")
+    parser.add_argument("--read", type=Path, nargs="+", help="runs that were written before, instead of new ones")
     parser.add_argument("--plot", type=Path, help="picture to draw")
     args = parser.parse_args()
-    rows = read(args.read) if args.read else driven(args.maps, args.seeds, args.workers, args.out)
+    rows = read(args.read) if args.read else driven(args)
     alone = [row for row in rows if row["people"] == 0]
     for controller in dict.fromkeys(str(row["controller"]) for row in rows):
-        for count in COUNTS:
+        for count in sorted({row["people"] for row in rows}):
             own = [row for row in rows if row["controller"] == controller and row["people"] == count]
             if own:
                 print(f"| {controller} | {count} | " + " | ".join(summary(own, alone).values()) + " |")

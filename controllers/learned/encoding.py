@@ -21,6 +21,8 @@ from gym_mapbench.settings import Settings
 
 Features = NDArray[np.float32]
 
+BRISK = 2.0
+"""Speed of a person that is encoded as 1, m/s."""
 SURE = 1e-6
 """Share of the scanner's range that a reading must be below it, to be one."""
 
@@ -29,9 +31,9 @@ class EncodingSettings(Settings):
     """How observations become the input of a network.
 
     Args:
-        features: The parts of the vector, in this order: of ``velocity goal scan arcs path costmap``, all of it in the
-            robot's own frame. ``arcs`` is what the scan means for driving: how far the robot could drive along arcs,
-            forwards and backwards, until it touches something, with each of the ``margins`` around it.
+        features: The parts of the vector, in this order: of ``velocity goal scan arcs path costmap people``, all
+            of it in the robot's own frame. ``arcs`` is what the scan means for driving: how far the robot could drive
+            along arcs, forwards and backwards, until it touches something, with each of the ``margins`` around it.
         frames: How many observations it sees at once, the newest first.
         frame_spacing: Decisions between two of them.
         trail: How many decisions ago the places are that it remembers: where the robot was then, in its present frame,
@@ -153,6 +155,16 @@ def _encode_costmap(_encoder: Encoder, costmap: NDArray[Any]) -> NDArray[Any]:
     return costmap.reshape(len(costmap), -1) / 127.5 - 1.0
 
 
+def _encode_people(encoder: Encoder, people: NDArray[Any]) -> NDArray[Any]:
+    """Of every person: bearing as cosine and sine, nearness (1 at contact), velocity, and 1; zeros without a person."""
+    x, y, *velocity, radius, there = np.moveaxis(people.reshape(len(people), -1, 6), 2, 0)
+    distance = np.hypot(x, y)
+    gap = np.maximum(distance - radius - encoder.config.robot.circumscribed_radius, 0.0)
+    bearing = np.stack([x, y]) / np.maximum(distance, SURE)
+    entries = there * np.stack([*bearing, np.exp(-gap), velocity[0] / BRISK, velocity[1] / BRISK, there])
+    return np.asarray(np.moveaxis(entries, 0, 2).reshape(len(people), -1))
+
+
 FEATURES: dict[str, Callable[[Encoder, NDArray[Any]], NDArray[Any]]] = {
     "velocity": _encode_velocity,
     "goal": _encode_goal,
@@ -160,6 +172,7 @@ FEATURES: dict[str, Callable[[Encoder, NDArray[Any]], NDArray[Any]]] = {
     "arcs": _encode_arcs,
     "path": _encode_path,
     "costmap": _encode_costmap,
+    "people": _encode_people,
 }
 SIZES: dict[str, Callable[[Encoder], int]] = {
     "velocity": lambda encoder: 2,
@@ -168,6 +181,7 @@ SIZES: dict[str, Callable[[Encoder], int]] = {
     "arcs": lambda encoder: 2 * len(encoder.settings.arcs) * len(encoder.settings.margins),
     "path": lambda encoder: 2 * encoder.config.path.points,
     "costmap": lambda encoder: encoder.config.costmap.cells**2,
+    "people": lambda encoder: 6 * encoder.config.people.nearest,
 }
 SOURCES = {"arcs": "scan"}
 """The key of the observation that a feature is made of, where it has another name."""

@@ -29,7 +29,7 @@ SCANNER = ("beams", "range_max", "angle_min", "angle_increment")
 """Options on which a network's input depends; the scanner's place and noise are those of the current world."""
 
 
-WINDOWS = {"path": ("path", "costmap"), "costmap": ("costmap",)}
+WINDOWS = {"path": ("path", "costmap"), "costmap": ("costmap",), "people": ("people",)}
 """Groups of the world's options that a window depends on: the path is planned on the costmap."""
 
 

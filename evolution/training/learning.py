@@ -35,6 +35,7 @@ from evolution.training.record import Recorder, TrainProgress
 from evolution.training.settings import TrainSettings
 from gym_mapbench.env.scenario_source import draw_scenario, is_planned
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.generator import with_people
 from gym_mapbench.world.clearance import check_clearance
 from gym_mapbench.world.scenario import Scenario
 
@@ -123,7 +124,9 @@ def make_levels(
 ) -> Levels:
     """Return what gives every episode its map; after ``done`` steps, others than at the beginning."""
     fresh_rng, replay_rng = (np.random.default_rng((settings.seed, done, stream)) for stream in range(2))
-    fresh: Levels = RandomLevels(settings.world, settings.obstacles, settings.anywhere, settings.reuse, fresh_rng)
+    fresh: Levels = RandomLevels(
+        settings.world, settings.obstacles, settings.anywhere, settings.reuse, fresh_rng, settings.people
+    )
     if maps:
         fresh = GivenLevels(split(maps)[0], fresh_rng)
     return ReplayedLevels(settings.replay, fresh, split(curriculum)[0], replay_rng) if curriculum else fresh
@@ -151,7 +154,8 @@ def _random_groups(settings: TrainSettings) -> dict[str, list[Scenario]]:
     for count in settings.evaluation.obstacles:
         world = settings.world.replace(shapes=settings.world.shapes.replace(n_obstacles=(count, count)))
         rng = np.random.default_rng((HELD_OUT, count))
-        groups[f"random_{count}"] = [draw_scenario(world, rng) for _ in range(settings.evaluation.maps)]
+        drawn = [draw_scenario(world, rng) for _ in range(settings.evaluation.maps)]
+        groups[f"random_{count}"] = [with_people(scenario, settings.people, rng) for scenario in drawn]
     return groups
 
 

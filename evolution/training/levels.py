@@ -13,8 +13,10 @@ from evolution.training.settings import ReplaySettings, Stage
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.random_task import draw_task
 from gym_mapbench.env.scenario_source import draw_scenario, is_planned
+from gym_mapbench.generator import PeopleSettings, with_people
 from gym_mapbench.world.scenario import Scenario
 
+NOBODY = PeopleSettings()
 POOL = 3000
 """Random maps that are kept for further episodes."""
 FIRST_MAPS = 200
@@ -64,12 +66,20 @@ class RandomLevels:
         anywhere: Share of the maps with start and goal anywhere.
         reuse: Episodes on a map, on average.
         rng: Source of all randomness.
+        people: The people on a map: 0 to ``count`` of them.
     """
 
     def __init__(
-        self, world: EnvConfig, stages: Sequence[Stage], anywhere: float, reuse: float, rng: np.random.Generator
+        self,
+        world: EnvConfig,
+        stages: Sequence[Stage],
+        anywhere: float,
+        reuse: float,
+        rng: np.random.Generator,
+        people: PeopleSettings = NOBODY,
     ) -> None:
         self._world = world
+        self._people = people
         self._anywhere = anywhere
         self._after = [stage.after for stage in stages]
         self._fewest = [stage.fewest for stage in stages]
@@ -86,7 +96,7 @@ class RandomLevels:
     def next(self, progress: float) -> Scenario:
         """Return a new map, or a recently sampled one."""
         if len(self._pool) < FIRST_MAPS or self._rng.random() * self._reuse < 1.0:
-            self._pool.append(self._draw(progress))
+            self._pool.append(self._populate(self._draw(progress)))
             return self._pool[-1]
         return self._pool[int(self._rng.integers(len(self._pool)))]
 
@@ -100,6 +110,12 @@ class RandomLevels:
             return scenario
         elsewhere = draw_task(scenario.map, self._world.robot, self._rng)
         return scenario if elsewhere is None or not is_planned(self._world, elsewhere) else elsewhere
+
+    def _populate(self, scenario: Scenario) -> Scenario:
+        """Add people to a map, where the settings have people."""
+        most = self._people.count
+        wanted = int(self._rng.integers(most, endpoint=True)) if most else 0
+        return with_people(scenario, self._people.replace(count=wanted), self._rng) if wanted else scenario
 
 
 class ReplayedLevels:

@@ -13,6 +13,7 @@ from controllers.learned import EncodingSettings
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.errors import ConfigError, unknown_name
 from gym_mapbench.files.documents import read_yaml
+from gym_mapbench.generator import PeopleSettings
 from gym_mapbench.quantities import Count, Fraction, Natural, NonNegative, Positive
 from gym_mapbench.ros_params import overlay
 from gym_mapbench.settings import Settings
@@ -42,12 +43,17 @@ class ShapingSettings(Settings):
         stall_time: Seconds without progress to the goal after which an episode ends; 0 for never. A policy that stands
             still in front of obstacles learns nothing more there.
         stall: Penalty of such an end.
+        people: Penalty per second at contact with a person; it decreases linearly with the distance.
+        personal_space: Distance between the outlines of the robot and the nearest observed person at which that penalty
+            is 0, m.
         reverse: Penalty per metre of reverse motion. With a scanner that covers 360 degrees, a policy may otherwise
             learn to drive in reverse, at a lower speed.
     """
 
     proximity: NonNegative = 0.0
     reach: Positive = 0.3
+    people: NonNegative = 0.0
+    personal_space: Positive = 1.2
     stall_time: NonNegative = 0.0
     stall: NonNegative = 0.0
     reverse: NonNegative = 0.0
@@ -112,6 +118,7 @@ class TrainSettings(Settings):
         world: The env. One decision a control step: ``control_hz`` is the rate at which the model decides.
         encoding: How observations become the input of the networks.
         obstacles: Curriculum of the random maps; the first stage begins at 0.
+        people: The people on random maps: 0 to ``count`` of them on a map of the training, ``count`` on a held-out map.
         anywhere: Share of the random maps with start and goal anywhere, and not where the world's tasks have them.
         reuse: Episodes per random map, on average.
         shaping: Reward shaping.
@@ -134,6 +141,7 @@ class TrainSettings(Settings):
     world: EnvConfig = EnvConfig()
     encoding: EncodingSettings = EncodingSettings()
     obstacles: tuple[Stage, ...] = (Stage(after=0.0, fewest=15, most=40),)
+    people: PeopleSettings = PeopleSettings()
     anywhere: Fraction = 0.0
     reuse: Annotated[float, Field(ge=1)] = 6.0
     shaping: ShapingSettings = ShapingSettings()
@@ -173,9 +181,11 @@ class TrainSettings(Settings):
         return self
 
     @model_validator(mode="after")
-    def _sees_walls(self) -> Self:
+    def _sees_what_is_shaped(self) -> Self:
         if self.shaping.proximity and "scan" not in self.encoding.keys:
             raise ConfigError("shaping.proximity: expected a feature of the scan in encoding.features, got none")
+        if self.shaping.people and "people" not in self.encoding.keys:
+            raise ConfigError("shaping.people: expected people among encoding.features, got none")
         if self.shaping.reverse and "velocity" not in self.encoding.keys:
             raise ConfigError("shaping.reverse: expected velocity among encoding.features, got none")
         if self.shaping.stall_time and not self.world.reward.progress:

@@ -37,15 +37,24 @@ class Shaping:
             values[which] = 0
 
     def taken_off(self, observation: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
-        """Return the penalties of this step for proximity to walls and for reverse motion."""
+        """Return the penalties of this step for proximity to walls and people, and for reverse motion."""
         settings, seconds = self._settings, 1.0 / self._world.control_hz
         costs = np.zeros(len(self._gained))
         if settings.proximity:
             room = observation["scan"].min(axis=1) - self._world.robot.circumscribed_radius
             costs += settings.proximity * seconds * np.clip(1.0 - room / settings.reach, 0.0, 1.0)
+        if settings.people:
+            room = self._nearest_person(observation["people"])
+            costs += settings.people * seconds * np.clip(1.0 - room / settings.personal_space, 0.0, 1.0)
         if settings.reverse:
             costs += settings.reverse * seconds * np.maximum(-observation["velocity"][:, 0], 0.0)
         return costs
+
+    def _nearest_person(self, people: NDArray[Any]) -> NDArray[np.float64]:
+        """Return the distance between the outlines of the robot and the nearest person, m; inf where there is none."""
+        x, y, radius, there = np.moveaxis(people.reshape(len(people), -1, 6), 2, 0)[[0, 1, 4, 5]]
+        gaps = np.hypot(x, y) - radius - self._world.robot.circumscribed_radius
+        return np.asarray(np.where(there > 0, gaps, np.inf).min(axis=1))
 
     def stalled(self, progress: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which robots have had no progress to the goal for too long.

@@ -48,6 +48,19 @@ def test_scan_by_its_logarithm():
     assert scan[:4] == pytest.approx([-1, -1, 0, 1], abs=1e-6)
 
 
+def test_people_by_bearing_nearness_and_velocity():
+    radius = WORLD.robot.circumscribed_radius
+    left = [0.0, 1.25 + radius, 1.0, -2.0, 0.25, 1.0]
+    encoded_people = encoded("people", [*left, *[0.0] * 24])
+    assert encoded_people[:6] == pytest.approx([0, 1, np.exp(-1.0), 0.5, -1.0, 1], abs=1e-6)
+    assert (encoded_people[6:] == 0).all()
+
+
+@pytest.mark.parametrize("x", [0.0, 0.1])
+def test_a_person_at_the_robot_s_place_is_nearness_one(x):
+    assert encoded("people", [x, 0, 0, 0, 0.25, 1, *[0.0] * 24])[2] == 1.0
+
+
 def test_frames_are_the_newest_first_and_as_far_apart_as_told():
     frames = Frames(2, 1, EncodingSettings(frames=3, frame_spacing=2))
     both = np.ones(2, dtype=bool)

@@ -18,7 +18,9 @@ from evolution.training.worlds import EncodedWorlds
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.scenario_source import draw_scenario
 from gym_mapbench.errors import ConfigError, RunError
+from gym_mapbench.world.bodies import Body, Disc
 from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.motions import MotionSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 from tests.evolution.test_received import write_model
 
@@ -228,6 +230,25 @@ def test_nearness_to_walls_is_taken_off():
         rewards[proximity] = worlds.step(np.zeros((1, 2))).rewards[0]
     # The lower wall ends at y = 0.05 m: 0.45 m from the centre, 0.23 m from the outline, of 0.5 m.
     assert rewards[0.0] - rewards[2.0] == pytest.approx(2.0 / 5.0 * (1 - 0.23 / 0.5), abs=1e-5)
+
+
+def test_nearness_to_people_is_taken_off():
+    room = GridMap.from_rows(["#" * 80, *["#" + "." * 78 + "#"] * 60, "#" * 80])
+    stands = MotionSpec(name="scripted", options={"waypoints": [[1.0, 2.5], [1.0, 2.5]], "speed": 0.3})
+    level = Scenario(room, Pose(1.0, 1.5), Pose(3.0, 1.5), bodies=(Body(shape=Disc(radius=0.25), motion=stands),))
+    encoding, rewards = {"features": ["goal", "velocity", "scan", "people"]}, {}
+    for people in (0.0, 2.0):
+        settings = train_settings("ppo", {**SMALL, "encoding": encoding, "shaping": {"people": people}})
+        worlds = EncodedWorlds(1, settings.world, settings.encoding, lambda: level, 0, settings.shaping)
+        worlds.reset()
+        rewards[people] = worlds.step(np.zeros((1, 2))).rewards[0]
+    gap = 1.0 - 0.25 - settings.world.robot.circumscribed_radius
+    assert rewards[0.0] - rewards[2.0] == pytest.approx(2.0 / 5.0 * (1 - gap / 1.2), abs=1e-5)
+
+
+def test_people_are_on_held_out_maps():
+    settings = train_settings("ppo", {**SMALL, "people": {"count": 3}})
+    assert [len(scenario.bodies) for scenario in held_out_groups(settings, (), ())["random_2"]] == [3, 3]
 
 
 def test_driving_backwards_is_taken_off():

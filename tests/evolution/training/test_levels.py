@@ -8,6 +8,8 @@ import pytest
 from evolution.training.levels import GivenLevels, RandomLevels, ReplayedLevels
 from evolution.training.settings import ReplaySettings, Stage
 from gym_mapbench.env.config import EnvConfig
+from gym_mapbench.env.scenario_source import draw_scenario
+from gym_mapbench.generator import PeopleSettings
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.scenario import Pose, Scenario
 
@@ -49,6 +51,22 @@ def test_tasks_are_anywhere_as_often_as_told():
     starts = [RandomLevels(WORLD, stages, 0.5, 1.0, rng(seed)).next(0.0).start for seed in range(60)]
     usual = sum(start == starts[0] for start in starts) or sum(start == starts[1] for start in starts)
     assert 15 < max(usual, len(starts) - len(set(starts))) < 45
+
+
+def test_people_are_on_random_maps_up_to_their_number():
+    stages = (Stage(after=0.0, fewest=0, most=2),)
+    levels = RandomLevels(WORLD, stages, 0.0, 1.0, rng(), PeopleSettings(count=3))
+    assert {len(levels.next(0.0).bodies) for _ in range(30)} == {0, 1, 2, 3}
+
+
+def test_without_people_no_randomness_is_used_for_them():
+    stages = (Stage(after=0.0, fewest=2, most=4),)
+    levels = RandomLevels(WORLD, stages, 0.0, 1.0, rng())
+    world = WORLD.replace(shapes=WORLD.shapes.replace(n_obstacles=(2, 4)))
+    source = rng()
+    for _ in range(3):
+        assert levels.next(0.0).digest == draw_scenario(world, source).digest
+        source.random()  # whether start and goal are anywhere
 
 
 def test_a_task_without_the_path_that_is_observed_is_not_taken(monkeypatch):

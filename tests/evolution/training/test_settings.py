@@ -36,6 +36,8 @@ def test_a_config_is_laid_over_the_algorithm_and_options_over_both(tmp_path):
         ({"obstacles": [{"after": 0.2, "fewest": 1, "most": 2}]}, "expected stages that begin at 0"),
         ({"obstacles": [{"after": 0.0, "fewest": 3, "most": 2}]}, "expected at most as many fewest as most"),
         ({"encoding": {"features": ["goal"]}, "shaping": {"proximity": 1.0}}, "expected a feature of the scan"),
+        ({"shaping": {"people": 1.0}}, "shaping.people: expected people among encoding.features, got none"),
+        ({"people": {"count": 51}}, "people.count"),
         ({"world": {"maps": "a.yaml"}}, "world.maps: expected none, the maps are given apart"),
         ({"action_noise": 0.1}, "action_noise: expected 0, as ppo samples its actions, got 0.1"),
         ({"learning_rate": [0.0, 0.1]}, "learning_rate.0"),
