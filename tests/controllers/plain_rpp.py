@@ -54,7 +54,7 @@ class PlainRpp:
 
     def __init__(self, params, setup, path):
         self.p, self.s = params, setup
-        self.jazzy = params.release == "jazzy"
+        self.jazzy = params.release != "humble"
         self.reverses = params.allow_reversing and (self.jazzy or not params.use_rotate_to_heading)
         self.arrived = False
         self.poses = [tuple(map(float, pose)) for pose in path]
@@ -93,7 +93,8 @@ class PlainRpp:
             curvature = 2 * cy / square if square > 0.001 else 0.0
             v = sign * self.speed(local, curvature, int(costmap.costs[cell]))
             w = v * curvature
-        if p.use_collision_detection and self.collides(pose, v, w, reach, costmap):
+        seconds = p.max_allowed_time_to_collision_up_to_carrot
+        if p.use_collision_detection and self.collides(pose, v, w, reach, seconds, costmap):
             return "collision"
         return v, w
 
@@ -189,7 +190,7 @@ class PlainRpp:
             share = math.hypot(*local[-1][:2]) / p.approach_velocity_scaling_dist
         return min(v, max(v * share, p.min_approach_linear_velocity), base)
 
-    def collides(self, pose, v, w, reach, costmap):
+    def collides(self, pose, v, w, reach, seconds, costmap):
         if self.touches(pose, costmap):
             return True
         if abs(v) < 0.01 and abs(w) > 0.01:
@@ -198,7 +199,7 @@ class PlainRpp:
             step = costmap.resolution / abs(v) if v else INFINITE
         x, y, yaw = pose
         i = 1
-        while i * step < self.p.max_allowed_time_to_collision_up_to_carrot:
+        while i * step < seconds:
             x, y = x + step * v * math.cos(yaw), y + step * v * math.sin(yaw)
             yaw += step * w
             if math.dist((x, y), pose[:2]) > reach:
