@@ -16,12 +16,6 @@ from evolution.search.judging import Fitness, Names
 from evolution.search.judging.expected_fitness import Estimate, estimates_of, expected_fitness
 from gym_mapbench.world.scenario import Scenario
 
-<<<<<<< HEAD
-=======
-REGRET = 1e-9
-"""Added to a regret, so that some role is selected where all are 0."""
-
->>>>>>> 5e73771 (Navigator: a costmap that is not due and a server without a goal cost one comparison)
 
 class Expectations:
     """Estimates of the maps of an archive, and the best expected set of them.
