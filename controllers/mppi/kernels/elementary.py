@@ -6,6 +6,8 @@ are 0.6 units of the last place for sine and cosine, 2 for the exponential, and 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from gym_mapbench.kernels.jit import inlined
@@ -36,7 +38,7 @@ ATAN = tuple(
 )  # fmt: skip
 ATAN_3, ATAN_5, ATAN_7, ATAN_9, ATAN_11, ATAN_13, ATAN_15, ATAN_17 = ATAN
 
-LOG2_E = F32(np.log2(np.e))
+LOG2_E = F32(np.log2(math.e))
 LN2_HIGH = F32(0.693359375)
 LN2_LOW = F32(np.log(2.0) - 0.693359375)
 EXP_2, EXP_3, EXP_4, EXP_5, EXP_6 = (F32(c) for c in (1 / 2, 1 / 6, 1 / 24, 1 / 120, 1 / 720))
