@@ -17,10 +17,11 @@ from controllers.graceful.lyrical import LyricalGracefulFollower
 from controllers.graceful.params import GracefulParams
 from gym_mapbench.costmap import Costmap
 from gym_mapbench.world.scenario import Pose
+from tests.controllers.plain_follower import local_plan
 from tests.controllers.plain_graceful_lyrical import PlainLyricalGraceful
 from tests.controllers.test_graceful import BOX, command_of, paths
 from tests.controllers.test_rpp import DISC, ORIGIN, angles, blocked_at, costmaps, flags, free_map, make_setup, straight
-from tests.controllers.test_rpp_lyrical import local_plan, setup_with
+from tests.controllers.test_rpp_lyrical import setup_with
 
 BLOCKED = re.escape(REASONS["lyrical"][COLLISION])
 
