@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -34,9 +35,9 @@ OTHERS = {"Graceful": "graceful", "RotationShim": "shim"}
 """Prefix of the column names, by controller, for controllers that only some recordings have."""
 
 
-TRUNCATED = ">= 0.95"
-"""Target of the Rotation Shim in Lyrical: the recording compares the bearing as an integer, so that it does not turn on
-the spot for bearings between ``angular_dist_threshold`` and 1 rad. Nav2 with all its headers compares the number."""
+WHOLE_BEARINGS = ">= 0.95"
+"""Target of the Rotation Shim's commands in Lyrical with the recorded parameters: the recorder was built with the
+integer ``abs`` alone, and so did not turn on the spot for bearings between ``angular_dist_threshold`` and 1 rad."""
 
 
 def costmap_measures(oracle: Oracle) -> list[Measure]:
@@ -129,21 +130,39 @@ def dwb_measures(oracle: Oracle) -> list[Measure]:
 
 
 def other_measures(oracle: Oracle) -> list[Measure]:
-    """Largest difference of a command's components, for each further controller that was recorded."""
+    """Largest difference of a command's components, for each further controller that was recorded.
+
+    Lyrical's Rotation Shim is compared with the recorder's threshold, and with Nav2's.
+    """
     measures = []
     for kind, column in OTHERS.items():
-        commands = Cases(f"{column}_cmd_abs_err_max", "< 1e-6")
-        for preset in oracle.presets:
-            recorded = oracle.table("units", preset).get(f"{column}_cmd")
-            if recorded is None or kind not in oracle.config["controllers"]:
-                continue
-            for unit in each_unit(oracle, kind, preset):
-                commands.add(difference(_command(unit), recorded[unit.row]), unit.name)
-        if kind == "RotationShim" and oracle.release == "lyrical":
-            measures.append(commands.share_within(1e-6, "shim_cmd_within_1e-6", TRUNCATED))
-        elif commands.errors:
-            measures.append(commands.largest())
+        whole = kind == "RotationShim" and oracle.release == "lyrical"
+        commands = _other_commands(oracle, kind, column, _recorders_threshold(oracle) if whole else {})
+        if not commands.errors:
+            continue
+        measures.append(commands.largest())
+        if whole:
+            nav2s = _other_commands(oracle, kind, column, {})
+            measures.append(nav2s.share_within(1e-6, f"{column}_cmd_within_1e-6", WHOLE_BEARINGS))
     return measures
+
+
+def _recorders_threshold(oracle: Oracle) -> dict[str, float]:
+    """Return the threshold that acts if the bearing is cut off to an integer before the comparison, rad."""
+    threshold = oracle.config["controllers"]["RotationShim"]["angular_dist_threshold"]
+    return {"angular_dist_threshold": math.nextafter(math.floor(threshold) + 1.0, 0.0)}
+
+
+def _other_commands(oracle: Oracle, kind: str, column: str, changes: Mapping[str, Any]) -> Cases:
+    """Compare the commands of a controller, with some of its parameters changed, if it was recorded."""
+    commands = Cases(f"{column}_cmd_abs_err_max", "< 1e-6")
+    for preset in oracle.presets:
+        recorded = oracle.table("units", preset).get(f"{column}_cmd")
+        if recorded is None or kind not in oracle.config["controllers"]:
+            continue
+        for unit in each_unit(oracle, kind, preset, changes):
+            commands.add(difference(_command(unit), recorded[unit.row]), unit.name)
+    return commands
 
 
 @dataclass(frozen=True)

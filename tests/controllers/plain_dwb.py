@@ -95,7 +95,9 @@ def distance(a, b):
 
 
 def near_plan(p, plan, pose, costmap):
-    """The plan once pruned, and the part of it near the robot."""
+    """The plan once pruned, and the part of it near the robot; Lyrical's local plan is both."""
+    if p.release == "lyrical":
+        return plan, plan
     half = max(costmap.costs.shape) * costmap.resolution / 2
     start = min(half, p.prune_distance) if p.prune_plan else half
     ahead = p.forward_prune_distance if p.forward_prune_distance >= 0 else math.inf
@@ -172,11 +174,15 @@ class Twin:
     def __init__(self, params, corners, period):
         self.p, self.corners, self.period = params, corners, period
 
-    def evaluate(self, plan, pose, velocity, costmap):
-        """Totals, raw scores, rejecting critics and the choice, by Nav2's own loop with its short circuit."""
+    def evaluate(self, plan, pose, velocity, costmap, goal=None):
+        """Totals, raw scores, rejecting critics and the choice, by Nav2's own loop with its short circuit.
+
+        The goal is the plan's last pose; Lyrical's local plan may end before it.
+        """
         self.costmap, self.pose, self.velocity = costmap, pose, velocity
         plan, near = near_plan(self.p, plan, pose, costmap)
-        self.goal = plan[-1]
+        self.goal = plan[-1] if goal is None else goal
+        self.is_far = self.p.release == "lyrical" and sum(itertools.starmap(distance, itertools.pairwise(plan))) > 1.0
         self.prepare(near)
         rows, best, best_total = [], -1, np.float32(-1)
         for i, sample in enumerate(twists(self.p, velocity, self.period)):
@@ -280,7 +286,7 @@ class Twin:
 
     def RotateToGoal(self, trajectory):
         p, speed = self.p, self.velocity.v**2
-        if distance(self.pose, self.goal) > p.xy_goal_tolerance:
+        if distance(self.pose, self.goal) > p.xy_goal_tolerance or self.is_far:
             return 0.0
         end = trajectory.poses[-1][2]
         error = abs(math.remainder(self.goal[2] - end, math.tau))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from controllers.base import STOP, Context, Twist
+from controllers.base import STOP, Context, LocalPlan, Twist
 from controllers.nav2_params import NavigationParams, load_preset
 from controllers.navigator.navigator import Navigator
 from gym_mapbench.costmap import CostmapParams
@@ -20,6 +20,13 @@ PERIOD = 0.05
 START, GOAL = Pose(1.0, 1.0, 0.0), Pose(4.0, 1.0, 0.0)
 ROWS = ("#" * 100, *["#" + "." * 98 + "#"] * 58, "#" * 100)
 OPEN = GridMap.from_rows(ROWS, 0.05)
+
+
+def local_plan(path) -> LocalPlan:
+    """All of a path as Lyrical's local plan."""
+    path = np.asarray(path, dtype=float)
+    length = float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
+    return LocalPlan(path, length, Pose(*path[-1].tolist()))
 
 
 def walled_off() -> GridMap:

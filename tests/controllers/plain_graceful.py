@@ -154,11 +154,14 @@ class PlainGraceful:
         reference = math.atan(-p.k_phi * phi)
         kappa = -(p.k_delta * (delta - reference) + (1 + p.k_phi / (1 + (p.k_phi * phi) ** 2)) * math.sin(delta)) / r
         v = min(p.v_linear_max * r / p.slowdown_radius, p.v_linear_max / (1 + p.beta * abs(kappa) ** self.sharpness))
-        v = min(max(v, p.v_linear_min), p.v_linear_max)
+        v = min(max(min(v, self.speed_bound(r)), p.v_linear_min), p.v_linear_max)
         # Backwards both the speed and the curvature change sign, and the turn rate does not.
         w = min(max(kappa * v, -p.v_angular_max), p.v_angular_max)
         v = w / kappa if kappa else v
         return (-v if backward else v), w
+
+    def speed_bound(self, distance):
+        return math.inf
 
     def turn(self, angle):
         rate = self.p.rotation_scaling_factor * angle * self.p.v_angular_max

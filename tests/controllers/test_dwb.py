@@ -19,6 +19,7 @@ from gym_mapbench.ros_params import nest_dotted
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose
 from tests.controllers.plain_dwb import Twin, cells_on_map, flood
+from tests.controllers.plain_follower import local_plan
 
 STANDARD = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED = "dwb_plugins::LimitedAccelGenerator"
@@ -328,6 +329,29 @@ def test_oscillation_watches_turns_only_when_slow():
         assert follower.compute_velocity_commands(HERE, Twist(0.2, 0.0), FREE, 0.0).w * plan[1, 1] > 0
 
 
+# Lyrical
+
+
+def test_rotate_to_goal_waits_while_more_than_a_metre_of_the_local_plan_is_left():
+    loop = np.array([[0.0, 0.02, 0.0], [0.4, 0.02, 0.0], [0.4, 0.07, 0.0], [0.03, 0.02, 0.0]])
+    for path, waits in ((loop, False), (loop * [1.4, 1.0, 1.0] - [0.012, 0.0, 0.0], True)):
+        follower = make(path, release="lyrical", critics=("RotateToGoal",))
+        follower.take_local_plan(local_plan(path))
+        moving = follower.evaluate(HERE, REST, FREE, 0.0).twists[:, 0] != 0.0
+        assert ((follower.last_evaluation().illegal_by == 0) == (False if waits else moving)).all()
+
+
+@pytest.mark.parametrize(("release", "lifted"), [("jazzy", True), ("lyrical", False)])
+def test_the_turn_since_a_flip_is_wrapped_in_lyrical(release, lifted):
+    follower = make(critics=("RotateToGoal", "Oscillation"), release=release)
+    before, after = Pose(0.02, 0.02, 3.1), Pose(0.02, 0.02, -3.1)  # 0.083 rad, less than the 0.2 rad that lift it
+    for yaw in (-2.2, 2.1):
+        swap_plan(follower, np.array([[0.02, 0.02, yaw]]))
+        follower.compute_velocity_commands(before, REST, FREE, 0.0)
+    steer(follower, 2.2, after)
+    assert (steer(follower, -2.2, after).w > 0) == lifted
+
+
 # Failures and limits
 
 
@@ -472,7 +496,19 @@ def scenes(draw):
 
 
 @st.composite
-def parameters(draw):
+def windows(draw):
+    """How Humble and Jazzy cut the plan."""
+    return {
+        "release": draw(st.sampled_from(WINDOWED)),
+        "prune_plan": draw(st.booleans()),
+        "prune_distance": draw(st.sampled_from([0.3, 2.0])),
+        "forward_prune_distance": draw(st.sampled_from([0.3, 2.0])),
+        "shorten_transformed_plan": draw(st.booleans()),
+    }
+
+
+@st.composite
+def parameters(draw, plan_window):
     grid = st.fixed_dictionaries(
         {
             "scale": st.sampled_from([0.0, 1.0, 24.0]),
@@ -485,7 +521,7 @@ def parameters(draw):
     return DwbParams(
         **{
             **EXAMPLE,
-            "release": draw(st.sampled_from(WINDOWED)),
+            **draw(plan_window),
             "min_speed_theta": draw(st.sampled_from([0.0, 0.5])),
             "critics": critics,
             "min_vel_x": draw(st.sampled_from([0.0, -0.1])),
@@ -500,10 +536,6 @@ def parameters(draw):
             "limit_vel_cmd_in_traj": draw(st.booleans()),
             "short_circuit_trajectory_evaluation": draw(st.booleans()),
             "trajectory_generator_name": draw(st.sampled_from([STANDARD, STANDARD, LIMITED])),
-            "prune_plan": draw(st.booleans()),
-            "prune_distance": draw(st.sampled_from([0.3, 2.0])),
-            "forward_prune_distance": draw(st.sampled_from([0.3, 2.0])),
-            "shorten_transformed_plan": draw(st.booleans()),
             "BaseObstacle": draw(obstacle),
             "ObstacleFootprint": draw(obstacle),
             "PathAlign": draw(align),
@@ -525,17 +557,42 @@ def test_of_a_plan_of_one_pose_only_the_moved_end_is_left():
 
 
 @settings(max_examples=100)
-@given(scenes(), parameters())
+@given(scenes(), parameters(windows()))
 def test_equals_the_plain_twin(scene, params):
     costmap, plan, pose, velocity = scene
-    follower, setup = DwbFollower(params), make_setup()
-    follower.reset(setup)
+    follower = DwbFollower(params)
+    follower.reset(make_setup())
     follower.set_plan(plan)
     try:
         evaluation = follower.evaluate(pose, velocity, costmap, 0.0)
     except (ControllerError, InvalidPath):
         return
-    rows, best = Twin(params, setup.footprint.corners, 0.05).evaluate(plan, pose, velocity, costmap)
+    assert_judged(evaluation, make_twin(params).evaluate(plan, pose, velocity, costmap))
+    follower.set_plan(plan)
+    assert_command(follower, evaluation, pose, velocity, costmap)
+
+
+@settings(max_examples=100)
+@given(scenes(), parameters(st.just({"release": "lyrical"})), st.integers(1, 40))
+def test_lyrical_equals_the_plain_twin(scene, params, shown):
+    costmap, plan, pose, velocity = scene
+    follower, local = DwbFollower(params), local_plan(plan[:shown])
+    follower.reset(make_setup())
+    follower.set_plan(plan)
+    follower.take_local_plan(local)
+    evaluation = follower.evaluate(pose, velocity, costmap, 0.0)
+    assert_judged(evaluation, make_twin(params).evaluate(local.path, pose, velocity, costmap, Pose(*plan[-1].tolist())))
+    follower.set_plan(plan)
+    follower.take_local_plan(local)
+    assert_command(follower, evaluation, pose, velocity, costmap)
+
+
+def make_twin(params):
+    return Twin(params, make_setup().footprint.corners, 0.05)
+
+
+def assert_judged(evaluation, expected):
+    rows, best = expected
     assert len(rows) == len(evaluation.twists)
     for i, (twist, scores, total, illegal_by) in enumerate(rows):
         assert tuple(evaluation.twists[i]) == twist
@@ -543,12 +600,10 @@ def test_equals_the_plain_twin(scene, params):
         np.testing.assert_allclose(evaluation.raw_scores[i], scores, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(evaluation.totals[i], total, rtol=1e-6)
     assert evaluation.best == best
-    assert_command(follower, evaluation, plan, pose, velocity, costmap)
 
 
-def assert_command(follower, evaluation, plan, pose, velocity, costmap):
+def assert_command(follower, evaluation, pose, velocity, costmap):
     """The command is that of the chosen candidate, though not all were asked for it."""
-    follower.set_plan(plan)
     if evaluation.best < 0:
         with pytest.raises(ControllerError):
             follower.compute_velocity_commands(pose, velocity, costmap, 0.0)

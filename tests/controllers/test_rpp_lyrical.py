@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 
@@ -10,13 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.base import ControllerAbort, ControllerError, InvalidPath, LocalPlan, Twist
+from controllers.base import ControllerAbort, ControllerError, InvalidPath, Twist
 from controllers.rpp.controller import REASONS
 from controllers.rpp.dynamic_window import command_on_curve
 from controllers.rpp.kernels import COLLISION_AHEAD, OFF_COSTMAP, SINGLE_POSE
 from controllers.rpp.lyrical import LyricalRppFollower
 from controllers.rpp.params import RppParams
 from gym_mapbench.world.scenario import Pose
+from tests.controllers.plain_follower import local_plan
 from tests.controllers.plain_rpp_lyrical import PlainLyricalRpp, fastest_on_line, point_at
 from tests.controllers.test_rpp import (
     DISC,
@@ -49,16 +51,8 @@ class Says:
         return self.arrived
 
 
-def local_plan(path):
-    path = np.asarray(path, dtype=float)
-    length = float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
-    return LocalPlan(path, length, Pose(*path[-1].tolist()))
-
-
 def setup_with(arrived, footprint=DISC):
-    setup = make_setup(footprint)
-    object.__setattr__(setup, "goal_checker", Says(arrived))
-    return setup
+    return dataclasses.replace(make_setup(footprint), goal_checker=Says(arrived))
 
 
 def follower(path, footprint=DISC, arrived=False, **params):

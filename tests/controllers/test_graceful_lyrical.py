@@ -1,0 +1,218 @@
+"""Lyrical's Graceful Controller: worked examples of what no recording covers, and a plain twin."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controllers.base import ControllerError, InvalidPath
+from controllers.graceful.controller import REASONS
+from controllers.graceful.kernels.following import COLLISION
+from controllers.graceful.lyrical import LyricalGracefulFollower
+from controllers.graceful.params import GracefulParams
+from gym_mapbench.costmap import Costmap
+from gym_mapbench.world.scenario import Pose
+from tests.controllers.plain_follower import local_plan
+from tests.controllers.plain_graceful_lyrical import PlainLyricalGraceful
+from tests.controllers.test_graceful import BOX, command_of, paths
+from tests.controllers.test_rpp import DISC, ORIGIN, angles, blocked_at, costmaps, flags, free_map, make_setup, straight
+from tests.controllers.test_rpp_lyrical import setup_with
+
+BLOCKED = re.escape(REASONS["lyrical"][COLLISION])
+
+
+def follower(path, footprint=DISC, arrived=False, **params):
+    made = LyricalGracefulFollower(GracefulParams(release="lyrical", **params))
+    made.reset(setup_with(arrived, footprint))
+    made.set_plan(np.asarray(path, dtype=float))
+    made.take_local_plan(local_plan(path))
+    return made
+
+
+def to_goal(x, y, heading):
+    """A path of three poses to a goal within the lookahead, with headings of its own."""
+    return [(0.0, 0.0, 0.3), (x / 2, y / 2, -0.3), (x / 2 + 0.01, y / 2, 0.3), (x, y, heading)]
+
+
+# --- The heading at the goal -----------------------------------------------------------------------------------------
+
+
+def test_a_cheap_way_straight_to_the_goal_is_taken():
+    # Whatever the goal's heading is: the bearing counts, and the robot turns at the goal.
+    made = follower(to_goal(0.8, 0.0, 1.2))
+    assert command_of(made).w == pytest.approx(0.0, abs=1e-6)
+    own = follower(to_goal(0.8, 0.0, 1.2), prefer_final_rotation=False)
+    assert abs(command_of(own).w) > 0.1
+    assert made._safe_heading == 0.0
+
+
+def test_the_last_safe_heading_is_the_bearing_of_the_cheap_way():
+    made = follower(to_goal(0.6, 0.3, 1.2))
+    command_of(made)
+    assert made._safe_heading == pytest.approx(math.atan2(0.3, 0.6))
+    made.set_plan(np.array(to_goal(0.6, 0.3, 1.2)))
+    assert made._safe_heading == 0.0
+
+
+def test_an_expensive_way_to_the_goal_makes_it_search_other_headings():
+    # Cost 251 is 252 less the margin of 1: free, but no longer cheap. A way round it costs nothing.
+    path, dear = to_goal(0.8, 0.0, 0.0), free_map()
+    dear.costs[100, 106:110] = 251
+    found = follower(path)
+    command = command_of(found, Pose(0.0, 0.025, 0.0), dear)
+    assert command.v > 0.0
+    twin = PlainLyricalGraceful(found.params, make_setup(), path)
+    assert twin(Pose(0.0, 0.025, 0.0), False, dear) == pytest.approx(command, abs=1e-6)
+    # Headings are searched only from the margin on: one step less, and the straight way is cheap enough.
+    dear.costs[100, 106:110] = 250
+    straight_on = command_of(follower(path), Pose(0.0, 0.025, 0.0), dear)
+    dear.costs[100, 106:110] = 251
+    assert command_of(follower(path, obstacle_cost_margin=0), Pose(0.0, 0.025, 0.0), dear) == straight_on
+
+
+def test_the_search_takes_the_fewest_steps_below_the_highest_valid_cost():
+    # All is at 251, below the highest valid cost: every heading is free, and straight on is the fastest of them.
+    made = follower(to_goal(0.8, 0.0, 1.2))
+    costmap = free_map()
+    costmap.costs[:] = 251
+    assert command_of(made, costmap=costmap).w == pytest.approx(0.0, abs=1e-6)
+    assert made._safe_heading == 0.0
+
+
+def test_without_a_cheap_heading_the_goals_own_is_taken():
+    # At 252 nothing is below the highest valid cost; the target's own heading needs a free way only.
+    costmap = free_map()
+    costmap.costs[:] = 252
+    made = follower(to_goal(0.8, 0.0, 1.2), initial_rotation=False)
+    own = follower(to_goal(0.8, 0.0, 1.2), initial_rotation=False, prefer_final_rotation=False)
+    assert command_of(made, costmap=costmap) == command_of(own)
+    assert made._safe_heading == 0.0
+
+
+def test_a_blocked_way_straight_on_leaves_the_targets_own_heading():
+    # The bearing's way runs into the wall; the target's own heading bends round it.
+    wall = free_map()
+    wall.costs[102, 112:114] = 254
+    path = to_goal(0.9, 0.15, 0.6)
+    pose = Pose(0.0, 0.025, 0.0)
+    made = follower(path, initial_rotation=False)
+    twin = PlainLyricalGraceful(made.params, make_setup(), path)
+    expected = twin(pose, False, wall)
+    assert expected != "collision"
+    assert command_of(made, pose, wall) == pytest.approx(expected, abs=1e-6)
+    assert expected != pytest.approx(command_of(follower(path, initial_rotation=False), pose, free_map()), abs=1e-3)
+
+
+def test_an_outline_may_cost_one_more_than_a_centre():
+    costmap = free_map()
+    costmap.costs[:] = 252
+    costmap.costs[98:103, 98:120] = 252
+    path = to_goal(0.8, 0.0, 1.2)
+    # For a disc 252 is the highest valid cost, for an outline 253: there the search finds headings.
+    assert command_of(follower(path, BOX), costmap=costmap).w == pytest.approx(0.0, abs=1e-6)
+    assert abs(command_of(follower(path, initial_rotation=False), costmap=costmap).w) > 0.1
+
+
+def test_far_from_the_goal_nothing_is_searched():
+    costmap = free_map()
+    costmap.costs[:] = 251
+    made = follower(straight(2.0))
+    assert command_of(made, costmap=costmap).v > 0.0
+    assert made._safe_heading == 0.0
+
+
+# --- Targets and speeds ----------------------------------------------------------------------------------------------
+
+
+def test_the_first_target_lies_at_the_lookahead_distance():
+    # 1 m along the path the segment leads north: the target is (0.6, 0.4) with heading pi / 2.
+    path = [(0.0, 0.0, 0.3), (0.3, 0.0, -0.3), (0.6, 0.0, 0.3), (0.6, 2.0, 0.0)]
+    made = follower(path, initial_rotation=False)
+    twin = PlainLyricalGraceful(made.params, make_setup(), path)
+    assert twin.looked_at(path) == pytest.approx((0.6, 0.4, math.pi / 2))
+    assert command_of(made) == pytest.approx(twin(ORIGIN, False, free_map()), abs=1e-6)
+
+
+def test_a_target_may_be_nearer_than_the_least_lookahead():
+    assert command_of(follower(straight()), costmap=blocked_at(0.3)).v > 0.0
+    with pytest.raises(ControllerError, match=BLOCKED):
+        command_of(follower(straight(), BOX), costmap=blocked_at(0.1))
+    assert command_of(follower(straight(), BOX, use_collision_detection=False), costmap=blocked_at(0.1)).v > 0.0
+
+
+def test_the_robot_can_stop_at_its_target():
+    # sqrt(2 * 1 m * 0.02 m/s^2) = 0.2 m/s; with 2.5 m/s^2 the slowdown radius alone counts.
+    assert command_of(follower(straight(), deceleration_max=0.02)).v == pytest.approx(0.2, abs=1e-6)
+    assert command_of(follower(straight())).v == pytest.approx(0.5 / 1.5, abs=1e-6)
+
+
+def test_the_outline_grows_with_the_top_speed_and_the_top_speed_falls_until_it_fits():
+    # The way ends 0.745 m ahead. At 0.5 m/s the box is 25 % larger, its front at 1.12 m; at 0.3 m/s it is at 1.07 m.
+    scaling = {"footprint_scaling_linear_vel": 0.2, "footprint_scaling_step": 0.2, "max_lookahead": 0.79}
+    wall = blocked_at(1.10)
+    assert command_of(follower(straight(), BOX, slowdown_radius=0.1, **scaling)).v == pytest.approx(0.5)
+    assert command_of(follower(straight(), BOX, slowdown_radius=0.1, **scaling), costmap=wall).v == pytest.approx(0.3)
+
+
+def test_the_turn_at_the_goal_is_made_when_the_goal_checker_says_so_and_the_outline_is_free():
+    path = to_goal(0.2, 0.0, -1.0)
+    assert command_of(follower(path, arrived=True)) == pytest.approx((0.0, -0.5))
+    assert command_of(follower(path)).v > 0.0
+    beside = free_map()
+    beside.costs[95, 103] = 254  # under the box's front once it has turned to the right
+    assert command_of(follower(path, BOX, arrived=True)).v == 0.0
+    assert command_of(follower(path, BOX, arrived=True), costmap=beside).v > 0.0
+
+
+def test_without_a_local_plan_there_is_no_command():
+    made = LyricalGracefulFollower(GracefulParams(release="lyrical"))
+    made.reset(make_setup())
+    with pytest.raises(InvalidPath, match="0 poses"):
+        command_of(made)
+
+
+# --- For any input ---------------------------------------------------------------------------------------------------
+
+options = st.fixed_dictionaries(
+    {
+        "v_linear_min": st.sampled_from([0.0, 0.1]),
+        "v_angular_max": st.sampled_from([0.3, 1.0]),
+        "slowdown_radius": st.sampled_from([0.3, 1.5]),
+        "initial_rotation": flags,
+        "allow_backward": flags,
+        "lambda": st.sampled_from([1.0, 2.0]),
+        "prefer_final_rotation": flags,
+        "max_lookahead": st.sampled_from([0.5, 1.0, 3.0]),
+        "deceleration_max": st.sampled_from([0.05, 2.5]),
+        "use_collision_detection": flags,
+        "footprint_scaling_linear_vel": st.sampled_from([0.2, 0.5]),
+        "footprint_scaling_factor": st.sampled_from([0.0, 0.25]),
+        "footprint_scaling_step": st.sampled_from([0.125, 1.0]),
+        "obstacle_cost_margin": st.sampled_from([0, 1, 60]),
+        "final_rotation_search_step": st.sampled_from([0.3, 0.7]),
+    }
+)
+
+
+@settings(max_examples=120, deadline=None)
+@given(paths(), costmaps(), options, st.sampled_from([DISC, BOX]), flags, angles)
+def test_kernels_do_what_the_plain_twin_does(path, costmap, params, footprint, arrived, yaw):
+    made = follower(path[:25], footprint, arrived, **params)
+    twin = PlainLyricalGraceful(made.params, make_setup(footprint), path[:25])
+    costs = np.where(costmap.costs == 253, 0, costmap.costs)
+    costmap = Costmap(costs, costmap.resolution, costmap.origin_x, costmap.origin_y, costmap.track_unknown_space)
+    pose = Pose(0.0, 0.0, yaw)
+    for _ in range(2):
+        expected = twin(pose, arrived, costmap)
+        if expected == "collision":
+            with pytest.raises(ControllerError, match=BLOCKED):
+                command_of(made, pose, costmap)
+        else:
+            assert command_of(made, pose, costmap) == pytest.approx(expected, abs=1e-5)
+        assert made._safe_heading == pytest.approx(twin.safe, abs=1e-9)
+        pose = Pose(pose.x + 0.3, pose.y + 0.1, yaw)
