@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gym_mapbench.world.footprint import Footprint
 from tests.controllers.plain_graceful import PlainGraceful, wrap
 from tests.controllers.plain_rpp import outline_cost
 
@@ -117,7 +116,8 @@ class PlainLyricalGraceful(PlainGraceful):
         slowest = p.footprint_scaling_linear_vel
         if top > slowest and not setup.footprint.use_radius:
             grown = 1 + p.footprint_scaling_factor * (top - slowest) / (fastest - slowest)
-            self.s = dataclasses.replace(setup, footprint=Footprint.from_corners(setup.footprint.corners * grown))
+            outline = dataclasses.replace(setup.footprint, corners=setup.footprint.corners * grown)
+            self.s = dataclasses.replace(setup, footprint=outline)
         self.p = p.model_copy(update={"v_linear_max": top})
         try:
             return self.driven(target, backward)

@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from controllers.base import ControllerError, InvalidPath
@@ -202,8 +202,10 @@ options = st.fixed_dictionaries(
 @settings(max_examples=120, deadline=None)
 @given(paths(), costmaps(), options, st.sampled_from([DISC, BOX]), flags, angles)
 def test_kernels_do_what_the_plain_twin_does(path, costmap, params, footprint, arrived, yaw):
-    made = follower(path[:25], footprint, arrived, **params)
-    twin = PlainLyricalGraceful(made.params, make_setup(footprint), path[:25])
+    path = path[:25]
+    assume(abs(math.sin(path[-1, 2] - yaw)) > 1e-6)  # else rounding decides whether the turn at the goal is a left one
+    made = follower(path, footprint, arrived, **params)
+    twin = PlainLyricalGraceful(made.params, make_setup(footprint), path)
     costs = np.where(costmap.costs == 253, 0, costmap.costs)
     costmap = Costmap(costs, costmap.resolution, costmap.origin_x, costmap.origin_y, costmap.track_unknown_space)
     pose = Pose(0.0, 0.0, yaw)
