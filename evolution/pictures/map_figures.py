@@ -12,6 +12,7 @@ from evolution.pictures.style import DASHES, RING, WIDTHS, colour_of, new_figure
 from evolution.runs import OUTLIER, ControllerTimes, MapSummary
 from gym_mapbench.generator import elements_line
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Episode
+from gym_mapbench.world.crowd import place_crowd
 from gym_mapbench.world.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -27,6 +28,11 @@ SIGNS = (
     "Below: every dot is the time of one run; lines end at the median; rings mark outliers, which take more than "
     f"{OUTLIER:g} times the median."
 )
+
+WALKS = np.arange(0.0, 30.0, 0.1)
+"""Times at which the places of people are drawn, s."""
+SIGNS_OF_PEOPLE = f"\nDiscs: people at the start, with their ways of the first {round(WALKS[-1])} s."
+PEOPLE_COLOUR = "#d08770"
 
 
 @dataclass(frozen=True)
@@ -87,23 +93,40 @@ def map_set_figure(maps: Sequence[DrivenMap], names: Sequence[str]) -> Figure:
         _draw_times(time_axes, one.summary, names)
         time_axes.set_xlim(0.0, 1.1 * longest)
     # Just below what the layout fills; pictures are saved with all that is drawn around it.
-    figure.text(0.5, -0.01, SIGNS, ha="center", va="top", fontsize=9, color="#555555")
+    signs = SIGNS + (SIGNS_OF_PEOPLE if any(one.episodes[0].scenario.bodies for one in maps) else "")
+    figure.text(0.5, -0.01, signs, ha="center", va="top", fontsize=9, color="#555555")
     return figure
 
 
 def draw_map(axes: Axes, scenario: Scenario) -> None:
-    """Draw walls, start (circle) and goal (star) of a scenario, axes in m; for a map of motifs its line of elements."""
+    """Draw walls, people, start (circle) and goal (star) of a scenario; for a map of motifs its line of elements.
+
+    Axes are in m. People who see the robot are drawn as they walk without it.
+    """
     x0, y0, x1, y1 = scenario.map.bounds
     axes.imshow(scenario.map.occupancy, cmap="Greys", origin="lower", extent=(x0, x1, y0, y1), vmax=1.4)
     if scenario.genome is not None:
         line = elements_line(scenario.genome, scenario.start[:2], scenario.goal[:2])
         axes.plot(*line.T, ":", color="#999999", marker="+", markersize=5, linewidth=1, zorder=2)
+    _draw_people(axes, scenario)
     axes.plot(scenario.start.x, scenario.start.y, "o", color="#444444", markersize=7, zorder=4)
     axes.plot(scenario.goal.x, scenario.goal.y, "*", color="#444444", markersize=12, zorder=4)
     axes.set(xlim=(x0, x1), ylim=(y0, y1))  # elements at the ends of a route may be outside the map
     axes.set_aspect("equal")
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
+
+
+def _draw_people(axes: Axes, scenario: Scenario) -> None:
+    """Draw where the people of a scenario are at the start (discs), and where they walk (lines)."""
+    if not scenario.bodies:
+        return
+    from matplotlib.patches import Circle
+
+    places = place_crowd(scenario.map, scenario.bodies, WALKS)
+    for body, walk in zip(scenario.bodies, places.swapaxes(0, 1), strict=True):
+        axes.plot(walk[:, 0], walk[:, 1], color=PEOPLE_COLOUR, linewidth=1, alpha=0.6, zorder=1.5)
+        axes.add_patch(Circle(walk[0, :2], body.shape.radius, color=PEOPLE_COLOUR, alpha=0.8, zorder=2.5))
 
 
 def draw_trajectories(axes: Axes, episodes: Sequence[Episode], names: Sequence[str]) -> None:

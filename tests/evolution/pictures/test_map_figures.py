@@ -10,10 +10,13 @@ from PIL import Image
 
 from evolution.pictures import DrivenMap, map_set_figure, save_comparison
 from evolution.pictures.comparison_film import STEP, _draw_legend_at, comparison_frames
+from evolution.pictures.map_figures import maps_figure
 from evolution.pictures.style import RING, new_figure
 from evolution.runs import summary_of_map
 from gym_mapbench.metrics.episode import Episode
+from gym_mapbench.world.bodies import Body, Disc
 from gym_mapbench.world.gridmap import GridMap
+from gym_mapbench.world.motions import MotionSpec
 from gym_mapbench.world.scenario import Pose, Scenario
 
 ROOM = Scenario(GridMap(np.zeros((20, 30), np.bool_), 0.1), Pose(0.5, 0.5), Pose(2.5, 1.5), "map_1")
@@ -34,6 +37,19 @@ def goals(*times):
 def driven():
     runs = {"dwb": goals(4.0, 4.2, 9.0), "rpp": [*goals(8.0, 8.4), {"outcome": "timeout", "time_s": 60.0}]}
     return DrivenMap(summary_of_map("map_1", runs), 1, (straight("dwb", 4.2), straight("rpp", 8.4)))
+
+
+def test_people_are_discs_at_their_start_with_their_ways():
+    walks = MotionSpec(name="scripted", options={"waypoints": [[1.0, 1.0], [2.0, 1.0]], "speed": 0.5})
+    person = Body(shape=Disc(radius=0.2), motion=walks)
+    (axes,) = maps_figure([replace(ROOM, bodies=(person,))]).axes
+    (disc,), walk = axes.patches, axes.lines[0].get_xydata()
+    assert (*disc.center, disc.radius) == (1.0, 1.0, 0.2)
+    assert (walk.min(axis=0), walk.max(axis=0)) == (pytest.approx([1.0, 1.0]), pytest.approx([2.0, 1.0]))
+
+
+def test_signs_name_people_only_where_there_are_some(driven):
+    assert "people" not in map_set_figure([driven], ["dwb", "rpp"]).texts[0].get_text()
 
 
 def test_title_labels_and_rings_show_the_same_runs(driven):
