@@ -5,6 +5,8 @@ Source: nav2_costmap_2d (Humble) src/costmap_2d_ros.cpp.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -100,10 +102,14 @@ class CostmapServer:
         """Return the speed limits that the filters published since the last call, in order."""
         return self._layered.take_speed_limits()
 
-    def clear(self) -> None:
-        """Forget all layers (``ClearEntirely``); the next update fills them again from the newest scan."""
-        self._layered.clear()
-        self._schedule.clear()
+    def clear(self, plugins: Sequence[str] = ()) -> None:
+        """Forget all layers (``ClearEntirely``); the next update fills them again from the newest scan.
+
+        After a clear of some ``plugins`` alone (Lyrical) nobody waits for that update.
+        """
+        self._layered.clear(plugins)
+        if not plugins:
+            self._schedule.clear()
 
     def _update(self) -> None:
         if not self._is_buffered:
