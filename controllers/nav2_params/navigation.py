@@ -190,9 +190,17 @@ class BehaviorTree(ExtendedSettings):
             ticks every ``bt_loop_duration``; actions, services and plans take time.
         goal_nearby_distance: Lyrical: remaining length of path below which a valid path is kept, m; 0 to replan always.
         wrap_around: Whether the recoveries begin again after the last; in Lyrical the last one ends them.
+        local_clear_plugins: Lyrical: layers that the clears of the local costmap name (``plugins`` of
+            ``ClearEntireCostmap``); none for all layers.
+        global_clear_plugins: Lyrical: the same for the global costmap.
     """
 
-    newer: ClassVar[tuple[str, ...]] = ("goal_nearby_distance", "wrap_around")
+    newer: ClassVar[tuple[str, ...]] = (
+        "goal_nearby_distance",
+        "wrap_around",
+        "local_clear_plugins",
+        "global_clear_plugins",
+    )
 
     bt_loop_duration: Annotated[int, Field(gt=0)] = 10
     replanning_frequency: Positive = 1.0
@@ -206,6 +214,12 @@ class BehaviorTree(ExtendedSettings):
     latency: LatencyModel = "ideal"
     goal_nearby_distance: NonNegative = 0.0
     wrap_around: bool = True
+    local_clear_plugins: tuple[str, ...] = ()
+    global_clear_plugins: tuple[str, ...] = ()
+
+    def plugins_to_clear(self, which: str) -> tuple[str, ...]:
+        """Return the layers that a clear of the costmap ``local`` or ``global`` names; none for all."""
+        return self.local_clear_plugins if which == "local" else self.global_clear_plugins
 
 
 GOAL_NEARBY = 4.0
@@ -333,6 +347,18 @@ class NavigationParams(ExtendedSettings):
             raise ConfigError(f"goal_checker.plugin: expected {known}, got {first}'s goal checker {plugin}")
         if self.release != "lyrical" and self.controller_server.path_handler != PathHandler():
             raise ConfigError(f"path_handler: Nav2 {self.release.capitalize()} has none; its controllers cut the plan")
+        return self
+
+    @model_validator(mode="after")
+    def _clears_existing_layers(self) -> Self:
+        for which, costmap in (("local", self.local_costmap), ("global", self.global_costmap)):
+            named, option = self.bt.plugins_to_clear(which), f"bt.{which}_clear_plugins"
+            if named and self.release != "lyrical":
+                raise ConfigError(f"{option}: clears of Nav2 {self.release.capitalize()} name no layers")
+            for name in named:
+                if name not in costmap.clearable:
+                    known = " or ".join(costmap.clearable) or "none: no layer of this costmap looks at scans"
+                    raise ConfigError(f"{option}: expected {known}, got {name!r}, at which Nav2's clear fails")
         return self
 
     @property

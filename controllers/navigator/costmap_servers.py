@@ -103,10 +103,14 @@ class CostmapServer:
             self._published, self._published_at = self._costmap, now
         return self._layered.take_speed_limits()
 
-    def clear(self) -> None:
-        """Forget all layers (``ClearEntirely``); the next update fills them again from the newest scan."""
-        self._layered.clear()
-        self._schedule.clear()
+    def clear(self, plugins: Sequence[str] = ()) -> None:
+        """Forget all layers (``ClearEntirely``); the next update fills them again from the newest scan.
+
+        After a clear of some ``plugins`` alone (Lyrical) nobody waits for that update.
+        """
+        self._layered.clear(plugins)
+        if not plugins:
+            self._schedule.clear()
 
     def _update(self) -> None:
         if not self._is_buffered:

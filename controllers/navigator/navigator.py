@@ -350,7 +350,8 @@ class Navigator:
 
     def _clear(self, which: str) -> float:
         """Clear a costmap; returns how long the service takes."""
-        (self._local_costmap if which == "local" else self._global_costmap).clear()
+        costmap = self._local_costmap if which == "local" else self._global_costmap
+        costmap.clear(self.params.bt.plugins_to_clear(which))
         return LATENCIES[self.params.bt.latency].service
 
     def _take_nav_command(self, command: Twist) -> None:

@@ -101,6 +101,9 @@ class Layer(ABC):
     def reset(self) -> None:  # noqa: B027 - most layers have nothing to forget
         """Forget all observations."""
 
+    def clear_cells(self) -> None:  # noqa: B027 - nor cells of their own
+        """Forget the cells, and nothing else (Lyrical's clears by plugin)."""
+
     def roll(self, d_row: int, d_col: int) -> None:  # noqa: B027 - nor anything to move
         """Follow the window, which has moved by this many cells."""
 

@@ -5,6 +5,8 @@ Source: nav2_costmap_2d/src/layered_costmap.cpp.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gym_mapbench.costmap.filter import CostmapFilter
@@ -77,11 +79,19 @@ class LayeredCostmap:
         self._start_over()
         self._roll(pose)
 
-    def clear(self) -> None:
-        """Forget all cells ("clear entirely"); the newest scan fills them again at the next update."""
+    def clear(self, plugins: Sequence[str] = ()) -> None:
+        """Forget all cells ("clear entirely"); the newest scan fills them again at the next update.
+
+        Args:
+            plugins: Lyrical: names of the layers whose cells alone are forgotten beside those of the costmap; none for
+                all layers. Other layers write their cells again only where an update changes the costmap.
+        """
         self._master.fill(self._default)
-        for layer in self._layers.values():
-            layer.reset()
+        for name, layer in self._layers.items():
+            if not plugins:
+                layer.reset()
+            elif name in plugins:
+                layer.clear_cells()
 
     def observe(self, scan: LaserScan, sensor: Pose, height: float = 0.0) -> None:
         """Give the layers a new scan; every update uses it until there is a newer one.
@@ -208,6 +218,10 @@ class _GuardedLayer(Layer):
     def reset(self) -> None:
         with LAYERS.blamed(self._name):
             self._layer.reset()
+
+    def clear_cells(self) -> None:
+        with LAYERS.blamed(self._name):
+            self._layer.clear_cells()
 
     def roll(self, d_row: int, d_col: int) -> None:
         with LAYERS.blamed(self._name):

@@ -100,6 +100,10 @@ class ObstacleGrid(Layer):
 
     def reset(self) -> None:
         """Forget all cells; the newest scan remains for the next update."""
+        self.clear_cells()
+
+    def clear_cells(self) -> None:
+        """Forget all cells; of a voxel layer the voxels remain, as in Nav2."""
         self.costs = np.full_like(self.costs, self._default)
 
     def roll(self, d_row: int, d_col: int) -> None:

@@ -101,6 +101,11 @@ class CostmapParams(CostmapOptions):
         """Whether a layer looks at scans."""
         return any(self.writes(name) and LAYERS.get(name).observes for name in self.plugins)
 
+    @property
+    def clearable(self) -> tuple[str, ...]:
+        """Names of the layers that a clear can name (``isClearable``): those that look at scans."""
+        return tuple(name for name in self.plugins if LAYERS.get(name).observes)
+
     def writes(self, layer: str) -> bool:
         """Whether a layer of this name is among the plugins and enabled."""
         return layer in self.plugins and bool(getattr(self.layers[layer], "enabled", True))

@@ -195,6 +195,15 @@ def test_lyricals_tree_keeps_a_valid_plan_near_the_goal():
     assert tree_of(release="jazzy").find(".//ValidatePath") is None
 
 
+def test_lyricals_clears_can_name_layers():
+    named = tree_of(release="lyrical", tree=TREE | {"local_clear_plugins": ("obstacle_layer", "voxel_layer")})
+    clears = {node.get("service_name"): node.get("plugins") for node in named.iter("ClearEntireCostmap")}
+    assert clears == {
+        "local_costmap/clear_entirely_local_costmap": "obstacle_layer;voxel_layer",
+        "global_costmap/clear_entirely_global_costmap": None,
+    }
+
+
 @pytest.mark.parametrize("release", ["humble", "jazzy", "lyrical"])
 def test_a_tree_has_only_what_was_driven_with(release):
     behaviors = {"behavior_server": {"ros__parameters": {"behavior_plugins": ["wait"]}}}

@@ -13,8 +13,8 @@ import controllers.navigator.navigator as navigator_module
 from controllers.nav2_params import load_preset
 from controllers.navigator.costmap_servers import CostmapServer
 from controllers.navigator.navigator import Navigator
-from gym_mapbench.costmap import FREE_SPACE, LETHAL_OBSTACLE, CostmapParams
-from gym_mapbench.errors import NoPathError
+from gym_mapbench.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, CostmapParams
+from gym_mapbench.errors import ConfigError, NoPathError
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.gridmap import GridMap
 from gym_mapbench.world.lidar import Lidar, LidarSettings
@@ -80,6 +80,55 @@ def test_clearing_forgets_all_but_the_newest_scan_and_the_map(which):
     assert cost_at(seen, 1.83) == FREE_SPACE
     if which == "global":
         assert cost_at(seen, 0.025) == LETHAL_OBSTACLE
+
+
+def test_a_clear_of_named_layers_leaves_the_others_and_nobody_waits():
+    # The obstacle layer forgets the first hit. The map stays away until an update writes there again.
+    layers = ("static_layer", "obstacle_layer", "inflation_layer")
+    seen = server(release="lyrical", plugins=layers)
+    observe(seen, POSE, ahead(1.0), 0.0)
+    observe(seen, POSE, ahead(0.8), 1.0)
+    assert (cost_at(seen, 2.03), cost_at(seen, 4.975, 4.975)) == (LETHAL_OBSTACLE, LETHAL_OBSTACLE)
+    seen.clear(("obstacle_layer",))
+    assert seen.is_current(1.0)
+    observe(seen, POSE, ahead(0.8), 2.0)
+    assert (cost_at(seen, 1.83), cost_at(seen, 4.975, 4.975)) == (LETHAL_OBSTACLE, NO_INFORMATION)
+    assert cost_at(seen, 2.03) != LETHAL_OBSTACLE
+    seen.clear()
+    assert not seen.is_current(2.0)
+    observe(seen, POSE, ahead(0.8), 3.0)
+    assert cost_at(seen, 4.975, 4.975) == LETHAL_OBSTACLE
+
+
+def test_a_named_voxel_layer_keeps_its_voxels():
+    def marked(*plugins):
+        seen = server("local", release="lyrical", plugins=("voxel_layer", "inflation_layer"))
+        observe(seen, POSE, ahead(1.0), 0.0)
+        seen.clear(plugins)
+        return seen._layered.layer("voxel_layer")
+
+    assert (marked("voxel_layer").costs != LETHAL_OBSTACLE).all()
+    assert (marked("voxel_layer").columns != marked().columns).any()
+
+
+@pytest.mark.parametrize(
+    ("release", "changes", "message"),
+    [
+        ("jazzy", {"local_clear_plugins": ["voxel_layer"]}, "bt.local_clear_plugins: clears of Nav2 Jazzy name no"),
+        ("lyrical", {"global_clear_plugins": ["static_layer"]}, "expected obstacle_layer, got 'static_layer'"),
+        ("lyrical", {"local_clear_plugins": ["obstacle_layer"]}, "expected voxel_layer, got 'obstacle_layer'"),
+    ],
+)
+def test_a_clear_that_fails_in_nav2_is_refused(release, changes, message):
+    preset = load_preset(release)
+    with pytest.raises(ConfigError, match=message):
+        preset.replace(bt=preset.bt.replace(**changes))
+
+
+def test_the_trees_clears_name_their_layers():
+    preset = load_preset("lyrical")
+    preset = preset.replace(bt=preset.bt.replace(global_clear_plugins=["obstacle_layer"]))
+    assert (preset.bt.plugins_to_clear("local"), preset.bt.plugins_to_clear("global")) == ((), ("obstacle_layer",))
 
 
 def test_a_cleared_costmap_is_not_current_until_its_next_regular_update():
