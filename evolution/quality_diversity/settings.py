@@ -13,7 +13,7 @@ from gym_mapbench.settings import OptionError, Settings
 
 MOST_AXES = 2
 Ratio = Annotated[float, Field(gt=1.0, le=100.0)]
-Cells = Annotated[int, Field(ge=3, le=101)]
+CellsOfAxis = Annotated[int, Field(ge=3, le=101)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
@@ -34,7 +34,7 @@ class AtlasSettings(Settings):
 
     runs: Count = 1000
     pairs: tuple[str, ...] = ()
-    cells: Cells = 15
+    cells: CellsOfAxis = 15
     largest_ratio: Ratio = 4.0
     repeats: Few = 3
     held_out_seeds: Few = 5
