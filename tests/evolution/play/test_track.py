@@ -11,7 +11,7 @@ import pytest
 from evolution.driving import JobPlan, Resources, run_job
 from evolution.play.newest import Newest
 from evolution.play.streaming import CancelledError
-from evolution.play.track import Track
+from evolution.play.track import Track, ignore
 from tests.evolution.play.fake_runs import count, go_on, hang
 
 
@@ -19,9 +19,9 @@ def always():
     return True
 
 
-def run_cancelled(track, function, jobs):
+def run_cancelled(track, function, jobs, on_message=ignore):
     with pytest.raises(CancelledError):
-        track.run(function, jobs, always)
+        track.run(function, jobs, always, on_message)
 
 
 @pytest.fixture
@@ -70,14 +70,15 @@ def test_a_new_batch_ends_the_one_under_way(track, jobs):
     assert [result.outcome for result in results] == ["goal"] * len(jobs)
 
 
-def test_a_cancelled_run_leaves_its_worker_alive(track, jobs):
-    (first,) = track.run(count, jobs[:1], always)
-    thread = threading.Thread(target=run_cancelled, args=(track, go_on, jobs))
+def test_a_cancelled_run_leaves_its_worker_alive(track, jobs, monkeypatch):
+    monkeypatch.setattr("evolution.play.track.END_SECONDS", 30.0)
+    before, begun = track.run(count, jobs, always), threading.Event()
+    thread = threading.Thread(target=run_cancelled, args=(track, go_on, jobs, lambda _job, _part: begun.set()))
     thread.start()
-    time.sleep(0.3)
-    results = track.run(count, jobs, always)
+    assert begun.wait(30.0)
+    after = track.run(count, jobs, always)
     thread.join()
-    assert first.reason in {result.reason for result in results}
+    assert {result.reason for result in after} <= {result.reason for result in before}
 
 
 def test_a_run_that_does_not_end_is_killed(track, jobs):
