@@ -84,7 +84,10 @@ def is_near_body(robots, i, v, poses, radii, pace, drive, ticks):
     robot, can = robots[i], drive[0]
     speed = max(abs(clip(v, -can.reverse, can.forward)), abs(robot.wheel_v))
     reach = can.radius + MARGIN + ticks * (pace + speed * can.tick)
-    return meets(poses, radii, robot.x, robot.y, reach).any()
+    met = False
+    for k in range(len(radii)):
+        met = met or meets(poses[k], radii[k], robot.x, robot.y, reach)
+    return met
 
 
 @kernel
@@ -100,7 +103,10 @@ def bodies_near(poses, radii, pace, x, y, drive, ticks):
         drive: ``(1,)`` DRIVE of the robot.
         ticks: Number of physics steps.
     """
-    return np.flatnonzero(meets(poses, radii, x, y, reach_of_robot(drive[0], pace, ticks)))
+    near, reach = np.empty(len(radii), np.bool_), reach_of_robot(drive[0], pace, ticks)
+    for k in range(len(radii)):
+        near[k] = meets(poses[k], radii[k], x, y, reach)
+    return np.flatnonzero(near)
 
 
 @kernel
@@ -137,13 +143,10 @@ def drive_robot_among(robots, boxes, i, v, w, ticks, drive, grounds, walls, pose
 
 
 @kernel
-def meets(poses, radii, x, y, reach):
-    """Return which bodies are within ``reach`` (m) of a point, ``(n,)`` bool."""
-    met = np.empty(len(radii), np.bool_)
-    for k in range(len(radii)):
-        dx, dy = poses[k, 0] - x, poses[k, 1] - y
-        met[k] = radii[k] > 0.0 and is_near(dx, dy, reach + radii[k]) and math.hypot(dx, dy) - radii[k] <= reach
-    return met
+def meets(pose, radius, x, y, reach):
+    """Return whether a body ``(3,)`` is within ``reach`` (m) of a point."""
+    dx, dy = pose[0] - x, pose[1] - y
+    return radius > 0.0 and is_near(dx, dy, reach + radius) and math.hypot(dx, dy) - radius <= reach
 
 
 @kernel
