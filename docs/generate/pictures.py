@@ -223,6 +223,24 @@ def heldout() -> Any:
     return figure
 
 
+def evolve() -> Any:
+    """Draw the held-out fitness of the study ``evolve``: one line for each seed, from random sampling to evolution."""
+    values: dict[str, list[float]] = {"random": [], "ours": []}
+    for row in csv.DictReader((ROOT / "docs" / "concepts" / "evolve.csv").read_text(encoding="utf-8").splitlines()):
+        values[row["search"]].append(float(row["held_out_fitness"]))
+    figure, (axes,) = new_figure(width=7.5, height=2.6)
+    for pair in zip(*values.values(), strict=True):
+        axes.plot(pair, [0, 1], ".-", color=colour_of("ab", "a"), alpha=0.6, linewidth=0.8)
+    for place, of_search in enumerate(values.values()):
+        axes.plot(np.median(of_search), place, "D", color=colour_of("ab", "b"), label="" if place else "median")
+    axes.set_yticks([0, 1], ["random sampling", "offspring of the archive"])
+    axes.set_ylim(-0.4, 1.4)
+    axes.set_xlabel("held-out fitness (lower is better)")
+    axes.legend(loc="upper left", frameon=False, fontsize=8)
+    axes.grid(axis="x", alpha=0.3)
+    return figure
+
+
 def _held_out_fitness() -> dict[str, list[float]]:
     """Return the held-out fitness of searches with noise, by method."""
     groups: dict[str, list[float]] = {}
@@ -259,6 +277,7 @@ PICTURES: dict[str, Callable[[], Any]] = {
     "motifs": motifs,
     "validation": validation,
     "heldout": heldout,
+    "evolve": evolve,
     "metrics": metrics,
     "set_lorenz": lambda: solved_lorenz_figure(load_run(KEPT / "quick").best_results["maps"]),
 }
