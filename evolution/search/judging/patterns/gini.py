@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +21,10 @@ def gini(times: Times) -> float:
     Args:
         times: One value >= 0 per controller; equal for all, zeros included, gives 0.
     """
-    ordered = np.sort(np.asarray(times, dtype=np.float64))
-    n, total = len(ordered), float(ordered.sum())
+    n, total = len(times), float(sum(ordered := sorted(times)))
     if total == 0.0:
         return 0.0
-    weighted = float((np.arange(1, n + 1) * ordered).sum())
+    weighted = float(sum(rank * time for rank, time in enumerate(ordered, start=1)))
     return max(2.0 * weighted / (n * total) - (n + 1) / n, 0.0)  # equal times may round to just below zero
 
 
@@ -34,10 +34,12 @@ def gini_fitness(ginis: Sequence[float], epsilon: float = 1e-8, unevenness_weigh
     It is the spread minus ``unevenness_weight`` times the population variance of the gaps; -1000 for
     fewer than two coefficients, or if two of them are ``epsilon`` or less apart.
     """
-    deltas = np.diff(np.sort(np.asarray(ginis, dtype=np.float64)))
-    if len(deltas) == 0 or (deltas <= epsilon).any():
+    deltas = [high - low for low, high in pairwise(sorted(ginis))]
+    if not deltas or min(deltas) <= epsilon:
         return NO_PATTERN
-    return float(deltas.sum() - unevenness_weight * deltas.var())
+    spread, count = sum(deltas), len(deltas)
+    apart = [delta - spread / count for delta in deltas]
+    return float(spread - unevenness_weight * (sum(one * one for one in apart) / count))
 
 
 class Gini(Pattern):
