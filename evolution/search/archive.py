@@ -18,7 +18,6 @@ from evolution.search.judging import (
     MapResults,
     Names,
     best_of_judged,
-    finished_trials,
     is_solved,
     judge_map,
     repeats_of,
@@ -123,12 +122,8 @@ class Archive:
         return {digest: self.results(digest) for digest in self.scenarios if self.repeats_of(digest)}
 
     def results_of(self, map_set: MapSet) -> SetResults:
-        """Return the results of a set of evaluated maps, without the later repeats that no stage has finished."""
-        return tuple(finished_trials(self.results(scenario.world_digest)) for scenario in map_set)
-
-    def missing(self, digest: str, repeats: int) -> int:
-        """Return the number of runs until each controller has a number of runs on a map."""
-        return sum(max(repeats - len(runs), 0) for runs in self._runs[digest])
+        """Return the results of a set of evaluated maps."""
+        return tuple(self.results(scenario.world_digest) for scenario in map_set)
 
     def repeats_of(self, digest: str) -> int:
         """Return the number of repeats of a map."""

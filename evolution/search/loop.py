@@ -265,7 +265,7 @@ class _Search:
     def _expected_gain(self, trial: Trial) -> float:
         """Return by how much a mutation improved the best expected set; at most the weight of a pattern."""
         before, after = ([one.world_digest for one in some] for some in (trial.before, trial.after))
-        if not set(after) <= set(self.expectations.known):
+        if not all(self.archive.is_solved(name) for name in after):
             return 0.0
         gain = self.expectations.value_of(tuple(before)) - self.expectations.value_of(tuple(after))
         return min(gain, self.settings.judging.pattern_weight)

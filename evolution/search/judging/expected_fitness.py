@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 
 from evolution.search.judging.equation import gain
 from evolution.search.judging.exact import Names
-from evolution.search.judging.fitness import Fitness
+from evolution.search.judging.fitness import Fitness, scores_of
 from evolution.search.judging.map_results import (
     MapResults,
     failed_trials,
     is_solved,
     repeats_of,
-    runs_by_repeat,
+    singles_of,
     solved_trials,
     without_failed_trials,
 )
@@ -81,12 +81,9 @@ def estimates_of(
     """
     values = shrunken_values(maps, parents, fitness)
     expected = {name: float(fitness.kind.score(some)) for name, some in values.items()}
-    allowed = {name: of_map for name, of_map in maps.items() if failures or not failed_trials(of_map)}
-    solved = {name: without_failed_trials(one) for name, one in allowed.items() if is_solved(solved_trials(one))}
-    scores = {
-        name: expected_scores(solved[name], values[name], fitness) if name in solved else [expected[name]]
-        for name in maps
-    }
+    solved = {name: solved_trials(of_map) for name, of_map in maps.items() if is_solved(of_map) or failures}
+    solved = {name: of_map for name, of_map in solved.items() if is_solved(of_map)}
+    scores = {name: scores_of(solved[name], fitness) if name in solved else [expected[name]] for name in maps}
     places = places_of(maps, scores)
     deviations, in_time = deviations_of(scores, places), chances_in_time(solved, places, fitness.time_limit)
     goals = chances_of_goals(maps, places)
@@ -95,27 +92,6 @@ def estimates_of(
         for name, of_map in maps.items()
         if all(run.success for runs in of_map for run in (runs[:1] if failures else runs))
     }
-
-
-def expected_scores(of_map: MapResults, values: Sequence[float], fitness: Fitness) -> list[float]:
-    """Return the score of each repeat of a map; a controller that lacks a run counts with its expected value.
-
-    Args:
-        of_map: Results without failures; controllers may lack runs.
-        values: The expected value of each controller.
-        fitness: Judges sets.
-    """
-    return [
-        float(
-            fitness.kind.score(
-                [
-                    fitness.value_of(runs[number : number + 1]) if number < len(runs) else expected
-                    for runs, expected in zip(of_map, values, strict=True)
-                ]
-            )
-        )
-        for number in range(repeats_of(of_map))
-    ]
 
 
 def places_of(maps: Mapping[str, MapResults], scores: OfRepeats) -> Places:
@@ -227,12 +203,12 @@ def chances_in_time(maps: Mapping[str, MapResults], places: Places, time_limit: 
     The logarithms of its times are modelled as normally distributed, with the deviation of :func:`deviations_of`.
 
     Args:
-        maps: Results of solved maps, by name; controllers may lack runs.
+        maps: Results of solved maps, by name.
         places: What makes them similar (:func:`places_of`).
         time_limit: Simulated seconds.
     """
     slowest = {
-        name: [float(np.log(max(run.time_s for run in runs))) for runs in runs_by_repeat(of_map)]
+        name: [float(np.log(max(run.time_s for (run,) in single))) for single in singles_of(of_map)]
         for name, of_map in maps.items()
     }
     deviations = deviations_of(slowest, places)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from evolution.search.archive import GoingOn
 from evolution.search.budget import Budget
 from evolution.search.expectations import Expectations
 from evolution.search.judging import Fitness, Judgement, Names, finished_trials, repeats_of, solved_trials
@@ -89,8 +88,7 @@ class _Candidates:
         self.expectations.update()
         while self.archive.count < most and self.expectations.best and (wanted := self._next()):
             self.before |= {name: self.archive.repeats_of(name) for name in wanted if name not in self.before}
-            needed = set(self.expectations.best)
-            if not self._drive(wanted, self.stage.seeds + self.stage.held_out_seeds, needed.intersection):
+            if not self._drive(wanted, self.stage.seeds + self.stage.held_out_seeds):
                 break
             self.expectations.update()
 
@@ -110,8 +108,7 @@ class _Candidates:
         best = [name for name in self.expectations.best if self._seeds(name) < self.stage.seeds]
         others = self.expectations.substitutes(self._complete)
         rivals = [name for name in others if self._begun(name) < self.stage.seeds][: self.size]
-        finished = {name: self.archive.repeats_of(name) - self._begun(name) + self._seeds(name) + 1 for name in best}
-        return finished | {name: self.archive.repeats_of(name) + 1 for name in rivals}
+        return {name: self.archive.repeats_of(name) + 1 for name in (*best, *rivals)}
 
     @property
     def _complete(self) -> list[str]:
@@ -122,19 +119,18 @@ class _Candidates:
         """Return the number of held-out seeds of a map with which every controller drove or one failed."""
         if name not in self.before:
             return 0
-        return max(repeats_of(finished_trials(self.archive.results(name))) - self.before[name], 0)
+        return repeats_of(finished_trials(self.archive.results(name))) - self.before[name]
 
     def _begun(self, name: str) -> int:
         """Return the number of held-out seeds of a map with which any controller drove."""
         return self.archive.repeats_of(name) - self.before.get(name, self.archive.repeats_of(name))
 
-    def _drive(self, wanted: Mapping[str, int], reserve: int, going_on: GoingOn | None = None) -> bool:
+    def _drive(self, wanted: Mapping[str, int], reserve: int) -> bool:
         """Drive maps until each has a number of repeats.
 
         Args:
             wanted: For each map the number of repeats.
             reserve: Seeds of a whole set whose runs are reserved for later steps.
-            going_on: See :meth:`Archive.drive`.
 
         Returns:
             Whether the runs suffice; nothing is driven where they do not.
@@ -142,5 +138,5 @@ class _Candidates:
         reserved = self.budget.controllers * self.size * reserve
         if self.budget.cost_of(wanted) + reserved > self.budget.all_runs:
             return False
-        self.archive.drive(wanted, going_on=going_on)
+        self.archive.drive(wanted)
         return True
