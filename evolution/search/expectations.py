@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from evolution.search.archive import Archive, best_by_exchange
 from evolution.search.judging import Fitness, Names, is_solved, solved_trials
@@ -79,24 +78,16 @@ class Expectations:
         return sorted(self.known, key=lambda name: self.value_in(role, name))
 
     def potentials(self) -> dict[str, float]:
-        """Return how good the best set would be with each known map in its best role if the map were as hoped."""
-        return {name: min(values) for name, values in self._hopes().items()}
-
-    def possible_gains(self) -> NDArray[np.float64]:
-        """Return for each role by how much a known map, if it were as hoped, would improve the best set; at least 0."""
-        hopes = np.array(list(self._hopes().values()))
-        return np.maximum(self.value_of(self.best) - hopes.min(axis=0), 0.0)
-
-    def _hopes(self) -> dict[str, list[float]]:
-        """Return for each known map the fitness of the best set with it in each role if the map were as hoped.
+        """Return how good the best set would be with each known map in its best role if the map were as hoped.
 
         A map with one repeat is hoped to be steady and never to fail. With ``n`` repeats the hope is ``1/n`` of that.
         """
-        found, of_best = {}, {other: self.estimates[other] for other in self.best}
+        found = {}
         for name in self.known:
             one, doubt = self.estimates[name], 1.0 - 1.0 / self.archive.repeats_of(name)
             hoped = one._replace(deviation=doubt * one.deviation, success=1.0 - doubt * (1.0 - one.success))
-            found[name] = [self._value_in(role, name, {**of_best, name: hoped}) for role in range(self.size)]
+            of_best = {other: self.estimates[other] for other in self.best}
+            found[name] = min(self._value_in(role, name, {**of_best, name: hoped}) for role in range(self.size))
         return found
 
     def substitutes(self, verified: Iterable[str]) -> list[str]:

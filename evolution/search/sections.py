@@ -46,7 +46,8 @@ class ValidationSettings(Settings):
     """How the best maps are validated on held-out seeds before the best set is named.
 
     Args:
-        seeds: Held-out seeds of every candidate, used one after the other; the chosen set gets as many again.
+        seeds: Held-out seeds of every candidate, used one after the other until it fails once; the chosen set gets as
+            many again.
         candidates: The stage has this number times ``seeds`` to distribute: they go to the maps that the best expected
             set needs or might be better with, so maps that turn out weak or unsteady get fewer.
         held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.

@@ -100,31 +100,6 @@ def test_a_map_with_one_repeat_is_hoped_to_be_steady():
         assert potential <= min(values) + 1e-9
 
 
-def test_the_possible_gain_is_largest_in_the_role_that_an_unsteady_map_could_fill():
-    expectations = expectations_of()
-    archive = expectations.archive
-    archive.drive(dict.fromkeys(archive.scenarios, 6))
-    expectations.update()
-    gains = expectations.possible_gains()
-    assert gains.shape == (3,)
-    assert (gains >= 0).all()
-    assert int(np.argmax(gains)) == 2
-    assert gains.max() == pytest.approx(
-        expectations.value_of(expectations.best) - min(expectations.potentials().values())
-    )
-
-
-def test_most_offspring_are_made_for_the_role_with_the_largest_possible_gain(monkeypatch):
-    expectations = expectations_of()
-    monkeypatch.setattr(expectations, "possible_gains", lambda: np.array([0.0, 0.5, 1.5]))
-    made = mating_of(expectations)
-    made.do(None, None, 200, random_state=np.random.default_rng(0))
-    roles = np.bincount([trial.role for trial in made.mutation.trials], minlength=3) / len(made.mutation.trials)
-    assert roles == pytest.approx([0.05, 0.05 + 0.85 / 4, 0.05 + 0.85 * 3 / 4], abs=0.1)
-    monkeypatch.setattr(expectations, "possible_gains", lambda: np.zeros(3))
-    assert made._chances() == pytest.approx([1 / 3] * 3)
-
-
 def test_substitutes_might_be_needed_instead_of_a_map_of_the_best_set():
     expectations = expectations_of()
     substitutes = expectations.substitutes(expectations.known)
