@@ -50,7 +50,6 @@ class CostmapServer:
         self._published: Costmap | None = None
         self._published_at = -NEVER
         self._lidar = lidar
-        self._measured = b""
         self._is_buffered = True
 
     @property
@@ -76,19 +75,19 @@ class CostmapServer:
 
         Args:
             pose: Pose of the robot, in the costmap's frame.
-            scan: ``(beams,)`` ranges, m. If all of them equal the last ones, it is still the last scan, taken at the
-                pose at which it first came.
+            scan: ``(beams,)`` ranges, m, of a scan that is taken now; None for no new scan.
             on_map: The same pose in the map's frame; None where this is the costmap's frame.
 
         Raises:
             ConfigError: If the number of ranges is not the number of the lidar's beams.
         """
-        if scan is not None and len(scan) != self._lidar.beams:
-            raise ConfigError(f"scan: expected {self._lidar.beams} ranges, one a beam, got {len(scan)}")
         self._pose, self._on_map = pose, on_map
-        if scan is not None and (measured := scan.tobytes()) != self._measured:  # a seventh of array_equal's time
-            self._measured, self._scan, self._is_buffered = measured, scan, False
-            self._taken_at = self._lidar.sensor_pose(pose)
+        if scan is None:
+            return
+        if len(scan) != self._lidar.beams:
+            raise ConfigError(f"scan: expected {self._lidar.beams} ranges, one a beam, got {len(scan)}")
+        self._scan, self._is_buffered = scan, False
+        self._taken_at = self._lidar.sensor_pose(pose)
 
     def advance(self, now: float) -> Sequence[SpeedLimit]:
         """Update the costmap if that is due at ``now`` (s), and publish it if that is due then.

@@ -58,7 +58,7 @@ def test_a_costmap_takes_the_newest_scan_when_it_is_updated():
 def test_a_scan_that_is_held_stays_where_it_was_taken():
     seen = server("local")
     observe(seen, POSE, ahead(1.0), 0.0)
-    observe(seen, Pose(1.325, 1.025), ahead(1.0), 0.2)
+    observe(seen, Pose(1.325, 1.025), None, 0.2)
     assert cost_at(seen, 2.03) == LETHAL_OBSTACLE
     assert cost_at(seen, 2.33) != LETHAL_OBSTACLE
     observe(seen, Pose(1.325, 1.025), ahead(1.01), 0.4)
