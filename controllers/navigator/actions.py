@@ -115,6 +115,9 @@ class ActionServer:
     Args:
         executor: What it executes.
         latency: How long messages take.
+
+    Attributes:
+        next_time: When the server has something to do, s, as far as is known now.
     """
 
     def __init__(self, executor: Executor, latency: Latency) -> None:
@@ -124,40 +127,40 @@ class ActionServer:
         self._arriving: deque[GoalHandle] = deque()
         self._current: GoalHandle | None = None
         self._pending: GoalHandle | None = None
-
-    @property
-    def next_time(self) -> float:
-        """When the server has something to do, s, as far as is known now."""
-        arrival = self._arriving[0].arrives if self._arriving else NEVER
-        if self._current is None:
-            return arrival
-        return min(arrival, self.executor.next_time, self._prompt_cancel(self._current))
+        self.next_time = NEVER
 
     def send(self, goal: Any, now: float) -> GoalHandle:
         """Send a goal to the server."""
         arrives = now + self._latency.message
         handle = GoalHandle(goal, now, arrives, answered=arrives + self._latency.message)
         self._arriving.append(handle)
+        self.next_time = self._find_next_time()
         return handle
 
     def request_cancel(self, handle: GoalHandle, now: float) -> float:
         """Ask the server to cancel a goal; returns when its answer comes, s."""
         handle.cancel_arrives = now + self._latency.message
+        self.next_time = self._find_next_time()
         return handle.cancel_arrives + self._latency.message
 
     def advance(self, now: float) -> None:
         """Do all that is due until ``now``, s."""
-        if self._current is None and not self._arriving:
-            return
         while (time := self.next_time) <= now + TIME_RESOLUTION:
             if self._arriving and self._arriving[0].arrives <= time and (self._is_ideal or self._is_idle(time)):
                 self._receive(self._arriving.popleft(), time)
             else:
                 self._work(time)
+            self.next_time = self._find_next_time()
 
     def end(self, handle: GoalHandle, outcome: Outcome, now: float) -> None:
         """End a goal."""
         handle.outcome, handle.ended = outcome, now + outcome.delay
+
+    def _find_next_time(self) -> float:
+        arrival = self._arriving[0].arrives if self._arriving else NEVER
+        if self._current is None:
+            return arrival
+        return min(arrival, self.executor.next_time, self._prompt_cancel(self._current))
 
     def _is_in_time(self, arrival: float, now: float) -> bool:
         """Whether a message that has come counts for a cycle; one that comes with the beginning of it is too late."""

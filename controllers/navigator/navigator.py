@@ -54,6 +54,7 @@ from controllers.navigator.velocity_smoother import VelocitySmoother
 from gym_mapbench.costmap import Costmap, CostmapParams
 from gym_mapbench.env.render import SeenCostmap
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.kernels.frames import relate as relate_poses
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Event, Outcome
 from gym_mapbench.planners import make_planner
 from gym_mapbench.world.footprint import Footprint
@@ -78,7 +79,7 @@ class Measured:
     @property
     def map_in_local(self) -> Pose:
         """Pose of the map's frame in the local costmap's frame, from the robot's two poses."""
-        return relate(self.pose, self.local_pose)
+        return Pose(*relate_poses(*self.pose, *self.local_pose))
 
 
 class Navigator:
@@ -328,8 +329,9 @@ class Navigator:
         robot, odom, scan = self._robot, Pose(*_floats(observation["odom"])), self._new_scan(observation)
         robot.pose, robot.odometry = Pose(*_floats(observation["pose"])), Twist(*_floats(observation["velocity"]))
         robot.local_pose = odom if self._local_in_odom else robot.pose
-        self._global_costmap.observe(robot.pose, scan)
-        self._local_costmap.observe(robot.local_pose, scan, robot.pose)
+        if scan is not None:
+            self._global_costmap.observe(robot.pose, scan)
+            self._local_costmap.observe(robot.local_pose, scan)
         if self._monitor is not None:
             self._monitor.observe(odom, observation["scan"])
 
@@ -345,9 +347,11 @@ class Navigator:
         """Update the costmaps if that is due; the follower gets the speed limits that their filters publish."""
         if now < self._costmaps_due - TIME_RESOLUTION:
             return
-        for costmap in (self._global_costmap, self._local_costmap):
-            for limit in costmap.advance(now):
-                self._set_speed_limit(*limit)
+        robot = self._robot
+        from_global = self._global_costmap.advance(now, robot.pose)
+        from_local = self._local_costmap.advance(now, robot.local_pose, robot.pose)
+        for limit in (*from_global, *from_local):
+            self._set_speed_limit(*limit)
         self._costmaps_due = min(self._global_costmap.next_update, self._local_costmap.next_update)
 
     def _advance_servers(self) -> None:

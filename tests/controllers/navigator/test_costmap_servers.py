@@ -39,8 +39,9 @@ def server(which="global", grid=ROOM, lidar=LIDAR, **changes):
 
 
 def observe(costmap_server, pose, ranges, now):
-    costmap_server.observe(pose, ranges)
-    costmap_server.advance(now)
+    if ranges is not None:
+        costmap_server.observe(pose, ranges)
+    costmap_server.advance(now, pose)
 
 
 def cost_at(costmap_server, x, y=1.025):
