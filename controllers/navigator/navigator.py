@@ -54,7 +54,6 @@ from controllers.navigator.velocity_smoother import VelocitySmoother
 from gym_mapbench.costmap import Costmap, CostmapParams
 from gym_mapbench.env.render import SeenCostmap
 from gym_mapbench.errors import ConfigError
-from gym_mapbench.kernels.frames import relate as relate_poses
 from gym_mapbench.metrics.episode import RECOVERY_KINDS, Event, Outcome
 from gym_mapbench.planners import make_planner
 from gym_mapbench.world.footprint import Footprint
@@ -79,7 +78,7 @@ class Measured:
     @property
     def map_in_local(self) -> Pose:
         """Pose of the map's frame in the local costmap's frame, from the robot's two poses."""
-        return Pose(*relate_poses(*self.pose, *self.local_pose))
+        return relate(self.pose, self.local_pose)
 
 
 class Navigator:
@@ -356,9 +355,11 @@ class Navigator:
 
     def _advance_servers(self) -> None:
         """Do what the servers had to do since the last tick."""
-        self._update_costmaps(self._now)
+        now = self._now
+        self._update_costmaps(now)
         for server in self._servers.actions:
-            server.advance(self._now)
+            if server.next_time <= now + TIME_RESOLUTION:
+                server.advance(now)
 
     def _clear(self, which: str) -> float:
         """Clear a costmap; returns how long the service takes."""

@@ -11,16 +11,14 @@ from numpy.typing import NDArray
 from gym_mapbench.kernels.frames import compose as compose_kernel
 from gym_mapbench.kernels.frames import move_path
 from gym_mapbench.kernels.frames import relate as relate_kernel
-from gym_mapbench.kernels.jit import plain
 from gym_mapbench.world.scenario import Pose
 
-_compose, _relate = plain(compose_kernel), plain(relate_kernel)
 IDENTITY = Pose(0.0, 0.0, 0.0)
 
 
 def compose(frame: Pose, pose: Pose) -> Pose:
     """Transform ``pose`` from ``frame`` into the frame in which ``frame`` itself is given; m, rad in (-pi, pi]."""
-    return Pose(*_compose(*frame, *pose))
+    return Pose(*compose_kernel(*frame, *pose))
 
 
 def relate(here: Pose, there: Pose) -> Pose:
@@ -33,7 +31,7 @@ def relate(here: Pose, there: Pose) -> Pose:
     Returns:
         The pose of the first frame in the other; exactly the identity where ``here`` equals ``there``.
     """
-    return Pose(*_relate(*here, *there))
+    return Pose(*relate_kernel(*here, *there))
 
 
 def transform_path(frame: Pose, path: NDArray[np.float64]) -> NDArray[np.float64]:
