@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from controllers.navigator.actions import ActionServer, GoalHandle, Outcome, Result
-from controllers.navigator.behavior_tree import Node, Status
+from controllers.navigator.behavior_tree import Node, Rest, Status
 from controllers.navigator.latency import Latency
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION, Clock
 
@@ -68,6 +68,10 @@ class ActionNode(Node):
         self._spin(self._clock.now)
         return Status.RUNNING if self._outcome is None else self._end(self._outcome)
 
+    def rest(self) -> Rest | None:
+        """Rest until there is a message, once the goal has been answered; for a newer goal, another node is ticked."""
+        return Rest(NEVER, self._has_news) if self._awaited is None else None
+
     def halt(self) -> None:
         """Cancel the goal, and wait a little for the answer and then for the result."""
         if self.status is not Status.RUNNING:
@@ -80,6 +84,12 @@ class ActionNode(Node):
         self._spin_until(lambda: False, min(answered, self._clock.now + self._patience))
         self._spin_until(lambda: goal not in self._accepted, self._clock.now + self._patience)
         self.on_result(Outcome(Result.CANCELED))
+
+    def _has_news(self) -> bool:
+        """Let the server work until now; whether a message has come."""
+        now = self._clock.now
+        self._server.advance(now)
+        return self._next_message() <= now + TIME_RESOLUTION
 
     def _take_result(self, handle: GoalHandle) -> None:
         """Take a result that has come; only that of the goal in force counts."""
@@ -142,8 +152,11 @@ class ActionNode(Node):
 
     def _next_message(self) -> float:
         """When the next message comes, s, as far as is known now."""
-        answer = self._sent[0].answered if self._sent else NEVER
-        return min(answer, min(map(self._result_comes, self._accepted), default=NEVER))
+        soonest = self._sent[0].answered if self._sent else NEVER
+        for handle in self._accepted:
+            if handle.ended < NEVER:
+                soonest = min(soonest, self._result_comes(handle))
+        return soonest
 
     def _take_message(self) -> None:
         """Take the next message: the answer to a goal, or a result."""

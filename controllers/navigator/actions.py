@@ -115,61 +115,66 @@ class ActionServer:
     Args:
         executor: What it executes.
         latency: How long messages take.
+
+    Attributes:
+        next_time: When the server has something to do, s, as far as is known now.
     """
 
     def __init__(self, executor: Executor, latency: Latency) -> None:
         self.executor = executor
         self._latency = latency
+        self._is_ideal = latency.is_ideal
         self._arriving: deque[GoalHandle] = deque()
         self._current: GoalHandle | None = None
         self._pending: GoalHandle | None = None
-
-    @property
-    def next_time(self) -> float:
-        """When the server has something to do, s, as far as is known now."""
-        arrival = self._arriving[0].arrives if self._arriving else NEVER
-        work = NEVER if self._current is None else self.executor.next_time
-        return min(arrival, work, self._prompt_cancel())
+        self.next_time = NEVER
 
     def send(self, goal: Any, now: float) -> GoalHandle:
         """Send a goal to the server."""
         arrives = now + self._latency.message
         handle = GoalHandle(goal, now, arrives, answered=arrives + self._latency.message)
         self._arriving.append(handle)
+        self.next_time = self._find_next_time()
         return handle
 
     def request_cancel(self, handle: GoalHandle, now: float) -> float:
         """Ask the server to cancel a goal; returns when its answer comes, s."""
         handle.cancel_arrives = now + self._latency.message
+        self.next_time = self._find_next_time()
         return handle.cancel_arrives + self._latency.message
 
     def advance(self, now: float) -> None:
         """Do all that is due until ``now``, s."""
-        if self._current is None and not self._arriving:
-            return
         while (time := self.next_time) <= now + TIME_RESOLUTION:
-            if self._arriving and self._arriving[0].arrives <= time and (self._latency.is_ideal or self._is_idle(time)):
+            if self._arriving and self._arriving[0].arrives <= time and (self._is_ideal or self._is_idle(time)):
                 self._receive(self._arriving.popleft(), time)
             else:
                 self._work(time)
+            self.next_time = self._find_next_time()
 
     def end(self, handle: GoalHandle, outcome: Outcome, now: float) -> None:
         """End a goal."""
         handle.outcome, handle.ended = outcome, now + outcome.delay
 
+    def _find_next_time(self) -> float:
+        arrival = self._arriving[0].arrives if self._arriving else NEVER
+        if self._current is None:
+            return arrival
+        return min(arrival, self.executor.next_time, self._prompt_cancel(self._current))
+
     def _is_in_time(self, arrival: float, now: float) -> bool:
         """Whether a message that has come counts for a cycle; one that comes with the beginning of it is too late."""
-        return arrival <= now if self._latency.is_ideal else arrival < now - TIME_RESOLUTION
+        return arrival <= now if self._is_ideal else arrival < now - TIME_RESOLUTION
 
     def _is_idle(self, now: float) -> bool:
         """Whether no step is due: a goal that comes with the beginning of a cycle is too late for that cycle."""
         return self._current is None or self.executor.next_time > now + TIME_RESOLUTION
 
-    def _prompt_cancel(self) -> float:
+    def _prompt_cancel(self, current: GoalHandle) -> float:
         """When a cancellation is looked at without waiting for the next cycle, s."""
-        if not self._latency.is_ideal or self._current is None or not self.executor.listens:
+        if current.cancel_arrives == NEVER or not (self._is_ideal and self.executor.listens):
             return NEVER
-        return self._current.cancel_arrives
+        return current.cancel_arrives
 
     def _receive(self, handle: GoalHandle, now: float) -> None:
         """Take a goal: begin it, or keep it until the running one is given up or ended."""
@@ -182,7 +187,7 @@ class ActionServer:
         if self._pending is not None:
             self.end(self._pending, Outcome(Result.ABORTED), now)
         self._pending = handle
-        if self._latency.is_ideal and self.executor.listens:
+        if self._is_ideal and self.executor.listens:
             self._replace(now)
 
     def _begin(self, handle: GoalHandle, now: float) -> None:
@@ -191,11 +196,15 @@ class ActionServer:
 
     def _work(self, now: float) -> None:
         """Look at cancellations and newer goals, then do a step."""
-        if self.executor.listens and (self._is_cancelled(now) or self._replace(now)):
+        if self._has_orders() and self.executor.listens and (self._is_cancelled(now) or self._replace(now)):
             return
         outcome = self.executor.step(now)
         if outcome is not None:
             self._finish(outcome, now)
+
+    def _has_orders(self) -> bool:
+        """Whether a newer goal or a cancellation is on its way to the running goal."""
+        return self._pending is not None or (self._current is not None and self._current.cancel_arrives < NEVER)
 
     def _is_cancelled(self, now: float) -> bool:
         """End all goals if the newest one is to be cancelled."""

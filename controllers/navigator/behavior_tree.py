@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from enum import Enum, auto
+from typing import NamedTuple
 
 from controllers.navigator.rate import TIME_RESOLUTION
 
@@ -21,6 +22,23 @@ class Status(Enum):
     RUNNING = auto()
     SUCCESS = auto()
     FAILURE = auto()
+
+
+def no_news() -> bool:
+    """Return False: a node that waits for its time alone gets no messages."""
+    return False
+
+
+class Rest(NamedTuple):
+    """Why a RUNNING node need not be ticked: a tick would only ask for news.
+
+    Args:
+        until: The time before which this holds, s.
+        has_news: Whether something has come meanwhile that a tick has to take.
+    """
+
+    until: float
+    has_news: Callable[[], bool] = no_news
 
 
 class Node(ABC):
@@ -38,6 +56,10 @@ class Node(ABC):
         if self.status is Status.RUNNING:
             self.halt()
         self.status = Status.IDLE
+
+    def rest(self) -> Rest | None:
+        """Return until when ticks of this RUNNING node would change nothing; None if any tick may change something."""
+        return None
 
     @abstractmethod
     def tick(self) -> Status:
@@ -178,6 +200,10 @@ class RecoveryNode(Control):
             self.retry_count += self._recovering
             self._recovering = not self._recovering
 
+    def rest(self) -> Rest | None:
+        """Rest as the first child does."""
+        return None if self._recovering else self.children[0].rest()
+
     def _ends_with(self, status: Status) -> bool:
         """Whether this result of the active child ends the node; otherwise it is the other child's turn."""
         if self._recovering:
@@ -210,6 +236,16 @@ class PipelineSequence(Control):
                 return status
         self.halt()
         return Status.SUCCESS
+
+    def rest(self) -> Rest | None:
+        """Rest as the child that was reached, unless the time of one before it comes first."""
+        reached = self.children[self._reached].rest()
+        for child in self.children[: self._reached]:
+            earlier = child.rest()
+            if reached is None or earlier is None or earlier.has_news is not no_news:
+                return None
+            reached = Rest(min(reached.until, earlier.until), reached.has_news)
+        return reached
 
     def halt(self) -> None:
         """Stop all children and begin with the first one next time."""
@@ -285,3 +321,9 @@ class RateController(Control):
         if status is Status.SUCCESS:
             self._start = self._clock()
         return status
+
+    def rest(self) -> Rest | None:
+        """Rest until the next period begins."""
+        (child,) = self.children
+        waits = self.status is Status.RUNNING and child.status is not Status.RUNNING
+        return Rest(self._start + self._period) if waits else None

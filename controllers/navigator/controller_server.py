@@ -92,6 +92,7 @@ class ControllerServer:
         self._follower, self._params, self._robot, self._costmap = follower, params, robot, costmap
         self._publish, self._computing_time = publish, computing_time
         self._abort_is_exception = abort_is_exception
+        self._noise_v, self._noise_w = params.min_x_velocity_threshold, params.min_theta_velocity_threshold
         self._goal_checker = goal_checker or make_goal_checker(params.goal_checker)
         self._progress_checker = make_progress_checker(params.progress_checker)
         self._rate = Rate(1.0 / params.controller_frequency, restarts=True)
@@ -217,9 +218,10 @@ class ControllerServer:
 
     def _without_noise(self, odometry: Twist) -> Twist:
         """Return the measured velocity with components below the thresholds set to 0."""
-        v = odometry.v if abs(odometry.v) > self._params.min_x_velocity_threshold else 0.0
-        w = odometry.w if abs(odometry.w) > self._params.min_theta_velocity_threshold else 0.0
-        return Twist(v, w)
+        v, w = odometry
+        if abs(v) > self._noise_v and abs(w) > self._noise_w:
+            return odometry
+        return Twist(v if abs(v) > self._noise_v else 0.0, w if abs(w) > self._noise_w else 0.0)
 
     def _is_patient_with(self, error: ControllerError | ControllerAbort, now: float) -> bool:
         """Whether the action goes on although the controller has no valid command."""

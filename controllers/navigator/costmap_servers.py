@@ -14,6 +14,7 @@ from controllers.navigator.costmap_wait import UpdateSchedule
 from controllers.navigator.rate import NEVER, TIME_RESOLUTION
 from gym_mapbench.costmap import Costmap, CostmapParams, LaserScan, LayeredCostmap, SpeedLimit
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.kernels.scan import publish_ranges
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.frames import IDENTITY, relate
 from gym_mapbench.world.gridmap import GridMap
@@ -21,10 +22,6 @@ from gym_mapbench.world.lidar import LidarSettings
 from gym_mapbench.world.scenario import Pose
 
 Ranges = NDArray[np.floating]
-
-HAIR = 32
-"""How much farther along the ray a hit is reported, in steps of single precision. The simulated lidar is exact: without
-noise its hits lie on the border of the wall's cell, and rounding would decide which cell they fall into."""
 
 
 class CostmapServer:
@@ -38,8 +35,6 @@ class CostmapServer:
     """
 
     _costmap: Costmap
-    _pose: Pose
-    _on_map: Pose | None
     _scan: Ranges
     _taken_at: Pose
 
@@ -50,7 +45,6 @@ class CostmapServer:
         self._published: Costmap | None = None
         self._published_at = -NEVER
         self._lidar = lidar
-        self._measured = b""
         self._is_buffered = True
 
     @property
@@ -71,34 +65,35 @@ class CostmapServer:
         """Whether the costmap, at ``now`` (s), has been updated since it was cleared."""
         return self._schedule.is_current(now)
 
-    def observe(self, pose: Pose, scan: Ranges | None, on_map: Pose | None = None) -> None:
-        """Take this step's measurements; the next update uses them.
+    def observe(self, pose: Pose, scan: Ranges) -> None:
+        """Take a new scan; the next update uses it.
 
         Args:
             pose: Pose of the robot, in the costmap's frame.
-            scan: ``(beams,)`` ranges, m. If all of them equal the last ones, it is still the last scan, taken at the
-                pose at which it first came.
-            on_map: The same pose in the map's frame; None where this is the costmap's frame.
+            scan: ``(beams,)`` ranges, m.
 
         Raises:
             ConfigError: If the number of ranges is not the number of the lidar's beams.
         """
-        if scan is not None and len(scan) != self._lidar.beams:
+        if len(scan) != self._lidar.beams:
             raise ConfigError(f"scan: expected {self._lidar.beams} ranges, one a beam, got {len(scan)}")
-        self._pose, self._on_map = pose, on_map
-        if scan is not None and (measured := scan.tobytes()) != self._measured:  # a seventh of array_equal's time
-            self._measured, self._scan, self._is_buffered = measured, scan, False
-            self._taken_at = self._lidar.sensor_pose(pose)
+        self._scan, self._is_buffered = scan, False
+        self._taken_at = self._lidar.sensor_pose(pose)
 
-    def advance(self, now: float) -> Sequence[SpeedLimit]:
+    def advance(self, now: float, pose: Pose, on_map: Pose | None = None) -> Sequence[SpeedLimit]:
         """Update the costmap if that is due at ``now`` (s), and publish it if that is due then.
+
+        Args:
+            now: The time, s.
+            pose: Pose of the robot, in the costmap's frame.
+            on_map: The same pose in the map's frame; None where this is the costmap's frame.
 
         Returns:
             The speed limits that the filters published meanwhile, in order.
         """
         if not self._schedule.is_due(now):
             return ()
-        self._update()
+        self._update(pose, on_map)
         if now - self._published_at > self._publish_period + TIME_RESOLUTION:
             self._published, self._published_at = self._costmap, now
         return self._layered.take_speed_limits()
@@ -112,17 +107,15 @@ class CostmapServer:
         if not plugins:
             self._schedule.clear()
 
-    def _update(self) -> None:
+    def _update(self, pose: Pose, on_map: Pose | None) -> None:
         if not self._is_buffered:
             self._layered.observe(self._message(self._scan, self._taken_at), self._taken_at)
             self._is_buffered = True
-        frame = IDENTITY if self._on_map is None else relate(self._pose, self._on_map)
-        self._costmap = self._layered.update(self._pose, frame)
+        frame = IDENTITY if on_map is None else relate(pose, on_map)
+        self._costmap = self._layered.update(pose, frame)
 
     def _message(self, scan: Ranges, taken_at: Pose) -> LaserScan:
-        """Return a scan as a driver would send it, with an infinite range for a beam that hits nothing."""
+        """Return a scan as a driver would publish it."""
         lidar = self._lidar
-        farthest = max(abs(taken_at.x), abs(taken_at.y)) + lidar.range_max
-        hair = HAIR * np.spacing(np.float32(farthest))
-        ranges = np.where(scan < lidar.range_max, scan + hair, np.float32(np.inf))
+        ranges = publish_ranges(scan, lidar.range_max, taken_at.x, taken_at.y)
         return LaserScan(ranges, lidar.angle_min, lidar.beam_angle, lidar.range_min or 0.0, lidar.range_max)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 from controllers.nav2_params.navigation import NavigationParams
@@ -54,6 +54,11 @@ class Servers:
     behaviors: Mapping[str, ActionServer]
     clear: Callable[[str], float]
     keeps: Callable[[Any], bool]
+
+    @cached_property
+    def actions(self) -> tuple[ActionServer, ...]:
+        """All servers of actions, in the order in which they advance."""
+        return self.planner, self.controller, *self.behaviors.values()
 
 
 @dataclass

@@ -37,7 +37,7 @@ from controllers.navigator.behavior_tree import Status
 from controllers.navigator.checkers import make_goal_checker
 from controllers.navigator.collision_monitor import CollisionMonitor
 from controllers.navigator.controller_server import ControllerServer
-from controllers.navigator.costmap_servers import CostmapServer
+from controllers.navigator.costmap_servers import CostmapServer, Ranges
 from controllers.navigator.latency import LATENCIES
 from controllers.navigator.navigate_to_pose import (
     Blackboard,
@@ -117,6 +117,7 @@ class Navigator:
         self.params = params
         self.name = name
         self._abort_is_exception = abort_is_exception
+        self._local_in_odom = _is_in_odom(params.local_costmap)
         self._forget_outcome()
 
     @property
@@ -137,12 +138,6 @@ class Navigator:
     def _observing_costmaps(self) -> tuple[CostmapParams, ...]:
         both = self.params.local_costmap, self.params.global_costmap
         return tuple(costmap for costmap in both if costmap.observes)
-
-    @property
-    def _local_in_odom(self) -> bool:
-        """Whether the local costmap is in the odom frame; one that copies the whole static map stays in the map's."""
-        local = self.params.local_costmap
-        return local.rolling_window or not local.writes("static_layer")
 
     def check_frequency(self, control_period: float) -> None:
         """Refuse an env that is slower than the controller server.
@@ -171,7 +166,9 @@ class Navigator:
         self._period = context.control_period
         self._steps = 0
         self._now = 0.0
+        self._measured = b""
         self._cmd_vel = STOP
+        self._costmaps_due = 0.0
         self._robot = Measured(context.start, context.start)
         self._board = Blackboard(context.goal, events=self.events)
         self._servers = self._make_servers(context)
@@ -328,25 +325,41 @@ class Navigator:
 
     def _measure(self, observation: Observation) -> None:
         """Take this step's measurements."""
-        robot, scan = self._robot, observation.get("scan")
+        robot, odom, scan = self._robot, Pose(*_floats(observation["odom"])), self._new_scan(observation)
         robot.pose, robot.odometry = Pose(*_floats(observation["pose"])), Twist(*_floats(observation["velocity"]))
-        robot.local_pose = Pose(*_floats(observation["odom"])) if self._local_in_odom else robot.pose
-        self._global_costmap.observe(robot.pose, scan)
-        self._local_costmap.observe(robot.local_pose, scan, robot.pose)
+        robot.local_pose = odom if self._local_in_odom else robot.pose
+        if scan is not None:
+            self._global_costmap.observe(robot.pose, scan)
+            self._local_costmap.observe(robot.local_pose, scan)
         if self._monitor is not None:
-            self._monitor.observe(Pose(*_floats(observation["odom"])), observation["scan"])
+            self._monitor.observe(odom, observation["scan"])
+
+    def _new_scan(self, observation: Observation) -> Ranges | None:
+        """Return the scan; None where all ranges equal the last ones: it is then still the last scan."""
+        scan: Ranges | None = observation.get("scan")
+        if scan is None or (measured := scan.tobytes()) == self._measured:  # a seventh of array_equal's time
+            return None
+        self._measured = measured
+        return scan
 
     def _update_costmaps(self, now: float) -> None:
         """Update the costmaps if that is due; the follower gets the speed limits that their filters publish."""
-        for costmap in (self._global_costmap, self._local_costmap):
-            for limit in costmap.advance(now):
-                self._set_speed_limit(*limit)
+        if now < self._costmaps_due - TIME_RESOLUTION:
+            return
+        robot = self._robot
+        from_global = self._global_costmap.advance(now, robot.pose)
+        from_local = self._local_costmap.advance(now, robot.local_pose, robot.pose)
+        for limit in (*from_global, *from_local):
+            self._set_speed_limit(*limit)
+        self._costmaps_due = min(self._global_costmap.next_update, self._local_costmap.next_update)
 
     def _advance_servers(self) -> None:
         """Do what the servers had to do since the last tick."""
-        self._update_costmaps(self._now)
-        for server in (self._servers.planner, self._servers.controller, *self._servers.behaviors.values()):
-            server.advance(self._now)
+        now = self._now
+        self._update_costmaps(now)
+        for server in self._servers.actions:
+            if server.next_time <= now + TIME_RESOLUTION:
+                server.advance(now)
 
     def _clear(self, which: str) -> float:
         """Clear a costmap; returns how long the service takes."""
@@ -396,6 +409,11 @@ class Navigator:
         self.failure_kind, self.failure_reason = self._board.failure
         if self.failure_kind == "planner_failure":
             self._board.log(*self._board.failure)
+
+
+def _is_in_odom(local: CostmapParams) -> bool:
+    """Whether the local costmap is in the odom frame; one that copies the whole static map stays in the map's."""
+    return local.rolling_window or not local.writes("static_layer")
 
 
 def _floats(values: ArrayLike) -> list[float]:

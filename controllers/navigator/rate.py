@@ -52,9 +52,9 @@ class Rate:
 
     def next_after(self, now: float) -> float:
         """Return when the next cycle begins, s, if this one has ended at ``now``."""
-        is_behind = now < self._last - TIME_RESOLUTION
-        due = round((now if is_behind else self._last) + self._period, 9)
-        self._last = round(self._last + self._period, 9)
+        before, self._last = self._last, round(self._last + self._period, 9)
+        is_behind = now < before - TIME_RESOLUTION
+        due = round(now + self._period, 9) if is_behind else self._last
         if due > now + TIME_RESOLUTION:
             return due
         if self._restarts:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from controllers.navigator.behavior_tree import Node, Status
+from controllers.navigator.behavior_tree import Node, Rest, Status
 from controllers.navigator.rate import TIME_RESOLUTION, Clock, Rate
 from controllers.releases import Release
 
@@ -39,6 +39,7 @@ class TreeLoop:
         self._ticks_again = release != "humble"
         self._rate = Rate(period)
         self._rate.start(clock.now)
+        self._rest: Rest | None = None
         self.status = Status.RUNNING
         self.next_tick = clock.now
 
@@ -52,11 +53,21 @@ class TreeLoop:
         """Do the next tick."""
         self._clock.now = self.next_tick
         self._before_tick(self._clock.now)
+        if not self._rests():
+            self._tick_tree()
+        self.next_tick = self._rate.next_after(self._clock.now)
+
+    def _rests(self) -> bool:
+        """Whether a tick of the tree now would change nothing."""
+        rest = self._rest
+        return rest is not None and self._clock.now < rest.until - 2.0 * TIME_RESOLUTION and not rest.has_news()
+
+    def _tick_tree(self) -> None:
         self.status = self._tree.execute_tick()
         while self._ticks_again and self.status is Status.RUNNING and self._clock.is_woken:
             self._clock.is_woken = False
             self.status = self._tree.execute_tick()
-        self.next_tick = self._rate.next_after(self._clock.now)
+        self._rest = self._tree.rest() if self.status is Status.RUNNING else None
 
     def cancel(self) -> None:
         """Cancel the navigation instead of the next tick; the tree may wait for what it has to stop."""

@@ -7,8 +7,12 @@ from __future__ import annotations
 
 from collections import deque
 
+import numpy as np
+from numpy.typing import NDArray
+
 from controllers.base import STOP, Twist
 from controllers.nav2_params.navigation import VelocitySmoother as VelocitySmootherParams
+from controllers.navigator.kernels import smooth
 from controllers.navigator.rate import TIME_RESOLUTION
 
 LINEAR, ANGULAR = 0, 2
@@ -26,22 +30,26 @@ class VelocitySmoother:
     """
 
     def __init__(self, params: VelocitySmootherParams, first_time: float = 0.0) -> None:
-        self._params = params
+        self._limits, self._scales = limits_of(params), params.scale_velocities
+        self._deadband_v, self._deadband_w = params.deadband_velocity[LINEAR], params.deadband_velocity[ANGULAR]
+        self._patience = params.velocity_timeout + TIME_RESOLUTION
         self._period = int(1000.0 / params.smoothing_frequency) / 1000.0
         self._first_time, self._firings = first_time, 0
+        self._next_time = first_time
         self._command: Twist | None = None
         self._commanded_at = 0.0
         self._last = STOP
         self._is_silent = True
-        self._odometry = OdomSmoother(params.odom_duration)
+        self._odometry = OdomSmoother(params.odom_duration) if params.feedback == "CLOSED_LOOP" else None
 
     def take(self, command: Twist, now: float) -> None:
         """Take a command that comes at ``now``, s."""
         self._command, self._commanded_at = command, now
 
     def measure(self, odometry: Twist, now: float) -> None:
-        """Take a measured velocity."""
-        self._odometry.take(odometry, now)
+        """Take a measured velocity; only CLOSED_LOOP uses it."""
+        if self._odometry is not None:
+            self._odometry.take(odometry, now)
 
     def advance(self, now: float) -> Twist | None:
         """Let the timer fire as often as it is due until ``now`` (s); returns what was published last, if anything."""
@@ -49,50 +57,23 @@ class VelocitySmoother:
         while self._next_time <= now + TIME_RESOLUTION:
             published = self._publish(self._next_time) or published
             self._firings += 1
+            self._next_time = self._first_time + self._firings * self._period
         return published
-
-    @property
-    def _next_time(self) -> float:
-        return self._first_time + self._firings * self._period
 
     def _publish(self, now: float) -> Twist | None:
         """Return what the timer publishes; None if it is silent."""
         if self._command is None:
             return None
-        if now - self._commanded_at > self._params.velocity_timeout + TIME_RESOLUTION:
+        if now - self._commanded_at > self._patience:
             if self._is_silent or self._last == STOP:
                 self._is_silent = True
                 return None
             self._command = STOP
         self._is_silent = False
-        self._last = self._smooth(self._command)
-        return Twist(self._outside_deadband(self._last.v, LINEAR), self._outside_deadband(self._last.w, ANGULAR))
-
-    def _smooth(self, command: Twist) -> Twist:
-        """Return the velocity after one step towards a command."""
-        current = self._last if self._params.feedback == "OPEN_LOOP" else self._odometry.mean
-        wanted = Twist(self._within_velocity(command.v, LINEAR), self._within_velocity(command.w, ANGULAR))
-        changes = wanted.v - current.v, wanted.w - current.w
-        limits = self._limit(current.v, wanted.v, LINEAR), self._limit(current.w, wanted.w, ANGULAR)
-        ratio = _common_ratio(changes, limits) if self._params.scale_velocities else 1.0
-        return Twist(
-            current.v + _clamp(ratio * changes[0], limits[0]), current.w + _clamp(ratio * changes[1], limits[1])
-        )
-
-    def _within_velocity(self, value: float, axis: int) -> float:
-        return min(max(value, self._params.min_velocity[axis]), self._params.max_velocity[axis])
-
-    def _limit(self, current: float, wanted: float, axis: int) -> float:
-        """Largest change in one step: ``max_accel`` when speeding up without passing zero, else ``max_decel``.
-
-        It is a quotient as in Nav2: its rounding decides which limit the step after the last one has.
-        """
-        speeds_up = abs(wanted) >= abs(current) and current * wanted >= 0.0
-        change = self._params.max_accel[axis] if speeds_up else -self._params.max_decel[axis]
-        return change / self._params.smoothing_frequency
-
-    def _outside_deadband(self, value: float, axis: int) -> float:
-        return 0.0 if abs(value) < self._params.deadband_velocity[axis] else value
+        current = self._last if self._odometry is None else self._odometry.mean
+        v, w = smooth(*current, *self._command, self._limits, self._scales)
+        self._last = Twist(v, w)
+        return Twist(0.0 if abs(v) < self._deadband_v else v, 0.0 if abs(w) < self._deadband_w else w)
 
 
 class OdomSmoother:
@@ -122,11 +103,18 @@ class OdomSmoother:
         return Twist(self._sum.v / count, self._sum.w / count) if count else STOP
 
 
-def _clamp(change: float, limit: float) -> float:
-    return min(max(change, -limit), limit)
+def limits_of(params: VelocitySmootherParams) -> NDArray[np.float64]:
+    """Return the limits of :func:`~controllers.navigator.kernels.smooth`.
 
-
-def _common_ratio(changes: tuple[float, float], limits: tuple[float, float]) -> float:
-    """Ratio that keeps the more restricted change within its limit; the one that differs most from 1."""
-    ratios = [limit / abs(change) for change, limit in zip(changes, limits, strict=True) if abs(change) > limit > 0.0]
-    return min(ratios, default=1.0)
+    A largest change is a quotient as in Nav2: its rounding decides which limit the step after the last one has.
+    """
+    rows = [
+        (
+            params.min_velocity[axis],
+            params.max_velocity[axis],
+            params.max_accel[axis] / params.smoothing_frequency,
+            -params.max_decel[axis] / params.smoothing_frequency,
+        )
+        for axis in (LINEAR, ANGULAR)
+    ]
+    return np.array(rows)

@@ -1,14 +1,12 @@
 """LaserScan and Observation: a scan as it is measured, and the points that a layer makes of it.
 
-Source: sensor_msgs/LaserScan, laser_geometry, nav2_costmap_2d/src/observation_buffer.cpp and
-plugins/obstacle_layer.cpp (``laserScanValidInfCallback``).
+Source: sensor_msgs/LaserScan, nav2_costmap_2d/src/observation_buffer.cpp.
 """
 
 from __future__ import annotations
 
 import functools
-import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +14,8 @@ from numpy.typing import NDArray
 from gym_mapbench.kernels.scan import project_scan
 from gym_mapbench.world.scenario import Pose
 
-SHORT_OF_RANGE_MAX = np.float32(1e-4)
 
-
-@dataclass(frozen=True)
-class LaserScan:
+class LaserScan(NamedTuple):
     """One scan of a planar lidar, in single precision as ROS sends it.
 
     Args:
@@ -45,21 +40,13 @@ class LaserScan:
             height: Its height above the ground, m.
             inf_is_valid: Whether a beam that hit nothing ends just short of ``range_max`` instead of nowhere.
         """
-        ranges, range_max = np.asarray(self.ranges, np.float32), np.float32(self.range_max)
-        if inf_is_valid:
-            ranges = np.where(np.isposinf(ranges), range_max - SHORT_OF_RANGE_MAX, ranges)
-        beams = _directions(len(ranges), float(np.float32(self.angle_min)), float(np.float32(self.angle_increment)))
-        # Point clouds are turned by a quaternion in single precision.
-        z, w = np.float32(math.sin(sensor.yaw / 2)), np.float32(math.cos(sensor.yaw / 2))
-        twice = np.float32(2) * z
-        turn = np.float32(1) - twice * z, twice * w
-        position = np.float32(sensor.x), np.float32(sensor.y)
-        points = project_scan(ranges, beams, np.float32(self.range_min), range_max, *turn, *position)
+        ranges = np.asarray(self.ranges, np.float32)
+        beams = _directions(len(ranges), self.angle_min, self.angle_increment)
+        points = project_scan(ranges, beams, self.range_min, self.range_max, inf_is_valid, *sensor)
         return Observation((sensor.x, sensor.y, height), points, float(np.float32(height)))
 
 
-@dataclass(frozen=True)
-class Observation:
+class Observation(NamedTuple):
     """Points that a sensor saw, in the costmap's frame.
 
     Args:
@@ -76,7 +63,7 @@ class Observation:
 @functools.lru_cache(maxsize=8)
 def _directions(beams: int, angle_min: float, angle_increment: float) -> NDArray[np.float64]:
     """``(beams, 2)`` cosine and sine of every beam's angle; cached, as every scan has the same."""
-    angles = angle_min + np.arange(beams) * angle_increment
+    angles = float(np.float32(angle_min)) + np.arange(beams) * float(np.float32(angle_increment))
     directions: NDArray[np.float64] = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     directions.flags.writeable = False
     return directions

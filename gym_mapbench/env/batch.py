@@ -137,14 +137,14 @@ class Batch:
         if not self._scans_exactly and running.any():
             chosen = np.flatnonzero(running)
             sampled = zip(*(self.envs[i].observer.sample_scan_noise() for i in chosen.tolist()), strict=True)
-            normals, lost = (None if rows[0] is None else np.stack(rows) for rows in sampled)
+            normals, lost = map(np.stack, sampled)
             ranges[chosen] = report_scan(self._config.noise, self._lidar, ranges[chosen], normals, lost)
 
     def _look(self, key: str, rows: NDArray[Any], running: Mask, states: tuple[NDArray[np.float64], ...]) -> None:
         """Observe a key world by world."""
         for i in np.flatnonzero(running).tolist():
-            true, estimate, odom, velocity = (state[i].tolist() for state in states)
-            moment = Moment(Pose(*true), Pose(*estimate), Pose(*odom), tuple(velocity))
+            true, *known = (state[i] for state in states)
+            moment = Moment(Pose(*true.tolist()), *known)
             rows[i] = CONTENTS[key](self.envs[i].observer, moment)
 
     def states(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

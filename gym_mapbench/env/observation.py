@@ -23,17 +23,23 @@ from gym_mapbench.kernels import frames
 from gym_mapbench.kernels.jit import plain
 from gym_mapbench.kernels.path import see_path
 from gym_mapbench.kernels.people import see_people
+from gym_mapbench.kernels.ranges import report_ranges
 from gym_mapbench.planners.navfn import NavfnPlanner
 from gym_mapbench.world.lidar import Lidar, LidarSettings
-from gym_mapbench.world.localisation import Localisation, Odometry
-from gym_mapbench.world.noise import NoiseSettings, Normals, Streams, disturb_ranges, disturb_velocity
+from gym_mapbench.world.localisation import StateEstimator
+from gym_mapbench.world.noise import NoiseSettings, Streams
 from gym_mapbench.world.scenario import Pose, Scenario
 from gym_mapbench.world.world import World
+
+Floats = NDArray[np.float64]
 
 FAR = 1e8
 """Bound of every coordinate, m; beyond what maps in UTM coordinates hold. The spaces must be finite."""
 FAST = 1e3
 """Bound of every speed, m/s and rad/s."""
+
+ScanNoise = tuple[NDArray[np.float32], NDArray[np.bool_]]
+NO_NORMALS, NONE_LOST = np.empty(0, np.float32), np.empty(0, np.bool_)
 
 _seen_from = plain(frames.in_robot_frame)
 
@@ -78,15 +84,20 @@ class Moment(NamedTuple):
 
     Args:
         true: True pose.
-        estimate: Pose on the map as the localisation has it.
-        odom: Pose in the odom frame as wheel odometry has it.
-        velocity: Measured speed (m/s) and turn rate (rad/s).
+        estimate: ``(3,)`` pose on the map as the localisation has it, m and rad.
+        odom: ``(3,)`` pose in the odom frame as wheel odometry has it.
+        velocity: ``(2,)`` measured speed (m/s) and turn rate (rad/s).
     """
 
     true: Pose
-    estimate: Pose
-    odom: Pose
-    velocity: tuple[float, float]
+    estimate: Floats
+    odom: Floats
+    velocity: Floats
+
+    @property
+    def believed(self) -> Pose:
+        """The estimate as a pose."""
+        return Pose(*self.estimate.tolist())
 
 
 class Observer:
@@ -110,9 +121,7 @@ class Observer:
         self._config = config
         self._world = world
         self._streams = streams
-        self._velocity_normals = Normals(streams.velocity)
-        self._odometry = Odometry(config.noise, start, streams.odom_frame, streams.odometry)
-        self._localisation = Localisation(config.noise, 1.0 / config.control_hz, streams.localisation)
+        self._estimator = StateEstimator(config.noise, start, 1.0 / config.control_hz, streams)
         self.goal = scenario.goal
         self._keys = config.observation
         self.path: NDArray[np.float64] | None = None
@@ -135,12 +144,8 @@ class Observer:
 
     def know(self, pose: Pose, velocity: tuple[float, float]) -> Moment:
         """Return the estimates of odometry and localisation for a true state; call it once a control step."""
-        noise = self._config.noise
-        odom = self._odometry.advance(pose)
-        estimate = self._localisation.advance(pose, odom)
-        counted = self._odometry.measure(velocity)
-        measured = disturb_velocity(counted, noise.odometry_v, noise.odometry_w, self._velocity_normals)
-        return Moment(pose, estimate, odom, measured)
+        known = self._estimator.advance(pose, velocity)
+        return Moment(pose, known[:3], known[3:6], known[6:])
 
     def people(self, pose: Pose) -> NDArray[np.float32]:
         """Return the nearest bodies in the frame of a robot at a true pose, see :func:`observation_space`."""
@@ -169,12 +174,12 @@ class Observer:
         """Measure: noise on every range, then the beams that are lost or too near."""
         return report_scan(self._config.noise, self._mounted, self._lidar.scan(pose), *self.sample_scan_noise())
 
-    def sample_scan_noise(self) -> tuple[NDArray[np.float32] | None, NDArray[np.bool_] | None]:
-        """Sample ``(beams,)`` standard normal numbers, and which beams are lost; None where that noise is off."""
+    def sample_scan_noise(self) -> ScanNoise:
+        """Sample ``(beams,)`` standard normal numbers, and which beams are lost; empty where that noise is off."""
         noise, streams, beams = self._config.noise, self._streams, self._mounted.beams
         blurs = noise.scan or noise.scan_relative
-        normals = streams.scan.standard_normal(beams, dtype=np.float32) if blurs else None
-        lost = streams.dropout.random(beams) < noise.scan_dropout if noise.scan_dropout else None
+        normals = streams.scan.standard_normal(beams, dtype=np.float32) if blurs else NO_NORMALS
+        lost = streams.dropout.random(beams) < noise.scan_dropout if noise.scan_dropout else NONE_LOST
         return normals, lost
 
 
@@ -182,23 +187,23 @@ def report_scan(
     noise: NoiseSettings,
     lidar: LidarSettings,
     ranges: NDArray[np.float32],
-    normals: NDArray[np.float32] | None,
-    lost: NDArray[np.bool_] | None,
+    normals: NDArray[np.float32],
+    lost: NDArray[np.bool_],
 ) -> NDArray[np.float32]:
-    """Return ``(..., beams)`` ranges as a scanner reports them, with the noise from ``sample_scan_noise``."""
-    if normals is not None:
-        ranges = disturb_ranges(ranges, noise.scan, noise.scan_relative, lidar.range_max, normals)
-    return lidar.report(ranges, lost)
+    """Make ``(..., beams)`` ranges those that a scanner reports, with the noise from ``sample_scan_noise``."""
+    spread, limits = (noise.scan, noise.scan_relative), (lidar.range_min or 0.0, lidar.range_max, lidar.no_range)
+    report_ranges(ranges.reshape(-1), normals.reshape(-1), lost.reshape(-1), *spread, *limits)
+    return ranges
 
 
 CONTENTS: dict[str, Callable[[Observer, Moment], NDArray[Any]]] = {
-    "pose": lambda observer, moment: np.array(moment.estimate),
-    "odom": lambda observer, moment: np.array(moment.odom),
-    "velocity": lambda observer, moment: np.array(moment.velocity),
-    "goal": lambda observer, moment: in_robot_frame(observer.goal, moment.estimate),
+    "pose": lambda observer, moment: moment.estimate,
+    "odom": lambda observer, moment: moment.odom,
+    "velocity": lambda observer, moment: moment.velocity,
+    "goal": lambda observer, moment: in_robot_frame(observer.goal, moment.believed),
     "scan": lambda observer, moment: observer.scan_or_hold(moment.true),
-    "path": lambda observer, moment: observer.ahead.ahead_of(moment.estimate),
-    "costmap": lambda observer, moment: observer.window.around(moment.estimate),
+    "path": lambda observer, moment: observer.ahead.ahead_of(moment.believed),
+    "costmap": lambda observer, moment: observer.window.around(moment.believed),
     "people": lambda observer, moment: observer.people(moment.true),
 }
 

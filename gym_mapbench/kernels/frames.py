@@ -37,6 +37,14 @@ def compose(frame_x, frame_y, frame_yaw, x, y, yaw):
 
 
 @kernel
+def relate(here_x, here_y, here_yaw, there_x, there_y, there_yaw):
+    """Pose of one frame in another, from a pose that is known in both; the identity where both are equal."""
+    turn = wrap_angle(there_yaw - here_yaw)
+    cos, sin = math.cos(turn), math.sin(turn)
+    return there_x - (cos * here_x - sin * here_y), there_y - (sin * here_x + cos * here_y), turn
+
+
+@kernel
 def count_motion(before, now, counted, distance, turn, veer):
     """Where wheels that count wrongly believe the robot is, after it has moved between two true poses.
 

@@ -5,23 +5,20 @@ A frame is given by the pose of its origin in the other frame. With the identity
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from gym_mapbench.kernels.frames import compose as compose_kernel
 from gym_mapbench.kernels.frames import move_path
-from gym_mapbench.kernels.jit import plain
-from gym_mapbench.world.scenario import Pose, wrap_angle
+from gym_mapbench.kernels.frames import relate as relate_kernel
+from gym_mapbench.world.scenario import Pose
 
-_compose = plain(compose_kernel)
 IDENTITY = Pose(0.0, 0.0, 0.0)
 
 
 def compose(frame: Pose, pose: Pose) -> Pose:
     """Transform ``pose`` from ``frame`` into the frame in which ``frame`` itself is given; m, rad in (-pi, pi]."""
-    return Pose(*_compose(*frame, *pose))
+    return Pose(*compose_kernel(*frame, *pose))
 
 
 def relate(here: Pose, there: Pose) -> Pose:
@@ -34,9 +31,7 @@ def relate(here: Pose, there: Pose) -> Pose:
     Returns:
         The pose of the first frame in the other; exactly the identity where ``here`` equals ``there``.
     """
-    turn = wrap_angle(there.yaw - here.yaw)
-    cos, sin = math.cos(turn), math.sin(turn)
-    return Pose(there.x - (cos * here.x - sin * here.y), there.y - (sin * here.x + cos * here.y), turn)
+    return Pose(*relate_kernel(*here, *there))
 
 
 def transform_path(frame: Pose, path: NDArray[np.float64]) -> NDArray[np.float64]:

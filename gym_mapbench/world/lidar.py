@@ -85,16 +85,6 @@ class LidarSettings(Settings):
         place = self.place
         return robot if place == IDENTITY else compose(robot, place)
 
-    def report(self, ranges: NDArray[np.float32], lost: NDArray[np.bool_] | None) -> NDArray[np.float32]:
-        """Return measured ``(..., beams)`` ranges, m; ``no_range`` where a beam is lost or too short."""
-        range_min = self.range_min
-        if not range_min and lost is None:
-            return ranges
-        unread = ranges < np.float32(range_min or 0.0)
-        if lost is not None:
-            unread |= lost
-        return np.where(unread, np.float32(self.no_range), ranges)
-
     def mounted(self, mount: LidarMount) -> LidarSettings:
         """Return the scanner with values from ``mount`` in place of None."""
         return _mounted(self, mount)

@@ -1,4 +1,4 @@
-"""Odometry and localisation: the robot's pose as its wheels and its localisation estimate it.
+"""Odometry and localisation: the robot's state as its wheels and its localisation estimate it.
 
 The odom pose is smooth and drifts. The estimate on the map does not drift, but jumps, as the estimate of AMCL does.
 The error of the localisation does not reach the odom frame.
@@ -9,94 +9,81 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gym_mapbench.kernels.frames import count_motion
-from gym_mapbench.world.frames import IDENTITY, compose, relate
-from gym_mapbench.world.noise import NoiseSettings, Wander
+from gym_mapbench.kernels.estimation import BELIEF, estimate_state
+from gym_mapbench.world.frames import compose, relate
+from gym_mapbench.world.noise import NoiseSettings, Streams, Wander
 from gym_mapbench.world.scenario import Pose, wrap_angle
 
 ODOM_SHIFT = 1.0
 """Largest odom coordinate of the start in a random odom frame, m; its range, 2 m, is a whole number of usual cells."""
 
 
-class Odometry:
-    """Wheel odometry from a start pose on.
+class StateEstimator:
+    """Estimates the robot's state from a start pose on.
 
-    Its errors are systematic and sampled once for a run: on smooth floors systematic errors outweigh random ones
-    (Borenstein and Feng, UMBmark, 1996). It counts how the body moves, even along a wall, where real wheels slip.
+    The errors of wheel odometry are systematic and sampled once for a run: on smooth floors systematic errors outweigh
+    random ones (Borenstein and Feng, UMBmark, 1996). It counts how the body moves, even along a wall, where real wheels
+    slip. The measured velocity has independent errors besides.
 
-    Args:
-        noise: Where the odom frame lies, and the errors of the wheels.
-        start: True pose at the start.
-        frame_rng: Samples the odom frame.
-        rng: Samples the errors of this run.
-    """
-
-    def __init__(
-        self, noise: NoiseSettings, start: Pose, frame_rng: np.random.Generator, rng: np.random.Generator
-    ) -> None:
-        self._frame = IDENTITY
-        if noise.odom_frame == "random":
-            self._frame = relate(start, _sample_pose(frame_rng))
-        self._drifts = noise.drifts
-        self._true, self._pose = start, compose(self._frame, start)
-        if self._drifts:
-            spread = np.array([noise.odometry_distance, noise.odometry_turn, noise.odometry_veer])
-            self._distance, self._turn, self._veer = (spread * rng.standard_normal(3)).tolist()
-
-    def advance(self, true: Pose) -> Pose:
-        """Return the pose in the odom frame, now that the robot is at ``true`` on the map."""
-        if not self._drifts:
-            return true if self._frame is IDENTITY else compose(self._frame, true)
-        motion = tuple(self._true), tuple(true), tuple(self._pose)
-        self._true, self._pose = true, Pose(*count_motion(*motion, self._distance, self._turn, self._veer))
-        return self._pose
-
-    def measure(self, velocity: tuple[float, float]) -> tuple[float, float]:
-        """Return the forward speed (m/s) and turn rate (rad/s) that the wheels measure."""
-        if not self._drifts:
-            return velocity
-        v, w = velocity
-        return v * (1 + self._distance), w * (1 + self._turn) + v * self._veer
-
-
-class Localisation:
-    """The estimate on the map.
-
-    Where it has errors, or wheels drift, it behaves like AMCL seen from outside: after ``update_min_d`` or
-    ``update_min_a`` of motion it corrects itself, to the true pose plus the error of that moment. Until then the
+    Where the localisation has errors, or wheels drift, it behaves like AMCL seen from outside: after ``update_min_d``
+    or ``update_min_a`` of motion it corrects itself, to the true pose plus the error of that moment. Until then the
     transform from map to odom stays as it is, and the estimate follows odometry.
 
     Source: nav2_amcl (Humble) src/amcl_node.cpp, ``shouldUpdateFilter``.
 
     Args:
-        noise: Spread of the error and when it is corrected.
+        noise: Where the odom frame lies, the errors of wheels and localisation, and when the latter is corrected.
+        start: True pose at the start.
         period: Control period, s.
-        rng: Samples the error, once a control period.
+        streams: Generators of the errors.
     """
 
-    def __init__(self, noise: NoiseSettings, period: float, rng: np.random.Generator) -> None:
-        self._noise = noise
-        self._error = Wander((noise.pose_xy, noise.pose_xy, noise.pose_yaw), noise.pose_time_constant, period, rng)
-        self._exact = not (self._error.is_on or noise.drifts)
-        self._corrected_at: Pose | None = None
-        self._odom_in_map = IDENTITY
+    def __init__(self, noise: NoiseSettings, start: Pose, period: float, streams: Streams) -> None:
+        spread = noise.pose_xy, noise.pose_xy, noise.pose_yaw
+        self._error = Wander(spread, noise.pose_time_constant, period, streams.localisation)
+        self._jitter = Wander((noise.odometry_v, noise.odometry_w), 0.0, period, streams.velocity)
+        self._belief = np.zeros(1, BELIEF)
+        self._place_odom(noise, start, streams.odom_frame)
+        if noise.drifts:
+            self._sample_drift(noise, streams.odometry)
+        self._set(is_exact=not (self._error.is_on or noise.drifts), jitters=self._jitter.is_on, drifts=noise.drifts)
+        self._set(update_min_d=noise.update_min_d, update_min_a=noise.update_min_a)
 
-    def advance(self, true: Pose, odom: Pose) -> Pose:
-        """Return the estimate on the map, now that the robot is at ``true`` there and at ``odom`` in the odom frame."""
-        if self._exact:
-            return true
-        x, y, yaw = self._error.advance()
-        if self._corrected_at is None or self._moved(self._corrected_at, odom):
-            self._corrected_at = odom
-            estimate = Pose(true.x + x, true.y + y, wrap_angle(true.yaw + yaw))
-            self._odom_in_map = relate(odom, estimate)
-        return compose(self._odom_in_map, odom)
+    def advance(self, pose: Pose, velocity: tuple[float, float]) -> NDArray[np.float64]:
+        """Return the estimates of a true state; call it once a control step.
 
-    def _moved(self, before: Pose, now: Pose) -> bool:
-        """Whether it is time for a correction; AMCL looks at x and y separately."""
-        moved = max(abs(now.x - before.x), abs(now.y - before.y))
-        return moved > self._noise.update_min_d or abs(wrap_angle(now.yaw - before.yaw)) > self._noise.update_min_a
+        Args:
+            pose: True pose on the map, m and rad.
+            velocity: True forward speed (m/s) and turn rate (rad/s).
+
+        Returns:
+            ``(8,)`` pose on the map and pose in the odom frame (m, m, rad), measured forward speed and turn rate.
+        """
+        known = np.empty(8)
+        estimate_state(self._belief, *pose, *velocity, *self._error.advance(), *self._jitter.advance(), known)
+        return known
+
+    def _place_odom(self, noise: NoiseSettings, start: Pose, rng: np.random.Generator) -> None:
+        """Place the odom frame, and let the wheels begin to count."""
+        odom = start
+        if noise.odom_frame == "random":
+            shift = relate(start, _sample_pose(rng))
+            odom = compose(shift, start)
+            self._set(is_shifted=True, shift_x=shift.x, shift_y=shift.y, shift_yaw=shift.yaw)
+        self._set(true_x=start.x, true_y=start.y, true_yaw=start.yaw)
+        self._set(odom_x=odom.x, odom_y=odom.y, odom_yaw=odom.yaw)
+
+    def _sample_drift(self, noise: NoiseSettings, rng: np.random.Generator) -> None:
+        """Sample the systematic errors of the wheels."""
+        spread = np.array([noise.odometry_distance, noise.odometry_turn, noise.odometry_veer])
+        distance, turn, veer = (spread * rng.standard_normal(3)).tolist()
+        self._set(distance=distance, turn=turn, veer=veer)
+
+    def _set(self, **values: float) -> None:
+        for name, value in values.items():
+            self._belief[name] = value
 
 
 def _sample_pose(rng: np.random.Generator) -> Pose:

@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.kernels.estimation import wander
 from gym_mapbench.quantities import Fraction, NonNegative
 from gym_mapbench.registry import Registry, must_be
 from gym_mapbench.settings import Settings
@@ -26,7 +26,7 @@ Radians = Annotated[NonNegative, Field(le=math.pi)]
 Seconds = Annotated[NonNegative, Field(le=3600)]
 Speed = Annotated[NonNegative, Field(le=1)]
 
-NORMALS_AT_ONCE = 256
+MOMENTS_AT_ONCE = 128
 
 
 class NoiseSettings(Settings):
@@ -240,30 +240,6 @@ class Streams(NamedTuple):
         return cls(*(rng.spawn(count) if noise.samples else [rng] * count))
 
 
-class Normals:
-    """Standard normal numbers, sampled many at once: the same numbers as one by one, at a tenth of the time.
-
-    Args:
-        rng: The generator; nothing else samples from it.
-    """
-
-    def __init__(self, rng: np.random.Generator) -> None:
-        self._rng = rng
-        self._sampled: list[float] = []
-        self._next = 0
-
-    def take(self, count: int) -> list[float]:
-        """Return the next numbers."""
-        end = self._next + count
-        while end > len(self._sampled):
-            left = self._sampled[self._next :]
-            self._sampled = left + self._rng.standard_normal(NORMALS_AT_ONCE).tolist()
-            self._next, end = 0, count
-        numbers = self._sampled[self._next : end]
-        self._next = end
-        return numbers
-
-
 class Wander:
     """An error with a time constant: an Ornstein-Uhlenbeck process that begins in its stationary distribution.
 
@@ -271,26 +247,35 @@ class Wander:
         deviations: Stationary standard deviation of every component; where all are 0, nothing is sampled.
         time_constant: Seconds in which the correlation falls to 1/e; 0 for none at all.
         period: Seconds from one call of :meth:`advance` to the next.
-        rng: Generator that the error is sampled from.
+        rng: Generator that the error is sampled from, many moments at once; nothing else samples from it.
     """
 
     def __init__(
         self, deviations: tuple[float, ...], time_constant: float, period: float, rng: np.random.Generator
     ) -> None:
         self.is_on = any(deviations)
-        self._deviations = deviations
+        self._deviations, self._rng = np.array(deviations), rng
         self._kept = math.exp(-period / time_constant) if time_constant else 0.0
         self._fresh = math.sqrt(1.0 - self._kept**2)
-        self._normals = Normals(rng)
-        self._next = self._normals.take(len(deviations)) if self.is_on else [0.0] * len(deviations)
+        self._values = rng.standard_normal(len(deviations)) if self.is_on else np.zeros(len(deviations))
+        self._errors: list[list[float]] = []
+        self._next = 0
 
     def advance(self) -> list[float]:
         """Return the error of this moment and move on to the next."""
-        now, kept, fresh = self._next, self._kept, self._fresh
-        if not self.is_on:
-            return now
-        self._next = [kept * old + fresh * new for old, new in zip(now, self._normals.take(len(now)), strict=True)]
-        return [deviation * value for deviation, value in zip(self._deviations, now, strict=True)]
+        if self._next == len(self._errors):
+            self._errors, self._next = self._sample(), 0
+        self._next += 1
+        return self._errors[self._next - 1]
+
+    def _sample(self) -> list[list[float]]:
+        """Return the errors of the next moments."""
+        errors = np.zeros((MOMENTS_AT_ONCE, len(self._values)))
+        if self.is_on:
+            normals = self._rng.standard_normal(errors.shape)
+            wander(self._values, normals, self._kept, self._fresh, self._deviations, errors)
+        sampled: list[list[float]] = errors.tolist()
+        return sampled
 
 
 def disturb_pose(pose: Pose, xy: float, yaw: float, rng: np.random.Generator) -> Pose:
@@ -299,28 +284,3 @@ def disturb_pose(pose: Pose, xy: float, yaw: float, rng: np.random.Generator) ->
         return pose
     dx, dy, turn = rng.standard_normal(3)
     return Pose(float(pose.x + xy * dx), float(pose.y + xy * dy), wrap_angle(pose.yaw + yaw * turn))
-
-
-def disturb_velocity(velocity: tuple[float, float], v: float, w: float, normals: Normals) -> tuple[float, float]:
-    """Add normal noise to speed and turn rate; nothing is sampled where both deviations are 0."""
-    if not (v or w):
-        return velocity
-    dv, dw = normals.take(2)
-    return velocity[0] + v * dv, velocity[1] + w * dw
-
-
-def disturb_ranges(
-    ranges: NDArray[np.float32], deviation: float, relative: float, range_max: float, normals: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Add normal noise to ranges that hit something.
-
-    Args:
-        ranges: ``(..., beams)`` m, ``range_max`` where nothing was hit.
-        deviation: Standard deviation, m.
-        relative: The same as a share of the range; the squares of both add up.
-        range_max: Largest range, m; the result stays between 0 and this.
-        normals: Standard normal numbers of the same shape.
-    """
-    spread = np.hypot(np.float32(deviation), np.float32(relative) * ranges) if relative else np.float32(deviation)
-    noisy = ranges + spread * normals
-    return np.where(ranges < range_max, np.clip(noisy, 0.0, np.float32(range_max)), ranges)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -16,6 +17,7 @@ from gym_mapbench.kernels.inflation import inflate
 from gym_mapbench.kernels.layers import shifted
 from gym_mapbench.kernels.obstacle_layer import clear_rays, mark_hits
 from gym_mapbench.kernels.raytrace import line_cell
+from gym_mapbench.kernels.scan import publish_ranges
 from gym_mapbench.kernels.voxel_layer import UNKNOWN_COLUMN, clear_voxels, mark_voxels
 from gym_mapbench.world.scenario import Pose
 from tests.costmap.plain_layers import (
@@ -217,6 +219,26 @@ def test_points_of_a_scan_equal_their_plain_twin(ranges, sensor, angle_min):
     assert seen.points.dtype == np.float32
     assert np.array_equal(seen.points, plain_project(ranges, angle_min, 0.0174, 0.12, 3.5, yaw, x, y))
     assert (seen.origin, seen.z) == ((x, y, 0.132), float(np.float32(0.132)))
+
+
+@given(
+    hnp.arrays(np.float32, st.integers(1, 40), elements=st.sampled_from([0.0, 1.0, 3.4, 3.5])),
+    st.sampled_from([np.float32, np.float64]),
+    st.floats(-9, 9),
+    st.floats(-9, 9),
+)
+def test_published_ranges_equal_their_plain_twin(ranges, dtype, x, y):
+    ranges = ranges.astype(dtype)
+    hair = np.float32(32) * np.spacing(np.float32(max(abs(x), abs(y)) + 3.5))
+    expected = np.where(ranges < 3.5, ranges + hair, np.inf).astype(np.float32)
+    assert publish_ranges(ranges, 3.5, x, y).tobytes() == expected.tobytes()
+
+
+def test_a_beam_that_hit_nothing_may_end_just_short_of_the_range():
+    scan = LaserScan(np.array([np.inf, 1.0, np.inf, 4.0]), 0.0, np.pi / 2, 0.12, 3.5)
+    seen = scan.observe(Pose(0.0, 0.0), 0.0, inf_is_valid=True)
+    assert seen.points == pytest.approx(np.array([[3.4999, 0.0], [0.0, 1.0], [-3.4999, 0.0]]), abs=1e-6)
+    assert len(scan.observe(Pose(0.0, 0.0), 0.0).points) == 1
 
 
 def test_the_closing_edge_begins_at_the_first_corner_but_for_dwbs_critic():

@@ -11,11 +11,13 @@ from hypothesis import strategies as st
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.single import MapBenchEnv
 from gym_mapbench.errors import ConfigError
+from gym_mapbench.kernels.ranges import report_ranges
 from gym_mapbench.world.frames import compose, relate
 from gym_mapbench.world.lidar import LidarSettings
-from gym_mapbench.world.localisation import Localisation, Odometry
-from gym_mapbench.world.noise import NOISES, NoiseSettings, Normals, Streams, Wander, disturb_ranges
+from gym_mapbench.world.localisation import StateEstimator
+from gym_mapbench.world.noise import NOISES, NoiseSettings, Streams, Wander
 from gym_mapbench.world.scenario import Pose, wrap_angle
+from tests.world.plain_noise import PlainEstimator, PlainWander, plain_report
 from tests.worlds import ROOM_OPTIONS
 
 PERIOD = 0.05
@@ -83,12 +85,13 @@ class TestSettings:
         assert "\n" not in str(caught.value)
 
 
-def test_normals_are_those_of_the_generator_whatever_is_asked_for_at_once():
-    normals, drawn = Normals(rng()), []
-    for count in (1, 3, 0, 2, 300, 257, 5):
-        drawn += normals.take(count)
-    one_by_one = rng()
-    assert drawn == [one_by_one.standard_normal() for _ in drawn]
+def estimated(noise, truth, seed=0, velocity=(0.0, 0.0)):
+    """Estimated poses, odom poses and velocities of a robot at true poses, and the wheels' errors in deviations."""
+    streams = Streams(*(rng(seed + number) for number in range(len(Streams._fields))))
+    drift = rng(seed + Streams._fields.index("odometry")).standard_normal(3)
+    estimator = StateEstimator(noise, truth[0], PERIOD, streams)
+    known = [estimator.advance(pose, velocity).tolist() for pose in truth]
+    return [Pose(*k[:3]) for k in known], [Pose(*k[3:6]) for k in known], [tuple(k[6:]) for k in known], drift
 
 
 class TestWander:
@@ -111,18 +114,23 @@ class TestWander:
         assert Wander((0.0, 0.0), 1.0, PERIOD, generator).advance() == [0.0, 0.0]
         assert generator.random() == rng().random()
 
+    @pytest.mark.parametrize("time_constant", [0.0, 0.5])
+    def test_it_is_its_plain_twin(self, time_constant):
+        process = (0.1, 0.0, 0.02), time_constant, PERIOD
+        wander, twin = Wander(*process, rng()), PlainWander(*process, rng())
+        assert [wander.advance() for _ in range(300)] == [twin.advance() for _ in range(300)]
+
 
 class TestOdometry:
     def test_aligned_and_exact_is_the_true_pose_to_the_last_bit(self):
-        odometry = Odometry(NOISES["none"], START, rng(), rng())
-        assert [odometry.advance(pose) for pose in drive(50)] == drive(50)
-        assert odometry.measure((0.3, 0.1)) == (0.3, 0.1)
+        _, odom, velocities, _ = estimated(NOISES["none"], drive(50), velocity=(0.3, 0.1))
+        assert odom == drive(50)
+        assert set(velocities) == {(0.3, 0.1)}
 
     @given(st.integers(0, 2**32 - 1))
     def test_a_random_frame_shifts_and_turns_all_poses_alike(self, seed):
-        odometry = Odometry(NoiseSettings(odom_frame="random"), START, rng(seed), rng())
         truth = drive(50)
-        odom = [odometry.advance(pose) for pose in truth]
+        _, odom, _, _ = estimated(NoiseSettings(odom_frame="random"), truth, seed)
         frame = relate(truth[0], odom[0])
         assert max(abs(odom[0].x), abs(odom[0].y)) <= 1.0
         for pose, seen in zip(truth, odom, strict=True):
@@ -132,7 +140,7 @@ class TestOdometry:
 
     def test_every_place_and_turn_of_a_frame_is_as_likely(self):
         noise = NoiseSettings(odom_frame="random")
-        first = np.array([Odometry(noise, START, rng(seed), rng()).advance(START) for seed in range(2000)])
+        first = np.array([estimated(noise, [START], seed)[1][0] for seed in range(2000)])
         phases = [np.mod(first[:, 0], 0.05) / 0.05, np.mod(first[:, 1], 0.05) / 0.05, first[:, 2] / (2 * math.pi) + 0.5]
         for phase in phases:
             counts = np.histogram(phase, bins=5, range=(0, 1))[0]
@@ -141,24 +149,21 @@ class TestOdometry:
 
     def test_errors_grow_with_distance_and_turn(self):
         def end_of(noise, v, w):
-            odometry = Odometry(NoiseSettings(**noise), START, rng(), rng(3))
-            error = rng(3).standard_normal(3)
-            return [odometry.advance(pose) for pose in drive(200, v, w)][-1], error, odometry
+            _, odom, velocities, error = estimated(NoiseSettings(**noise), drive(200, v, w), velocity=(v, w))
+            return odom[-1], error, velocities[-1]
 
-        end, error, odometry = end_of({"odometry_distance": 0.1}, 0.2, 0.0)
+        end, error, measured = end_of({"odometry_distance": 0.1}, 0.2, 0.0)
         assert math.hypot(end.x - START.x, end.y - START.y) == pytest.approx(2.0 * (1 + 0.1 * error[0]))
-        assert odometry.measure((0.2, 0.0)) == pytest.approx((0.2 * (1 + 0.1 * error[0]), 0.0))
-        end, error, odometry = end_of({"odometry_turn": 0.1}, 0.0, 0.1)
+        assert measured == pytest.approx((0.2 * (1 + 0.1 * error[0]), 0.0))
+        end, error, measured = end_of({"odometry_turn": 0.1}, 0.0, 0.1)
         assert end.yaw - START.yaw == pytest.approx(1.0 * (1 + 0.1 * error[1]))
-        assert odometry.measure((0.0, 0.1)) == pytest.approx((0.0, 0.1 * (1 + 0.1 * error[1])))
-        end, error, odometry = end_of({"odometry_veer": 0.1}, 0.2, 0.0)
+        assert measured == pytest.approx((0.0, 0.1 * (1 + 0.1 * error[1])))
+        end, error, measured = end_of({"odometry_veer": 0.1}, 0.2, 0.0)
         assert end.yaw - START.yaw == pytest.approx(2.0 * 0.1 * error[2])
-        assert odometry.measure((0.2, 0.0)) == pytest.approx((0.2, 0.2 * 0.1 * error[2]))
+        assert measured == pytest.approx((0.2, 0.2 * 0.1 * error[2]))
 
     def test_it_is_smooth_whatever_the_localisation_does(self):
-        noise = NOISES["rough"]
-        odometry = Odometry(noise, START, rng(1), rng(2))
-        odom = [odometry.advance(pose) for pose in drive(400)]
+        _, odom, _, _ = estimated(NOISES["rough"], drive(400), 1)
         steps = np.array([relate(after, before)[2] for before, after in pairwise(odom)])
         assert np.abs(steps).max() < 0.4 * PERIOD * 1.3
         assert np.hypot(*np.diff(np.array(odom)[:, :2], axis=0).T).max() < 0.3 * PERIOD * 1.2
@@ -168,19 +173,15 @@ class TestLocalisation:
     NOISE = NoiseSettings(pose_xy=0.05, pose_yaw=0.02, pose_time_constant=2.0)
 
     def test_without_errors_it_is_the_true_pose_to_the_last_bit(self):
-        localisation = Localisation(NoiseSettings(odom_frame="random"), PERIOD, rng())
-        assert localisation.advance(START, Pose(0.1, 0.2, 0.3)) is START
+        assert estimated(NoiseSettings(odom_frame="random"), drive(50))[0] == drive(50)
 
     @settings(max_examples=20)
     @given(st.integers(0, 2**32 - 1))
     def test_between_corrections_the_transform_stays_and_odometry_is_followed(self, seed):
         noise = NOISES["rough"]
-        odometry = Odometry(noise, START, rng(seed), rng(seed + 1))
-        localisation = Localisation(noise, PERIOD, rng(seed))
+        estimates, odoms, _, _ = estimated(noise, drive(300), seed)
         changes, last, corrected_at = 0, None, None
-        for pose in drive(300):
-            odom = odometry.advance(pose)
-            estimate = localisation.advance(pose, odom)
+        for odom, estimate in zip(odoms, estimates, strict=True):
             transform = relate(odom, estimate)
             if last is None or max(np.abs(np.subtract(transform, last))) > 1e-9:
                 if corrected_at is not None:
@@ -192,16 +193,14 @@ class TestLocalisation:
         assert 20 <= changes <= 40
 
     def test_a_standing_robot_is_not_corrected(self):
-        localisation = Localisation(self.NOISE, PERIOD, rng())
-        estimates = [localisation.advance(START, START) for _ in range(50)]
+        estimates = estimated(self.NOISE, [START] * 50)[0]
         assert len(set(estimates)) == 1
         assert estimates[0] != START
 
     def test_errors_at_corrections_have_the_configured_spread(self):
         noise = self.NOISE.replace(update_min_d=0.0, update_min_a=0.0)
         truth = drive(20_000)
-        localisation = Localisation(noise, PERIOD, rng())
-        errors = errors_of([localisation.advance(pose, pose) for pose in truth], truth)
+        errors = errors_of(estimated(noise, truth)[0], truth)
         assert errors.std(axis=0) == pytest.approx([0.05, 0.05, 0.02], rel=0.15)
         assert np.corrcoef(errors[20:, 0], errors[:-20, 0])[0, 1] == pytest.approx(math.exp(-1.0 / 2.0), abs=0.1)
 
@@ -209,29 +208,67 @@ class TestLocalisation:
         noise = self.NOISE.replace(update_min_d=0.0, update_min_a=0.0)
         errors = []
         for w in (0.4, -0.3):
-            truth, localisation = drive(50, w=w), Localisation(noise, PERIOD, rng(5))
-            errors.append(errors_of([localisation.advance(pose, pose) for pose in truth], truth))
+            truth = drive(50, w=w)
+            errors.append(errors_of(estimated(noise, truth, 5)[0], truth))
         assert errors[0] == pytest.approx(errors[1], abs=1e-12)
 
 
+LEVELS = [
+    *NOISES.names(),
+    {"odom_frame": "random"},
+    {"odometry_veer": 0.02},
+    {"pose_xy": 0.05, "update_min_d": 0.0, "update_min_a": 0.0},
+    {"odometry_w": 0.01},
+]
+
+
+@pytest.mark.parametrize("level", LEVELS, ids=str)
+def test_the_estimator_is_its_plain_twin(level):
+    noise = EnvConfig(noise=level).noise
+    pairs = [
+        make(noise, START, PERIOD, Streams(*(rng(number) for number in range(len(Streams._fields)))))
+        for make in (StateEstimator, PlainEstimator)
+    ]
+    for pose in drive(400, 0.3, 0.7):
+        known, expected = (estimator.advance(pose, (0.3, 0.7)) for estimator in pairs)
+        assert known.tolist() == list(expected)
+
+
 class TestScan:
+    def disturbed(self, ranges, deviation, relative, seed=0):
+        """Ranges with noise; no beam is lost."""
+        reported, normals = ranges.copy(), rng(seed).standard_normal(len(ranges), dtype=np.float32)
+        report_ranges(reported, normals, np.empty(0, np.bool_), deviation, relative, 0.0, 3.5, 3.5)
+        return reported
+
+    @given(
+        st.integers(0, 2**32 - 1),
+        st.sampled_from([0.0, 0.01, 0.3]),
+        st.sampled_from([0.0, 0.012]),
+        st.sampled_from([0.0, 0.12]),
+        st.booleans(),
+        st.booleans(),
+        st.sampled_from([0.0, 3.5]),
+    )
+    def test_it_is_its_plain_twin(self, seed, deviation, relative, range_min, is_noisy, loses, no_range):
+        sampled = rng(seed)
+        ranges = np.minimum(sampled.uniform(0.0, 5.0, 400), 3.5).astype(np.float32)
+        normals = sampled.standard_normal(400 if is_noisy else 0, dtype=np.float32)
+        lost = sampled.random(400 if loses else 0) < 0.1
+        arguments = normals, lost, deviation, relative, range_min, 3.5, no_range
+        expected = plain_report(ranges, *arguments)
+        report_ranges(ranges, *arguments)
+        assert ranges.tobytes() == expected.tobytes()
+
     def test_spread_is_absolute_relative_or_both(self):
         ranges = np.full(20_000, 2.0, dtype=np.float32)
         for deviation, relative, expected in ((0.03, 0.0, 0.03), (0.0, 0.02, 0.04), (0.03, 0.02, 0.05)):
-            noisy = disturb_ranges(
-                ranges, deviation, relative, 3.5, rng().standard_normal(len(ranges), dtype=np.float32)
-            )
-            assert noisy.dtype == np.float32
+            noisy = self.disturbed(ranges, deviation, relative)
             assert noisy.std() == pytest.approx(expected, rel=0.03)
 
     def test_what_hits_nothing_stays_as_it_is(self):
         ranges = np.array([3.5, 3.4999, 0.001], dtype=np.float32)
-        noisy = np.array(
-            [
-                disturb_ranges(ranges, 0.1, 0.0, 3.5, rng(seed).standard_normal(len(ranges), dtype=np.float32))
-                for seed in range(50)
-            ]
-        )
+        noisy = np.array([self.disturbed(ranges, 0.1, 0.0, seed) for seed in range(50)])
         assert (noisy[:, 0] == 3.5).all()
         assert noisy.min() == 0.0
         assert noisy.max() == 3.5

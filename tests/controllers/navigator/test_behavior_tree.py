@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,11 +13,14 @@ from controllers.navigator.behavior_tree import (
     RateController,
     ReactiveFallback,
     RecoveryNode,
+    Rest,
     RoundRobin,
     Sequence,
     Status,
     halt_tree,
 )
+from controllers.navigator.rate import Clock as TreeClock
+from controllers.navigator.tree_loop import TreeLoop
 
 R, S, F = Status.RUNNING, Status.SUCCESS, Status.FAILURE
 
@@ -220,3 +225,63 @@ def test_round_robin_keeps_its_place_for_the_next_goal_unless_the_whole_tree_is_
     halt_tree(robin)
     robin.execute_tick()
     assert second.ticks == 1
+
+
+class Messages(Scripted):
+    """Runs until a message comes."""
+
+    news = False
+
+    def rest(self):
+        return Rest(math.inf, lambda: self.news)
+
+
+class TestRest:
+    """A tree rests where a tick would change nothing."""
+
+    def tree(self, *plans: Status):
+        clock, plan, follow = TreeClock(), Scripted(*plans), Messages(R)
+        root = RecoveryNode(1, PipelineSequence(RateController(1.0, clock, plan), follow), Scripted(R))
+        return clock, plan, follow, root
+
+    def test_it_rests_until_the_next_period_or_a_message(self):
+        clock, _, follow, root = self.tree(S)
+        root.execute_tick()
+        assert root.rest() is None
+        clock.now = 0.5
+        root.execute_tick()
+        rest = root.rest()
+        assert (rest.until, rest.has_news()) == (1.0, False)
+        follow.news = True
+        assert rest.has_news()
+
+    def test_it_does_not_rest_while_the_plan_is_running(self):
+        clock, _, _, root = self.tree(S, R)
+        for clock.now in (0.0, 1.0):
+            root.execute_tick()
+        assert root.rest() is None
+
+    def test_it_does_not_rest_during_a_recovery(self):
+        _, _, _, root = self.tree(F)
+        assert root.execute_tick() is R
+        assert root.rest() is None
+
+    def test_nodes_do_not_rest_by_themselves(self):
+        assert Scripted(R).rest() is Sequence(Messages(R)).rest() is ReactiveFallback(Messages(R)).rest() is None
+
+    @given(st.lists(st.sampled_from([False] * 9 + [True]), max_size=60))
+    def test_a_loop_that_rests_does_as_one_that_does_not(self, news):
+        assert self.drive(news, rests=True) == self.drive(news, rests=False)
+
+    def drive(self, news, *, rests):
+        clock, plan, follow, root = self.tree(S)
+        loop = TreeLoop(root, clock, 0.1, lambda now: None)
+        root.rest = root.rest if rests else lambda: None
+        seen = []
+        for comes in news:
+            follow.news = comes
+            follow.answers = [S if comes else R]
+            if loop.status is R:
+                loop.tick()
+            seen.append((loop.status, clock.now, plan.ticks))
+        return seen

@@ -1,9 +1,12 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from controllers.base import STOP, Twist
 from controllers.nav2_params.navigation import BehaviorServer as BehaviorServerParams
@@ -12,8 +15,9 @@ from controllers.nav2_params.navigation import VelocitySmoother as VelocitySmoot
 from controllers.navigator.actions import ActionServer
 from controllers.navigator.behavior_server import BehaviorServer
 from controllers.navigator.behaviors import BackUp, Behavior, DriveOnHeading, Spin, Wait
+from controllers.navigator.kernels import smooth
 from controllers.navigator.latency import LATENCIES
-from controllers.navigator.velocity_smoother import OdomSmoother, VelocitySmoother
+from controllers.navigator.velocity_smoother import OdomSmoother, VelocitySmoother, limits_of
 from gym_mapbench.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from gym_mapbench.world.footprint import Footprint
 from gym_mapbench.world.scenario import Pose, wrap_angle
@@ -232,3 +236,30 @@ class TestVelocitySmoother:
         smoother.take(Twist(0.26, 0.0), 0.0)
         assert smoother.advance(0.01) is None
         assert smoother.advance(0.05).v == pytest.approx(2 * 2.5 / 50.0)
+
+
+def plain_smooth(current, wanted, params):
+    """One step of the smoother, component by component."""
+    steps = []
+    for axis, before, given_speed in zip((0, 2), current, wanted, strict=True):
+        asked = min(max(given_speed, params.min_velocity[axis]), params.max_velocity[axis])
+        brakes = abs(asked) < abs(before) or before * asked < 0.0
+        limit = (-params.max_decel if brakes else params.max_accel)[axis] / params.smoothing_frequency
+        steps.append((before, asked - before, limit))
+    shares = [limit / abs(change) for _, change, limit in steps if abs(change) > limit > 0.0]
+    ratio = min([1.0, *shares]) if params.scale_velocities else 1.0
+    return tuple(before + min(max(ratio * change, -limit), limit) for before, change, limit in steps)
+
+
+SPEED, LIMIT = st.floats(-2.0, 2.0), st.floats(0.0, 4.0)
+
+
+@given(st.tuples(SPEED, SPEED), st.tuples(SPEED, SPEED), st.lists(LIMIT, min_size=8, max_size=8), st.booleans())
+def test_the_kernel_smooths_as_its_plain_twin(current, wanted, limits, scales):
+    values = np.array(limits)
+    highest, lowest, speeding_up, slowing_down = (np.array([v, 0.0, w]) for v, w in values.reshape(4, 2))
+    params = SimpleNamespace(
+        min_velocity=-lowest, max_velocity=highest, max_accel=speeding_up, max_decel=-slowing_down,
+        smoothing_frequency=20.0, scale_velocities=scales,
+    )  # fmt: skip
+    assert smooth(*current, *wanted, limits_of(params), scales) == plain_smooth(current, wanted, params)

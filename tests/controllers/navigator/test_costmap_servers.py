@@ -39,8 +39,9 @@ def server(which="global", grid=ROOM, lidar=LIDAR, **changes):
 
 
 def observe(costmap_server, pose, ranges, now):
-    costmap_server.observe(pose, ranges)
-    costmap_server.advance(now)
+    if ranges is not None:
+        costmap_server.observe(pose, ranges)
+    costmap_server.advance(now, pose)
 
 
 def cost_at(costmap_server, x, y=1.025):
@@ -58,7 +59,7 @@ def test_a_costmap_takes_the_newest_scan_when_it_is_updated():
 def test_a_scan_that_is_held_stays_where_it_was_taken():
     seen = server("local")
     observe(seen, POSE, ahead(1.0), 0.0)
-    observe(seen, Pose(1.325, 1.025), ahead(1.0), 0.2)
+    observe(seen, Pose(1.325, 1.025), None, 0.2)
     assert cost_at(seen, 2.03) == LETHAL_OBSTACLE
     assert cost_at(seen, 2.33) != LETHAL_OBSTACLE
     observe(seen, Pose(1.325, 1.025), ahead(1.01), 0.4)

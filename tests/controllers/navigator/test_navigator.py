@@ -446,6 +446,14 @@ class TestLocalCostmap:
             scan[0] = 1.0
         assert seen == [False] * 4 + [True] * 8
 
+    def test_a_scan_that_is_held_is_not_a_new_scan(self):
+        navigator = Navigator(PlainFollower(), load_preset("thesis"), "plain")
+        navigator.reset(context())
+        first, other = np.full(360, 3.0, dtype=np.float32), np.full(360, 2.0, dtype=np.float32)
+        seen = [navigator._new_scan({"scan": scan.copy()}) for scan in (first, first, other, other, first)]
+        assert [scan is not None for scan in seen] == [True, False, True, False, True]
+        assert navigator._new_scan({}) is None
+
     def test_scan_of_another_lidar_is_refused(self):
         navigator = Navigator(PlainFollower(), load_preset("thesis"), "plain")
         navigator.reset(context())
