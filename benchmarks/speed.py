@@ -27,7 +27,9 @@ from controllers.mppi.params import MppiParams
 from controllers.nav2_params import NavigationParams, load_preset
 from controllers.rpp.controller import RppFollower
 from controllers.rpp.params import RppParams
-from evolution.driving import calibration_loop
+from evolution.driving import calibration_loop, run_job
+from evolution.search import experiment_of
+from evolution.search import load_preset as load_search
 from gym_mapbench.costmap import Costmap, LaserScan, LayeredCostmap, build_static_costmap
 from gym_mapbench.env.config import EnvConfig
 from gym_mapbench.env.single import MapBenchEnv
@@ -180,6 +182,16 @@ def costmap_timings(scenario: Scenario) -> Iterator[Timing]:
         yield measure(f"{name} costmap, scan and update", update, 400)
 
 
+def run_timings(scenario: Scenario) -> Iterator[Timing]:
+    """One control step of a whole run with noise: the controllers and the world of the default search."""
+    plan = experiment_of(load_search("robust")).plan
+    for place, spec in enumerate(plan.controllers):
+        job = plan.job(scenario, place, 0)
+        steps = run_job(job).time_s * plan.settings.environment.control_hz
+        timing = measure("", lambda job=job: run_job(job), 5)
+        yield replace(timing, name=f"control step of a run, {spec.name}", seconds=timing.seconds / steps)
+
+
 def random_steps(scenario: Scenario, beams: int) -> Timing:
     """One env step with random actions, which soon lead to a wall and along it."""
     env = endless(scenario, beams)
@@ -254,7 +266,7 @@ def main() -> None:
         return
     nav2, scenario = recorded_nav2(args.oracle), a_scenario()
     print(f"{'what':44s} {'ms':>10s} {'x loop':>12s} {'Nav2 ms':>10s} {'faster':>9s}")
-    for timing in (*follower_timings(scenario, nav2), *world_timings(scenario)):
+    for timing in (*follower_timings(scenario, nav2), *world_timings(scenario), *run_timings(scenario)):
         print(timing.line(), flush=True)
 
 

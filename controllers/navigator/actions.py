@@ -157,6 +157,7 @@ class ActionServer:
         handle.outcome, handle.ended = outcome, now + outcome.delay
 
     def _find_next_time(self) -> float:
+        """Return when the next message arrives or the running goal needs work, s."""
         arrival = self._arriving[0].arrives if self._arriving else NEVER
         if self._current is None:
             return arrival

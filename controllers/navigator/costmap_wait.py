@@ -86,8 +86,7 @@ class CostmapWait:
     def is_over(self, now: float) -> bool:
         """Whether the server can go on at ``now`` (s), because the costmap is current or the wait has failed."""
         if self._costmap.is_current(now):
-            if self.is_waiting:
-                self.forget()
+            self.forget()
             return True
         if not self.is_waiting:
             self.is_waiting, self._since = True, now

@@ -355,11 +355,9 @@ class Navigator:
 
     def _advance_servers(self) -> None:
         """Do what the servers had to do since the last tick."""
-        now = self._now
-        self._update_costmaps(now)
+        self._update_costmaps(self._now)
         for server in self._servers.actions:
-            if server.next_time <= now + TIME_RESOLUTION:
-                server.advance(now)
+            server.advance(self._now)
 
     def _clear(self, which: str) -> float:
         """Clear a costmap; returns how long the service takes."""

@@ -172,6 +172,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         self.observer = Observer(config, self.scenario, world, start, streams)
         gains = noise.actuation_v, noise.actuation_w
         self._actuation = Wander(gains, noise.actuation_time_constant, 1.0 / config.control_hz, streams.actuation)
+        self._worlds.commands[0] = 0.0
         self._trail, self._velocity = [start], (0.0, 0.0)
         self.task = Task(config, self.scenario, start, self._worlds)
         if self.render_mode == "human":
@@ -192,8 +193,7 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         task = self.task
         if task is None or task.over:
             raise ResetNeeded("step: no episode is running; call reset first")
-        command = self.carried_out(*to_command(action, self.config))
-        touched = self.simulation.drive(*command, self._late_ticks, self._prompt_ticks)
+        touched = self._drive(*to_command(action, self.config))
         pose, velocity = self.simulation.state()
         task.step(pose, touched)
         self.picture()
@@ -249,6 +249,15 @@ class MapBenchEnv(gymnasium.Env[Any, Any]):
         """Return a command (m/s, rad/s) as the motors carry it out in this control period; call it once in each."""
         gain_v, gain_w = self._actuation.advance()
         return v * (1 + gain_v), w * (1 + gain_w)
+
+    def _drive(self, v: float, w: float) -> int:
+        """Drive for one control period, at first by the previous command; return what was touched."""
+        command = self.carried_out(v, w)
+        last = self._worlds.commands[0]
+        before_v, before_w = last.tolist()
+        touched = self.simulation.advance(before_v, before_w, self._late_ticks) if self._late_ticks else 0
+        last[:] = command
+        return self.simulation.advance(*command, self._prompt_ticks) | touched
 
     def _info(self, now: Standing, touched: int, pose: Pose, velocity: tuple[float, float]) -> dict[str, Any]:
         before, self._velocity = self._velocity, velocity

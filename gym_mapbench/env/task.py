@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ OUTCOMES: tuple[StepOutcome, ...] = ("running", "goal", "collision", "timeout")
 TOUCHED = ("nothing", "wall", "body", "wall and body")
 """What the robot touched, in the order of the sums of :data:`~gym_mapbench.world.world.WALL` and ``BODY``."""
 REWARD_TERMS = ("progress", "time", "collision", "goal")
+FIELD = {name: index for index, name in enumerate(TASK.names or ())}
+FIRST_TERM = FIELD[REWARD_TERMS[0]]
 NO_FIELD = np.zeros((0, 0))
 
 
@@ -162,10 +164,10 @@ class Task:
 
     def standing(self) -> Standing:
         """Return how the episode stands."""
-        _, _, _, _, steps, outcome, _, _, _, *terms, reward = self._worlds.tasks.item(0)
-        return Standing(
-            OUTCOMES[outcome], steps / self._control_hz, reward, dict(zip(REWARD_TERMS, terms, strict=True))
-        )
+        record: tuple[Any, ...] = self._worlds.tasks.item(0)
+        *terms, reward = record[FIRST_TERM:]
+        outcome, time = OUTCOMES[record[FIELD["outcome"]]], record[FIELD["steps"]] / self._control_hz
+        return Standing(outcome, time, reward, dict(zip(REWARD_TERMS, terms, strict=True)))
 
     @property
     def outcome(self) -> StepOutcome:

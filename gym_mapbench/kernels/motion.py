@@ -92,32 +92,6 @@ def drive_robot(robots, boxes, i, v, w, ticks, drive, grounds, walls):
 
 
 @kernel
-def drive_period(robots, boxes, commands, i, v, w, late, prompt, drive, grounds, walls):
-    """Drive one robot for a control period, as long as no wall is near.
-
-    Args:
-        robots: ``(n,)`` ROBOT, in and out.
-        boxes: ``(n,)`` BOX, in and out.
-        commands: ``(n, 2)`` the last command, m/s and rad/s.
-        i: Which robot.
-        v: Commanded forward speed, m/s.
-        w: Commanded turn rate, rad/s.
-        late: Number of physics steps for which the robot still obeys the last command.
-        prompt: Number of physics steps after these.
-        drive: ``(1,)`` DRIVE.
-        grounds: ``(n,)`` GROUND.
-        walls: ``(cells,)`` bool, the map in a frame of walls, flat.
-
-    Returns:
-        How many of the two parts were driven: 0, 1, or 2.
-    """
-    before_v, before_w = commands[i, 0], commands[i, 1]
-    if late > 0 and not drive_robot(robots, boxes, i, before_v, before_w, late, drive, grounds, walls):
-        return 0
-    return 2 if drive_robot(robots, boxes, i, v, w, prompt, drive, grounds, walls) else 1
-
-
-@kernel
 def plan_ticks(robots, yaw, v, w, first, drive, rows):
     """Write what the robot does in the ticks of a control step from a tick on, if nothing stops it.
 

@@ -13,6 +13,7 @@ import numpy as np
 from gym_mapbench.kernels.jit import kernel
 
 SHORT_OF_RANGE_MAX = np.float32(1e-4)
+"""How far before ``range_max`` an infinite range ends where it is valid, m."""
 HAIR = np.float32(32.0)
 """How much farther along the ray a hit is published, in steps of single precision. The simulated lidar is exact:
 without noise its hits lie on the border of the wall's cell, and rounding would decide which cell they fall into."""
@@ -25,8 +26,8 @@ def publish_ranges(ranges, range_max, x, y):
     Args:
         ranges: ``(beams,)`` m; ``range_max`` where nothing is hit.
         range_max: Longest range, m.
-        x: Position of the scanner, m: the larger it is, the larger are the steps of single precision.
-        y: The same.
+        x: Position of the scanner along x, m; the steps of single precision grow with x and y.
+        y: Position along y, m.
     """
     published = np.empty(len(ranges), np.float32)
     hair = HAIR * np.spacing(np.float32(max(abs(x), abs(y)) + range_max))
@@ -46,8 +47,8 @@ def project_scan(ranges, beams, range_min, range_max, inf_is_valid, x, y, yaw):
         range_min: Shortest range, m.
         range_max: Longest range, m.
         inf_is_valid: Whether a beam that hit nothing ends just short of ``range_max`` instead of nowhere.
-        x: Position of the sensor, m.
-        y: The same.
+        x: Position of the sensor along x, m.
+        y: Position along y, m.
         yaw: Heading of the sensor, rad.
     """
     range_min, range_max, x, y = np.float32(range_min), np.float32(range_max), np.float32(x), np.float32(y)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from gym_mapbench.kernels.bodies import drive_robot_among
-from gym_mapbench.kernels.motion import BOX, MARGIN, drive_period, drive_robot
+from gym_mapbench.kernels.motion import BOX, MARGIN, drive_robot
 from gym_mapbench.world.box2d import Engine
 from gym_mapbench.world.plant import PLANTS, PlantName
 from gym_mapbench.world.robot import RobotSpec
@@ -63,7 +63,6 @@ class Simulation:
         self._worlds.grounds[0] = ground_of(world.grid)
         self._worlds.robots[0] = (*start, *[0.0] * 6, False)
         self._worlds.boxes[0] = np.zeros((), BOX)
-        self._worlds.commands[0] = 0.0
         self._robot = robot
         self._slipping = PLANTS[plant].slips
         self._walls = world.grid.framed.reshape(-1)
@@ -88,27 +87,6 @@ class Simulation:
         """True forward speed (m/s) and turn rate (rad/s) of the body; the wheels' where nothing touches it."""
         return self.state()[1]
 
-    def drive(self, v: float, w: float, late: int, prompt: int) -> int:
-        """Drive for a control period, at first still by the last command.
-
-        Args:
-            v: Commanded forward speed, m/s.
-            w: Commanded turn rate, rad/s.
-            late: Number of physics steps by the last command.
-            prompt: Number of physics steps by this one.
-
-        Returns:
-            What the robot touched, as :meth:`advance`.
-        """
-        commands, touched, driven = self._worlds.commands, 0, self._drive_period(v, w, late, prompt)
-        if driven < 1 and late:
-            before_v, before_w = commands[0].tolist()
-            touched = self.advance(before_v, before_w, late)
-        if driven < 2:
-            touched |= self.advance(v, w, prompt)
-        commands[0] = v, w
-        return touched
-
     def advance(self, v: float, w: float, ticks: int) -> int:
         """Drive ``ticks`` physics steps towards a command, and move the bodies on.
 
@@ -127,16 +105,6 @@ class Simulation:
         if self.world.bodies:
             self.world.advance(ticks)
         return touched
-
-    def _drive_period(self, v: float, w: float, late: int, prompt: int) -> int:
-        """Drive where nothing moves and nothing is within reach; return how many of the two parts were."""
-        if not self._rests or self.world.bodies:
-            return 0
-        worlds, walls = self._worlds, self._walls
-        driven: int = drive_period(
-            worlds.robots, worlds.boxes, worlds.commands, 0, v, w, late, prompt, self._drive, worlds.grounds, walls
-        )
-        return driven
 
     def _drive_free(self, v: float, w: float, ticks: int) -> bool:
         """Drive without Box2D if nothing is within reach; return whether that was done."""

@@ -118,25 +118,6 @@ def test_the_box_is_kept_while_box2d_rests(seed):
         assert resting._worlds.boxes.item(0)[:4] == always._engine.box()[:4]
 
 
-@pytest.mark.parametrize("rests", [True, False])
-@pytest.mark.parametrize("late", [0, 1, 5])
-@given(st.integers(0, 2**32 - 1))
-@settings(max_examples=10)
-def test_a_control_period_is_driven_part_by_part(rests, late, seed):
-    rng = np.random.default_rng(seed)
-    commands = np.repeat(rng.uniform([-0.3, -2.0], [0.5, 2.0], (12, 2)), 5, axis=0).tolist()
-    whole, parts = (
-        Simulation(World(wall_at(1.6, size=48)), WAFFLE, Pose(1.0, 1.2, 0.3), rests=rests) for _ in range(2)
-    )
-    before = 0.0, 0.0
-    for command in commands:
-        touched = whole.drive(*command, late, 5 - late)
-        expected = parts.advance(*before, late) if late else 0
-        expected |= parts.advance(*command, 5 - late)
-        assert (touched, whole.state()) == (expected, parts.state())
-        before = command
-
-
 @settings(max_examples=200)
 @given(st.integers(0, 2**32 - 1), st.floats(0.01, 2.0))
 def test_walls_are_near_where_geometry_says(seed, reach):

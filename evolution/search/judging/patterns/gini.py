@@ -21,7 +21,8 @@ def gini(times: Times) -> float:
     Args:
         times: One value >= 0 per controller; equal for all, zeros included, gives 0.
     """
-    n, total = len(times), float(sum(ordered := sorted(times)))
+    ordered = sorted(times)
+    n, total = len(ordered), float(sum(ordered))
     if total == 0.0:
         return 0.0
     weighted = float(sum(rank * time for rank, time in enumerate(ordered, start=1)))
@@ -38,8 +39,8 @@ def gini_fitness(ginis: Sequence[float], epsilon: float = 1e-8, unevenness_weigh
     if not deltas or min(deltas) <= epsilon:
         return NO_PATTERN
     spread, count = sum(deltas), len(deltas)
-    apart = [delta - spread / count for delta in deltas]
-    return float(spread - unevenness_weight * (sum(one * one for one in apart) / count))
+    deviations = [delta - spread / count for delta in deltas]
+    return float(spread - unevenness_weight * (sum(one * one for one in deviations) / count))
 
 
 class Gini(Pattern):
