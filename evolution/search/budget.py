@@ -46,5 +46,6 @@ class Budget:
         return NO_LIMIT if self.settings.runs is None else self.settings.runs - self.archive.count
 
     def cost_of(self, repeats: Mapping[str, int]) -> int:
-        """Return the number of runs until every controller has so many runs on maps of the archive, by digest."""
-        return sum(self.archive.missing(digest, wanted) for digest, wanted in repeats.items())
+        """Return the number of runs until maps of the archive, by digest, have so many repeats."""
+        missing = (wanted - self.archive.repeats_of(digest) for digest, wanted in repeats.items())
+        return self.controllers * sum(max(number, 0) for number in missing)

@@ -17,8 +17,7 @@ from evolution.search.settings import EvolveSettings
 def race(expectations: Expectations, settings: EvolveSettings, budget: Budget) -> None:
     """Drive one more seed on the maps that might make the best expected set better (racing).
 
-    The maps are ranked by how good the best set would be if they were steady. The first ones may have most runs. If a
-    controller leads, it alone runs on maps outside of the best set: what the others need there is known from few runs.
+    The maps are ranked by how good the best set would be if they were steady. The first ones may have most runs.
 
     Args:
         expectations: Ranks the maps; they are updated.
@@ -34,7 +33,7 @@ def race(expectations: Expectations, settings: EvolveSettings, budget: Budget) -
             more = wanted | {name: archive.repeats_of(name) + 1}
             if budget.cost_of(more) <= budget.runs:
                 wanted = more
-    archive.drive(wanted, going_on=(lambda names: set(names) & set(expectations.best)) if archive.is_led else None)
+    archive.drive(wanted)
     expectations.update()
 
 

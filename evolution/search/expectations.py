@@ -7,13 +7,12 @@ the rank of its score in the set.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from evolution.search.archive import Archive, best_by_exchange
-from evolution.search.judging import Fitness, Names, is_solved, solved_trials
+from evolution.search.judging import Fitness, Names
 from evolution.search.judging.expected_fitness import Estimate, estimates_of, expected_fitness
 from gym_mapbench.world.scenario import Scenario
 
@@ -29,8 +28,7 @@ class Expectations:
     Attributes:
         parents: For each map that mutation made, by digest, the map it was made of.
         estimates: Of every map without a failed run, by digest.
-        known: The maps that may be in a set: those that are solved, in the validation stage also with rare failures.
-        best: The known maps of the best expected set, in order of their scores; empty if there are too few.
+        best: The solved maps of the best expected set, in order of their scores; empty if there are too few.
     """
 
     def __init__(self, archive: Archive, fitness: Callable[[], Fitness], size: int) -> None:
@@ -38,9 +36,7 @@ class Expectations:
         self.size = size
         self.parents: dict[str, str] = {}
         self.estimates: dict[str, Estimate] = {}
-        self.known: Names = ()
         self.best: Names = ()
-        self.failures = False
         self._fitness = fitness
 
     def add_parent(self, child: Scenario, parent: Scenario) -> None:
@@ -50,17 +46,15 @@ class Expectations:
 
     def update(self) -> None:
         """Estimate all maps by all runs so far, and find the best expected set again."""
-        results = self.archive.all_results()
-        self.estimates = estimates_of(results, self.parents, self._fitness(), self.failures)
-        self.known = tuple(name for name in self.estimates if is_solved(solved_trials(results[name])))
+        self.estimates = estimates_of(self.archive.all_results(), self.parents, self._fitness())
         self.best = self._best()
 
     def _best(self) -> Names:
         """Return the set that no exchange of a single map improves, in a search from the set of the best fitness."""
-        names = self.archive.best(self._fitness(), self.size) or self.known[: self.size]
-        if len(names) < self.size:
+        names = self.archive.best(self._fitness(), self.size)
+        if not names:
             return ()
-        best = best_by_exchange(names, self.known, self.value_of)
+        best = best_by_exchange(names, self.archive.solved(), self.value_of)
         return tuple(sorted(best, key=lambda name: self.estimates[name].score))
 
     def value_of(self, names: Names) -> float:
@@ -73,52 +67,24 @@ class Expectations:
 
     def ranked(self, role: int) -> list[str]:
         """Return the solved maps, the best in a role first."""
-        return sorted(self.known, key=lambda name: self.value_in(role, name))
+        return sorted(self.archive.solved(), key=lambda name: self.value_in(role, name))
 
     def potentials(self) -> dict[str, float]:
-        """Return how good the best set would be with each known map in its best role if the map were as hoped."""
-        return {name: min(values) for name, values in self._hopes().items()}
-
-    def possible_gains(self) -> NDArray[np.float64]:
-        """Return for each role by how much a known map, if it were as hoped, would improve the best set; at least 0."""
-        hopes = np.array(list(self._hopes().values()))
-        gains: NDArray[np.float64] = np.maximum(self.value_of(self.best) - hopes.min(axis=0), 0.0)
-        return gains
-
-    def _hopes(self) -> dict[str, list[float]]:
-        """Return for each known map the fitness of the best set with it in each role if the map were as hoped.
+        """Return how good the best set would be with each solved map in its best role if the map were as hoped.
 
         A map with one repeat is hoped to be steady and never to fail. With ``n`` repeats the hope is ``1/n`` of that.
         """
-        found, of_best = {}, {other: self.estimates[other] for other in self.best}
-        for name in self.known:
+        found = {}
+        for name in self.archive.solved():
             one, doubt = self.estimates[name], 1.0 - 1.0 / self.archive.repeats_of(name)
             hoped = one._replace(deviation=doubt * one.deviation, success=1.0 - doubt * (1.0 - one.success))
-            found[name] = [self._value_in(role, name, {**of_best, name: hoped}) for role in range(self.size)]
+            of_best = {other: self.estimates[other] for other in self.best}
+            found[name] = min(self._value_in(role, name, {**of_best, name: hoped}) for role in range(self.size))
         return found
 
-    def substitutes(self, verified: Iterable[str]) -> list[str]:
-        """Return the maps that might be needed instead of a map of the best set, the most useful first.
-
-        A map is useful if it might improve the best set, or in a role whose map may fail while the verified maps are
-        worse there.
-
-        Args:
-            verified: Digests of maps that need no further seeds.
-        """
-        value = self.value_of(self.best)
-        bars = np.minimum(self.bars(verified), 0.0)
-        doubts = 1.0 - np.array([self.estimates[name].success for name in self.best])
-        uses = {}
-        for name, potential in self.potentials().items():
-            values = np.array([self.value_in(role, name) for role in range(self.size)])
-            uses[name] = max(value - potential, *(doubts * (bars - values)))
-        others = (name for name in uses if name not in self.best and uses[name] > 0.0)
-        return sorted(others, key=lambda name: -uses[name])
-
-    def bars(self, names: Iterable[str]) -> list[float]:
-        """Return for each role the expected fitness of the best set with the best of some other maps in it."""
-        others = [name for name in names if name not in self.best]
+    def bars(self) -> list[float]:
+        """Return for each role the expected fitness of the best set with the best other map in it."""
+        others = [name for name in self.archive.solved() if name not in self.best]
         return [min((self.value_in(role, name) for name in others), default=np.inf) for role in range(self.size)]
 
     def slowest_first(self, top: float = 1 / 6) -> list[int]:
@@ -127,7 +93,7 @@ class Expectations:
         Args:
             top: Share of the solved maps whose scores count as high.
         """
-        known = sorted((self.estimates[name] for name in self.known), key=lambda one: -one.score)
+        known = sorted((self.estimates[name] for name in self.archive.solved()), key=lambda one: -one.score)
         values = np.array([one.values for one in known])
         excess = values[: max(1, round(top * len(values)))].mean(axis=0) - np.median(values, axis=0)
         return [int(place) for place in np.argsort(-excess, kind="stable")]

@@ -239,11 +239,11 @@ class _Search:
             give_further_seeds(front_of(self.population), self.archive, self.settings, self.budget)
             judge_again(self.algorithm)
         elif self.settings.archive.elite:
-            if self._of_archive and self.staged and self.expectations.best:
-                self.archive.lead_with(self.expectations.slowest_first())
             race(self.expectations, self.settings, self.budget)
             elite = self.expectations.best
             judge_again(self.algorithm, [self.archive.map_set(elite)] if elite else [])
+            if self._of_archive and self.staged and elite:
+                self.archive.stages = tuple((place,) for place in self.expectations.slowest_first())
 
     @property
     def _of_archive(self) -> bool:
@@ -255,7 +255,7 @@ class _Search:
         self.expectations.update()
         if not names or not self.expectations.best:
             return list(names)
-        bars = self.expectations.bars(self.expectations.known)
+        bars = self.expectations.bars()
         return [
             name
             for name in names
@@ -265,7 +265,7 @@ class _Search:
     def _expected_gain(self, trial: Trial) -> float:
         """Return by how much a mutation improved the best expected set; at most the weight of a pattern."""
         before, after = ([one.world_digest for one in some] for some in (trial.before, trial.after))
-        if not set(after) <= set(self.expectations.known):
+        if not all(self.archive.is_solved(name) for name in after):
             return 0.0
         gain = self.expectations.value_of(tuple(before)) - self.expectations.value_of(tuple(after))
         return min(gain, self.settings.judging.pattern_weight)

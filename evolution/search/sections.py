@@ -46,15 +46,13 @@ class ValidationSettings(Settings):
     """How the best maps are validated on held-out seeds before the best set is named.
 
     Args:
-        seeds: Held-out seeds of every candidate, used one after the other; the chosen set gets as many again, up to
-            four times while runs are left.
-        candidates: This number times ``seeds`` times the number of controllers are the runs that the stage distributes:
-            they go to the maps that the best expected set needs or might be better with, so maps that turn out weak or
-            unsteady get fewer. With ``archive.parents`` and ``staged``, only the controller that sets scores apart
-            drives here.
+        seeds: Held-out seeds of every candidate, used one after the other until it fails once; the chosen set gets as
+            many again.
+        candidates: The stage has this number times ``seeds`` to distribute: they go to the maps that the best expected
+            set needs or might be better with, so maps that turn out weak or unsteady get fewer.
         held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.
-        reliability: The maps of a set should keep the ranks of their scores, without a failed run, in this share of
-            trials; a set with a smaller share counts less, the more so the smaller it is.
+        reliability: A set is chosen among those whose maps keep the ranks of their scores, without a failed run, in
+            at least this share of trials; if there is none, among those with the largest share.
         avoid_contact: Whether a set is chosen only among the maps on which no run touched a wall or body, where these
             suffice. Contacts are what a simulator and Gazebo agree on least.
     """

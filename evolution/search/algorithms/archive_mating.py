@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.infill import InfillCriterion
 from pymoo.core.population import Population
 
@@ -21,8 +20,6 @@ PARENTS = 8
 """Parents are selected among this many maps, the best in the role most often."""
 FRESH = 0.1
 """Probability that the new map is sampled."""
-EVENLY = 0.15
-"""Share of the new maps that are made for all roles alike."""
 MAX_TRIES = 20
 """Mutations until one is a map that was not evaluated before; then a map is sampled."""
 
@@ -32,7 +29,7 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
 
     Args:
         expectations: Which maps are good in which role.
-        mutation: Selects the operator by its credit, and mutates the map.
+        mutation: Selects the role and the operator by their credit, and mutates the map.
         sampling: Samples the maps that have no parent.
         options: ``repair`` and ``eliminate_duplicates`` of pymoo.
     """
@@ -51,9 +48,8 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
         if not (best := self.expectations.best):
             return Population.new(X=as_column([self._first_set(random_state) for _ in range(n_offsprings)]))
         base = self.expectations.archive.map_set(best)
-        parents, chances = [self._parents(role) for role in range(len(base))], self._chances()
-        children = [self._child(base, parents, chances, random_state) for _ in range(n_offsprings)]
-        return Population.new(X=as_column(children))
+        parents = [self._parents(role) for role in range(len(base))]
+        return Population.new(X=as_column([self._child(base, parents, random_state) for _ in range(n_offsprings)]))
 
     def _first_set(self, rng: np.random.Generator) -> MapSet:
         """Return a set of solved maps and sampled ones, as long as there is no best expected set."""
@@ -65,17 +61,9 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
         """Return the best maps in a role, the best first."""
         return self.expectations.archive.map_set(self.expectations.ranked(role)[:PARENTS])
 
-    def _chances(self) -> NDArray[np.float64]:
-        """Return the probability that the new map is made for each role: mostly where the set can gain most."""
-        gains = self.expectations.possible_gains()
-        evenly = np.full(len(gains), 1.0 / len(gains))
-        return EVENLY * evenly + (1.0 - EVENLY) * (gains / gains.sum() if gains.any() else evenly)
-
-    def _child(
-        self, base: MapSet, parents: list[MapSet], chances: NDArray[np.float64], rng: np.random.Generator
-    ) -> MapSet:
+    def _child(self, base: MapSet, parents: list[MapSet], rng: np.random.Generator) -> MapSet:
         """Return a set with one new map."""
-        role = int(rng.choice(len(base), p=chances))
+        role = self.mutation.draw_place(range(len(base)), rng)
         if rng.random() >= FRESH:
             for _ in range(MAX_TRIES):
                 child = self._mutated(base, parents[role], role, rng)

@@ -20,18 +20,12 @@ from evolution.search.judging.fitness import Fitness, calibrate_scale, scores_of
 from evolution.search.judging.judgement import Judgement, best_of, order_of
 from evolution.search.judging.map_results import (
     MapResults,
-    failed_trials,
-    filled_trials,
-    finished_trials,
     is_solved,
     is_untouched,
     missing_runs,
     repeats_of,
-    runs_by_repeat,
     singles_of,
-    solved_trials,
     success_share,
-    without_failed_trials,
 )
 from evolution.search.judging.objectives import Objectives
 from evolution.search.judging.patterns import FITNESSES, Parts, Pattern, gini
@@ -57,9 +51,6 @@ __all__ = [
     "best_of_judged",
     "best_set",
     "calibrate_scale",
-    "failed_trials",
-    "filled_trials",
-    "finished_trials",
     "gini",
     "is_solved",
     "is_untouched",
@@ -67,10 +58,7 @@ __all__ = [
     "missing_runs",
     "order_of",
     "repeats_of",
-    "runs_by_repeat",
     "scores_of",
     "singles_of",
-    "solved_trials",
     "success_share",
-    "without_failed_trials",
 ]

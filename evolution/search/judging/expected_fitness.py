@@ -20,16 +20,8 @@ from numpy.typing import NDArray
 
 from evolution.search.judging.equation import gain
 from evolution.search.judging.exact import Names
-from evolution.search.judging.fitness import Fitness
-from evolution.search.judging.map_results import (
-    MapResults,
-    failed_trials,
-    is_solved,
-    repeats_of,
-    runs_by_repeat,
-    solved_trials,
-    without_failed_trials,
-)
+from evolution.search.judging.fitness import Fitness, scores_of
+from evolution.search.judging.map_results import MapResults, is_solved, repeats_of, singles_of
 
 SIMILAR = 8
 """Number of similar maps whose pooled variance is the prior of a map's variance."""
@@ -68,54 +60,26 @@ class Estimate(NamedTuple):
     success: float
 
 
-def estimates_of(
-    maps: Mapping[str, MapResults], parents: Mapping[str, str], fitness: Fitness, failures: bool = False
-) -> dict[str, Estimate]:
+def estimates_of(maps: Mapping[str, MapResults], parents: Mapping[str, str], fitness: Fitness) -> dict[str, Estimate]:
     """Return the estimate of every map without a failed run; controllers may lack runs.
 
     Args:
         maps: Results of all evaluated maps, by name, parents before their children.
         parents: Of each map that was made of another one, the name of that map.
         fitness: Judges sets.
-        failures: Whether maps that failed in a later repeat than the first have an estimate, too.
     """
     values = shrunken_values(maps, parents, fitness)
     expected = {name: float(fitness.kind.score(some)) for name, some in values.items()}
-    allowed = {name: of_map for name, of_map in maps.items() if failures or not failed_trials(of_map)}
-    solved = {name: without_failed_trials(one) for name, one in allowed.items() if is_solved(solved_trials(one))}
-    scores = {
-        name: expected_scores(solved[name], values[name], fitness) if name in solved else [expected[name]]
-        for name in maps
-    }
+    solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
+    scores = {name: scores_of(solved[name], fitness) if name in solved else [expected[name]] for name in maps}
     places = places_of(maps, scores)
     deviations, in_time = deviations_of(scores, places), chances_in_time(solved, places, fitness.time_limit)
     goals = chances_of_goals(maps, places)
     return {
         name: Estimate(values[name], expected[name], deviations[name], goals[name] * in_time.get(name, 1.0))
         for name, of_map in maps.items()
-        if all(run.success for runs in of_map for run in (runs[:1] if failures else runs))
+        if all(run.success for runs in of_map for run in runs)
     }
-
-
-def expected_scores(of_map: MapResults, values: Sequence[float], fitness: Fitness) -> list[float]:
-    """Return the score of each repeat of a map; a controller that lacks a run counts with its expected value.
-
-    Args:
-        of_map: Results without failures; controllers may lack runs.
-        values: The expected value of each controller.
-        fitness: Judges sets.
-    """
-    return [
-        float(
-            fitness.kind.score(
-                [
-                    fitness.value_of(runs[number : number + 1]) if number < len(runs) else expected
-                    for runs, expected in zip(of_map, values, strict=True)
-                ]
-            )
-        )
-        for number in range(repeats_of(of_map))
-    ]
 
 
 def places_of(maps: Mapping[str, MapResults], scores: OfRepeats) -> Places:
@@ -153,7 +117,7 @@ def shrunken_values(
         parents: Of each map that was made of another one, the name of that map.
         fitness: Judges sets.
     """
-    own = {name: without_failed_trials(of_map) for name, of_map in maps.items()}
+    own = {name: _without_failed_trials(of_map) for name, of_map in maps.items()}
     of_controllers = zip(*own.values(), strict=True)
     middle = [median([fitness.value_of(runs) for runs in some if runs] or [0.0]) for some in of_controllers]
     found: dict[str, tuple[float, ...]] = {}
@@ -166,8 +130,14 @@ def shrunken_values(
     return found
 
 
+def _without_failed_trials(of_map: MapResults) -> MapResults:
+    """Return the runs of a map before its first trial with a failure."""
+    failed = [number for runs in of_map for number, run in enumerate(runs) if not run.success]
+    return tuple(runs[: min(failed)] for runs in of_map) if failed else of_map
+
+
 def chances_of_goals(maps: Mapping[str, MapResults], places: Places) -> dict[str, float]:
-    """Return the chance that no controller fails in a further trial of each map whose first trial had no failure.
+    """Return the chance that no controller fails in a further trial of each map, if none has failed so far.
 
     The prior is the share of failed trials, after a first trial without a failure, of the ten most similar maps (a
     beta distribution).
@@ -176,9 +146,8 @@ def chances_of_goals(maps: Mapping[str, MapResults], places: Places) -> dict[str
         maps: Results of all evaluated maps, by name.
         places: What makes them similar (:func:`places_of`).
     """
-    failures = {name: failed_trials(of_map) for name, of_map in maps.items()}
     further = {
-        name: (repeats_of(of_map) - 1, failures[name])
+        name: (repeats_of(of_map) - 1, any(not run.success for runs in of_map for run in runs[1:]))
         for name, of_map in maps.items()
         if repeats_of(of_map) > 1 and all(run.success for runs in of_map for run in runs[:1])
     }
@@ -188,7 +157,7 @@ def chances_of_goals(maps: Mapping[str, MapResults], places: Places) -> dict[str
     for name, of_map in maps.items():
         similar = _nearest(others, places[name], SIMILAR_FAILURES)
         prior = (float(failed[similar].sum()) + FAILURES) / (float(trials[similar].sum()) + TRIALS)
-        found[name] = 1.0 - (prior * PRIOR_OF_FAILURES + failures[name]) / (PRIOR_OF_FAILURES + repeats_of(of_map))
+        found[name] = 1.0 - prior * PRIOR_OF_FAILURES / (PRIOR_OF_FAILURES + repeats_of(of_map))
     return found
 
 
@@ -227,12 +196,12 @@ def chances_in_time(maps: Mapping[str, MapResults], places: Places, time_limit: 
     The logarithms of its times are modelled as normally distributed, with the deviation of :func:`deviations_of`.
 
     Args:
-        maps: Results of solved maps, by name; controllers may lack runs.
+        maps: Results of solved maps, by name.
         places: What makes them similar (:func:`places_of`).
         time_limit: Simulated seconds.
     """
     slowest = {
-        name: [float(np.log(max(run.time_s for run in runs))) for runs in runs_by_repeat(of_map)]
+        name: [float(np.log(max(run.time_s for (run,) in single))) for single in singles_of(of_map)]
         for name, of_map in maps.items()
     }
     deviations = deviations_of(slowest, places)

@@ -1,4 +1,4 @@
-"""Selection of the best set among candidates: the one with the best mean trial, where unreliable sets count less."""
+"""Selection of the best set among candidates: of the sets that are reliable, the one with the best mean trial."""
 
 from __future__ import annotations
 
@@ -10,16 +10,7 @@ from statistics import fmean
 import numpy as np
 
 from evolution.driving import SetResults
-from evolution.search.judging import (
-    Fitness,
-    MapResults,
-    Names,
-    is_untouched,
-    repeats_of,
-    scores_of,
-    solved_trials,
-    success_share,
-)
+from evolution.search.judging import Fitness, MapResults, Names, is_solved, is_untouched, scores_of, success_share
 from evolution.search.judging.expected_fitness import chances_in_time, places_of
 from evolution.search.sections import ValidationSettings
 from evolution.search.validation_stage.trials import order_kept, trials_of
@@ -30,19 +21,14 @@ Results = Mapping[str, MapResults]
 MAX_SETS = 100_000
 """Most sets that are judged; each takes some tenths of a millisecond."""
 SHORT_LIST = 40
-"""Sets whose trials are judged: those that are worth most if their maps are independent of each other."""
-STRICTNESS = 8
-"""Exponent of a set's share of good trials, relative to the share that is wanted."""
-JEFFREYS = 0.5
-"""Good and bad trials that are added to those of a set: its few trials prove no share of 1 (Jeffreys' prior)."""
+"""Sets whose trials are judged: those with the best fitness times the chances of order and of no timeout."""
 
 
 def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings) -> Names:
-    """Return the set with the best mean trial, its maps in order of their scores.
+    """Return the set with the best mean trial of those that are reliable, its maps in order of their scores.
 
-    A set is reliable if in a share of its trials the maps keep the ranks of their scores and no run fails. The mean
-    trial of other sets counts less, the more so the smaller their share is. The scores are those of the repeats without
-    a failed run.
+    A set is reliable if in a share of its trials the maps keep the ranks of their scores and no run fails. If no set
+    is, those with the largest share are taken. Maps without a failure come first.
 
     Args:
         maps: Results of the candidates, by name.
@@ -50,12 +36,14 @@ def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings
         size: Maps in a set.
         stage: That share (``reliability``), and whether maps without a contact come first, too.
     """
-    eligible = preferred(maps, is_untouched, size) if stage.avoid_contact else maps
+    eligible = preferred(maps, is_solved, size)
+    if stage.avoid_contact:
+        eligible = preferred(eligible, is_untouched, size)
     eligible = few_enough(eligible, size)
     values = _Values(eligible, fitness, stage.reliability)
     short_list = sorted(combinations(eligible, size), key=values.estimate)[:SHORT_LIST]
-    best = min(short_list, key=values.worth)
-    return tuple(sorted(best, key=lambda name: _place(fitness((solved_trials(maps[name]),)).scores[0])))
+    best = min(short_list, key=values.reliable)
+    return tuple(sorted(best, key=lambda name: _place(fitness((maps[name],)).scores[0])))
 
 
 def preferred(maps: Results, passes: Callable[[MapResults], bool], size: int) -> Results:
@@ -86,32 +74,30 @@ class _Values:
         self.fitness = fitness
         self.reliability = reliability
         self.scores = {name: scores_of(of_map, fitness) for name, of_map in maps.items()}
-        self.solved = {name: solved_trials(of_map) for name, of_map in maps.items()}
-        timed = {name: of_map for name, of_map in self.solved.items() if self.scores[name]}
-        self.in_time = chances_in_time(timed, places_of(timed, self.scores), fitness.time_limit)
+        solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
+        places = places_of(solved, self.scores)
+        self.in_time = chances_in_time(solved, places, fitness.time_limit)
 
     def estimate(self, names: Names) -> float:
-        """Return the worth of a set if its maps are independent of each other, by the fitness of its solved trials."""
-        value = self.fitness(tuple(self.solved[name] for name in names)).fitness
-        share = float(np.prod([len(self.scores[name]) / repeats_of(self.maps[name]) for name in names]))
+        """Return the fitness times the chances of order, if it counts, and of no timeout; a penalty stays."""
+        value = self.fitness(self._results(names)).fitness
+        chance = self._chance_in_time(names)
         if self.fitness.kind.ordered:
-            share *= chance_of_order([self.scores[name] for name in names])
-        return self._worth(names, min(value, 0.0) * share + max(value, 0.0), share)
+            chance *= chance_of_order([self.scores[name] for name in names])
+        return min(value, 0.0) * chance + max(value, 0.0)
 
-    def worth(self, names: Names) -> float:
-        """Return the mean value of a trial, closer to 0 the less reliable the set is."""
-        values, kept = values_of_trials(self._results(names), self.fitness)
-        return self._worth(names, fmean(values), fmean(kept))
-
-    def _worth(self, names: Names, value: float, share: float) -> float:
-        """Return a mean value, closer to 0 if the share of good trials, as expected of further ones, is too small."""
-        trials = min(repeats_of(self.maps[name]) for name in names)
-        in_time = float(np.prod([self.in_time.get(name, 1.0) for name in names]))
-        expected = in_time * (share * trials + JEFFREYS) / (trials + 2.0 * JEFFREYS)
-        return min(value, 0.0) * in_time * min(expected / self.reliability, 1.0) ** STRICTNESS + max(value, 0.0)
+    def reliable(self, names: Names) -> tuple[float, float]:
+        """Return by how much the share of good trials of a set is too small, and the mean value of a trial."""
+        results, chance = self._results(names), self._chance_in_time(names)
+        values, kept = values_of_trials(results, self.fitness)
+        share = chance * fmean(kept)
+        return max(self.reliability - share, 0.0), fmean(values) * chance
 
     def _results(self, names: Names) -> SetResults:
         return tuple(self.maps[name] for name in names)
+
+    def _chance_in_time(self, names: Names) -> float:
+        return float(np.prod([self.in_time.get(name, 1.0) for name in names]))
 
 
 def _place(score: float | None) -> float:
@@ -122,7 +108,7 @@ def _place(score: float | None) -> float:
 def values_of_trials(results: SetResults, fitness: Fitness) -> tuple[list[float], list[bool]]:
     """Return the fitness of each trial, at least 0 where the maps lose their order, and where they keep it."""
     trials = [fitness(one) for one in trials_of(results)]
-    kept = order_kept(trials, fitness(tuple(map(solved_trials, results))), fitness)
+    kept = order_kept(trials, fitness(results), fitness)
     values = [
         trial.fitness if in_order else max(trial.fitness, 0.0) for trial, in_order in zip(trials, kept, strict=True)
     ]

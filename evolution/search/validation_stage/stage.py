@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
-from evolution.search.archive import GoingOn
 from evolution.search.budget import Budget
 from evolution.search.expectations import Expectations
-from evolution.search.judging import Fitness, Judgement, Names, filled_trials, solved_trials
+from evolution.search.judging import Fitness, Judgement, Names
 from evolution.search.sections import ValidationSettings
 from evolution.search.settings import EvolveSettings
 from evolution.search.validation_stage.held_out import ValidationResult, held_out
 from evolution.search.validation_stage.selection import select
 from gym_mapbench.world.scenario import MapSet
-
-CONFIRMATIONS = 4
-"""How often a chosen map gets as many held-out seeds again as a candidate has, while it is chosen and runs are left."""
 
 
 class Validated(NamedTuple):
@@ -25,7 +20,7 @@ class Validated(NamedTuple):
 
     Args:
         map_set: Its maps, in order of their scores.
-        judged: Its judgement when it was selected, by the repeats without a failed run.
+        judged: Its judgement when it was selected.
         result: Its held-out fitness.
     """
 
@@ -55,7 +50,7 @@ def validate(
         return None
     names = candidates.select()
     chosen, seeds = archive.map_set(names), stage.held_out_seeds
-    judged = fitness(tuple(map(solved_trials, archive.results_of(chosen))))
+    judged = fitness(archive.results_of(chosen))
     archive.drive({name: archive.repeats_of(name) + seeds for name in names}, everyone=True)
     result = held_out(archive.results_of(chosen), judged, fitness, seeds, len(candidates.before))
     return Validated(chosen, judged, result)
@@ -82,72 +77,52 @@ class _Candidates:
 
     @property
     def names(self) -> list[str]:
-        """The maps that have all their held-out seeds; all with some, if these are too few."""
-        complete = self._complete
-        return complete if len(complete) >= self.size else [name for name in self.before if self._seeds(name) > 0]
+        """The maps that have all their held-out seeds, without a failure; all with some, if these are too few."""
+        begun = [name for name in self.before if self._seeds(name)]
+        complete = [name for name in begun if self.archive.is_solved(name) and self._seeds(name) >= self.stage.seeds]
+        return complete if len(complete) >= self.size else begun
 
     def re_evaluate(self) -> None:
-        """Drive one held-out seed after the other on the maps that the best set needs or might be better with.
-
-        If a controller leads, it alone drives.
-        """
-        going_on: GoingOn | None = (lambda _: ()) if self.archive.is_led else None
-        self.expectations.failures = True
-        most = self.archive.count + self.stage.candidates * self.stage.seeds * self.budget.controllers
-        self.expectations.update()
-        while self.archive.count < most and self.expectations.best and (wanted := self._next()):
-            self.before |= {name: self.archive.repeats_of(name) for name in wanted if name not in self.before}
-            if not self._drive(wanted, self.stage.seeds + self.stage.held_out_seeds, going_on):
-                break
+        """Drive one held-out seed after the other on the maps that the best set needs or might be better with."""
+        left = self.stage.candidates * self.stage.seeds
+        while left > 0:
             self.expectations.update()
+            names = self._next()[:left]
+            self.before |= {name: self.archive.repeats_of(name) for name in names if name not in self.before}
+            wanted = {name: self.archive.repeats_of(name) + 1 for name in names}
+            if not names or not self._drive(wanted, reserve=self.stage.seeds + self.stage.held_out_seeds):
+                break
+            left -= len(names)
 
     def select(self) -> Names:
-        """Return the set that is still selected after all controllers drove on its maps, with further seeds, too."""
-        times: Counter[str] = Counter()
+        """Return the set that is still selected after its maps got as many held-out seeds again."""
+        settled: set[str] = set()
         while True:
-            names = self._selected(self.names)
-            again = [name for name in names if times[name] <= CONFIRMATIONS]
-            more = {name: self._wanted(name) + self.stage.seeds * min(times[name], 1) for name in again}
-            if not more:
+            maps = {name: self.archive.results(name) for name in self.names}
+            names = select(maps, self.fitness, self.size, self.stage)
+            more = {name: self.archive.repeats_of(name) + self.stage.seeds for name in names if name not in settled}
+            if not more or not self._drive(more, reserve=self.stage.held_out_seeds):
                 return names
-            if not self._drive(more, self.stage.held_out_seeds):
-                return names if len(times) < self.size else self._selected(times)
-            times.update(again)
+            settled.update(more)
 
-    def _wanted(self, name: str) -> int:
-        """Return the repeats of a map with all its held-out seeds."""
-        return max(self.archive.repeats_of(name), self.before[name] + self.stage.seeds)
-
-    def _selected(self, names: Iterable[str]) -> Names:
-        """Return the best set of some maps; the runs that a controller lacks are taken to be like those it has."""
-        maps = {name: filled_trials(self.archive.results(name)) for name in names}
-        return select(maps, self.fitness, self.size, self.stage)
-
-    def _next(self) -> dict[str, int]:
-        """Return the repeats that maps shall have next: those of the best set, and as many that might be needed."""
-        others = self.expectations.substitutes(self._complete)
-        best, rivals = (
-            [name for name in names if self._seeds(name) < self.stage.seeds]
-            for names in (self.expectations.best, others)
-        )
-        return {name: self.archive.repeats_of(name) + 1 for name in (*best, *rivals[: self.size])}
-
-    @property
-    def _complete(self) -> list[str]:
-        """The maps that have all their held-out seeds."""
-        return [name for name in self.before if self._seeds(name) >= self.stage.seeds]
+    def _next(self) -> list[str]:
+        """Return the maps that get the next seed: those of the best set, and as many that might improve it most."""
+        potentials = self.expectations.potentials()
+        best = [name for name in self.expectations.best if self._seeds(name) < self.stage.seeds]
+        others = [name for name in potentials if name not in self.expectations.best]
+        rivals = [name for name in others if self._seeds(name) < self.stage.seeds]
+        return best + sorted(rivals, key=potentials.__getitem__)[: self.size]
 
     def _seeds(self, name: str) -> int:
-        """Return the number of held-out seeds of a map with which any controller drove."""
-        return self.archive.repeats_of(name) - self.before.get(name, self.archive.repeats_of(name))
+        """Return the number of held-out seeds of a map."""
+        return self.archive.repeats_of(name) - self.before[name] if name in self.before else 0
 
-    def _drive(self, wanted: Mapping[str, int], reserve: int, going_on: GoingOn | None = None) -> bool:
-        """Drive maps until each has a number of repeats.
+    def _drive(self, wanted: Mapping[str, int], reserve: int) -> bool:
+        """Drive maps until each has a number of repeats or one failed run.
 
         Args:
             wanted: For each map the number of repeats.
             reserve: Seeds of a whole set whose runs are reserved for later steps.
-            going_on: See :meth:`Archive.drive`.
 
         Returns:
             Whether the runs suffice; nothing is driven where they do not.
@@ -155,5 +130,5 @@ class _Candidates:
         reserved = self.budget.controllers * self.size * reserve
         if self.budget.cost_of(wanted) + reserved > self.budget.all_runs:
             return False
-        self.archive.drive(wanted, going_on=going_on)
+        self.archive.drive_while_solved(wanted)
         return True

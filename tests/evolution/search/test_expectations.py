@@ -65,9 +65,8 @@ def test_no_exchange_of_a_map_improves_the_best_expected_set():
     assert expectations.value_in(1, expectations.best[0]) == np.inf
     scores = [expectations.estimates[name].score for name in expectations.best]
     assert scores == sorted(scores)
-    bars = expectations.bars(expectations.known)
+    bars = expectations.bars()
     assert all(bar >= least for bar in bars)
-    assert expectations.bars([]) == [np.inf] * 3
     assert bars[1] == min(value for name in expectations.archive.solved() if (value := _other(expectations, name)))
 
 
@@ -98,61 +97,6 @@ def test_a_map_with_one_repeat_is_hoped_to_be_steady():
     for name, potential in potentials.items():
         values = [expectations.value_in(role, name) for role in range(3)]
         assert potential <= min(values) + 1e-9
-
-
-def test_the_possible_gain_is_largest_in_the_role_that_an_unsteady_map_could_fill():
-    expectations = expectations_of()
-    archive = expectations.archive
-    archive.drive(dict.fromkeys(archive.scenarios, 6))
-    expectations.update()
-    gains = expectations.possible_gains()
-    assert gains.shape == (3,)
-    assert (gains >= 0).all()
-    assert int(np.argmax(gains)) == 2
-    assert gains.max() == pytest.approx(
-        expectations.value_of(expectations.best) - min(expectations.potentials().values())
-    )
-
-
-def test_most_offspring_are_made_for_the_role_with_the_largest_possible_gain(monkeypatch):
-    expectations = expectations_of()
-    monkeypatch.setattr(expectations, "possible_gains", lambda: np.array([0.0, 0.5, 1.5]))
-    made = mating_of(expectations)
-    made.do(None, None, 200, random_state=np.random.default_rng(0))
-    roles = np.bincount([trial.role for trial in made.mutation.trials], minlength=3) / len(made.mutation.trials)
-    assert roles == pytest.approx([0.05, 0.05 + 0.85 / 4, 0.05 + 0.85 * 3 / 4], abs=0.1)
-    monkeypatch.setattr(expectations, "possible_gains", lambda: np.zeros(3))
-    assert made._chances() == pytest.approx([1 / 3] * 3)
-
-
-def test_substitutes_might_be_needed_instead_of_a_map_of_the_best_set():
-    expectations = expectations_of()
-    substitutes = expectations.substitutes(expectations.known)
-    assert 0 < len(substitutes) < len(expectations.known)
-    assert not set(substitutes) & set(expectations.best)
-    assert set(substitutes) <= set(expectations.substitutes([]))
-
-
-def test_maps_with_a_failed_repeat_are_known_where_failures_are_allowed():
-    def once(job):
-        run = answer(job)
-        fails = job.repeat == 2 and int(job.scenario.map.digest[:2], 16) % 4 == 3
-        return replace(run, outcome="timeout") if fails else run
-
-    expectations = expectations_of(how=once)
-    archive = expectations.archive
-    before = dict(expectations.estimates)
-    archive.drive(dict.fromkeys(archive.scenarios, 4), everyone=True)
-    expectations.update()
-    failed = [name for name in archive.scenarios if not archive.is_solved(name)]
-    assert failed
-    assert not set(failed) & set(expectations.known)
-    expectations.failures = True
-    expectations.update()
-    assert set(failed) <= set(expectations.known)
-    steady = [expectations.estimates[name].success for name in archive.solved()]
-    for name in failed:
-        assert expectations.estimates[name].success < min(before[name].success, *steady)
 
 
 def test_racing_gives_most_runs_to_the_maps_that_matter():

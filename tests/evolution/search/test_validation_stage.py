@@ -81,19 +81,6 @@ def test_of_reliable_sets_the_one_with_the_best_mean_trial_is_selected():
     assert selected(maps) == ("equal", "middle", "unsteady")
 
 
-def test_a_set_that_is_hardly_reliable_is_selected_before_a_much_weaker_one():
-    maps = {"equal": map_with(*[20.0] * 20), "middle": map_with(*[22.0] * 20), "weak": map_with(*[24.0] * 20)}
-    maps["unsteady"] = map_with(*[21.0] * 3, *[80.0] * 17)
-    assert "unsteady" in selected(maps)
-    assert "unsteady" not in selected({**maps, "strong": map_with(*[60.0] * 20)})
-
-
-def test_few_trials_without_a_failure_prove_no_reliability():
-    few, many = map_with(*[46.0] * 2), map_with(*[44.0] * 20)
-    maps = {"equal": map_with(*[20.0] * 20), "middle": map_with(*[30.0] * 20), "few": few, "many": many}
-    assert selected(maps) == ("equal", "middle", "many")
-
-
 def touched(of_map):
     """The map with a contact in the last run."""
     untouched = [tuple(replace(run, metrics={"n_contacts": 0.0}) for run in runs) for runs in of_map]
@@ -193,17 +180,3 @@ def test_the_least_runs_allowed_suffice_to_validate_a_set(elite_seeds):
     expectations = Expectations(archive, lambda: FITNESS, 3)
     assert validate(expectations, FITNESS, options, STAGE, Budget(options, archive)) is not None
     assert archive.count <= options.runs
-
-
-def test_where_too_few_maps_were_ever_solved_the_others_join_them():
-    never = map_with(*[20.0] * 5, outcome="timeout")
-    assert set(selected({"never": never, "a": EQUAL, "b": APART})) == {"never", "a", "b"}
-
-
-def test_a_map_that_fails_rarely_is_selected_where_the_set_stays_reliable():
-    rarely = tuple(runs * 3 for runs in map_with(*[60.0] * 8))
-    rarely = (*rarely[:2], (*rarely[2][:-1], RunResult("timeout", 150.0, 1.0)))
-    steady = {name: tuple(runs * 3 for runs in of_map) for name, of_map in (("a", EQUAL), ("b", MIDDLE), ("c", APART))}
-    assert "rarely" in selected({**steady, "rarely": rarely})
-    often = (*rarely[:2], (*rarely[2][:-4], *[RunResult("timeout", 150.0, 1.0)] * 4))
-    assert selected({**steady, "often": often}) == ("a", "b", "c")
