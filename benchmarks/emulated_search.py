@@ -12,14 +12,12 @@ Printed are the reported and the held-out fitness (60 further seeds), and the sh
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from shutil import copy
 from statistics import fmean, median
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +28,9 @@ from evolution.driving.store import ResultStore
 from evolution.runs import RunDir, experiment_in
 from evolution.search import Experiment, evolve
 from evolution.search.loop import EvolveResult
-from evolution.search.validation_stage.trials import order_kept, trials_of
-from gym_mapbench.errors import MapBenchError
+from evolution.search.validation_stage import ValidationResult
+from evolution.search.validation_stage.held_out import held_out
+from gym_mapbench.errors import MapBenchError, RunError
 from gym_mapbench.generator import MotifGenes
 from gym_mapbench.world.genome import Genome
 from gym_mapbench.world.scenario import Scenario
@@ -53,13 +52,18 @@ STEADY = 36.0
 """Times below this many seconds hardly scatter."""
 JITTER = 0.02
 """Standard deviation of the logarithm of an emulated time about the recorded one."""
-FURTHER = 60
-"""Seeds of the held-out fitness."""
+FURTHER = range(10_000, 10_060)
+"""Repeats of the held-out fitness; a search has no repeats that late."""
 
 
 def no_run(job: Job) -> RunResult:
-    """Refuse to drive: records answer every run."""
-    raise MapBenchError(f"{job.scenario.name}: expected a recorded run")
+    """Refuse to drive: records answer every run.
+
+    Raises:
+        RunError: Always.
+    """
+    missing = f"{job.controller.name} on {job.scenario.name}, repeat {job.repeat}"
+    raise RunError(f"expected the runs of a search with the rules of this checkout, got none of {missing}")
 
 
 class Recorder(Evaluator):
@@ -70,8 +74,13 @@ class Recorder(Evaluator):
         self.maps: dict[str, tuple[Genome | None, Runs]] = {}
 
     def run(self, jobs: Sequence[Job], on_run: OnRun | None = None) -> list[RunResult]:
-        """Return the recorded results of jobs."""
-        results = super().run(jobs, on_run)
+        """Return the recorded results of jobs.
+
+        Raises:
+            RunError: If one is not recorded: other rules made the record.
+        """
+        known = self.store.get_many(job.key for job in jobs)
+        results = [known[job.key] if job.key in known else no_run(job) for job in jobs]
         for job, result in zip(jobs, results, strict=True):
             _, runs = self.maps.setdefault(job.scenario.world_digest, (job.scenario.genome, defaultdict(list)))
             runs[job.controller.name].append(result)
@@ -81,10 +90,7 @@ class Recorder(Evaluator):
 def recorded(path: Path) -> list[tuple[Genome, Runs]]:
     """Return the maps of a finished search that have a genome."""
     directory = RunDir.open(path)
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        closing(ResultStore(Path(copy(directory.store_path, folder)))) as store,
-    ):
+    with ResultStore(directory.store_path) as store:
         recorder = Recorder(store)
         evolve(experiment_in(directory), recorder)
     return [(genome, dict(runs)) for genome, runs in recorder.maps.values() if genome is not None]
@@ -101,6 +107,7 @@ def recorded_maps(paths: Sequence[Path], file: Path | None) -> list[tuple[Genome
 
 
 def genes_of(genome: Genome) -> MotifGenes:
+    """Return the genes of a genome of motifs."""
     return MotifGenes.from_mapping(genome.genes, "genes")
 
 
@@ -125,7 +132,13 @@ def features_of(genome: Genome, elements: int = 5) -> Floats:
 
 @dataclass(frozen=True)
 class Pool:
-    """Recorded maps of one kind, with their features in units of their spread."""
+    """Recorded maps of one kind.
+
+    Args:
+        runs: The runs of each map.
+        features: ``(maps, features)`` from :func:`features_of`, in units of their spread.
+        scale: ``(features,)`` that spread; 1 where all maps are equal.
+    """
 
     runs: list[Runs]
     features: Floats
@@ -140,12 +153,28 @@ class Pool:
         return cls([runs for _, runs in maps], features / scale, scale)
 
     def nearest(self, genome: Genome) -> tuple[NDArray[np.intp], Floats]:
-        """Return the numbers of the nearest maps, and their weights by distance."""
+        """Return the numbers of the nearest maps, ``(n,)``, and their weights by distance, ``(n,)`` with sum 1."""
         distances = np.linalg.norm(self.features - features_of(genome) / self.scale, axis=1)
         near = np.argsort(distances, kind="stable")[:NEAREST]
         width = max(float(distances[near[min(4, len(near) - 1)]]), 1e-6)
         weights = np.exp(-((distances[near] / width) ** 2))
         return near, weights / weights.sum()
+
+
+class Neighbours(NamedTuple):
+    """The recorded maps that a map has its runs from.
+
+    Args:
+        pool: Maps of its kind.
+        near: ``(n,)`` numbers of the nearest ones there.
+        weights: ``(n,)`` their probabilities on this map.
+        by_distance: ``(n,)`` their probabilities on any map with these genes.
+    """
+
+    pool: Pool
+    near: NDArray[np.intp]
+    weights: Floats
+    by_distance: Floats
 
 
 class Emulator(Evaluator):
@@ -159,7 +188,7 @@ class Emulator(Evaluator):
         most = max(len(runs) for _, runs in maps)
         whole = {kind for kind, some in kinds.items() if any(len(runs) == most for _, runs in some)}
         self.pools = {kind: Pool.of(some) for kind, some in kinds.items() if kind in whole}
-        self._models: dict[str, tuple[Pool, NDArray[np.intp], Floats, Floats]] = {}
+        self._neighbours: dict[str, Neighbours] = {}
 
     def run(self, jobs: Sequence[Job], on_run: OnRun | None = None) -> list[RunResult]:
         """Return an emulated result of each job."""
@@ -168,7 +197,7 @@ class Emulator(Evaluator):
 
     def answer(self, job: Job) -> RunResult:
         """Return one of the recorded runs of the controller on maps that are like the job's."""
-        pool, near, weights, by_distance = self._model(job.scenario)
+        pool, near, weights, by_distance = self._neighbours_of(job.scenario)
         rng, name = np.random.default_rng(job.seed), job.controller.name
         runs = pool.runs[int(rng.choice(near, p=weights))]
         is_steady = all(run.success and run.time_s < STEADY for some in runs.values() for run in some)
@@ -183,40 +212,37 @@ class Emulator(Evaluator):
         time = min(result.time_s * float(np.exp(rng.normal(0.0, JITTER))), job.settings.environment.time_limit)
         return replace(result, time_s=time, seed=job.seed)
 
-    def _model(self, scenario: Scenario) -> tuple[Pool, NDArray[np.intp], Floats, Floats]:
+    def _neighbours_of(self, scenario: Scenario) -> Neighbours:
         digest = scenario.world_digest
-        if digest not in self._models:
+        if digest not in self._neighbours:
             rng = np.random.default_rng(int(digest[:15], 16))
-            genome = scenario.genome
-            pool = self.pools.get(kind_of(genome)) if genome is not None else None
-            if genome is None or pool is None:
-                pool = list(self.pools.values())[int(rng.integers(len(self.pools)))]
-                near = rng.integers(len(pool.runs), size=NEAREST)
-                by_distance = np.full(NEAREST, 1.0 / NEAREST)
-            else:
-                near, by_distance = pool.nearest(genome)
+            pool, near, by_distance = self._nearest(scenario.genome, rng)
             weights = by_distance * (rng.gamma(CONCENTRATION, size=len(near)) + 1e-9)
-            self._models[digest] = pool, near, weights / weights.sum(), by_distance
-        return self._models[digest]
+            self._neighbours[digest] = Neighbours(pool, near, weights / weights.sum(), by_distance)
+        return self._neighbours[digest]
+
+    def _nearest(self, genome: Genome | None, rng: np.random.Generator) -> tuple[Pool, NDArray[np.intp], Floats]:
+        """Return the nearest recorded maps; any maps for a map without genes, or of a kind that is not recorded."""
+        pool = None if genome is None else self.pools.get(kind_of(genome))
+        if genome is not None and pool is not None:
+            return pool, *pool.nearest(genome)
+        pool = list(self.pools.values())[int(rng.integers(len(self.pools)))]
+        return pool, rng.integers(len(pool.runs), size=NEAREST), np.full(NEAREST, 1.0 / NEAREST)
 
 
-def held_out(result: EvolveResult, experiment: Experiment, emulator: Emulator) -> tuple[float, float]:
-    """Return the median fitness of trials with further seeds, and the share of them that keep their rank."""
-    plan, first = experiment.plan, 10_000
+def held_out_again(result: EvolveResult, experiment: Experiment, emulator: Emulator) -> ValidationResult:
+    """Return the held-out fitness of the named set on further seeds."""
+    plan, best = experiment.plan, result.best
+    places = range(len(plan.controllers))
     results = tuple(
-        tuple(
-            tuple(emulator.answer(plan.job(scenario, place, first + number)) for number in range(FURTHER))
-            for place in range(len(plan.controllers))
-        )
-        for scenario in result.best.map_set
+        tuple(tuple(emulator.answer(plan.job(scenario, place, number)) for number in FURTHER) for place in places)
+        for scenario in best.map_set
     )
-    trials = [result.fitness(one) for one in trials_of(results)]
-    kept = order_kept(trials, result.best.judgement, result.fitness)
-    return median(one.fitness for one in trials), fmean(kept)
+    return held_out(results, best.judgement, result.fitness, len(FURTHER), candidates=1)
 
 
 def main() -> None:
-    """Print a line for each search, and the medians."""
+    """Read the options, and emulate."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="directories of finished searches")
     parser.add_argument("--maps", type=Path, metavar="FILE", help="recorded maps, JSON; written if it does not exist")
@@ -224,21 +250,30 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=1000, help="seed of the first one (default 1000)")
     parser.add_argument("--algorithm", default="ga", help="algorithm of the search: ga or random (default ga)")
     args = parser.parse_args()
+    try:
+        emulate(args)
+    except MapBenchError as error:
+        parser.error(str(error))
+
+
+def emulate(args: argparse.Namespace) -> None:
+    """Search with each seed, and print a line for each search and the means."""
     experiment, maps = experiment_in(RunDir.open(args.runs[0])), recorded_maps(args.runs, args.maps)
+    if not maps:
+        raise RunError(f"{args.runs[0]}: expected maps with genes, got none")
     print(f"{len(maps)} recorded maps with genes")
-    rows = []
+    reported, again = [], []
     for seed in range(args.first_seed, args.first_seed + args.seeds):
         search = experiment.search.replace(seed=seed, algorithm=args.algorithm)
-        again, emulator = replace(experiment, search=search), Emulator(maps)
-        result = evolve(again, emulator)
-        reported = result.best.judgement.fitness if result.validation is None else result.validation.fitness
-        rows.append((reported, *held_out(result, again, emulator)))
-        print(
-            f"seed {seed}: reported {reported:.2f}, held-out {rows[-1][1]:.2f}, rank kept {rows[-1][2]:.2f}", flush=True
-        )
-    values, kept = [row[1] for row in rows], fmean(row[2] for row in rows)
-    near = fmean(abs(row[0] - row[1]) <= 0.5 for row in rows)
-    print(f"held-out fitness: median {median(values):.2f}, mean {fmean(values):.2f}; n = {len(rows)}")
+        emulated, emulator = replace(experiment, search=search), Emulator(maps)
+        result = evolve(emulated, emulator)
+        reported.append(result.best.judgement.fitness if result.validation is None else result.validation.fitness)
+        again.append(found := held_out_again(result, emulated, emulator))
+        shown = f"held-out {found.fitness:.2f}, rank kept {found.order_kept:.2f}, goals {found.goals / found.runs:.3f}"
+        print(f"seed {seed}: reported {reported[-1]:.2f}, {shown}", flush=True)
+    values, kept = [one.fitness for one in again], fmean(one.order_kept for one in again)
+    near = fmean(abs(one - other) <= 0.5 for one, other in zip(reported, values, strict=True))
+    print(f"held-out fitness: median {median(values):.2f}, mean {fmean(values):.2f}; n = {len(values)}")
     print(f"rank kept {kept:.2f}; within 0.5 of reported {near:.2f}")
 
 

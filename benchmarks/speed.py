@@ -15,6 +15,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -188,8 +189,8 @@ def run_timings(scenario: Scenario) -> Iterator[Timing]:
     for place, spec in enumerate(plan.controllers):
         job = plan.job(scenario, place, 0)
         steps = run_job(job).time_s * plan.settings.environment.control_hz
-        timing = measure("", lambda job=job: run_job(job), 5)
-        yield replace(timing, name=f"control step of a run, {spec.name}", seconds=timing.seconds / steps)
+        timing = measure(f"control step of a run, {spec.name}", partial(run_job, job), 5)
+        yield replace(timing, seconds=timing.seconds / steps)
 
 
 def random_steps(scenario: Scenario, beams: int) -> Timing:
