@@ -3,8 +3,8 @@
 ``python benchmarks/emulated_search.py runs/a runs/b --maps maps.json`` reads all runs of finished searches that this
 checkout made (directories of ``mapbench evolve`` with their store), and repeats the first search with other seeds. A
 run on a new map is one of the recorded runs on maps with similar genes. ``--maps`` writes the recorded maps, or reads
-them where the file exists: so another checkout searches the same landscape. Emulation compares rules of searches; it
-proves nothing about Nav2.
+them where the file exists: so another checkout searches the same landscape. Emulation compares rules of selection; it
+proves nothing about Nav2, and children inherit less than in real runs (docs/concepts/heldout.md).
 
 Printed are the reported and the held-out fitness (60 further seeds), and the share of trials that keep their rank.
 """
