@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from evolution.commands.options import positive
 from evolution.driving import Evaluator, Job, OnRun, RunResult
 from evolution.driving.store import ResultStore
 from evolution.runs import RunDir, experiment_in
@@ -97,9 +98,16 @@ def recorded(path: Path) -> list[tuple[Genome, Runs]]:
 
 
 def recorded_maps(paths: Sequence[Path], file: Path | None) -> list[tuple[Genome, Runs]]:
-    """Return the maps of some searches, or those of a file; a file that does not exist is written."""
+    """Return the maps of some searches, or those of a file; a file that does not exist is written.
+
+    Raises:
+        RunError: If the file has something else.
+    """
     if file is not None and file.exists():
-        return MAPS.validate_json(file.read_bytes())
+        try:
+            return MAPS.validate_json(file.read_bytes())
+        except ValueError as error:
+            raise RunError(f"{file}: expected the recorded maps that --maps writes, got something else") from error
     maps = [one for path in paths for one in recorded(path)]
     if file is not None:
         file.write_bytes(MAPS.dump_json(maps))
@@ -246,7 +254,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="directories of finished searches")
     parser.add_argument("--maps", type=Path, metavar="FILE", help="recorded maps, JSON; written if it does not exist")
-    parser.add_argument("--seeds", type=int, default=16, help="number of searches (default 16)")
+    parser.add_argument("--seeds", type=positive, default=16, help="number of searches (default 16)")
     parser.add_argument("--first-seed", type=int, default=1000, help="seed of the first one (default 1000)")
     parser.add_argument("--algorithm", default="ga", help="algorithm of the search: ga or random (default ga)")
     args = parser.parse_args()
