@@ -8,11 +8,14 @@ its credit times its configured probability. A role or operator without a trial 
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from gym_mapbench.world.scenario import MapSet
+
+MEMORY = 0.8
+"""Share of what a trial counts that is left one generation later."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ class Trial:
 class Credit:
     """Number of trials and sum of gains of each role, and of each operator within a role."""
 
-    tried: Counter[tuple[int, str]] = field(default_factory=Counter)
+    tried: dict[tuple[int, str], float] = field(default_factory=lambda: defaultdict(float))
     gained: dict[tuple[int, str], float] = field(default_factory=lambda: defaultdict(float))
 
     def add(self, trial: Trial, gain: float) -> None:
@@ -45,10 +48,16 @@ class Credit:
             self.tried[trial.role, name] += 1
             self.gained[trial.role, name] += max(gain, 0.0)
 
+    def fade(self) -> None:
+        """Let the trials so far count less, so that what gained long ago is forgotten."""
+        for key in self.tried:
+            self.tried[key] *= MEMORY
+            self.gained[key] *= MEMORY
+
     def of(self, role: int, operator: str = "") -> float:
         """Return the mean gain of an operator in a role, or of all operators in it; never 0."""
         key = role, operator
-        return (self._overall + self.gained.get(key, 0.0)) / (1 + self.tried[key])
+        return (self._overall + self.gained.get(key, 0.0)) / (1.0 + self.tried.get(key, 0.0))
 
     def chances(self, configured: Mapping[str, float], role: int) -> dict[str, float]:
         """Return the probabilities of the operators in a role.

@@ -20,6 +20,9 @@ from gym_mapbench.settings import Settings
 
 T = TypeVar("T")
 
+LINE_GENES = ("shift", "slope", "swing")
+"""Shared genes that take elements off the route; all are 0 on it."""
+
 
 class StepSettings(Settings):
     """The size of steps of genes.
@@ -102,6 +105,14 @@ def shrink_deviations(edit: GeneEdit, rng: np.random.Generator) -> MotifGenes:
     factor = float(rng.random())
     elements = tuple({gene: factor * value for gene, value in one.items()} for one in section.elements)
     return edit.replaced(number, section.replace(elements=elements))
+
+
+def straighten(edit: GeneEdit, rng: np.random.Generator) -> MotifGenes:
+    """Make the elements of a section equal, and put them on the route: no deviations, shift, slope or swing."""
+    number, section, motif = edit.section(rng)
+    on_route = {gene: float(np.clip(0.0, *motif.ranges[gene])) for gene in LINE_GENES}
+    equal = tuple({} for _ in section.elements)
+    return edit.replaced(number, section.replace(shared={**section.shared, **on_route}, elements=equal))
 
 
 def add_element(edit: GeneEdit, rng: np.random.Generator) -> MotifGenes:
@@ -197,10 +208,11 @@ def _inserted(
 GeneOperator = Callable[[GeneEdit, np.random.Generator], MotifGenes]
 
 PROBABILITIES = {
-    step_shared: 0.4,
-    step_element: 0.1,
-    shift_element: 0.06,
-    shrink_deviations: 0.08,
+    step_shared: 0.35,
+    step_element: 0.05,
+    shift_element: 0.04,
+    shrink_deviations: 0.05,
+    straighten: 0.15,
     add_element: 0.06,
     remove_element: 0.06,
     duplicate_element: 0.04,

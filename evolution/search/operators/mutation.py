@@ -276,6 +276,7 @@ class MapMutation(Mutation):  # type: ignore[misc]
         Args:
             gain: Returns by how much a mutation improved the fitness of its set.
         """
+        self.credit.fade()
         for trial in self.trials:
             self.credit.add(trial, gain(trial))
         self.trials = []
