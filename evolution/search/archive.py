@@ -22,7 +22,7 @@ from evolution.search.judging import (
     judge_map,
     repeats_of,
 )
-from evolution.search.staging import Stages, next_stage, single_stage
+from evolution.search.staging import Stage, Stages, next_stage, single_stage
 from gym_mapbench.world.scenario import MapSet, Scenario
 
 MAX_EXCHANGES = 100
@@ -72,17 +72,23 @@ class Archive:
         for digest, scenario in scenarios.items():
             self.scenarios.setdefault(digest, scenario)
             self._runs.setdefault(digest, [[] for _ in self.plan.controllers])
-        self._drive_stages(dict.fromkeys(scenarios, self.plan.repeats), self.stages, going_on)
+        first = dict.fromkeys(scenarios, 0)
+        self._drive_stages(dict.fromkeys(scenarios, self.plan.repeats), self.stages, first, going_on)
         return [self.results_of(map_set) for map_set in map_sets]
 
-    def drive(self, repeats: Mapping[str, int], *, everyone: bool = False) -> None:
+    def drive(self, repeats: Mapping[str, int], *, everyone: bool = False, going_on: GoingOn | None = None) -> None:
         """Drive known maps until each controller has a number of runs on them; earlier runs count.
+
+        Failures in earlier repeats do not end the stages of later ones.
 
         Args:
             repeats: For each map, by digest, the number of runs.
-            everyone: Whether controllers drive even where others failed.
+            everyone: Whether controllers drive even where others fail.
+            going_on: Returns which maps, of those that got some of these runs, get those of their next stage; None for
+                all.
         """
-        self._drive_stages(repeats, self._everyone if everyone else self.stages, None)
+        known = {name: self.repeats_of(name) for name in repeats}
+        self._drive_stages(repeats, self._everyone if everyone else self.stages, known, going_on)
 
     def complete(self, map_sets: Iterable[MapSet]) -> None:
         """Drive the runs of these sets that controllers lack on maps where another controller has more."""
@@ -159,15 +165,25 @@ class Archive:
             tuple(maps)[:size], maps, lambda names: fitness(tuple(maps[name] for name in names)).rank_key
         )
 
-    def _drive_stages(self, repeats: Mapping[str, int], stages: Stages, going_on: GoingOn | None) -> None:
-        left = dict(repeats)
-        while left := {name: most for name, most in left.items() if next_stage(self._runs[name], stages, most)}:
-            if going_on is not None:
-                begun = [name for name in left if self.repeats_of(name)]
-                dropped = set(begun) - set(going_on(begun))
-                left = {name: most for name, most in left.items() if name not in dropped}
-            stage_of = {name: next_stage(self._runs[name], stages, most) for name, most in left.items()}
-            self._drive([job for name, most in left.items() for job in self._missing(name, stage_of[name], most)])
+    def _drive_stages(
+        self, repeats: Mapping[str, int], stages: Stages, since: Mapping[str, int], going_on: GoingOn | None
+    ) -> None:
+        """Drive maps stage by stage until a run fails; failures before the repeat ``since`` do not count."""
+        names, begun = list(repeats), {name for name in repeats if self.repeats_of(name) > since[name]}
+        while next_of := self._next_stages(names, repeats, stages, since):
+            if going_on is not None and (asked := [name for name in next_of if name in begun]):
+                dropped = set(asked) - set(going_on(asked))
+                next_of = {name: stage for name, stage in next_of.items() if name not in dropped}
+            names = list(next_of)
+            begun.update(names)
+            self._drive([job for name in names for job in self._missing(name, next_of[name], repeats[name])])
+
+    def _next_stages(
+        self, names: Iterable[str], repeats: Mapping[str, int], stages: Stages, since: Mapping[str, int]
+    ) -> dict[str, Stage]:
+        """Return the next stage of each map that has one."""
+        found = {name: next_stage(self._runs[name], stages, repeats[name], since[name]) for name in names}
+        return {name: stage for name, stage in found.items() if stage}
 
     def _drive(self, jobs: Sequence[Job]) -> None:
         place = {spec.name: number for number, spec in enumerate(self.plan.controllers)}

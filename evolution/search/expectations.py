@@ -7,14 +7,17 @@ the rank of its score in the set.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
 from evolution.search.archive import Archive, best_by_exchange
-from evolution.search.judging import Fitness, Names
+from evolution.search.judging import Fitness, Names, is_solved, solved_trials
 from evolution.search.judging.expected_fitness import Estimate, estimates_of, expected_fitness
 from gym_mapbench.world.scenario import Scenario
+
+LEAST_GAIN = 0.01
+"""Share of the fitness of the best expected set by which a map must be able to improve it to get a held-out seed."""
 
 
 class Expectations:
@@ -28,7 +31,8 @@ class Expectations:
     Attributes:
         parents: For each map that mutation made, by digest, the map it was made of.
         estimates: Of every map without a failed run, by digest.
-        best: The solved maps of the best expected set, in order of their scores; empty if there are too few.
+        known: The maps that may be in a set: those that are solved, in the validation stage also with rare failures.
+        best: The known maps of the best expected set, in order of their scores; empty if there are too few.
     """
 
     def __init__(self, archive: Archive, fitness: Callable[[], Fitness], size: int) -> None:
@@ -36,7 +40,9 @@ class Expectations:
         self.size = size
         self.parents: dict[str, str] = {}
         self.estimates: dict[str, Estimate] = {}
+        self.known: Names = ()
         self.best: Names = ()
+        self.failures = False
         self._fitness = fitness
 
     def add_parent(self, child: Scenario, parent: Scenario) -> None:
@@ -46,15 +52,17 @@ class Expectations:
 
     def update(self) -> None:
         """Estimate all maps by all runs so far, and find the best expected set again."""
-        self.estimates = estimates_of(self.archive.all_results(), self.parents, self._fitness())
+        results = self.archive.all_results()
+        self.estimates = estimates_of(results, self.parents, self._fitness(), self.failures)
+        self.known = tuple(name for name in self.estimates if is_solved(solved_trials(results[name])))
         self.best = self._best()
 
     def _best(self) -> Names:
         """Return the set that no exchange of a single map improves, in a search from the set of the best fitness."""
-        names = self.archive.best(self._fitness(), self.size)
-        if not names:
+        names = self.archive.best(self._fitness(), self.size) or self.known[: self.size]
+        if len(names) < self.size:
             return ()
-        best = best_by_exchange(names, self.archive.solved(), self.value_of)
+        best = best_by_exchange(names, self.known, self.value_of)
         return tuple(sorted(best, key=lambda name: self.estimates[name].score))
 
     def value_of(self, names: Names) -> float:
@@ -67,24 +75,43 @@ class Expectations:
 
     def ranked(self, role: int) -> list[str]:
         """Return the solved maps, the best in a role first."""
-        return sorted(self.archive.solved(), key=lambda name: self.value_in(role, name))
+        return sorted(self.known, key=lambda name: self.value_in(role, name))
 
     def potentials(self) -> dict[str, float]:
-        """Return how good the best set would be with each solved map in its best role if the map were as hoped.
+        """Return how good the best set would be with each known map in its best role if the map were as hoped.
 
         A map with one repeat is hoped to be steady and never to fail. With ``n`` repeats the hope is ``1/n`` of that.
         """
         found = {}
-        for name in self.archive.solved():
+        for name in self.known:
             one, doubt = self.estimates[name], 1.0 - 1.0 / self.archive.repeats_of(name)
             hoped = one._replace(deviation=doubt * one.deviation, success=1.0 - doubt * (1.0 - one.success))
             of_best = {other: self.estimates[other] for other in self.best}
             found[name] = min(self._value_in(role, name, {**of_best, name: hoped}) for role in range(self.size))
         return found
 
-    def bars(self) -> list[float]:
-        """Return for each role the expected fitness of the best set with the best other map in it."""
-        others = [name for name in self.archive.solved() if name not in self.best]
+    def substitutes(self, verified: Iterable[str]) -> list[str]:
+        """Return the maps that might be needed instead of a map of the best set, the most useful first.
+
+        A map is useful if it might improve the best set, or in a role whose map may fail while the verified maps are
+        worse there.
+
+        Args:
+            verified: Digests of maps that need no further seeds.
+        """
+        value = self.value_of(self.best)
+        bars = np.minimum(self.bars(verified), 0.0)
+        doubts = 1.0 - np.array([self.estimates[name].success for name in self.best])
+        uses = {}
+        for name, potential in self.potentials().items():
+            values = np.array([self.value_in(role, name) for role in range(self.size)])
+            uses[name] = max(value - potential, *(doubts * (bars - values)))
+        others = (name for name in uses if name not in self.best and uses[name] >= LEAST_GAIN * abs(value))
+        return sorted(others, key=lambda name: -uses[name])
+
+    def bars(self, names: Iterable[str]) -> list[float]:
+        """Return for each role the expected fitness of the best set with the best of some other maps in it."""
+        others = [name for name in names if name not in self.best]
         return [min((self.value_in(role, name) for name in others), default=np.inf) for role in range(self.size)]
 
     def slowest_first(self, top: float = 1 / 6) -> list[int]:
@@ -93,7 +120,7 @@ class Expectations:
         Args:
             top: Share of the solved maps whose scores count as high.
         """
-        known = sorted((self.estimates[name] for name in self.archive.solved()), key=lambda one: -one.score)
+        known = sorted((self.estimates[name] for name in self.known), key=lambda one: -one.score)
         values = np.array([one.values for one in known])
         excess = values[: max(1, round(top * len(values)))].mean(axis=0) - np.median(values, axis=0)
         return [int(place) for place in np.argsort(-excess, kind="stable")]

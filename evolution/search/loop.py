@@ -255,7 +255,7 @@ class _Search:
         self.expectations.update()
         if not names or not self.expectations.best:
             return list(names)
-        bars = self.expectations.bars()
+        bars = self.expectations.bars(self.expectations.known)
         return [
             name
             for name in names

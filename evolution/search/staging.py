@@ -34,7 +34,7 @@ def stages_of(plan: JobPlan) -> Stages:
     return tuple((place,) for place in sorted(range(len(costs)), key=costs.__getitem__))
 
 
-def next_stage(of_map: Sequence[Sequence[RunResult]], stages: Stages, repeats: int) -> Stage:
+def next_stage(of_map: Sequence[Sequence[RunResult]], stages: Stages, repeats: int, since: int = 0) -> Stage:
     """Return the controllers that run next on a map; none after a stage with a failed run, or if no run is missing.
 
     The order of the stages may have changed since the map's first runs.
@@ -43,10 +43,11 @@ def next_stage(of_map: Sequence[Sequence[RunResult]], stages: Stages, repeats: i
         of_map: Results of the map, ``[controller][repeat]``.
         stages: The stages, in their order.
         repeats: Runs that each controller shall have.
+        since: First repeat whose failures count.
     """
     missing = [stage for stage in stages if any(len(of_map[place]) < repeats for place in stage)]
     driven = [place for stage in stages if stage not in missing for place in stage]
-    failed = any(not run.success for place in driven for run in of_map[place])
+    failed = any(not run.success for place in driven for run in of_map[place][since:])
     return missing[0] if missing and not failed else ()
 
 

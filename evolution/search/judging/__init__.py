@@ -20,12 +20,16 @@ from evolution.search.judging.fitness import Fitness, calibrate_scale, scores_of
 from evolution.search.judging.judgement import Judgement, best_of, order_of
 from evolution.search.judging.map_results import (
     MapResults,
+    failed_trials,
+    finished_trials,
     is_solved,
     is_untouched,
     missing_runs,
     repeats_of,
     singles_of,
+    solved_trials,
     success_share,
+    without_failed_trials,
 )
 from evolution.search.judging.objectives import Objectives
 from evolution.search.judging.patterns import FITNESSES, Parts, Pattern, gini
@@ -51,6 +55,8 @@ __all__ = [
     "best_of_judged",
     "best_set",
     "calibrate_scale",
+    "failed_trials",
+    "finished_trials",
     "gini",
     "is_solved",
     "is_untouched",
@@ -60,5 +66,7 @@ __all__ = [
     "repeats_of",
     "scores_of",
     "singles_of",
+    "solved_trials",
     "success_share",
+    "without_failed_trials",
 ]

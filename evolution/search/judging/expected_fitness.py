@@ -21,7 +21,15 @@ from numpy.typing import NDArray
 from evolution.search.judging.equation import gain
 from evolution.search.judging.exact import Names
 from evolution.search.judging.fitness import Fitness, scores_of
-from evolution.search.judging.map_results import MapResults, is_solved, repeats_of, singles_of
+from evolution.search.judging.map_results import (
+    MapResults,
+    failed_trials,
+    is_solved,
+    repeats_of,
+    singles_of,
+    solved_trials,
+    without_failed_trials,
+)
 
 SIMILAR = 8
 """Number of similar maps whose pooled variance is the prior of a map's variance."""
@@ -60,17 +68,21 @@ class Estimate(NamedTuple):
     success: float
 
 
-def estimates_of(maps: Mapping[str, MapResults], parents: Mapping[str, str], fitness: Fitness) -> dict[str, Estimate]:
+def estimates_of(
+    maps: Mapping[str, MapResults], parents: Mapping[str, str], fitness: Fitness, failures: bool = False
+) -> dict[str, Estimate]:
     """Return the estimate of every map without a failed run; controllers may lack runs.
 
     Args:
         maps: Results of all evaluated maps, by name, parents before their children.
         parents: Of each map that was made of another one, the name of that map.
         fitness: Judges sets.
+        failures: Whether maps that failed in a later repeat than the first have an estimate, too.
     """
     values = shrunken_values(maps, parents, fitness)
     expected = {name: float(fitness.kind.score(some)) for name, some in values.items()}
-    solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
+    solved = {name: solved_trials(of_map) for name, of_map in maps.items() if is_solved(of_map) or failures}
+    solved = {name: of_map for name, of_map in solved.items() if is_solved(of_map)}
     scores = {name: scores_of(solved[name], fitness) if name in solved else [expected[name]] for name in maps}
     places = places_of(maps, scores)
     deviations, in_time = deviations_of(scores, places), chances_in_time(solved, places, fitness.time_limit)
@@ -78,7 +90,7 @@ def estimates_of(maps: Mapping[str, MapResults], parents: Mapping[str, str], fit
     return {
         name: Estimate(values[name], expected[name], deviations[name], goals[name] * in_time.get(name, 1.0))
         for name, of_map in maps.items()
-        if all(run.success for runs in of_map for run in runs)
+        if all(run.success for runs in of_map for run in (runs[:1] if failures else runs))
     }
 
 
@@ -117,7 +129,7 @@ def shrunken_values(
         parents: Of each map that was made of another one, the name of that map.
         fitness: Judges sets.
     """
-    own = {name: _without_failed_trials(of_map) for name, of_map in maps.items()}
+    own = {name: without_failed_trials(of_map) for name, of_map in maps.items()}
     of_controllers = zip(*own.values(), strict=True)
     middle = [median([fitness.value_of(runs) for runs in some if runs] or [0.0]) for some in of_controllers]
     found: dict[str, tuple[float, ...]] = {}
@@ -130,14 +142,8 @@ def shrunken_values(
     return found
 
 
-def _without_failed_trials(of_map: MapResults) -> MapResults:
-    """Return the runs of a map before its first trial with a failure."""
-    failed = [number for runs in of_map for number, run in enumerate(runs) if not run.success]
-    return tuple(runs[: min(failed)] for runs in of_map) if failed else of_map
-
-
 def chances_of_goals(maps: Mapping[str, MapResults], places: Places) -> dict[str, float]:
-    """Return the chance that no controller fails in a further trial of each map, if none has failed so far.
+    """Return the chance that no controller fails in a further trial of each map whose first trial had no failure.
 
     The prior is the share of failed trials, after a first trial without a failure, of the ten most similar maps (a
     beta distribution).
@@ -146,8 +152,9 @@ def chances_of_goals(maps: Mapping[str, MapResults], places: Places) -> dict[str
         maps: Results of all evaluated maps, by name.
         places: What makes them similar (:func:`places_of`).
     """
+    failures = {name: failed_trials(of_map) for name, of_map in maps.items()}
     further = {
-        name: (repeats_of(of_map) - 1, any(not run.success for runs in of_map for run in runs[1:]))
+        name: (repeats_of(of_map) - 1, failures[name])
         for name, of_map in maps.items()
         if repeats_of(of_map) > 1 and all(run.success for runs in of_map for run in runs[:1])
     }
@@ -157,7 +164,7 @@ def chances_of_goals(maps: Mapping[str, MapResults], places: Places) -> dict[str
     for name, of_map in maps.items():
         similar = _nearest(others, places[name], SIMILAR_FAILURES)
         prior = (float(failed[similar].sum()) + FAILURES) / (float(trials[similar].sum()) + TRIALS)
-        found[name] = 1.0 - prior * PRIOR_OF_FAILURES / (PRIOR_OF_FAILURES + repeats_of(of_map))
+        found[name] = 1.0 - (prior * PRIOR_OF_FAILURES + failures[name]) / (PRIOR_OF_FAILURES + repeats_of(of_map))
     return found
 
 

@@ -10,7 +10,16 @@ from statistics import fmean
 import numpy as np
 
 from evolution.driving import SetResults
-from evolution.search.judging import Fitness, MapResults, Names, is_solved, is_untouched, scores_of, success_share
+from evolution.search.judging import (
+    Fitness,
+    MapResults,
+    Names,
+    is_untouched,
+    repeats_of,
+    scores_of,
+    solved_trials,
+    success_share,
+)
 from evolution.search.judging.expected_fitness import chances_in_time, places_of
 from evolution.search.sections import ValidationSettings
 from evolution.search.validation_stage.trials import order_kept, trials_of
@@ -28,7 +37,7 @@ def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings
     """Return the set with the best mean trial of those that are reliable, its maps in order of their scores.
 
     A set is reliable if in a share of its trials the maps keep the ranks of their scores and no run fails. If no set
-    is, those with the largest share are taken. Maps without a failure come first.
+    is, those with the largest share are taken. The scores are those of the repeats without a failed run.
 
     Args:
         maps: Results of the candidates, by name.
@@ -36,14 +45,12 @@ def select(maps: Results, fitness: Fitness, size: int, stage: ValidationSettings
         size: Maps in a set.
         stage: That share (``reliability``), and whether maps without a contact come first, too.
     """
-    eligible = preferred(maps, is_solved, size)
-    if stage.avoid_contact:
-        eligible = preferred(eligible, is_untouched, size)
+    eligible = preferred(maps, is_untouched, size) if stage.avoid_contact else maps
     eligible = few_enough(eligible, size)
     values = _Values(eligible, fitness, stage.reliability)
     short_list = sorted(combinations(eligible, size), key=values.estimate)[:SHORT_LIST]
     best = min(short_list, key=values.reliable)
-    return tuple(sorted(best, key=lambda name: _place(fitness((maps[name],)).scores[0])))
+    return tuple(sorted(best, key=lambda name: _place(fitness((solved_trials(maps[name]),)).scores[0])))
 
 
 def preferred(maps: Results, passes: Callable[[MapResults], bool], size: int) -> Results:
@@ -74,14 +81,15 @@ class _Values:
         self.fitness = fitness
         self.reliability = reliability
         self.scores = {name: scores_of(of_map, fitness) for name, of_map in maps.items()}
-        solved = {name: of_map for name, of_map in maps.items() if is_solved(of_map)}
-        places = places_of(solved, self.scores)
-        self.in_time = chances_in_time(solved, places, fitness.time_limit)
+        self.solved = {name: solved_trials(of_map) for name, of_map in maps.items()}
+        timed = {name: of_map for name, of_map in self.solved.items() if self.scores[name]}
+        self.in_time = chances_in_time(timed, places_of(timed, self.scores), fitness.time_limit)
 
     def estimate(self, names: Names) -> float:
-        """Return the fitness times the chances of order, if it counts, and of no timeout; a penalty stays."""
-        value = self.fitness(self._results(names)).fitness
+        """Return the fitness times the chances of order, if it counts, of no failure, and of no timeout."""
+        value = self.fitness(tuple(self.solved[name] for name in names)).fitness
         chance = self._chance_in_time(names)
+        chance *= float(np.prod([len(self.scores[name]) / repeats_of(self.maps[name]) for name in names]))
         if self.fitness.kind.ordered:
             chance *= chance_of_order([self.scores[name] for name in names])
         return min(value, 0.0) * chance + max(value, 0.0)
@@ -108,7 +116,7 @@ def _place(score: float | None) -> float:
 def values_of_trials(results: SetResults, fitness: Fitness) -> tuple[list[float], list[bool]]:
     """Return the fitness of each trial, at least 0 where the maps lose their order, and where they keep it."""
     trials = [fitness(one) for one in trials_of(results)]
-    kept = order_kept(trials, fitness(results), fitness)
+    kept = order_kept(trials, fitness(tuple(map(solved_trials, results))), fitness)
     values = [
         trial.fitness if in_order else max(trial.fitness, 0.0) for trial, in_order in zip(trials, kept, strict=True)
     ]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from evolution.search.budget import Budget
 from evolution.search.expectations import Expectations
-from evolution.search.judging import Fitness, Judgement, Names
+from evolution.search.judging import Fitness, Judgement, Names, finished_trials, repeats_of, solved_trials
 from evolution.search.sections import ValidationSettings
 from evolution.search.settings import EvolveSettings
 from evolution.search.validation_stage.held_out import ValidationResult, held_out
@@ -20,7 +20,7 @@ class Validated(NamedTuple):
 
     Args:
         map_set: Its maps, in order of their scores.
-        judged: Its judgement when it was selected.
+        judged: Its judgement when it was selected, by the repeats without a failed run.
         result: Its held-out fitness.
     """
 
@@ -50,7 +50,7 @@ def validate(
         return None
     names = candidates.select()
     chosen, seeds = archive.map_set(names), stage.held_out_seeds
-    judged = fitness(archive.results_of(chosen))
+    judged = fitness(tuple(map(solved_trials, archive.results_of(chosen))))
     archive.drive({name: archive.repeats_of(name) + seeds for name in names}, everyone=True)
     result = held_out(archive.results_of(chosen), judged, fitness, seeds, len(candidates.before))
     return Validated(chosen, judged, result)
@@ -77,48 +77,56 @@ class _Candidates:
 
     @property
     def names(self) -> list[str]:
-        """The maps that have all their held-out seeds, without a failure; all with some, if these are too few."""
-        begun = [name for name in self.before if self._seeds(name)]
-        complete = [name for name in begun if self.archive.is_solved(name) and self._seeds(name) >= self.stage.seeds]
-        return complete if len(complete) >= self.size else begun
+        """The maps that have all their held-out seeds; all with some, if these are too few."""
+        complete = self._complete
+        return complete if len(complete) >= self.size else [name for name in self.before if self._seeds(name) > 0]
 
     def re_evaluate(self) -> None:
         """Drive one held-out seed after the other on the maps that the best set needs or might be better with."""
-        left = self.stage.candidates * self.stage.seeds
-        while left > 0:
-            self.expectations.update()
-            names = self._next()[:left]
-            self.before |= {name: self.archive.repeats_of(name) for name in names if name not in self.before}
-            wanted = {name: self.archive.repeats_of(name) + 1 for name in names}
-            if not names or not self._drive(wanted, reserve=self.stage.seeds + self.stage.held_out_seeds):
+        self.expectations.failures = True
+        most = self.archive.count + self.stage.candidates * self.stage.seeds * self.budget.controllers
+        self.expectations.update()
+        while self.archive.count < most and self.expectations.best and (wanted := self._next()):
+            self.before |= {name: self.archive.repeats_of(name) for name in wanted if name not in self.before}
+            if not self._drive(wanted, self.stage.seeds + self.stage.held_out_seeds):
                 break
-            left -= len(names)
+            self.expectations.update()
 
     def select(self) -> Names:
         """Return the set that is still selected after its maps got as many held-out seeds again."""
         settled: set[str] = set()
         while True:
-            maps = {name: self.archive.results(name) for name in self.names}
+            maps = {name: finished_trials(self.archive.results(name)) for name in self.names}
             names = select(maps, self.fitness, self.size, self.stage)
             more = {name: self.archive.repeats_of(name) + self.stage.seeds for name in names if name not in settled}
-            if not more or not self._drive(more, reserve=self.stage.held_out_seeds):
+            if not more or not self._drive(more, self.stage.held_out_seeds):
                 return names
             settled.update(more)
 
-    def _next(self) -> list[str]:
-        """Return the maps that get the next seed: those of the best set, and as many that might improve it most."""
-        potentials = self.expectations.potentials()
+    def _next(self) -> dict[str, int]:
+        """Return the repeats that maps shall have next: those of the best set, and as many that might be needed."""
         best = [name for name in self.expectations.best if self._seeds(name) < self.stage.seeds]
-        others = [name for name in potentials if name not in self.expectations.best]
-        rivals = [name for name in others if self._seeds(name) < self.stage.seeds]
-        return best + sorted(rivals, key=potentials.__getitem__)[: self.size]
+        others = self.expectations.substitutes(self._complete)
+        rivals = [name for name in others if self._begun(name) < self.stage.seeds][: self.size]
+        return {name: self.archive.repeats_of(name) + 1 for name in (*best, *rivals)}
+
+    @property
+    def _complete(self) -> list[str]:
+        """The maps that have all their held-out seeds."""
+        return [name for name in self.before if self._seeds(name) >= self.stage.seeds]
 
     def _seeds(self, name: str) -> int:
-        """Return the number of held-out seeds of a map."""
-        return self.archive.repeats_of(name) - self.before[name] if name in self.before else 0
+        """Return the number of held-out seeds of a map with which every controller drove or one failed."""
+        if name not in self.before:
+            return 0
+        return repeats_of(finished_trials(self.archive.results(name))) - self.before[name]
+
+    def _begun(self, name: str) -> int:
+        """Return the number of held-out seeds of a map with which any controller drove."""
+        return self.archive.repeats_of(name) - self.before.get(name, self.archive.repeats_of(name))
 
     def _drive(self, wanted: Mapping[str, int], reserve: int) -> bool:
-        """Drive maps until each has a number of repeats or one failed run.
+        """Drive maps until each has a number of repeats.
 
         Args:
             wanted: For each map the number of repeats.
@@ -130,5 +138,5 @@ class _Candidates:
         reserved = self.budget.controllers * self.size * reserve
         if self.budget.cost_of(wanted) + reserved > self.budget.all_runs:
             return False
-        self.archive.drive_while_solved(wanted)
+        self.archive.drive(wanted)
         return True

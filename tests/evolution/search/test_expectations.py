@@ -64,8 +64,9 @@ def test_no_exchange_of_a_map_improves_the_best_expected_set():
     assert expectations.value_in(1, expectations.best[0]) == np.inf
     scores = [expectations.estimates[name].score for name in expectations.best]
     assert scores == sorted(scores)
-    bars = expectations.bars()
+    bars = expectations.bars(expectations.known)
     assert all(bar >= least for bar in bars)
+    assert expectations.bars([]) == [np.inf] * 3
     assert bars[1] == min(value for name in expectations.archive.solved() if (value := _other(expectations, name)))
 
 
@@ -96,6 +97,36 @@ def test_a_map_with_one_repeat_is_hoped_to_be_steady():
     for name, potential in potentials.items():
         values = [expectations.value_in(role, name) for role in range(3)]
         assert potential <= min(values) + 1e-9
+
+
+def test_substitutes_might_be_needed_instead_of_a_map_of_the_best_set():
+    expectations = expectations_of()
+    substitutes = expectations.substitutes(expectations.known)
+    assert 0 < len(substitutes) < len(expectations.known)
+    assert not set(substitutes) & set(expectations.best)
+    assert set(substitutes) <= set(expectations.substitutes([]))
+
+
+def test_maps_with_a_failed_repeat_are_known_where_failures_are_allowed():
+    def once(job):
+        run = answer(job)
+        fails = job.repeat == 2 and int(job.scenario.map.digest[:2], 16) % 4 == 3
+        return replace(run, outcome="timeout") if fails else run
+
+    expectations = expectations_of(how=once)
+    archive = expectations.archive
+    before = dict(expectations.estimates)
+    archive.drive(dict.fromkeys(archive.scenarios, 4), everyone=True)
+    expectations.update()
+    failed = [name for name in archive.scenarios if not archive.is_solved(name)]
+    assert failed
+    assert not set(failed) & set(expectations.known)
+    expectations.failures = True
+    expectations.update()
+    assert set(failed) <= set(expectations.known)
+    steady = [expectations.estimates[name].success for name in archive.solved()]
+    for name in failed:
+        assert expectations.estimates[name].success < min(before[name].success, *steady)
 
 
 def test_racing_gives_most_runs_to_the_maps_that_matter():

@@ -35,7 +35,7 @@ search:
   elite_seeds: 2
   parents: true
   caution: 0.5
-  confirmation: {seeds: 5, candidates: 10, claim_seeds: 10, reliability: 0.9}
+  confirmation: {seeds: 5, candidates: 10, claim_seeds: 10, reliability: 0.95}
   mutation:
     probability: 1.0
     maps: one

@@ -180,3 +180,17 @@ def test_the_least_runs_allowed_suffice_to_validate_a_set(elite_seeds):
     expectations = Expectations(archive, lambda: FITNESS, 3)
     assert validate(expectations, FITNESS, options, STAGE, Budget(options, archive)) is not None
     assert archive.count <= options.runs
+
+
+def test_where_too_few_maps_were_ever_solved_the_others_join_them():
+    never = map_with(*[20.0] * 5, outcome="timeout")
+    assert set(selected({"never": never, "a": EQUAL, "b": APART})) == {"never", "a", "b"}
+
+
+def test_a_map_that_fails_rarely_is_selected_where_the_set_stays_reliable():
+    rarely = tuple(runs * 3 for runs in map_with(*[60.0] * 8))
+    rarely = (*rarely[:2], (*rarely[2][:-1], RunResult("timeout", 150.0, 1.0)))
+    steady = {name: tuple(runs * 3 for runs in of_map) for name, of_map in (("a", EQUAL), ("b", MIDDLE), ("c", APART))}
+    assert "rarely" in selected({**steady, "rarely": rarely})
+    often = (*rarely[:2], (*rarely[2][:-4], *[RunResult("timeout", 150.0, 1.0)] * 4))
+    assert selected({**steady, "often": often}) == ("a", "b", "c")
