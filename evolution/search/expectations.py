@@ -7,17 +7,19 @@ the rank of its score in the set.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evolution.search.archive import Archive, best_by_exchange
 from evolution.search.judging import Fitness, Names, is_solved, solved_trials
 from evolution.search.judging.expected_fitness import Estimate, estimates_of, expected_fitness
 from gym_mapbench.world.scenario import Scenario
 
-LEAST_GAIN = 0.01
-"""Share of the fitness of the best expected set by which a map must be able to improve it to get a held-out seed."""
+EVEN = 0.1
+"""Share of new maps and further seeds that is distributed evenly over the roles."""
 
 
 class Expectations:
@@ -78,36 +80,52 @@ class Expectations:
         return sorted(self.known, key=lambda name: self.value_in(role, name))
 
     def potentials(self) -> dict[str, float]:
-        """Return how good the best set would be with each known map in its best role if the map were as hoped.
+        """Return the potential of every known map."""
+        return {name: self.potential(name) for name in self.known}
+
+    def potential(self, name: str) -> float:
+        """Return how good the best set would be with a known map in its best role if the map were as hoped.
 
         A map with one repeat is hoped to be steady and never to fail. With ``n`` repeats the hope is ``1/n`` of that.
         """
-        found = {}
-        for name in self.known:
-            one, doubt = self.estimates[name], 1.0 - 1.0 / self.archive.repeats_of(name)
-            hoped = one._replace(deviation=doubt * one.deviation, success=1.0 - doubt * (1.0 - one.success))
-            of_best = {other: self.estimates[other] for other in self.best}
-            found[name] = min(self._value_in(role, name, {**of_best, name: hoped}) for role in range(self.size))
-        return found
+        doubt = 1.0 - 1.0 / self.archive.repeats_of(name)
+        return min(self._value_as_hoped(role, name, doubt) for role in range(self.size))
 
-    def substitutes(self, verified: Iterable[str]) -> list[str]:
-        """Return the maps that might be needed instead of a map of the best set, the most useful first.
+    def shares_of_roles(self) -> NDArray[np.float64]:
+        """Return what share of new maps and further seeds each role gets: in proportion to its possible gain."""
+        gains = np.maximum(self._possible_gains(), 0.0)
+        even = np.full(self.size, 1.0 / self.size)
+        return (1.0 - EVEN) * gains / gains.sum() + EVEN * even if gains.any() else even
 
-        A map is useful if it might improve the best set, or in a role whose map may fail while the verified maps are
-        worse there.
+    def candidates(self, count: int, among: Collection[str] | None = None) -> list[str]:
+        """Return the maps of the best set, and further ones that are good in a role, by the shares of the roles.
 
         Args:
-            verified: Digests of maps that need no further seeds.
+            count: Number of maps; fewer if fewer are known.
+            among: Digests of the maps that may be taken besides those of the best set; None for all known maps.
+        """
+        known = [name for name in self.known if name not in self.best and (among is None or name in among)]
+        chosen, shares, taken = list(self.best), self.shares_of_roles(), np.ones(self.size)
+        ranked = [iter(sorted(known, key=partial(self.value_in, role))) for role in range(self.size)]
+        while len(chosen) < min(count, len(self.best) + len(known)):
+            role = int(np.argmax(shares / (1.0 + taken)))
+            chosen.append(next(name for name in ranked[role] if name not in chosen))
+            taken[role] += 1
+        return chosen
+
+    def _possible_gains(self) -> list[float]:
+        """Return for each role by how much the best set might be better with another map in it.
+
+        The gain is that of the known map that would be best there if it were steady and never failed.
         """
         value = self.value_of(self.best)
-        bars = np.minimum(self.bars(verified), 0.0)
-        doubts = 1.0 - np.array([self.estimates[name].success for name in self.best])
-        uses = {}
-        for name, potential in self.potentials().items():
-            values = np.array([self.value_in(role, name) for role in range(self.size)])
-            uses[name] = max(value - potential, *(doubts * (bars - values)))
-        others = (name for name in uses if name not in self.best and uses[name] >= LEAST_GAIN * abs(value))
-        return sorted(others, key=lambda name: -uses[name])
+        return [value - min(self._value_as_hoped(role, name, 0.0) for name in self.known) for role in range(self.size)]
+
+    def _value_as_hoped(self, role: int, name: str, doubt: float) -> float:
+        """Return the expected fitness of the best set with a map in a role, of whose faults a share is left."""
+        one = self.estimates[name]
+        hoped = one._replace(deviation=doubt * one.deviation, success=1.0 - doubt * (1.0 - one.success))
+        return self._value_in(role, name, {**{other: self.estimates[other] for other in self.best}, name: hoped})
 
     def bars(self, names: Iterable[str]) -> list[float]:
         """Return for each role the expected fitness of the best set with the best of some other maps in it."""

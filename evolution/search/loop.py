@@ -263,11 +263,11 @@ class _Search:
         ]
 
     def _expected_gain(self, trial: Trial) -> float:
-        """Return by how much a mutation improved the best expected set; at most the weight of a pattern."""
-        before, after = ([one.world_digest for one in some] for some in (trial.before, trial.after))
-        if not all(self.archive.is_solved(name) for name in after):
+        """Return by how much a mutated map might improve the best expected set; at most the weight of a pattern."""
+        name = trial.after[trial.role].world_digest
+        if not self.archive.is_solved(name):
             return 0.0
-        gain = self.expectations.value_of(tuple(before)) - self.expectations.value_of(tuple(after))
+        gain = self.expectations.value_of(self.expectations.best) - self.expectations.potential(name)
         return min(gain, self.settings.judging.pattern_weight)
 
     def _gain_in_population(self) -> Callable[[Trial], float]:

@@ -47,9 +47,13 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
     ) -> Population:
         if not (best := self.expectations.best):
             return Population.new(X=as_column([self._first_set(random_state) for _ in range(n_offsprings)]))
-        base = self.expectations.archive.map_set(best)
+        base, shares = self.expectations.archive.map_set(best), self.expectations.shares_of_roles()
         parents = [self._parents(role) for role in range(len(base))]
-        return Population.new(X=as_column([self._child(base, parents, random_state) for _ in range(n_offsprings)]))
+        children: list[MapSet] = []
+        while len(children) < n_offsprings:
+            role = int(random_state.choice(len(base), p=shares))
+            children.append(self._child(base, role, parents[role], random_state))
+        return Population.new(X=as_column(children))
 
     def _first_set(self, rng: np.random.Generator) -> MapSet:
         """Return a set of solved maps and sampled ones, as long as there is no best expected set."""
@@ -61,20 +65,15 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
         """Return the best maps in a role, the best first."""
         return self.expectations.archive.map_set(self.expectations.ranked(role)[:PARENTS])
 
-    def _child(self, base: MapSet, parents: list[MapSet], rng: np.random.Generator) -> MapSet:
-        """Return a set with one new map."""
-        role = self.mutation.draw_place(range(len(base)), rng)
+    def _child(self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator) -> MapSet:
+        """Return the set with a new map in a role, a mutated parent or a sampled map."""
         if rng.random() >= FRESH:
+            mates = [one.genome for one in parents if one.genome is not None]
             for _ in range(MAX_TRIES):
-                child = self._mutated(base, parents[role], role, rng)
-                if child[role].world_digest not in self.expectations.archive.scenarios:
-                    return child
+                parent = parents[min(int(rng.exponential(PARENTS / 3)), len(parents) - 1)]
+                trial = self.mutation.mutated_in(base.with_map(role, parent), role, role, rng, mates, before=base)
+                child = trial.after[role]
+                if child.world_digest not in self.expectations.archive.scenarios:
+                    self.expectations.add_parent(child, parent)
+                    return self.mutation.note(trial)
         return base.with_map(role, self.sampling.draw(rng))
-
-    def _mutated(self, base: MapSet, parents: MapSet, role: int, rng: np.random.Generator) -> MapSet:
-        """Return the set with a mutated parent in a role."""
-        parent = parents[min(int(rng.exponential(PARENTS / 3)), len(parents) - 1)]
-        mates = [one.genome for one in parents if one.genome is not None]
-        child = self.mutation.mutated_in(base.with_map(role, parent), role, role, rng, mates, before=base)
-        self.expectations.add_parent(child[role], parent)
-        return child

@@ -8,14 +8,11 @@ its credit times its configured probability. A role or operator without a trial 
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from gym_mapbench.world.scenario import MapSet
-
-MEMORY = 0.8
-"""Share of what a trial counts that is left one generation later."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +36,7 @@ class Trial:
 class Credit:
     """Number of trials and sum of gains of each role, and of each operator within a role."""
 
-    tried: dict[tuple[int, str], float] = field(default_factory=lambda: defaultdict(float))
+    tried: Counter[tuple[int, str]] = field(default_factory=Counter)
     gained: dict[tuple[int, str], float] = field(default_factory=lambda: defaultdict(float))
 
     def add(self, trial: Trial, gain: float) -> None:
@@ -48,16 +45,10 @@ class Credit:
             self.tried[trial.role, name] += 1
             self.gained[trial.role, name] += max(gain, 0.0)
 
-    def fade(self) -> None:
-        """Let the trials so far count less, so that what gained long ago is forgotten."""
-        for key in self.tried:
-            self.tried[key] *= MEMORY
-            self.gained[key] *= MEMORY
-
     def of(self, role: int, operator: str = "") -> float:
         """Return the mean gain of an operator in a role, or of all operators in it; never 0."""
         key = role, operator
-        return (self._overall + self.gained.get(key, 0.0)) / (1.0 + self.tried.get(key, 0.0))
+        return (self._overall + self.gained.get(key, 0.0)) / (1 + self.tried[key])
 
     def chances(self, configured: Mapping[str, float], role: int) -> dict[str, float]:
         """Return the probabilities of the operators in a role.

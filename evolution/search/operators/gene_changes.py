@@ -111,8 +111,8 @@ def straighten(edit: GeneEdit, rng: np.random.Generator) -> MotifGenes:
     """Make the elements of a section equal, and put them on the route: no deviations, shift, slope or swing."""
     number, section, motif = edit.section(rng)
     on_route = {gene: float(np.clip(0.0, *motif.ranges[gene])) for gene in LINE_GENES}
-    equal = tuple({} for _ in section.elements)
-    return edit.replaced(number, section.replace(shared={**section.shared, **on_route}, elements=equal))
+    shared = {**section.shared, **on_route}
+    return edit.replaced(number, section.replace(shared=shared, elements=({},) * len(section.elements)))
 
 
 def add_element(edit: GeneEdit, rng: np.random.Generator) -> MotifGenes:

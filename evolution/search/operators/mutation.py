@@ -276,7 +276,6 @@ class MapMutation(Mutation):  # type: ignore[misc]
         Args:
             gain: Returns by how much a mutation improved the fitness of its set.
         """
-        self.credit.fade()
         for trial in self.trials:
             self.credit.add(trial, gain(trial))
         self.trials = []
@@ -287,7 +286,7 @@ class MapMutation(Mutation):  # type: ignore[misc]
             return MapSet(tuple(self.mutator.vary(scenario, rng, mates=mates)[0] for scenario in map_set))
         roles = [self.role_of(map_set, place) if self.role_of else 0 for place in range(len(map_set))]
         place = self.draw_place(roles, rng)
-        return self.mutated_in(map_set, place, roles[place], rng, mates)
+        return self.note(self.mutated_in(map_set, place, roles[place], rng, mates))
 
     def draw_place(self, roles: Sequence[int], rng: np.random.Generator) -> int:
         """Return the place of one of some roles, selected in proportion to their credit if there is credit."""
@@ -304,8 +303,8 @@ class MapMutation(Mutation):  # type: ignore[misc]
         rng: np.random.Generator,
         mates: Sequence[Genome],
         before: MapSet | None = None,
-    ) -> MapSet:
-        """Return the set with the map at a place mutated.
+    ) -> Trial:
+        """Return a mutation of the map at a place.
 
         Args:
             map_set: The set.
@@ -318,7 +317,10 @@ class MapMutation(Mutation):  # type: ignore[misc]
         configured = self.mutator.probabilities(map_set[place])
         chances = configured if self.role_of is None else self.credit.chances(configured, role)
         varied, names = self.mutator.vary(map_set[place], rng, chances, mates)
-        mutated = map_set.with_map(place, varied)
+        return Trial(before or map_set, map_set.with_map(place, varied), role, names)
+
+    def note(self, trial: Trial) -> MapSet:
+        """Keep a mutation for :meth:`credit_trials`, and return the mutated set."""
         if self.role_of is not None:
-            self.trials.append(Trial(before or map_set, mutated, role, names))
-        return mutated
+            self.trials.append(trial)
+        return trial.after

@@ -14,6 +14,11 @@ from evolution.search.validation_stage.held_out import ValidationResult, held_ou
 from evolution.search.validation_stage.selection import select
 from gym_mapbench.world.scenario import MapSet
 
+ROUNDS = 3
+"""Rounds of the re-evaluation."""
+FIRST_SEEDS = 1
+"""Held-out seeds of every candidate in the first round."""
+
 
 class Validated(NamedTuple):
     """The selected set.
@@ -77,20 +82,25 @@ class _Candidates:
 
     @property
     def names(self) -> list[str]:
-        """The maps that have all their held-out seeds; all with some, if these are too few."""
-        complete = self._complete
-        return complete if len(complete) >= self.size else [name for name in self.before if self._seeds(name) > 0]
+        """The maps that stayed for the second round; all with some held-out seeds, if these are too few."""
+        enough = [name for name in self.before if self._seeds(name) >= FIRST_SEEDS + 1]
+        return enough if len(enough) >= self.size else [name for name in self.before if self._seeds(name) > 0]
 
     def re_evaluate(self) -> None:
-        """Drive one held-out seed after the other on the maps that the best set needs or might be better with."""
+        """Drive held-out seeds on the candidates (sequential halving): half of them stay for twice as many seeds."""
         self.expectations.failures = True
-        most = self.archive.count + self.stage.candidates * self.stage.seeds * self.budget.controllers
         self.expectations.update()
-        while self.archive.count < most and self.expectations.best and (wanted := self._next()):
-            self.before |= {name: self.archive.repeats_of(name) for name in wanted if name not in self.before}
-            if not self._drive(wanted, self.stage.seeds + self.stage.held_out_seeds):
-                break
+        left = max(self.stage.candidates * self.stage.seeds // ROUNDS, self.size)
+        names, seeds = self.expectations.candidates(left), FIRST_SEEDS
+        for _ in range(ROUNDS):
+            self.before = {name: self.archive.repeats_of(name) for name in names} | self.before
+            for _ in range(seeds):
+                wanted = {name: self.archive.repeats_of(name) + 1 for name in names}
+                if not self._drive(wanted, self.stage.seeds + self.stage.held_out_seeds):
+                    return
             self.expectations.update()
+            left, seeds = max(left // 2, self.size), 2 * seeds
+            names = self.expectations.candidates(left, names)
 
     def select(self) -> Names:
         """Return the set that is still selected after its maps got as many held-out seeds again."""
@@ -103,27 +113,11 @@ class _Candidates:
                 return names
             settled.update(more)
 
-    def _next(self) -> dict[str, int]:
-        """Return the repeats that maps shall have next: those of the best set, and as many that might be needed."""
-        best = [name for name in self.expectations.best if self._seeds(name) < self.stage.seeds]
-        others = self.expectations.substitutes(self._complete)
-        rivals = [name for name in others if self._begun(name) < self.stage.seeds][: self.size]
-        return {name: self.archive.repeats_of(name) + 1 for name in (*best, *rivals)}
-
-    @property
-    def _complete(self) -> list[str]:
-        """The maps that have all their held-out seeds."""
-        return [name for name in self.before if self._seeds(name) >= self.stage.seeds]
-
     def _seeds(self, name: str) -> int:
         """Return the number of held-out seeds of a map with which every controller drove or one failed."""
         if name not in self.before:
             return 0
         return repeats_of(finished_trials(self.archive.results(name))) - self.before[name]
-
-    def _begun(self, name: str) -> int:
-        """Return the number of held-out seeds of a map with which any controller drove."""
-        return self.archive.repeats_of(name) - self.before.get(name, self.archive.repeats_of(name))
 
     def _drive(self, wanted: Mapping[str, int], reserve: int) -> bool:
         """Drive maps until each has a number of repeats.
