@@ -90,6 +90,8 @@ class _Candidates:
         """Drive held-out seeds on the candidates (sequential halving): half of them stay for twice as many seeds."""
         self.expectations.failures = True
         self.expectations.update()
+        if not self.expectations.best:
+            return
         left = max(self.stage.candidates * self.stage.seeds // ROUNDS, self.size)
         names, seeds = self.expectations.candidates(left), FIRST_SEEDS
         for _ in range(ROUNDS):

@@ -99,12 +99,27 @@ def test_a_map_with_one_repeat_is_hoped_to_be_steady():
         assert potential <= min(values) + 1e-9
 
 
-def test_substitutes_might_be_needed_instead_of_a_map_of_the_best_set():
+def test_a_role_gets_a_share_by_what_a_map_might_gain_in_it():
     expectations = expectations_of()
-    substitutes = expectations.substitutes(expectations.known)
-    assert 0 < len(substitutes) < len(expectations.known)
-    assert not set(substitutes) & set(expectations.best)
-    assert set(substitutes) <= set(expectations.substitutes([]))
+    archive = expectations.archive
+    archive.drive(dict.fromkeys(list(archive.scenarios)[::2], 6))
+    expectations.update()
+    shares = expectations.shares_of_roles()
+    assert sum(shares) == pytest.approx(1.0)
+    assert min(shares) >= 0.1 / 3
+    assert min(shares) == shares[0]  # a set can hardly be better by another flat map
+
+
+def test_candidates_are_the_best_set_and_the_best_maps_of_the_roles():
+    expectations = expectations_of()
+    eight = expectations.candidates(8)
+    assert eight[:3] == list(expectations.best)
+    assert len(set(eight)) == 8
+    best_in = [[name for name in expectations.ranked(role) if name not in expectations.best] for role in range(3)]
+    assert all(any(name in of_role[:6] for of_role in best_in) for name in eight[3:])
+    assert expectations.candidates(4) == eight[:4]
+    assert set(expectations.candidates(20, eight)) == set(eight)
+    assert set(expectations.candidates(1000)) == set(expectations.known)
 
 
 def test_maps_with_a_failed_repeat_are_known_where_failures_are_allowed():

@@ -91,6 +91,17 @@ def test_deviations_shrink_by_one_factor():
     assert np.allclose(factors, factors[0])
 
 
+@pytest.mark.parametrize("family", ["gates", "bends", "pillar_rows"])
+def test_straight_elements_are_equal_and_on_the_route(family):
+    one = edit(family, count=(3, 3), **({"swing": (0.1, 0.3)} if family == "bends" else {}))
+    (before,), (after,) = one.genes.sections, changed("straighten", one, 1).sections
+    least = {"shift": 0.0, "slope": 0.0, "swing": one.family.swing[0]}
+    assert after.shared == {**before.shared, **least} != before.shared
+    assert after.elements == ({}, {}, {})
+    again = changed("straighten", GeneEdit(one.genes.replace(sections=(after,)), one.family, one.settings), 2)
+    assert again.sections == (after,)
+
+
 def test_crossover_takes_genes_from_one_mate():
     for seed in SEEDS:
         one = edit(seed=seed, mates=1, count=(3, 3))

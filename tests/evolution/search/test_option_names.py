@@ -29,7 +29,22 @@ search:
   pop_size: 16
   evaluations: 100000
   runs: 3000
-  families: [{name: gates, options: {routes: [diagonal]}}, gates, pillar_rows, bends, baffles, sequences]
+  families:
+    # Nearly equal gates in a line, where MPPI is slow most steadily; then motifs of all kinds.
+    - name: gates
+      options:
+        routes: [diagonal]
+        pitch: [1.5, 1.65]
+        thickness: [0.25, 0.45]
+        shift: [-0.1, 0.1]
+        slope: [-0.05, 0.05]
+        swing: [0.0, 0.1]
+        deviation: [0.0, 0.03]
+    - gates
+    - pillar_rows
+    - bends
+    - baffles
+    - sequences
   aggregate: median
   archive: true
   elite_seeds: 2
