@@ -114,12 +114,16 @@ class Expectations:
         return chosen
 
     def _possible_gains(self) -> list[float]:
-        """Return for each role by how much the best set might be better with another map in it.
+        """Return for each role by how much the best set might be better with another map of the same rank in it.
 
         The gain is that of the known map that would be best there if it were steady and never failed.
         """
-        value = self.value_of(self.best)
-        return [value - min(self._value_as_hoped(role, name, 0.0) for name in self.known) for role in range(self.size)]
+        value, bounds = self.value_of(self.best), [-np.inf, *(self.estimates[name].score for name in self.best), np.inf]
+        gains = []
+        for role in range(self.size):
+            of_rank = [name for name in self.known if bounds[role] <= self.estimates[name].score <= bounds[role + 2]]
+            gains.append(value - min(self._value_as_hoped(role, name, 0.0) for name in of_rank))
+        return gains
 
     def _value_as_hoped(self, role: int, name: str, doubt: float) -> float:
         """Return the expected fitness of the best set with a map in a role, of whose faults a share is left."""

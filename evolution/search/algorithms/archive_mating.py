@@ -6,6 +6,8 @@ cost. So an offspring has one new map, made of a map that would be good in the s
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Hashable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,12 +16,14 @@ from pymoo.core.population import Population
 
 from evolution.search.expectations import Expectations
 from evolution.search.operators import MapMutation, MapSampling, as_column
-from gym_mapbench.world.scenario import MapSet
+from gym_mapbench.world.scenario import MapSet, Scenario
 
 PARENTS = 8
 """Parents are selected among this many maps, the best in the role most often."""
-FRESH = 0.1
+FRESH = 0.25
 """Probability that the new map is sampled."""
+BEST_SAMPLED = 16
+"""A sampled map succeeded if it is among this many best sampled maps in a role."""
 MAX_TRIES = 20
 """Mutations until one is a map that was not evaluated before; then a map is sampled."""
 
@@ -49,10 +53,12 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
             return Population.new(X=as_column([self._first_set(random_state) for _ in range(n_offsprings)]))
         base, shares = self.expectations.archive.map_set(best), self.expectations.shares_of_roles()
         parents = [self._parents(role) for role in range(len(base))]
+        chances = [self._chances_of_families(role) for role in range(len(base))]
         children: list[MapSet] = []
         while len(children) < n_offsprings:
             role = int(random_state.choice(len(base), p=shares))
-            children.append(self._child(base, role, parents[role], random_state))
+            child = self._child(base, role, parents[role], random_state)
+            children.append(child or base.with_map(role, self._sampled(chances[role], random_state)))
         return Population.new(X=as_column(children))
 
     def _first_set(self, rng: np.random.Generator) -> MapSet:
@@ -65,8 +71,29 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
         """Return the best maps in a role, the best first."""
         return self.expectations.archive.map_set(self.expectations.ranked(role)[:PARENTS])
 
-    def _child(self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator) -> MapSet:
-        """Return the set with a new map in a role, a mutated parent or a sampled map."""
+    def _chances_of_families(self, role: int) -> dict[Hashable, float]:
+        """Return for each family the share of its sampled maps that succeeded in a role, relative to the largest share.
+
+        A family counts as if one further map had succeeded, of as many as there are families.
+        """
+        expectations = self.expectations
+        scenarios = expectations.archive.scenarios
+        sampled = [name for name in scenarios if name not in expectations.parents]
+        best = [name for name in expectations.ranked(role) if name not in expectations.parents][:BEST_SAMPLED]
+        tried, good = (Counter(family_of(scenarios[name]) for name in some) for some in (sampled, best))
+        shares = {family: (1 + good[family]) / (len(tried) + count) for family, count in tried.items()}
+        return {family: share / max(shares.values()) for family, share in shares.items()}
+
+    def _sampled(self, chances: Mapping[Hashable, float], rng: np.random.Generator) -> Scenario:
+        """Return a sampled map; those of families that succeeded more often are more likely."""
+        for _ in range(MAX_TRIES):
+            drawn = self.sampling.draw(rng)
+            if rng.random() < chances.get(family_of(drawn), 1.0):
+                break
+        return drawn
+
+    def _child(self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator) -> MapSet | None:
+        """Return the set with a mutated parent in a role; None if the new map shall be sampled."""
         if rng.random() >= FRESH:
             mates = [one.genome for one in parents if one.genome is not None]
             for _ in range(MAX_TRIES):
@@ -76,4 +103,10 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
                 if child.world_digest not in self.expectations.archive.scenarios:
                     self.expectations.add_parent(child, parent)
                     return self.mutation.note(trial)
-        return base.with_map(role, self.sampling.draw(rng))
+        return None
+
+
+def family_of(scenario: Scenario) -> Hashable:
+    """Return what tells the family of a map, with its options, from others; None for a map without a genome."""
+    genome = scenario.genome
+    return None if genome is None else (genome.family, repr(genome.options))
