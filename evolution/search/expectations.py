@@ -7,7 +7,7 @@ the rank of its score in the set.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from evolution.search.archive import Archive, best_by_exchange
 from evolution.search.judging import Fitness, Names, is_solved, solved_trials
 from evolution.search.judging.expected_fitness import Estimate, estimates_of, expected_fitness
+from evolution.search.surrogate import Forecast, Surrogate
 from gym_mapbench.world.scenario import Scenario
 
 EVEN = 0.1
@@ -32,8 +33,9 @@ class Expectations:
 
     Attributes:
         parents: For each map that mutation made, by digest, the map it was made of.
-        estimates: Of every map without a failed run, by digest.
-        known: The maps that may be in a set: those that are solved, in the validation stage also with rare failures.
+        estimates: Of every map whose first runs reached the goal, by digest.
+        known: The maps that may be in a set: those on which every controller has reached the goal, maybe with rare
+            failures.
         best: The known maps of the best expected set, in order of their scores; empty if there are too few.
     """
 
@@ -44,8 +46,9 @@ class Expectations:
         self.estimates: dict[str, Estimate] = {}
         self.known: Names = ()
         self.best: Names = ()
-        self.failures = False
         self._fitness = fitness
+        self._surrogate = Surrogate()
+        self._forecasts: dict[str, Forecast] = {}
 
     def add_parent(self, child: Scenario, parent: Scenario) -> None:
         """Note of which map a new map was made; a map that was evaluated before keeps what is known of it."""
@@ -54,8 +57,11 @@ class Expectations:
 
     def update(self) -> None:
         """Estimate all maps by all runs so far, and find the best expected set again."""
-        results = self.archive.all_results()
-        self.estimates = estimates_of(results, self.parents, self._fitness(), self.failures)
+        results, scenarios = self.archive.all_results(), self.archive.scenarios
+        estimates = estimates_of(results, self.parents, self._fitness())
+        self._surrogate.update(scenarios, results, self._fitness())
+        self._forecasts = self._surrogate.forecasts({name: scenarios[name] for name in estimates})
+        self.estimates = estimates | {name: forecast.estimate() for name, forecast in self._forecasts.items()}
         self.known = tuple(name for name in self.estimates if is_solved(solved_trials(results[name])))
         self.best = self._best()
 
@@ -75,8 +81,35 @@ class Expectations:
         """Return the expected fitness of the best set with a map in a role; infinite if another role has it."""
         return self._value_in(role, name, self.estimates)
 
+    def may_join(self, name: str, bars: Iterable[float]) -> bool:
+        """Return whether a map may reach the expected fitness of one role, within a deviation of its forecast."""
+        forecast = self._forecasts.get(name)
+        shifts = [forecast.estimate_at(shift) for shift in (-1.0, 1.0)] if forecast else []
+        return any(
+            self._value_in(role, name, self._with(name, one)) <= bar
+            for role, bar in enumerate(bars)
+            for one in (self.estimates[name], *shifts)
+        )
+
+    def most_promising(self, scenarios: Sequence[Scenario], role: int, rng: np.random.Generator) -> int:
+        """Return the number of the new map that is best in a role by a draw of its forecast (Thompson sampling).
+
+        A map that is not built of motifs has no forecast; the first map is returned if no map has one.
+
+        Args:
+            scenarios: Maps without runs.
+            role: The rank in the best set.
+            rng: Draws, for each map, how many deviations the values of its controllers are off.
+        """
+        forecasts = self._surrogate.forecasts({one.world_digest: one for one in scenarios})
+        values = [np.inf] * len(scenarios)
+        for number, scenario in enumerate(scenarios):
+            if forecast := forecasts.get(name := scenario.world_digest):
+                values[number] = self._value_in(role, name, self._with(name, forecast.estimate_at(float(rng.normal()))))
+        return int(np.argmin(values))
+
     def ranked(self, role: int) -> list[str]:
-        """Return the solved maps, the best in a role first."""
+        """Return the known maps, the best in a role first."""
         return sorted(self.known, key=lambda name: self.value_in(role, name))
 
     def potentials(self) -> dict[str, float]:
@@ -129,23 +162,26 @@ class Expectations:
         """Return the expected fitness of the best set with a map in a role, of whose faults a share is left."""
         one = self.estimates[name]
         hoped = one._replace(deviation=doubt * one.deviation, success=1.0 - doubt * (1.0 - one.success))
-        return self._value_in(role, name, {**{other: self.estimates[other] for other in self.best}, name: hoped})
+        return self._value_in(role, name, self._with(name, hoped))
+
+    def _with(self, name: str, estimate: Estimate) -> dict[str, Estimate]:
+        """Return the estimates of the best set and of one more map."""
+        return {**{other: self.estimates[other] for other in self.best}, name: estimate}
 
     def bars(self, names: Iterable[str]) -> list[float]:
         """Return for each role the expected fitness of the best set with the best of some other maps in it."""
         others = [name for name in names if name not in self.best]
         return [min((self.value_in(role, name) for name in others), default=np.inf) for role in range(self.size)]
 
-    def slowest_first(self, top: float = 1 / 6) -> list[int]:
-        """Return the places of the controllers: first the one whose values set the highest scores apart.
+    def most_different_first(self) -> list[int]:
+        """Return the places of the controllers: first the one whose values differ most between maps.
 
-        Args:
-            top: Share of the solved maps whose scores count as high.
+        The middle 80 % of the known maps count. The difference is relative to the sum of smallest and largest value.
         """
-        known = sorted((self.estimates[name] for name in self.known), key=lambda one: -one.score)
-        values = np.array([one.values for one in known])
-        excess = values[: max(1, round(top * len(values)))].mean(axis=0) - np.median(values, axis=0)
-        return [int(place) for place in np.argsort(-excess, kind="stable")]
+        values = np.array([self.estimates[name].values for name in self.known])
+        low, high = np.quantile(values, [0.1, 0.9], axis=0)
+        sums = np.abs(high) + np.abs(low)
+        return [int(place) for place in np.argsort((low - high) / np.where(sums > 0.0, sums, 1.0), kind="stable")]
 
     def _value_in(self, role: int, name: str, estimates: Mapping[str, Estimate]) -> float:
         names = (*self.best[:role], name, *self.best[role + 1 :])

@@ -243,7 +243,7 @@ class _Search:
             elite = self.expectations.best
             judge_again(self.algorithm, [self.archive.map_set(elite)] if elite else [])
             if self._of_archive and self.staged and elite:
-                self.archive.stages = tuple((place,) for place in self.expectations.slowest_first())
+                self.archive.stages = tuple((place,) for place in self.expectations.most_different_first())
 
     @property
     def _of_archive(self) -> bool:
@@ -256,11 +256,7 @@ class _Search:
         if not names or not self.expectations.best:
             return list(names)
         bars = self.expectations.bars(self.expectations.known)
-        return [
-            name
-            for name in names
-            if any(self.expectations.value_in(role, name) <= bar for role, bar in enumerate(bars))
-        ]
+        return [name for name in names if self.expectations.may_join(name, bars)]
 
     def _expected_gain(self, trial: Trial) -> float:
         """Return by how much a mutated map might improve the best expected set; at most the weight of a pattern."""

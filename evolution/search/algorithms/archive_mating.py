@@ -15,7 +15,7 @@ from pymoo.core.infill import InfillCriterion
 from pymoo.core.population import Population
 
 from evolution.search.expectations import Expectations
-from evolution.search.operators import MapMutation, MapSampling, as_column
+from evolution.search.operators import MapMutation, MapSampling, Trial, as_column
 from gym_mapbench.world.scenario import MapSet, Scenario
 
 PARENTS = 8
@@ -24,8 +24,10 @@ FRESH = 0.25
 """Probability that the new map is sampled."""
 BEST_SAMPLED = 16
 """A sampled map succeeded if it is among this many best sampled maps in a role."""
-MAX_TRIES = 20
-"""Mutations until one is a map that was not evaluated before; then a map is sampled."""
+SCREENED = 16
+"""New maps that mutation makes for one that is evaluated; the surrogate selects it."""
+MAX_TRIES = 40
+"""Mutations for them at most. A map is sampled if all of these maps were evaluated before."""
 
 
 class ArchiveMating(InfillCriterion):  # type: ignore[misc]
@@ -94,16 +96,27 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
 
     def _child(self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator) -> MapSet | None:
         """Return the set with a mutated parent in a role; None if the new map shall be sampled."""
-        if rng.random() >= FRESH:
-            mates = [one.genome for one in parents if one.genome is not None]
-            for _ in range(MAX_TRIES):
-                parent = parents[min(int(rng.exponential(PARENTS / 3)), len(parents) - 1)]
-                trial = self.mutation.mutated_in(base.with_map(role, parent), role, role, rng, mates, before=base)
-                child = trial.after[role]
-                if child.world_digest not in self.expectations.archive.scenarios:
-                    self.expectations.add_parent(child, parent)
-                    return self.mutation.note(trial)
-        return None
+        if rng.random() < FRESH or not (trials := self._trials(base, role, parents, rng)):
+            return None
+        children = [trial.after[role] for trial, _ in trials]
+        trial, parent = trials[self.expectations.most_promising(children, role, rng)]
+        self.expectations.add_parent(trial.after[role], parent)
+        return self.mutation.note(trial)
+
+    def _trials(
+        self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator
+    ) -> list[tuple[Trial, Scenario]]:
+        """Return mutations of parents to maps that were not evaluated before, each with its parent."""
+        mates = [one.genome for one in parents if one.genome is not None]
+        found: list[tuple[Trial, Scenario]] = []
+        for _ in range(MAX_TRIES):
+            parent = parents[min(int(rng.exponential(PARENTS / 3)), len(parents) - 1)]
+            trial = self.mutation.mutated_in(base.with_map(role, parent), role, role, rng, mates, before=base)
+            if trial.after[role].world_digest not in self.expectations.archive.scenarios:
+                found.append((trial, parent))
+            if len(found) == SCREENED:
+                break
+        return found
 
 
 def family_of(scenario: Scenario) -> Hashable:

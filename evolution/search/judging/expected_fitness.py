@@ -68,21 +68,17 @@ class Estimate(NamedTuple):
     success: float
 
 
-def estimates_of(
-    maps: Mapping[str, MapResults], parents: Mapping[str, str], fitness: Fitness, failures: bool = False
-) -> dict[str, Estimate]:
-    """Return the estimate of every map without a failed run; controllers may lack runs.
+def estimates_of(maps: Mapping[str, MapResults], parents: Mapping[str, str], fitness: Fitness) -> dict[str, Estimate]:
+    """Return the estimate of every map whose first runs reached the goal; controllers may lack runs.
 
     Args:
         maps: Results of all evaluated maps, by name, parents before their children.
         parents: Of each map that was made of another one, the name of that map.
         fitness: Judges sets.
-        failures: Whether maps that failed in a later repeat than the first have an estimate, too.
     """
     values = shrunken_values(maps, parents, fitness)
     expected = {name: float(fitness.kind.score(some)) for name, some in values.items()}
-    solved = {name: solved_trials(of_map) for name, of_map in maps.items() if is_solved(of_map) or failures}
-    solved = {name: of_map for name, of_map in solved.items() if is_solved(of_map)}
+    solved = {name: of_map for name, runs in maps.items() if is_solved(of_map := solved_trials(runs))}
     scores = {name: scores_of(solved[name], fitness) if name in solved else [expected[name]] for name in maps}
     places = places_of(maps, scores)
     deviations, in_time = deviations_of(scores, places), chances_in_time(solved, places, fitness.time_limit)
@@ -90,7 +86,7 @@ def estimates_of(
     return {
         name: Estimate(values[name], expected[name], deviations[name], goals[name] * in_time.get(name, 1.0))
         for name, of_map in maps.items()
-        if all(run.success for runs in of_map for run in (runs[:1] if failures else runs))
+        if all(run.success for runs in of_map for run in runs[:1])
     }
 
 

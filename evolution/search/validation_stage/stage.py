@@ -88,7 +88,6 @@ class _Candidates:
 
     def re_evaluate(self) -> None:
         """Drive held-out seeds on the candidates (sequential halving): half of them stay for twice as many seeds."""
-        self.expectations.failures = True
         self.expectations.update()
         if not self.expectations.best:
             return

@@ -1,0 +1,144 @@
+"""Gaussian process regression of a value on the genes of maps, with replicated, noisy runs.
+
+The value of a run is the sum of a mean, a smooth function of the map's genes, an effect of the single map, and noise.
+The function has a squared-exponential kernel with one length scale for each gene (automatic relevance determination).
+Source: Rasmussen and Williams, *Gaussian Processes for Machine Learning*, 2006, chapters 2 and 5; replicates as in
+stochastic kriging (Ankenman, Nelson and Staum, 2010).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+Array = NDArray[np.float64]
+
+LENGTH, LENGTH_SPREAD = 0.5, 1.0
+"""Prior of a length scale, in ranges of the gene: median, and standard deviation of the logarithm."""
+SCALES, SCALES_SPREAD = (0.4, 0.15, 0.35), 0.5
+"""Prior of the standard deviations of function, map and run: medians, and standard deviation of the logarithms."""
+MEAN_SPREAD = 0.5
+"""Standard deviation of the mean around the prior mean."""
+STEPS = (0.5, 0.7, 1.4, 2.0)
+"""Factors by which :meth:`GaussianProcess.fitted` changes one hyperparameter after the other."""
+PRIOR_RUNS = 4.0
+"""Runs as which the common noise counts beside the residuals of runs on maps nearby."""
+
+
+class Prediction(NamedTuple):
+    """What is predicted for one map.
+
+    Args:
+        mean: Posterior mean of the map's expected value.
+        deviation: Posterior standard deviation of that value.
+        noise: Standard deviation of the values of single runs around it.
+    """
+
+    mean: float
+    deviation: float
+    noise: float
+
+
+class GaussianProcess:
+    """A Gaussian process with given hyperparameters, conditioned on runs.
+
+    Args:
+        genes: Genes of the maps that have runs, shape ``(maps, genes)``.
+        values: The values of the runs of each of these maps.
+        mean: Prior mean.
+        parameters: Length scales of the genes, and the standard deviations of function, map and run; None for the
+            medians of their priors.
+
+    Attributes:
+        runs: Number of runs on each map.
+    """
+
+    def __init__(
+        self, genes: Array, values: Sequence[Sequence[float]], mean: float, parameters: Array | None = None
+    ) -> None:
+        self.genes = genes
+        self.values = values
+        self.mean = mean
+        self.parameters = np.r_[np.full(genes.shape[1], LENGTH), SCALES] if parameters is None else parameters
+        self.runs = np.array([float(len(some)) for some in values])
+        width = np.ptp(genes, axis=0)
+        self._width = np.where(width > 0.0, width, 1.0)
+        self._squares = self._squared_distances(genes)
+        self._rest = np.array([float(np.mean(some)) for some in values]) - mean
+        self._factor = self._factor_of(self.parameters)
+        self._weights = cho_solve(self._factor, self._rest)
+        self._residuals = self._squared_residuals()
+
+    def fitted(self) -> GaussianProcess:
+        """Return the process with more probable hyperparameters; each in turn is changed by the best of few factors."""
+        best, parameters = self._energy(self.parameters), self.parameters
+        for number in range(len(parameters)):
+            trials = [parameters * np.where(np.arange(len(parameters)) == number, step, 1.0) for step in STEPS]
+            energies = [self._energy(trial) for trial in trials]
+            if min(energies) < best:
+                best, parameters = min(energies), trials[int(np.argmin(energies))]
+        return GaussianProcess(self.genes, self.values, self.mean, parameters)
+
+    def predict(self, genes: Array, known: Sequence[int | None]) -> list[Prediction]:
+        """Return the predictions for some maps.
+
+        Args:
+            genes: Their genes, shape ``(maps, genes)``.
+            known: For each map its number among the maps that have runs; None for another map.
+        """
+        function, of_map, noise = self.parameters[-3:]
+        near = self.closeness(genes)
+        covariance = MEAN_SPREAD**2 + function**2 * near
+        for row, number in enumerate(known):
+            if number is not None:
+                covariance[row, number] += of_map**2
+        means = self.mean + covariance @ self._weights
+        explained = np.einsum("ij,ji->i", covariance, cho_solve(self._factor, covariance.T))
+        variances = MEAN_SPREAD**2 + function**2 + of_map**2 - explained
+        noises = (PRIOR_RUNS * (noise**2 + of_map**2) + near @ self._residuals) / (PRIOR_RUNS + near @ self.runs)
+        columns = (means, np.sqrt(np.maximum(variances, 0.0)), np.sqrt(noises))
+        return [Prediction(*map(float, row)) for row in zip(*columns, strict=True)]
+
+    def closeness(self, genes: Array) -> Array:
+        """Return the correlation of the function between some maps and those that have runs, ``(maps, with runs)``."""
+        return _correlation(self._squared_distances(genes), self.parameters)
+
+    def _squared_distances(self, genes: Array) -> Array:
+        """Return the squared differences of some maps' genes from those of the maps that have runs, in ranges."""
+        return ((genes[:, None] - self.genes[None]) / self._width) ** 2
+
+    def _factor_of(self, parameters: Array) -> tuple[Array, bool]:
+        """Return the Cholesky factor of the covariance of the mean values of the maps that have runs."""
+        function, of_map, noise = parameters[-3:]
+        covariance = MEAN_SPREAD**2 + function**2 * _correlation(self._squares, parameters)
+        covariance[np.diag_indices_from(covariance)] += of_map**2 + noise**2 / self.runs
+        factor, lower = cho_factor(covariance, lower=True)
+        return factor, lower
+
+    def _energy(self, parameters: Array) -> float:
+        """Return the negative logarithm of the posterior density of hyperparameters, up to a constant."""
+        factor = self._factor_of(parameters)
+        prior = (np.log(parameters[:-3] / LENGTH) ** 2).sum() / LENGTH_SPREAD**2
+        prior += (np.log(parameters[-3:] / np.array(SCALES)) ** 2).sum() / SCALES_SPREAD**2
+        likelihood = 0.5 * self._rest @ cho_solve(factor, self._rest) + np.log(np.diag(factor[0])).sum()
+        return float(likelihood + 0.5 * prior)
+
+    def _squared_residuals(self) -> Array:
+        """Return for each map that has runs the sum of the squares of its runs' differences from mean and function."""
+        covariance = MEAN_SPREAD**2 + self.parameters[-3] ** 2 * _correlation(self._squares, self.parameters)
+        smooth = self.mean + covariance @ self._weights
+        return np.array([np.square(np.array(some) - one).sum() for some, one in zip(self.values, smooth, strict=True)])
+
+
+def prior_prediction(mean: float) -> Prediction:
+    """Return the prediction for a map if no map of its kind has runs."""
+    function, of_map, noise = SCALES
+    return Prediction(mean, float(np.hypot(MEAN_SPREAD, np.hypot(function, of_map))), noise)
+
+
+def _correlation(squares: Array, parameters: Array) -> Array:
+    return np.exp(-0.5 * squares @ parameters[:-3] ** -2.0)

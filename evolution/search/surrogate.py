@@ -1,0 +1,197 @@
+"""The surrogate: what the runs on all maps say of the times on maps with similar genes.
+
+One run on a map says little, because times scatter. But maps of one family, on one route and of the same motifs, differ
+by a few numbers, their genes. The surrogate predicts the value of each controller on such a map, also on a map without
+runs, by a Gaussian process for each controller and each kind of maps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ndtr
+
+from evolution.driving import RunResult
+from evolution.search.gaussian_process import Array, GaussianProcess, Prediction, prior_prediction
+from evolution.search.judging import Fitness, MapResults, failed_trials, repeats_of
+from evolution.search.judging.expected_fitness import Estimate
+from gym_mapbench.generator import MotifGenes
+from gym_mapbench.world.scenario import Scenario
+
+FEWEST = 10
+"""Fewest maps of a kind for which hyperparameters are fitted."""
+REFIT = 1.1
+"""Factor by which the maps of a kind grow until hyperparameters are fitted again."""
+FAILURES, TRIALS = 0.15, 3.0
+"""Failed trials and trials that are added to those of the maps nearby."""
+TIME = "time"
+
+
+class Point(NamedTuple):
+    """A map as the surrogate sees it.
+
+    Args:
+        kind: Family, route and motifs.
+        genes: Its other genes, the size of the deviations among them.
+    """
+
+    kind: Hashable
+    genes: tuple[float, ...]
+
+
+def point_of(scenario: Scenario) -> Point | None:
+    """Return the kind and genes of a map; None if it is not built of motifs."""
+    if scenario.genome is None:
+        return None
+    genes = MotifGenes.from_mapping(scenario.genome.genes, "genes")
+    kind = (scenario.genome.family, genes.route.name, tuple((one.motif, *sorted(one.shared)) for one in genes.sections))
+    numbers = [genes.route.bend if genes.route.name == "bent" else 0.0]
+    for section in genes.sections:
+        deviations = [value for one in section.elements for value in one.values()]
+        numbers += [float(len(section.elements)), *(section.shared[gene] for gene in sorted(section.shared))]
+        numbers.append(float(np.sqrt(np.mean(np.square(deviations)))) if deviations else 0.0)
+    return Point(kind, tuple(numbers))
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What the surrogate predicts for a map.
+
+    Args:
+        logarithms: Of each controller's value.
+        goals: Chance that no run of a trial fails, by the failures on maps nearby.
+        limit: Logarithm of the value at which a run ends without reaching the goal.
+        fitness: Scores values.
+    """
+
+    logarithms: tuple[Prediction, ...]
+    goals: float
+    limit: float
+    fitness: Fitness
+
+    def estimate(self) -> Estimate:
+        """Return the estimate of the map; the deviation includes that of the prediction."""
+        return self._estimate(0.0, [float(np.hypot(one.deviation, one.noise)) for one in self.logarithms])
+
+    def estimate_at(self, shift: float) -> Estimate:
+        """Return the estimate if the values of all controllers are some deviations larger than their means."""
+        return self._estimate(shift, [one.noise for one in self.logarithms])
+
+    def _estimate(self, shift: float, spreads: Sequence[float]) -> Estimate:
+        means = np.array([one.mean + shift * one.deviation for one in self.logarithms])
+        steps = np.diag(spreads)
+        halves = [0.5 * (self._score(means + step) - self._score(means - step)) for step in steps]
+        in_time = float(np.prod(ndtr((self.limit - means) / np.array(spreads))))
+        values = tuple(map(float, np.exp(means)))
+        return Estimate(values, self._score(means), float(np.linalg.norm(halves)), min(in_time, self.goals))
+
+    def _score(self, logarithms: Array) -> float:
+        return float(self.fitness.kind.score(tuple(map(float, np.exp(logarithms)))))
+
+
+class Surrogate:
+    """Predicts the values of controllers on maps that are built of motifs."""
+
+    def __init__(self) -> None:
+        self._points: dict[str, Point | None] = {}
+        self._hyperparameters: dict[tuple[Hashable, int], tuple[int, Array]] = {}
+        self._processes: dict[tuple[Hashable, int], GaussianProcess] = {}
+        self._numbers: dict[tuple[Hashable, int], dict[str, int]] = {}
+        self._trials: dict[str, tuple[int, int]] = {}
+        self._means: list[float] = []
+        self._limit = 0.0
+        self._fitness: Fitness | None = None
+
+    def update(self, scenarios: Mapping[str, Scenario], results: Mapping[str, MapResults], fitness: Fitness) -> None:
+        """Condition the processes on all runs so far; there are none if the logarithm of a value is not defined.
+
+        Args:
+            scenarios: The maps by digest.
+            results: Results of those that have runs.
+            fitness: Names the metric, and scores values.
+        """
+        for name in results:
+            if name not in self._points:
+                self._points[name] = point_of(scenarios[name])
+        self._processes, self._numbers, self._fitness = {}, {}, fitness
+        logarithms = self._logarithms(results, fitness)
+        self._means = [_median_of_all(some) for some in zip(*logarithms.values(), strict=True)]
+        self._trials = {name: (failed_trials(results[name]), repeats_of(results[name])) for name in logarithms}
+        kinds: dict[Hashable, list[str]] = {}
+        for name in logarithms:
+            if point := self._points[name]:
+                kinds.setdefault(point.kind, []).append(name)
+        for kind, names in kinds.items():
+            for place in range(len(self._means)):
+                if known := [name for name in names if logarithms[name][place]]:
+                    self._condition((kind, place), {name: logarithms[name][place] for name in known})
+
+    def forecasts(self, scenarios: Mapping[str, Scenario]) -> dict[str, Forecast]:
+        """Return what is predicted for maps, by digest; for those that are built of motifs, if there are runs."""
+        kinds: dict[Hashable, dict[str, Point]] = {}
+        for name, scenario in scenarios.items():
+            if self._means and (point := self._points.get(name) or point_of(scenario)):
+                kinds.setdefault(point.kind, {})[name] = point
+        found: dict[str, Forecast] = {}
+        for kind, points in kinds.items():
+            found |= self._forecasts_of(kind, points)
+        return found
+
+    def _forecasts_of(self, kind: Hashable, points: Mapping[str, Point]) -> dict[str, Forecast]:
+        genes = np.array([point.genes for point in points.values()])
+        columns = []
+        for place, mean in enumerate(self._means):
+            if process := self._processes.get((kind, place)):
+                numbers = self._numbers[kind, place]
+                columns.append(process.predict(genes, [numbers.get(name) for name in points]))
+            else:
+                columns.append([prior_prediction(mean)] * len(points))
+        goals = self._goals(kind, genes)
+        assert self._fitness is not None
+        rows = zip(points, zip(*columns, strict=True), goals, strict=True)
+        return {name: Forecast(row, chance, self._limit, self._fitness) for name, row, chance in rows}
+
+    def _goals(self, kind: Hashable, genes: Array) -> list[float]:
+        """Return the chance that no run of a trial fails on maps: trials on maps nearby count by their closeness."""
+        own = [(process, self._numbers[key]) for key, process in self._processes.items() if key[0] == kind]
+        if not own:
+            return [1.0 - FAILURES / TRIALS] * len(genes)
+        process, numbers = max(own, key=lambda pair: float(pair[0].runs.sum()))
+        sums = process.closeness(genes) @ np.array([self._trials[name] for name in numbers], dtype=float)
+        return [float(1.0 - (FAILURES + failed) / (TRIALS + trials)) for failed, trials in sums]
+
+    def _condition(self, key: tuple[Hashable, int], values: Mapping[str, Sequence[float]]) -> None:
+        """Make the process of a controller on one kind of maps; its hyperparameters are fitted as the maps grow."""
+        count, parameters = self._hyperparameters.get(key, (0, None))
+        genes = np.array([point.genes for name in values if (point := self._points[name])])
+        process = GaussianProcess(genes, list(values.values()), self._means[key[1]], parameters)
+        if len(values) >= max(FEWEST, REFIT * count):
+            process = process.fitted()
+            self._hyperparameters[key] = (len(values), process.parameters)
+        self._processes[key] = process
+        self._numbers[key] = {name: number for number, name in enumerate(values)}
+
+    def _logarithms(self, results: Mapping[str, MapResults], fitness: Fitness) -> dict[str, list[list[float]]]:
+        """Return the logarithms of the values, ``[controller][run]``; none if a value is not positive.
+
+        A failed run counts as the time limit, or as the largest value of another metric.
+        """
+        metric = fitness.settings.metric
+        solved = [run.value(metric) for of_map in results.values() for runs in of_map for run in runs if run.success]
+        if not solved or min(solved) <= 0.0:
+            return {}
+        failed = fitness.time_limit if metric == TIME else max(solved)
+        self._limit = float(np.log(failed)) if metric == TIME else np.inf
+
+        def logarithm(run: RunResult) -> float:
+            return float(np.log(run.value(metric) if run.success else failed))
+
+        return {name: [list(map(logarithm, runs)) for runs in of_map] for name, of_map in results.items()}
+
+
+def _median_of_all(of_maps: Sequence[Sequence[float]]) -> float:
+    values = [value for some in of_maps for value in some]
+    return float(np.median(values)) if values else 0.0
