@@ -30,6 +30,7 @@ class Expectations:
         archive: Every evaluated map.
         fitness: Returns what judges sets.
         size: Maps in a set.
+        surrogate: Estimates maps of motifs by the runs on similar ones; None for estimates by parents alone.
 
     Attributes:
         parents: For each map that mutation made, by digest, the map it was made of.
@@ -39,7 +40,9 @@ class Expectations:
         best: The known maps of the best expected set, in order of their scores; empty if there are too few.
     """
 
-    def __init__(self, archive: Archive, fitness: Callable[[], Fitness], size: int) -> None:
+    def __init__(
+        self, archive: Archive, fitness: Callable[[], Fitness], size: int, surrogate: Surrogate | None = None
+    ) -> None:
         self.archive = archive
         self.size = size
         self.parents: dict[str, str] = {}
@@ -47,7 +50,7 @@ class Expectations:
         self.known: Names = ()
         self.best: Names = ()
         self._fitness = fitness
-        self._surrogate = Surrogate()
+        self._surrogate = surrogate
         self._forecasts: dict[str, Forecast] = {}
 
     def add_parent(self, child: Scenario, parent: Scenario) -> None:
@@ -58,10 +61,11 @@ class Expectations:
     def update(self) -> None:
         """Estimate all maps by all runs so far, and find the best expected set again."""
         results, scenarios = self.archive.all_results(), self.archive.scenarios
-        estimates = estimates_of(results, self.parents, self._fitness())
-        self._surrogate.update(scenarios, results, self._fitness())
-        self._forecasts = self._surrogate.forecasts({name: scenarios[name] for name in estimates})
-        self.estimates = estimates | {name: forecast.estimate() for name, forecast in self._forecasts.items()}
+        self.estimates = estimates_of(results, self.parents, self._fitness())
+        if self._surrogate is not None:
+            self._surrogate.update(scenarios, results, self._fitness())
+            self._forecasts = self._surrogate.forecasts({name: scenarios[name] for name in self.estimates})
+            self.estimates |= {name: forecast.estimate() for name, forecast in self._forecasts.items()}
         self.known = tuple(name for name in self.estimates if is_solved(solved_trials(results[name])))
         self.best = self._best()
 
@@ -101,7 +105,8 @@ class Expectations:
             role: The rank in the best set.
             rng: Draws, for each map, how many deviations the values of its controllers are off.
         """
-        forecasts = self._surrogate.forecasts({one.world_digest: one for one in scenarios})
+        new = {one.world_digest: one for one in scenarios}
+        forecasts = self._surrogate.forecasts(new) if self._surrogate else {}
         values = [np.inf] * len(scenarios)
         for number, scenario in enumerate(scenarios):
             if forecast := forecasts.get(name := scenario.world_digest):

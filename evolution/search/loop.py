@@ -31,6 +31,7 @@ from evolution.search.operators import DrawMap, MapMutation, Trial
 from evolution.search.record import Record
 from evolution.search.recorder import Journal, Recorder
 from evolution.search.staging import contenders, stages_of
+from evolution.search.surrogate import Surrogate
 from evolution.search.validation_stage import FrontPoint, ValidationResult, front_of, reevaluate, validate
 from gym_mapbench.world.scenario import MapSet
 
@@ -159,7 +160,8 @@ class _Search:
         self.archive = Archive(evaluator, experiment.plan, stages, on_run)
         self.budget = Budget(settings, self.archive)
         self.problem = MapSetProblem(self._results_of, Objectives(fitness))
-        self.expectations = Expectations(self.archive, lambda: self.problem.fitness, settings.maps_per_set)
+        surrogate = Surrogate() if settings.archive.surrogate else None
+        self.expectations = Expectations(self.archive, lambda: self.problem.fitness, settings.maps_per_set, surrogate)
         self.rng = np.random.default_rng(settings.seed)
         self.mutation = MapMutation(experiment.mutator, self._role_of if settings.ga.mutation.adaptive else None)
         self.algorithm: GeneticAlgorithm = make_algorithm(

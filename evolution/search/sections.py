@@ -25,15 +25,19 @@ class ArchiveSettings(Settings):
         staged: Whether controllers run on a map one after the other, the cheapest first, until one fails. Only runs
             that cannot change the search are left out. A failure policy that gives failed runs a value leaves out none.
         parents: Whether an offspring is the best expected set of the archive with one map replaced by a mutated map of
-            the archive. With ``staged``, the controller that sets high scores apart runs first, and the others run only
-            on maps that may join the best set. If not, offspring are crossed and mutated sets of the population. Only
-            with ``elite`` and one objective.
+            the archive. With ``staged``, the controller whose values differ most between maps runs first, and the
+            others run only on maps that may join the best set. If not, offspring are crossed and mutated sets of the
+            population. Only with ``elite`` and one objective.
+        surrogate: Whether Gaussian processes over the genes of maps of motifs estimate the values of controllers, also
+            on new maps: the best of 16 mutations is evaluated. If not, a map's estimate is shrunk towards that of its
+            parent.
     """
 
     elite: bool = False
     elite_seeds: Annotated[int, Field(ge=0, le=100_000)] = 0
     staged: bool = True
     parents: bool = False
+    surrogate: bool = False
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -46,10 +50,9 @@ class ValidationSettings(Settings):
     """How the best maps are validated on held-out seeds before the best set is named.
 
     Args:
-        seeds: Held-out seeds of every candidate, used one after the other until it fails once; the chosen set gets as
-            many again.
-        candidates: The stage has this number times ``seeds`` to distribute: they go to the maps that the best expected
-            set needs or might be better with, so maps that turn out weak or unsteady get fewer.
+        seeds: Held-out seeds that the maps of the selected set get, besides those of the rounds.
+        candidates: The rounds have this number times ``seeds`` to distribute, a third in each (sequential halving): so
+            many maps get one held-out seed, the better half of them two more, and half of these four more.
         held_out_seeds: Further held-out seeds of the chosen set; its held-out fitness is measured on these alone.
         reliability: A set is chosen among those whose maps keep the ranks of their scores, without a failed run, in
             at least this share of trials; if there is none, among those with the largest share.

@@ -49,8 +49,9 @@ search:
   archive: true
   elite_seeds: 2
   parents: true
+  surrogate: true
   caution: 0.5
-  confirmation: {seeds: 5, candidates: 10, claim_seeds: 10, reliability: 0.95}
+  confirmation: {seeds: 5, candidates: 10, claim_seeds: 10, reliability: 0.9}
   mutation:
     probability: 1.0
     maps: one
