@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from evolution.search.judging.equation import gain
+from evolution.search.judging.equation import gain, penalty
 from evolution.search.judging.exact import Names
 from evolution.search.judging.fitness import Fitness, scores_of
 from evolution.search.judging.map_results import (
@@ -224,10 +224,10 @@ def _predicted(margin: float, deviation: float, repeats: int) -> float:
 def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: Fitness) -> float:
     """Return the expected fitness of a single trial of a set; less is better.
 
-    It is the fitness of the set times the square of two chances: that the maps keep the ranks of their scores, if these
-    are normally distributed, and that no run fails. Once because other trials have no value, and once more because the
-    validation stage names such a set less often. Caution applies to maps with one repeat, too. A fitness above 0 is not
-    multiplied: a penalty does not shrink.
+    A trial in which a run fails costs what a timeout costs. The fitness of another trial counts with the square of the
+    chance that the maps keep the ranks of their scores, if these are normally distributed: once because other trials
+    have no value, and once more because the validation stage names such a set less often. Caution applies to maps with
+    one repeat, too. A fitness above 0 is not multiplied: a penalty does not shrink.
 
     Args:
         names: The set.
@@ -237,10 +237,12 @@ def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: F
     ordered = sorted((estimates[name] for name in names), key=lambda one: one.score)
     spreads = [fitness.settings.caution * one.deviation for one in ordered]
     value = -gain(fitness.settings, fitness.pattern_of([one.values for one in ordered], spreads)[1])
-    chances = [one.success for one in ordered]
-    if fitness.kind.ordered:
-        chances += [_chance_of_order(*pair) for pair in pairwise(ordered)]
-    return value * float(np.prod(chances)) ** 2 if value < 0.0 else value
+    success = float(np.prod([one.success for one in ordered]))
+    if value < 0.0:
+        chances = [_chance_of_order(*pair) for pair in pairwise(ordered)] if fitness.kind.ordered else []
+        value *= success * float(np.prod(chances)) ** 2
+    runs = sum(len(one.values) for one in ordered)
+    return value + (1.0 - success) * penalty(fitness.settings, 1.0 - 1.0 / runs, timeouts=1.0)
 
 
 def _chance_of_order(less: Estimate, more: Estimate) -> float:
