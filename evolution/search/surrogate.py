@@ -25,7 +25,7 @@ FEWEST = 10
 """Fewest maps of a kind for which hyperparameters are fitted."""
 REFIT = 1.1
 """Factor by which the maps of a kind grow until hyperparameters are fitted again."""
-FAILURES, TRIALS = 0.15, 3.0
+FAILURES, TRIALS = 0.15, 5.0
 """Failed trials and trials that are added to those of the maps nearby."""
 TIME = "time"
 

@@ -224,7 +224,7 @@ def _predicted(margin: float, deviation: float, repeats: int) -> float:
 def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: Fitness) -> float:
     """Return the expected fitness of a single trial of a set; less is better.
 
-    A trial in which a run fails costs what a timeout costs. The fitness of another trial counts with the square of the
+    A trial in which a run fails costs the share of that run. The fitness of another trial counts with the square of the
     chance that the maps keep the ranks of their scores, if these are normally distributed: once because other trials
     have no value, and once more because the validation stage names such a set less often. Caution applies to maps with
     one repeat, too. A fitness above 0 is not multiplied: a penalty does not shrink.
@@ -242,7 +242,7 @@ def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: F
         chances = [_chance_of_order(*pair) for pair in pairwise(ordered)] if fitness.kind.ordered else []
         value *= success * float(np.prod(chances)) ** 2
     runs = sum(len(one.values) for one in ordered)
-    return value + (1.0 - success) * penalty(fitness.settings, 1.0 - 1.0 / runs, timeouts=1.0)
+    return value + (1.0 - success) * penalty(fitness.settings, 1.0 - 1.0 / runs, timeouts=0.0)
 
 
 def _chance_of_order(less: Estimate, more: Estimate) -> float:
