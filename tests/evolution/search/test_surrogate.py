@@ -104,7 +104,7 @@ def test_failures_nearby_make_a_map_less_likely_to_succeed():
     new = scenarios_of(60, seed=7)
     forecasts = surrogate.forecasts(new)
     goals = {slow: [forecasts[name].goals for name in new if (slow_time(new[name]) > 65.0) == slow] for slow in (0, 1)}
-    assert np.mean(goals[1]) < 0.8 < 0.9 < np.mean(goals[0])
+    assert np.mean(goals[1]) < 0.85 < 0.9 < np.mean(goals[0])
     for forecast in forecasts.values():
         assert 0.0 <= forecast.estimate().success <= forecast.goals
 
