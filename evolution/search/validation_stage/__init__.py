@@ -1,9 +1,9 @@
 """The validation stage: the best maps get held-out seeds before the best set of a search is named.
 
 The set with the best fitness in a search is subject to selection bias (winner's curse). The stage therefore
-re-evaluates the best maps on held-out seeds and drops a map at its first failure. Of the rest it selects the set with
-the best value that nine in ten of its trials reach, where a trial without the order of the maps gains nothing. The
-maps of this set get as many held-out seeds again, until the selection stays. Its held-out fitness is measured on
+re-evaluates the best maps on held-out seeds, in rounds after which half of the maps stay (sequential halving). Of
+these maps it selects the reliable set with the best mean trial, where a trial without the order of the maps gains
+nothing. The maps of this set get further held-out seeds, until the selection stays. Its held-out fitness is measured on
 further seeds, which took no part in the selection.
 
 With several objectives nothing is selected: the sets of the Pareto front are re-evaluated on held-out seeds.
