@@ -43,6 +43,8 @@ FAILURES, TRIALS = 0.3, 10.0
 """Failed trials and trials that are added to those of the similar maps."""
 PRIOR_OF_FAILURES = 6.0
 """Trials as which that prior counts."""
+RELIABLE = 0.9
+"""Chance that no run of a trial fails, below which a set costs more."""
 STANDARD_NORMAL = NormalDist()
 
 OfRepeats = Mapping[str, Sequence[float]]
@@ -224,10 +226,11 @@ def _predicted(margin: float, deviation: float, repeats: int) -> float:
 def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: Fitness) -> float:
     """Return the expected fitness of a single trial of a set; less is better.
 
-    A trial in which a run fails costs the share of that run. The fitness of another trial counts with the square of the
-    chance that the maps keep the ranks of their scores, if these are normally distributed: once because other trials
-    have no value, and once more because the validation stage names such a set less often. Caution applies to maps with
-    one repeat, too. A fitness above 0 is not multiplied: a penalty does not shrink.
+    It is the fitness of the set times the square of two chances: that the maps keep the ranks of their scores, if these
+    are normally distributed, and that no run fails. Once because other trials have no value, and once more because the
+    validation stage names such a set less often. A set of which more than one trial in ten is expected to fail costs a
+    share of a timeout besides. Caution applies to maps with one repeat, too. A fitness above 0 is not multiplied: a
+    penalty does not shrink.
 
     Args:
         names: The set.
@@ -240,9 +243,10 @@ def expected_fitness(names: Names, estimates: Mapping[str, Estimate], fitness: F
     success = float(np.prod([one.success for one in ordered]))
     if value < 0.0:
         chances = [_chance_of_order(*pair) for pair in pairwise(ordered)] if fitness.kind.ordered else []
-        value *= success * float(np.prod(chances)) ** 2
+        value *= float(np.prod([success, *chances])) ** 2
     runs = sum(len(one.values) for one in ordered)
-    return value + (1.0 - success) * penalty(fitness.settings, 1.0 - 1.0 / runs, timeouts=0.0)
+    timeout = penalty(fitness.settings, 1.0 - 1.0 / runs, timeouts=1.0)
+    return value + timeout * max(1.0 - success / RELIABLE, 0.0)
 
 
 def _chance_of_order(less: Estimate, more: Estimate) -> float:

@@ -90,8 +90,11 @@ def test_the_expected_fitness_is_the_fitness_times_the_chance_of_order():
     to_a = (certain["b"].score - certain["a"].score) / (0.6 * gap)
     below = np.mean(np.random.default_rng(1).normal(size=200_000) < to_a)
     assert expected_fitness("abc", doubtful, FITNESS) == pytest.approx(fitness * (normal * below) ** 2, rel=0.01)
-    late = certain | {"c": estimate(90.0, 0.0, success=0.7)}
-    assert expected_fitness("abc", late, FITNESS) == pytest.approx(0.7 * fitness + 0.3 * 100.0 / 9.0)
+    late = certain | {"c": estimate(90.0, 0.0, success=0.95)}
+    assert expected_fitness("abc", late, FITNESS) == pytest.approx(0.95**2 * fitness)
+    failing = certain | {"c": estimate(90.0, 0.0, success=0.6)}
+    timeout = 100.0 / 9.0 + 10.0
+    assert expected_fitness("abc", failing, FITNESS) == pytest.approx(0.6**2 * fitness + timeout / 3.0)
     equal = {"a": estimate(20.0, 0.1), "b": estimate(20.0, 0.1)}
     assert expected_fitness("ab", equal, FITNESS) == 20_000.0  # no pattern
 
