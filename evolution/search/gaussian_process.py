@@ -19,9 +19,9 @@ Array = NDArray[np.float64]
 
 LENGTH, LENGTH_SPREAD = 0.5, 1.0
 """Prior of a length scale, in ranges of the gene: median, and standard deviation of the logarithm."""
-SCALES, SCALES_SPREAD = (0.4, 0.15, 0.35), 0.5
+SCALES, SCALES_SPREAD = (0.3, 0.15, 0.35), 0.5
 """Prior of the standard deviations of function, map and run: medians, and standard deviation of the logarithms."""
-MEAN_SPREAD = 0.5
+MEAN_SPREAD = 0.25
 """Standard deviation of the mean around the prior mean."""
 STEPS = (0.5, 0.7, 1.4, 2.0)
 """Factors by which :meth:`GaussianProcess.fitted` changes one hyperparameter after the other."""

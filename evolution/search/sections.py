@@ -29,8 +29,8 @@ class ArchiveSettings(Settings):
             others run only on maps that may join the best set. If not, offspring are crossed and mutated sets of the
             population. Only with ``elite`` and one objective.
         surrogate: Whether Gaussian processes over the genes of maps of motifs estimate the values of controllers, also
-            on new maps: the best of 16 mutations is evaluated. If not, a map's estimate is shrunk towards that of its
-            parent.
+            on new maps: the best of twelve mutated and twelve sampled maps is evaluated. If not, a map's estimate is
+            shrunk towards that of its parent.
     """
 
     elite: bool = False

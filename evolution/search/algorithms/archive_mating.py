@@ -6,8 +6,6 @@ cost. So an offspring has one new map, made of a map that would be good in the s
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Hashable, Mapping
 from typing import Any
 
 import numpy as np
@@ -20,14 +18,12 @@ from gym_mapbench.world.scenario import MapSet, Scenario
 
 PARENTS = 8
 """Parents are selected among this many maps, the best in the role most often."""
-FRESH = 0.25
-"""Probability that the new map is sampled."""
-BEST_SAMPLED = 16
-"""A sampled map succeeded if it is among this many best sampled maps in a role."""
-SCREENED = 16
-"""New maps that mutation makes for one that is evaluated; the surrogate selects it."""
-MAX_TRIES = 40
-"""Mutations for them at most. A map is sampled if all of these maps were evaluated before."""
+FRESH = 0.1
+"""Probability that the new map is a sampled one, whatever is expected of it."""
+MUTATED, SAMPLED = 12, 12
+"""Mutated and sampled maps among which the surrogate selects the map that is evaluated."""
+MAX_TRIES = 30
+"""Mutations at most until these are maps that were not evaluated before. If none is, a map is sampled."""
 
 
 class ArchiveMating(InfillCriterion):  # type: ignore[misc]
@@ -55,13 +51,8 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
             return Population.new(X=as_column([self._first_set(random_state) for _ in range(n_offsprings)]))
         base, shares = self.expectations.archive.map_set(best), self.expectations.shares_of_roles()
         parents = [self._parents(role) for role in range(len(base))]
-        chances = [self._chances_of_families(role) for role in range(len(base))]
-        children: list[MapSet] = []
-        while len(children) < n_offsprings:
-            role = int(random_state.choice(len(base), p=shares))
-            child = self._child(base, role, parents[role], random_state)
-            children.append(child or base.with_map(role, self._sampled(chances[role], random_state)))
-        return Population.new(X=as_column(children))
+        roles = [int(role) for role in random_state.choice(len(base), n_offsprings, p=shares)]
+        return Population.new(X=as_column([self._child(base, role, parents[role], random_state) for role in roles]))
 
     def _first_set(self, rng: np.random.Generator) -> MapSet:
         """Return a set of solved maps and sampled ones, as long as there is no best expected set."""
@@ -73,35 +64,17 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
         """Return the best maps in a role, the best first."""
         return self.expectations.archive.map_set(self.expectations.ranked(role)[:PARENTS])
 
-    def _chances_of_families(self, role: int) -> dict[Hashable, float]:
-        """Return for each family the share of its sampled maps that succeeded in a role, relative to the largest share.
-
-        A family counts as if one further map had succeeded, of as many as there are families.
-        """
-        expectations = self.expectations
-        scenarios = expectations.archive.scenarios
-        sampled = [name for name in scenarios if name not in expectations.parents]
-        best = [name for name in expectations.ranked(role) if name not in expectations.parents][:BEST_SAMPLED]
-        tried, good = (Counter(family_of(scenarios[name]) for name in some) for some in (sampled, best))
-        shares = {family: (1 + good[family]) / (len(tried) + count) for family, count in tried.items()}
-        return {family: share / max(shares.values()) for family, share in shares.items()}
-
-    def _sampled(self, chances: Mapping[Hashable, float], rng: np.random.Generator) -> Scenario:
-        """Return a sampled map; those of families that succeeded more often are more likely."""
-        for _ in range(MAX_TRIES):
-            drawn = self.sampling.draw(rng)
-            if rng.random() < chances.get(family_of(drawn), 1.0):
-                break
-        return drawn
-
-    def _child(self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator) -> MapSet | None:
-        """Return the set with a mutated parent in a role; None if the new map shall be sampled."""
-        if rng.random() < FRESH or not (trials := self._trials(base, role, parents, rng)):
-            return None
-        children = [trial.after[role] for trial, _ in trials]
-        trial, parent = trials[self.expectations.most_promising(children, role, rng)]
-        self.expectations.add_parent(trial.after[role], parent)
-        return self.mutation.note(trial)
+    def _child(self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator) -> MapSet:
+        """Return the set with another map in a role: the most promising of some mutated and sampled maps."""
+        trials = self._trials(base, role, parents, rng) if rng.random() >= FRESH else []
+        sampled = [self.sampling.draw(rng) for _ in range(SAMPLED if trials else 1)]
+        children = [*(trial.after for trial, _ in trials), *(base.with_map(role, one) for one in sampled)]
+        chosen = self.expectations.most_promising([child[role] for child in children], role, rng)
+        if chosen < len(trials):
+            trial, parent = trials[chosen]
+            self.expectations.add_parent(trial.after[role], parent)
+            self.mutation.note(trial)
+        return children[chosen]
 
     def _trials(
         self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator
@@ -114,12 +87,6 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
             trial = self.mutation.mutated_in(base.with_map(role, parent), role, role, rng, mates, before=base)
             if trial.after[role].world_digest not in self.expectations.archive.scenarios:
                 found.append((trial, parent))
-            if len(found) == SCREENED:
+            if len(found) == MUTATED:
                 break
         return found
-
-
-def family_of(scenario: Scenario) -> Hashable:
-    """Return what tells the family of a map, with its options, from others; None for a map without a genome."""
-    genome = scenario.genome
-    return None if genome is None else (genome.family, repr(genome.options))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from evolution.driving import RunResult
-from evolution.search.algorithms.archive_mating import SCREENED, ArchiveMating, family_of
+from evolution.search.algorithms.archive_mating import ArchiveMating
 from evolution.search.archive import Archive
 from evolution.search.expectations import Expectations
 from evolution.search.judging import Fitness, JudgingSettings
@@ -154,7 +154,7 @@ def mating_of(expectations):
     return ArchiveMating(expectations, mutation, MapSampling(3, SHAPES, DRAW))
 
 
-def test_the_most_promising_mutations_are_slower_than_mutations_of_the_same_parents():
+def test_the_most_promising_maps_are_slower_than_mutations_of_the_same_parents():
     """On no map known so far does MPPI take more than 45 s on average; it would at a smaller pitch."""
     times = []
     for surrogate in (True, False):
@@ -163,27 +163,5 @@ def test_the_most_promising_mutations_are_slower_than_mutations_of_the_same_pare
         parents = expectations.archive.map_set(expectations.ranked(2)[:8])
         rng = np.random.default_rng(1)
         sets = [mating_of(expectations)._child(base, 2, parents, rng) for _ in range(24)]
-        times.append(np.mean([slow_time(child[2]) for child in sets if child is not None]))
-    assert SCREENED > 1
+        times.append(np.mean([slow_time(child[2]) for child in sets]))
     assert times[0] > times[1] + 5.0
-
-
-def test_families_whose_sampled_maps_succeed_are_sampled_more():
-    draw = draw_of(GATES, FamilySpec(name="bends"))
-
-    def only_gates(job):
-        return answer(job) if job.scenario.genome.family == "gates" else RunResult("goal", 20.0, 1.0, seed=job.seed)
-
-    expectations = expectations_of(how=only_gates, draw=draw)
-    mating = ArchiveMating(expectations, mating_of(expectations).mutation, MapSampling(3, SHAPES, draw))
-    chances = mating._chances_of_families(2)
-    found = {family[0]: chance for family, chance in chances.items()}
-    assert found["gates"] == 1.0
-    assert found["bends"] < 0.5
-    rng = np.random.default_rng(2)
-    drawn = [family_of(mating._sampled(chances, rng))[0] for _ in range(60)]
-    assert drawn.count("gates") > 1.5 * drawn.count("bends")
-
-
-def test_a_random_shape_has_no_family():
-    assert family_of(sets_of(1)[0][0]) is None
