@@ -96,21 +96,22 @@ class Expectations:
         )
 
     def most_promising(self, scenarios: Sequence[Scenario], role: int, rng: np.random.Generator) -> int:
-        """Return the number of the new map that is best in a role by a draw of its forecast (Thompson sampling).
+        """Return the number of the new map that is best in a role if all forecasts are off by as many deviations.
 
-        A map that is not built of motifs has no forecast; the first map is returned if no map has one.
+        This is Thompson sampling, as if the errors of the forecasts were the same: similar maps get no draws of their
+        own. A map that is not built of motifs has no forecast; the first map is returned if no map has one.
 
         Args:
             scenarios: Maps without runs.
             role: The rank in the best set.
-            rng: Draws, for each map, how many deviations the values of its controllers are off.
+            rng: Draws how many deviations.
         """
-        new = {one.world_digest: one for one in scenarios}
+        new, shift = {one.world_digest: one for one in scenarios}, float(rng.normal())
         forecasts = self._surrogate.forecasts(new) if self._surrogate else {}
         values = [np.inf] * len(scenarios)
-        for number, scenario in enumerate(scenarios):
-            if forecast := forecasts.get(name := scenario.world_digest):
-                values[number] = self._value_in(role, name, self._with(name, forecast.estimate_at(float(rng.normal()))))
+        for number, name in enumerate(one.world_digest for one in scenarios):
+            if forecast := forecasts.get(name):
+                values[number] = self._value_in(role, name, self._with(name, forecast.estimate_at(shift)))
         return int(np.argmin(values))
 
     def ranked(self, role: int) -> list[str]:
