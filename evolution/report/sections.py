@@ -151,7 +151,7 @@ def _genes_rows(name: str, genome: Genome) -> list[list[str | float | int]]:
             route,
             len(section.elements),
             ", ".join(f"{gene} {value:.2f}" for gene, value in section.shared.items()),
-            max(abs(value) for one in section.elements for value in one.values()),
+            max((abs(value) for one in section.elements for value in one.values()), default=0.0),
         ]
         for section in genes.sections
     ]
