@@ -10,8 +10,9 @@ import pytest
 
 from evolution.pictures import recorded_maps
 from evolution.report.run_page import _held, _outcome, _unfinished, _verdict, replayed_maps
-from evolution.report.sections import _how_to_read, tables_section
+from evolution.report.sections import _genes_rows, _how_to_read, tables_section
 from evolution.runs import load_run
+from gym_mapbench.world.genome import Genome
 
 
 def a_run(bests, finished=True, driven=7, **search):
@@ -69,6 +70,13 @@ def test_verdict_replays_figure_and_table_show_one_sample():
     (row,) = [dict(zip(table.columns, row, strict=True)) for row in table.rows if tuple(row[:3:2]) == ("map_2", "dwb")]
     assert (row["runs"], round(row["median s"], 1), row["max s"], row["outliers"]) == (19, 23.8, 65.0, 1)
     assert recorded[1].summary.difference in replay.title
+
+
+@pytest.mark.parametrize(("elements", "largest"), [([{}, {}], 0.0), ([{"shift": -0.2}, {"gap": 0.1}], 0.2)])
+def test_elements_without_deviations_are_a_line_of_the_table_of_genes(elements, largest):
+    genes = {"route": {"name": "diagonal"}, "sections": [{"shared": {"gap": 0.8}, "elements": elements}]}
+    (row,) = _genes_rows("map_1", Genome(family="gates", genes=genes))
+    assert row == ["map_1", "gates", "diagonal", 2, "gap 0.80", largest]
 
 
 def test_a_rising_line_is_explained():
