@@ -65,7 +65,7 @@ class Expectations:
         if self._surrogate is not None:
             self._surrogate.update(scenarios, results, self._fitness())
             self._forecasts = self._surrogate.forecasts({name: scenarios[name] for name in self.estimates})
-            self.estimates |= {name: forecast.estimate() for name, forecast in self._forecasts.items()}
+            self.estimates |= {name: forecast.estimate(self._fitness()) for name, forecast in self._forecasts.items()}
         self.known = tuple(name for name in self.estimates if is_solved(solved_trials(results[name])))
         self.best = self._best()
 
@@ -85,10 +85,15 @@ class Expectations:
         """Return the expected fitness of the best set with a map in a role; infinite if another role has it."""
         return self._value_in(role, name, self.estimates)
 
+    @property
+    def predicts(self) -> bool:
+        """Whether there is a surrogate, which predicts new maps."""
+        return self._surrogate is not None
+
     def may_join(self, name: str, bars: Iterable[float]) -> bool:
         """Return whether a map may reach the expected fitness of one role, within a deviation of its forecast."""
         forecast = self._forecasts.get(name)
-        shifts = [forecast.estimate_at(shift) for shift in (-1.0, 1.0)] if forecast else []
+        shifts = [forecast.estimate_at(self._fitness(), shift) for shift in (-1.0, 1.0)] if forecast else []
         return any(
             self._value_in(role, name, self._with(name, one)) <= bar
             for role, bar in enumerate(bars)
@@ -96,22 +101,24 @@ class Expectations:
         )
 
     def most_promising(self, scenarios: Sequence[Scenario], role: int, rng: np.random.Generator) -> int:
-        """Return the number of the new map that is best in a role if all forecasts are off by as many deviations.
+        """Return the place of the most promising of some new maps, by Thompson sampling.
 
-        This is Thompson sampling, as if the errors of the forecasts were the same: similar maps get no draws of their
-        own. A map that is not built of motifs has no forecast; the first map is returned if no map has one.
+        A standard normal number is drawn, and all forecasts are moved by this number of standard deviations. One draw
+        for all maps treats the errors of their forecasts as perfectly correlated, so many similar maps do not crowd out
+        a different one. A map that is not built of motifs has no forecast; if no map has one, the first is selected.
 
         Args:
             scenarios: Maps without runs.
-            role: The rank in the best set.
-            rng: Draws how many deviations.
+            role: The rank that the map would have in the best set.
+            rng: Source of the draw.
         """
         new, shift = {one.world_digest: one for one in scenarios}, float(rng.normal())
         forecasts = self._surrogate.forecasts(new) if self._surrogate else {}
         values = [np.inf] * len(scenarios)
         for number, name in enumerate(one.world_digest for one in scenarios):
             if forecast := forecasts.get(name):
-                values[number] = self._value_in(role, name, self._with(name, forecast.estimate_at(shift)))
+                estimate = forecast.estimate_at(self._fitness(), shift)
+                values[number] = self._value_in(role, name, self._with(name, estimate))
         return int(np.argmin(values))
 
     def ranked(self, role: int) -> list[str]:

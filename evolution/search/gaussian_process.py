@@ -92,7 +92,7 @@ class GaussianProcess:
         """
         function, of_map, noise = self.parameters[-3:]
         near = self.closeness(genes)
-        covariance = MEAN_SPREAD**2 + function**2 * near
+        covariance = _covariance(near, function)
         for row, number in enumerate(known):
             if number is not None:
                 covariance[row, number] += of_map**2
@@ -114,7 +114,7 @@ class GaussianProcess:
     def _factor_of(self, parameters: Array) -> tuple[Array, bool]:
         """Return the Cholesky factor of the covariance of the mean values of the maps that have runs."""
         function, of_map, noise = parameters[-3:]
-        covariance = MEAN_SPREAD**2 + function**2 * _correlation(self._squares, parameters)
+        covariance = _covariance(_correlation(self._squares, parameters), function)
         covariance[np.diag_indices_from(covariance)] += of_map**2 + noise**2 / self.runs
         factor, lower = cho_factor(covariance, lower=True)
         return factor, lower
@@ -129,7 +129,7 @@ class GaussianProcess:
 
     def _squared_residuals(self) -> Array:
         """Return for each map that has runs the sum of the squares of its runs' differences from mean and function."""
-        covariance = MEAN_SPREAD**2 + self.parameters[-3] ** 2 * _correlation(self._squares, self.parameters)
+        covariance = _covariance(_correlation(self._squares, self.parameters), self.parameters[-3])
         smooth = self.mean + covariance @ self._weights
         return np.array([np.square(np.array(some) - one).sum() for some, one in zip(self.values, smooth, strict=True)])
 
@@ -138,6 +138,11 @@ def prior_prediction(mean: float) -> Prediction:
     """Return the prediction for a map if no map of its kind has runs."""
     function, of_map, noise = SCALES
     return Prediction(mean, float(np.hypot(MEAN_SPREAD, np.hypot(function, of_map))), noise)
+
+
+def _covariance(correlation: Array, function: float) -> Array:
+    """Return the covariance of mean and function; ``function`` is the standard deviation of the latter."""
+    return MEAN_SPREAD**2 + function**2 * correlation
 
 
 def _correlation(squares: Array, parameters: Array) -> Array:

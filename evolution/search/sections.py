@@ -25,9 +25,9 @@ class ArchiveSettings(Settings):
         staged: Whether controllers run on a map one after the other, the cheapest first, until one fails. Only runs
             that cannot change the search are left out. A failure policy that gives failed runs a value leaves out none.
         parents: Whether an offspring is the best expected set of the archive with one map replaced by a mutated map of
-            the archive. With ``staged``, the controller whose values differ most between maps runs first, and the
-            others run only on maps that may join the best set. If not, offspring are crossed and mutated sets of the
-            population. Only with ``elite`` and one objective.
+            the archive or a sampled map. With ``staged``, the controller whose values differ most between maps runs
+            first, and the others run only on maps that may join the best set. If not, offspring are crossed and mutated
+            sets of the population. Only with ``elite`` and one objective.
         surrogate: Whether Gaussian processes over the genes of maps of motifs estimate the values of controllers, also
             on new maps: the best of twelve mutated and twelve sampled maps is evaluated. If not, a map's estimate is
             shrunk towards that of its parent.

@@ -28,6 +28,7 @@ REFIT = 1.1
 FAILURES, TRIALS = 0.15, 5.0
 """Failed trials and trials that are added to those of the maps nearby."""
 TIME = "time"
+"""The metric of which a failed run has the time limit."""
 
 
 class Point(NamedTuple):
@@ -63,33 +64,34 @@ class Forecast:
     Args:
         logarithms: Of each controller's value.
         goals: Chance that no run of a trial fails, by the failures on maps nearby.
-        limit: Logarithm of the value at which a run ends without reaching the goal.
-        fitness: Scores values.
     """
 
     logarithms: tuple[Prediction, ...]
     goals: float
-    limit: float
-    fitness: Fitness
 
-    def estimate(self) -> Estimate:
+    def estimate(self, fitness: Fitness) -> Estimate:
         """Return the estimate of the map; the deviation includes that of the prediction."""
-        return self._estimate(0.0, [float(np.hypot(one.deviation, one.noise)) for one in self.logarithms])
+        return self._estimate(fitness, 0.0, [float(np.hypot(one.deviation, one.noise)) for one in self.logarithms])
 
-    def estimate_at(self, shift: float) -> Estimate:
-        """Return the estimate if the values of all controllers are some deviations larger than their means."""
-        return self._estimate(shift, [one.noise for one in self.logarithms])
+    def estimate_at(self, fitness: Fitness, shift: float) -> Estimate:
+        """Return the estimate for expected logarithms that differ from the predicted means.
 
-    def _estimate(self, shift: float, spreads: Sequence[float]) -> Estimate:
+        Args:
+            fitness: Scores values.
+            shift: The difference, in posterior standard deviations, the same for all controllers.
+        """
+        return self._estimate(fitness, shift, [one.noise for one in self.logarithms])
+
+    def _estimate(self, fitness: Fitness, shift: float, spreads: Sequence[float]) -> Estimate:
+        def score(logarithms: Array) -> float:
+            return float(fitness.kind.score(tuple(map(float, np.exp(logarithms)))))
+
         means = np.array([one.mean + shift * one.deviation for one in self.logarithms])
-        steps = np.diag(spreads)
-        halves = [0.5 * (self._score(means + step) - self._score(means - step)) for step in steps]
-        in_time = float(np.prod(ndtr((self.limit - means) / np.array(spreads))))
+        halves = [0.5 * (score(means + step) - score(means - step)) for step in np.diag(spreads)]
+        limit = float(np.log(fitness.time_limit)) if fitness.settings.metric == TIME else np.inf
+        in_time = float(np.prod(ndtr((limit - means) / np.array(spreads))))
         values = tuple(map(float, np.exp(means)))
-        return Estimate(values, self._score(means), float(np.linalg.norm(halves)), min(in_time, self.goals))
-
-    def _score(self, logarithms: Array) -> float:
-        return float(self.fitness.kind.score(tuple(map(float, np.exp(logarithms)))))
+        return Estimate(values, score(means), float(np.linalg.norm(halves)), min(in_time, self.goals))
 
 
 class Surrogate:
@@ -102,8 +104,6 @@ class Surrogate:
         self._numbers: dict[tuple[Hashable, int], dict[str, int]] = {}
         self._trials: dict[str, tuple[int, int]] = {}
         self._means: list[float] = []
-        self._limit = 0.0
-        self._fitness: Fitness | None = None
 
     def update(self, scenarios: Mapping[str, Scenario], results: Mapping[str, MapResults], fitness: Fitness) -> None:
         """Condition the processes on all runs so far; there are none if the logarithm of a value is not defined.
@@ -111,12 +111,12 @@ class Surrogate:
         Args:
             scenarios: The maps by digest.
             results: Results of those that have runs.
-            fitness: Names the metric, and scores values.
+            fitness: Names the metric and the time limit.
         """
         for name in results:
             if name not in self._points:
                 self._points[name] = point_of(scenarios[name])
-        self._processes, self._numbers, self._fitness = {}, {}, fitness
+        self._processes, self._numbers = {}, {}
         logarithms = self._logarithms(results, fitness)
         self._means = [_median_of_all(some) for some in zip(*logarithms.values(), strict=True)]
         self._trials = {name: (failed_trials(results[name]), repeats_of(results[name])) for name in logarithms}
@@ -149,10 +149,8 @@ class Surrogate:
                 columns.append(process.predict(genes, [numbers.get(name) for name in points]))
             else:
                 columns.append([prior_prediction(mean)] * len(points))
-        goals = self._goals(kind, genes)
-        assert self._fitness is not None
-        rows = zip(points, zip(*columns, strict=True), goals, strict=True)
-        return {name: Forecast(row, chance, self._limit, self._fitness) for name, row, chance in rows}
+        rows = zip(points, zip(*columns, strict=True), self._goals(kind, genes), strict=True)
+        return {name: Forecast(row, chance) for name, row, chance in rows}
 
     def _goals(self, kind: Hashable, genes: Array) -> list[float]:
         """Return the chance that no run of a trial fails on maps: trials on maps nearby count by their closeness."""
@@ -184,7 +182,6 @@ class Surrogate:
         if not solved or min(solved) <= 0.0:
             return {}
         failed = fitness.time_limit if metric == TIME else max(solved)
-        self._limit = float(np.log(failed)) if metric == TIME else np.inf
 
         def logarithm(run: RunResult) -> float:
             return float(np.log(run.value(metric) if run.success else failed))

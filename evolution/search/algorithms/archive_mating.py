@@ -1,4 +1,4 @@
-"""Offspring of the archive: the best expected set with one map replaced by a mutated map of the archive.
+"""Offspring of the archive: the best expected set with one map replaced by a mutated or a sampled map.
 
 An individual of the population is a set, but what the search keeps are maps: sets are made of the archive's maps at no
 cost. So an offspring has one new map, made of a map that would be good in the same role, and the best other maps.
@@ -21,7 +21,7 @@ PARENTS = 8
 FRESH = 0.1
 """Probability that the new map is a sampled one, whatever is expected of it."""
 MUTATED, SAMPLED = 12, 12
-"""Mutated and sampled maps among which the surrogate selects the map that is evaluated."""
+"""Mutated and sampled maps among which the surrogate selects the map that is evaluated; one map without surrogate."""
 MAX_TRIES = 30
 """Mutations at most until these are maps that were not evaluated before. If none is, a map is sampled."""
 
@@ -67,7 +67,8 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
     def _child(self, base: MapSet, role: int, parents: MapSet, rng: np.random.Generator) -> MapSet:
         """Return the set with another map in a role: the most promising of some mutated and sampled maps."""
         trials = self._trials(base, role, parents, rng) if rng.random() >= FRESH else []
-        sampled = [self.sampling.draw(rng) for _ in range(SAMPLED if trials else 1)]
+        count = 1 if not trials else SAMPLED if self.expectations.predicts else 0
+        sampled = [self.sampling.draw(rng) for _ in range(count)]
         children = [*(trial.after for trial, _ in trials), *(base.with_map(role, one) for one in sampled)]
         chosen = self.expectations.most_promising([child[role] for child in children], role, rng)
         if chosen < len(trials):
@@ -87,6 +88,6 @@ class ArchiveMating(InfillCriterion):  # type: ignore[misc]
             trial = self.mutation.mutated_in(base.with_map(role, parent), role, role, rng, mates, before=base)
             if trial.after[role].world_digest not in self.expectations.archive.scenarios:
                 found.append((trial, parent))
-            if len(found) == MUTATED:
+            if len(found) == (MUTATED if self.expectations.predicts else 1):
                 break
         return found

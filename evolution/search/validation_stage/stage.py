@@ -104,7 +104,7 @@ class _Candidates:
             names = self.expectations.candidates(left, names)
 
     def select(self) -> Names:
-        """Return the set that is still selected after its maps got as many held-out seeds again."""
+        """Return the set that is still selected after its maps got ``seeds`` further held-out seeds."""
         settled: set[str] = set()
         while True:
             maps = {name: finished_trials(self.archive.results(name)) for name in self.names}

@@ -151,7 +151,7 @@ def test_racing_gives_most_runs_to_the_maps_that_matter():
         assert archive.count - before <= 2 * 3 * 3
     repeats = {name: archive.repeats_of(name) for name in archive.scenarios}
     assert max(repeats.values()) == 5
-    assert list(repeats.values()).count(1) > 1
+    assert list(repeats.values()).count(1) > 3
     assert min(map(archive.repeats_of, expectations.best)) >= 3 > np.mean(list(repeats.values()))
 
 

@@ -106,7 +106,7 @@ def test_failures_nearby_make_a_map_less_likely_to_succeed():
     goals = {slow: [forecasts[name].goals for name in new if (slow_time(new[name]) > 65.0) == slow] for slow in (0, 1)}
     assert np.mean(goals[1]) < 0.85 < 0.9 < np.mean(goals[0])
     for forecast in forecasts.values():
-        assert 0.0 <= forecast.estimate().success <= forecast.goals
+        assert 0.0 <= forecast.estimate(FITNESS).success <= forecast.goals
 
 
 def test_maps_without_motifs_are_estimated_by_their_parents_as_without_a_surrogate():
@@ -126,8 +126,6 @@ def test_maps_without_motifs_are_estimated_by_their_parents_as_without_a_surroga
 def test_a_metric_with_zeros_has_no_forecasts():
     expectations = expectations_of()
     results = expectations.archive.all_results()
-    for of_map in results.values():
-        assert all("n_recoveries" not in run.metrics for runs in of_map for run in runs)
     zeros = {
         name: tuple(tuple(replace(run, metrics={"n_recoveries": 0}) for run in runs) for runs in of_map)
         for name, of_map in results.items()
@@ -162,6 +160,6 @@ def test_the_most_promising_maps_are_slower_than_mutations_of_the_same_parents()
         base = expectations.archive.map_set(expectations.best)
         parents = expectations.archive.map_set(expectations.ranked(2)[:8])
         rng = np.random.default_rng(1)
-        sets = [mating_of(expectations)._child(base, 2, parents, rng) for _ in range(24)]
+        sets = [mating_of(expectations)._child(base, 2, parents, rng) for _ in range(48)]
         times.append(np.mean([slow_time(child[2]) for child in sets]))
     assert times[0] > times[1] + 5.0
